@@ -1,0 +1,1 @@
+"""From a robot description to symbolic equations, control, and the physical effect that a model misses."""

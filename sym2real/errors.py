@@ -1,0 +1,65 @@
+"""Errors that say what was expected, what was found, and what to try next."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from pathlib import Path
+
+
+class Sym2RealError(Exception):
+    """Base of every error that a user of this package can cause and can mend."""
+
+
+class UnknownNameError(Sym2RealError, KeyError):
+    """A name that is not in a registry or layout; the message lists what is and guesses the intent."""
+
+    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+        options = sorted(known)
+        near = difflib.get_close_matches(name, options, n=3, cutoff=0.5)
+        hint = f"; did you mean {' or '.join(repr(option) for option in near)}?" if near else ""
+        self.message = f"unknown {kind} {name!r}{hint} (known: {', '.join(options)})"
+        super().__init__(self.message)
+
+    def __str__(self) -> str:
+        return self.message
+
+
+class DataError(Sym2RealError):
+    """A file whose content cannot be used: where in the file, what was expected, what was found.
+
+    Args:
+        file: path of the file.
+        expected: what a readable file holds there.
+        found: what stands there instead.
+        row: line of the file, counted from 1 with the header as line 1.
+        column: name of the column.
+    """
+
+    def __init__(
+        self,
+        file: str | Path,
+        expected: str,
+        found: str,
+        row: int | None = None,
+        column: str | None = None,
+    ) -> None:
+        self.file, self.expected, self.found, self.row, self.column = file, expected, found, row, column
+        place = [str(file)]
+        if row is not None:
+            place.append(f"row {row}")
+        if column is not None:
+            place.append(f"column {column!r}")
+        super().__init__(f"{', '.join(place)}: expected {expected}, found {found}")
+
+
+class ShapeError(Sym2RealError, ValueError):
+    """An array whose shape, columns or units do not fit what it is given to."""
+
+
+class ModelError(Sym2RealError):
+    """Equations or a model that cannot be built, compiled, loaded or trusted."""
+
+
+class MissingDependencyError(Sym2RealError, ImportError):
+    """An optional package or program that is not installed; the message holds the command that installs it."""

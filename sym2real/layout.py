@@ -1,0 +1,244 @@
+"""What the columns of an array mean: names, units, frames, and the manifold they live on.
+
+A layout is the one owner of the manifold. Quaternions (w x y z, body→world) and unit circles (sine, cosine)
+are columns like any others; :meth:`Layout.normalise`, :meth:`Layout.difference` and :meth:`Layout.retract`
+know that they are not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal
+
+import torch
+from torch import Tensor
+
+from sym2real import rotation
+from sym2real.errors import ShapeError, UnknownNameError
+
+Kind = Literal["vector", "quaternion", "circle"]
+Group = Literal["state", "action", "inputs"]
+
+TANGENT_SIZE = {"quaternion": 3, "circle": 1}
+COLUMNS_OF_KIND = {"quaternion": 4, "circle": 2}
+
+
+@dataclass(frozen=True)
+class Field:
+    """Columns that belong together.
+
+    Args:
+        name: what they are together ("position").
+        columns: one name per column.
+        unit: SI unit of every column ("m", "rad/s", "1").
+        frame: "world", "body" or "" where no frame applies.
+        kind: "quaternion" (4 columns, w x y z), "circle" (2 columns, sine then cosine) or "vector".
+        hidden: true for states that a log does not hold (motor lag); scores and costs never see them.
+    """
+
+    name: str
+    columns: tuple[str, ...]
+    unit: str = "1"
+    frame: str = ""
+    kind: Kind = "vector"
+    hidden: bool = False
+
+    def __post_init__(self) -> None:
+        wanted = COLUMNS_OF_KIND.get(self.kind, len(self.columns))
+        if len(self.columns) != wanted:
+            raise ShapeError(f"field {self.name!r} is a {self.kind} and needs {wanted} columns, got {self.columns}")
+
+    @property
+    def tangent_size(self) -> int:
+        """Degrees of freedom: 3 for a quaternion, 1 for a circle, one per column else."""
+        return TANGENT_SIZE.get(self.kind, len(self.columns))
+
+
+# The group says where a column of a file goes when no log specification does.
+VOCABULARY: tuple[tuple[Group, Field], ...] = (
+    ("state", Field("position", ("x", "y", "z"), "m", "world")),
+    ("state", Field("attitude", ("qw", "qx", "qy", "qz"), "1", "world", "quaternion")),
+    ("state", Field("heading", ("sin_yaw", "cos_yaw"), "1", "world", "circle")),
+    ("state", Field("velocity", ("vx", "vy", "vz"), "m/s", "world")),
+    ("state", Field("rate", ("wx", "wy", "wz"), "rad/s", "body")),
+    ("action", Field("thrust", ("thrust",), "N", "body")),
+    ("action", Field("rate command", ("wx_cmd", "wy_cmd", "wz_cmd"), "rad/s", "body")),
+    ("action", Field("attitude command", ("qw_cmd", "qx_cmd", "qy_cmd", "qz_cmd"), "1", "world", "quaternion")),
+    ("action", Field("motors", ("motor1", "motor2", "motor3", "motor4"), "1", "body")),
+    ("action", Field("steering", ("steer",), "rad", "body")),
+    ("action", Field("speed", ("speed",), "m/s", "body")),
+    ("inputs", Field("force", ("fx", "fy", "fz"), "N", "world")),
+    ("inputs", Field("torque", ("tx", "ty", "tz"), "N m", "body")),
+    ("inputs", Field("battery", ("vbat",), "V")),
+    ("inputs", Field("time", ("t",), "s")),
+)
+
+GROUP_OF_COLUMN: dict[str, Group] = {column: group for group, field in VOCABULARY for column in field.columns}
+
+
+def _known_field(column: str) -> Field:
+    for _, field in VOCABULARY:
+        if column in field.columns:
+            return field
+    return Field(column, (column,))
+
+
+@dataclass(frozen=True)
+class Layout:
+    """An ordered list of fields, and with it of columns.
+
+    Raises:
+        ShapeError: when a column name stands twice.
+    """
+
+    fields: tuple[Field, ...] = ()
+
+    def __post_init__(self) -> None:
+        repeated = {column for column in self.columns if self.columns.count(column) > 1}
+        if repeated:
+            raise ShapeError(f"column names stand more than once in a layout: {sorted(repeated)}")
+
+    @classmethod
+    def of(cls, columns: Iterable[str]) -> Layout:
+        """Layout of standard column names, with units, frames and kinds from :data:`VOCABULARY`.
+
+        A name outside the vocabulary becomes a dimensionless field of its own.
+        """
+        groups: list[tuple[Field, list[str]]] = []
+        for column in columns:
+            field = _known_field(column)
+            if groups and groups[-1][0] == field:
+                groups[-1][1].append(column)
+            else:
+                groups.append((field, [column]))
+        return cls(tuple(replace(field, columns=tuple(names)) for field, names in groups))
+
+    @cached_property
+    def columns(self) -> tuple[str, ...]:
+        return tuple(column for field in self.fields for column in field.columns)
+
+    @cached_property
+    def units(self) -> dict[str, str]:
+        return {column: field.unit for field in self.fields for column in field.columns}
+
+    @property
+    def size(self) -> int:
+        return len(self.columns)
+
+    @cached_property
+    def tangent_size(self) -> int:
+        return sum(field.tangent_size for field in self.fields)
+
+    @cached_property
+    def _positions(self) -> dict[str, int]:
+        return {column: position for position, column in enumerate(self.columns)}
+
+    def __len__(self) -> int:
+        return self.size
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.columns)
+
+    def __contains__(self, column: object) -> bool:
+        return column in self._positions
+
+    def index(self, column: str) -> int:
+        """Position of a column.
+
+        Raises:
+            UnknownNameError: when the layout has no such column.
+        """
+        try:
+            return self._positions[column]
+        except KeyError:
+            raise UnknownNameError("column", column, self.columns) from None
+
+    def indices(self, columns: Iterable[str]) -> list[int]:
+        """Positions of several columns, in the order given."""
+        return [self.index(column) for column in columns]
+
+    def field(self, name: str) -> Field:
+        """The field of that name.
+
+        Raises:
+            UnknownNameError: when the layout has no such field.
+        """
+        for field in self.fields:
+            if field.name == name:
+                return field
+        raise UnknownNameError("field", name, (field.name for field in self.fields))
+
+    def has_field(self, name: str) -> bool:
+        return any(field.name == name for field in self.fields)
+
+    def slice(self, name: str) -> slice:
+        """Columns of a field as a slice of the last dimension."""
+        start = self.index(self.field(name).columns[0])
+        return slice(start, start + len(self.field(name).columns))
+
+    def __add__(self, other: Layout) -> Layout:
+        return Layout(self.fields + other.fields)
+
+    def _parts(self, values: Tensor) -> list[Tensor]:
+        if values.shape[-1] != self.size:
+            raise ShapeError(f"expected {self.size} columns {self.columns}, found {values.shape[-1]}")
+        return list(values.split([len(field.columns) for field in self.fields], dim=-1))
+
+    def normalise(self, values: Tensor) -> Tensor:
+        """Values ``# (..., size)`` put back on the manifold: unit quaternions and circles."""
+        parts = [
+            part if field.kind == "vector" else rotation.normalise(part)
+            for field, part in zip(self.fields, self._parts(values), strict=True)
+        ]
+        return torch.cat(parts, dim=-1) if parts else values
+
+    def difference(self, end: Tensor, start: Tensor) -> Tensor:
+        """Tangent vector ``# (..., tangent_size)`` that leads from ``start`` to ``end``.
+
+        A quaternion gives the rotation vector in the body axes of ``start`` (rad), a circle its angle (rad).
+        """
+        parts = [
+            _difference(field.kind, a, b)
+            for field, a, b in zip(self.fields, self._parts(end), self._parts(start), strict=True)
+        ]
+        return torch.cat(parts, dim=-1)
+
+    def retract(self, start: Tensor, tangent: Tensor) -> Tensor:
+        """The point that a tangent vector leads to; inverse of :meth:`difference`."""
+        if tangent.shape[-1] != self.tangent_size:
+            raise ShapeError(f"expected a tangent of size {self.tangent_size}, found {tangent.shape[-1]}")
+        steps = tangent.split([field.tangent_size for field in self.fields], dim=-1)
+        parts = [
+            _retract(field.kind, a, step)
+            for field, a, step in zip(self.fields, self._parts(start), steps, strict=True)
+        ]
+        return torch.cat(parts, dim=-1)
+
+
+def _difference(kind: Kind, end: Tensor, start: Tensor) -> Tensor:
+    if kind == "quaternion":
+        return rotation.logarithm(rotation.multiply(rotation.conjugate(start), end))
+    if kind == "circle":
+        (s1, c1), (s0, c0) = end.unbind(-1), start.unbind(-1)
+        return torch.atan2(s1 * c0 - c1 * s0, c1 * c0 + s1 * s0)[..., None]
+    return end - start
+
+
+def _retract(kind: Kind, start: Tensor, step: Tensor) -> Tensor:
+    if kind == "quaternion":
+        return rotation.multiply(start, rotation.exponential(step))
+    if kind == "circle":
+        (s, c), (ds, dc) = start.unbind(-1), (step[..., 0].sin(), step[..., 0].cos())
+        return torch.stack([s * dc + c * ds, c * dc - s * ds], dim=-1)
+    return start + step
+
+
+@dataclass(frozen=True)
+class Layouts:
+    """The three column groups of a model, a plant or a log."""
+
+    state: Layout
+    action: Layout
+    inputs: Layout = Layout()

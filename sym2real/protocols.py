@@ -1,0 +1,101 @@
+"""Where outsiders plug in: what a model, a plant, a controller, a change and a regression engine must offer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from torch import Tensor, nn
+
+from sym2real.layout import Layouts
+from sym2real.trajectory import Transitions
+
+Array = NDArray[np.float64]
+Filter = Callable[[Array], Array]
+Fitted = TypeVar("Fitted")
+
+
+class DynamicsModel(Protocol):
+    """A one-step prediction: state ``# (..., state)``, action ``# (..., action)`` → next state ``# (..., state)``."""
+
+    def __call__(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor: ...
+
+
+class Plant(Protocol):
+    """What a controller acts on: a simulator, a model, a replayed log or a robot."""
+
+    @property
+    def layouts(self) -> Layouts: ...
+
+    @property
+    def dt(self) -> float:
+        """Control period in s."""
+        ...
+
+    @property
+    def inputs(self) -> Array:
+        """Known inputs at the present moment ``# (inputs,)``."""
+        ...
+
+    @property
+    def crashed(self) -> bool:
+        """True once the episode cannot go on (ground contact)."""
+        ...
+
+    def reset(self, state: ArrayLike | None = None, seed: int | None = None) -> Array:
+        """Start an episode, at ``state`` or where the plant chooses; the measured state ``# (state,)``."""
+        ...
+
+    def step(self, action: ArrayLike) -> Array:
+        """Hold ``action`` ``# (action,)`` for one control period; the measured state after it ``# (state,)``."""
+        ...
+
+
+class Controller(Protocol):
+    """Chooses actions; owns the memory of what was sent."""
+
+    def reset(self) -> None: ...
+
+    def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
+        """Action ``# (action,)`` for a measured state ``# (state,)`` at this step of the task."""
+        ...
+
+    def remember(self, sent: ArrayLike) -> None:
+        """Take note of the action that was really sent ``# (action,)``."""
+        ...
+
+
+@dataclass(frozen=True)
+class Change:
+    """One physical difference between a target plant and the plain one, by the simulator's own means.
+
+    Args:
+        name: what to call it.
+        edit: alters the ``mujoco.MjSpec`` before compilation.
+        force: called with ``(MjModel, MjData)`` before every physics step; adds to ``data.xfrc_applied``,
+            which the plant has set to zero.
+        command: makes, at every reset, a filter of the actions (called once a control period with the action
+            ``# (action,)`` that was sent; returns what reaches the actuators).
+        measure: makes, at every reset, a filter of the measured states ``# (state,)``.
+    """
+
+    name: str
+    edit: Callable[[Any], None] | None = None
+    force: Callable[[Any, Any], None] | None = None
+    command: Callable[[], Filter] | None = None
+    measure: Callable[[], Filter] | None = None
+
+
+class SymbolicRegressor(Protocol[Fitted]):
+    """Finds equations: warm-started from ``start`` where it is given."""
+
+    def fit(self, transitions: Transitions, start: Fitted | None = None) -> Fitted: ...
+
+
+class Learner(Protocol):
+    """Trains a residual module, warm-started from ``start`` where it is given."""
+
+    def fit(self, transitions: Transitions, start: nn.Module | None = None) -> nn.Module: ...

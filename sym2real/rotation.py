@@ -1,0 +1,92 @@
+"""Unit quaternions in torch: order w x y z, rotating body vectors into the world.
+
+Every function takes any leading batch dimensions, features last.
+Formulas: J. Solà, "Quaternion kinematics for the error-state Kalman filter" (arXiv:1711.02508), Hamilton convention.
+"""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+SMALL = 1e-12
+
+
+def multiply(left: Tensor, right: Tensor) -> Tensor:
+    """Hamilton product left ⊗ right of quaternions ``# (..., 4)``."""
+    w1, x1, y1, z1 = left.unbind(-1)
+    w2, x2, y2, z2 = right.unbind(-1)
+    return torch.stack(
+        [
+            w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
+            w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
+            w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
+            w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
+        ],
+        dim=-1,
+    )
+
+
+def conjugate(quaternion: Tensor) -> Tensor:
+    """Inverse rotation of a unit quaternion ``# (..., 4)``."""
+    return quaternion * quaternion.new_tensor([1.0, -1.0, -1.0, -1.0])
+
+
+def normalise(quaternion: Tensor) -> Tensor:
+    """Nearest unit quaternion ``# (..., 4)``."""
+    return quaternion / quaternion.norm(dim=-1, keepdim=True).clamp_min(SMALL)
+
+
+def rotate(quaternion: Tensor, vector: Tensor) -> Tensor:
+    """Body vector ``# (..., 3)`` in world axes."""
+    scalar, axis = quaternion[..., :1], quaternion[..., 1:]
+    axis, vector = torch.broadcast_tensors(axis, vector)
+    twice = 2.0 * torch.linalg.cross(axis, vector)
+    return vector + scalar * twice + torch.linalg.cross(axis, twice)
+
+
+def to_matrix(quaternion: Tensor) -> Tensor:
+    """Rotation matrix ``# (..., 3, 3)``, columns are the body axes in the world."""
+    columns = [rotate(quaternion, axis) for axis in torch.eye(3, dtype=quaternion.dtype, device=quaternion.device)]
+    return torch.stack(columns, dim=-1)
+
+
+def exponential(vector: Tensor) -> Tensor:
+    """Unit quaternion ``# (..., 4)`` of a rotation vector in rad ``# (..., 3)``."""
+    half = 0.5 * vector
+    angle = half.square().sum(-1, keepdim=True).clamp_min(SMALL**2).sqrt()
+    return torch.cat([angle.cos(), half * (angle.sin() / angle)], dim=-1)
+
+
+def logarithm(quaternion: Tensor) -> Tensor:
+    """Shortest rotation vector in rad ``# (..., 3)`` of a unit quaternion ``# (..., 4)``."""
+    short = torch.where(quaternion[..., :1] < 0, -quaternion, quaternion)
+    sine = short[..., 1:].square().sum(-1, keepdim=True).clamp_min(SMALL**2).sqrt()
+    return short[..., 1:] * (2.0 * torch.atan2(sine, short[..., :1]) / sine)
+
+
+def slerp(start: Tensor, end: Tensor, fraction: Tensor) -> Tensor:
+    """Great-circle interpolation from ``start`` (fraction 0) to ``end`` (fraction 1) the short way round."""
+    step = logarithm(multiply(conjugate(start), end))
+    return multiply(start, exponential(fraction[..., None] * step))
+
+
+def from_euler(roll: Tensor, pitch: Tensor, yaw: Tensor) -> Tensor:
+    """Quaternion ``# (..., 4)`` of yaw about z, then pitch about the new y, then roll about the new x, in rad."""
+    zero = torch.zeros_like(roll)
+    about_x = exponential(torch.stack([roll, zero, zero], -1))
+    about_y = exponential(torch.stack([zero, pitch, zero], -1))
+    about_z = exponential(torch.stack([zero, zero, yaw], -1))
+    return multiply(about_z, multiply(about_y, about_x))
+
+
+def yaw(quaternion: Tensor) -> Tensor:
+    """Heading of the body x axis in the world's x-y plane, rad ``# (...)``."""
+    w, x, y, z = quaternion.unbind(-1)
+    return torch.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def tilt(quaternion: Tensor) -> Tensor:
+    """Angle between the body z axis and the world's vertical, rad ``# (...)``."""
+    _, x, y, _ = quaternion.unbind(-1)
+    return 2.0 * torch.asin((x * x + y * y).sqrt().clamp(max=1.0))

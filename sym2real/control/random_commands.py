@@ -1,0 +1,41 @@
+"""Random commands: the first episode of Stage I, flown before there is any model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+if TYPE_CHECKING:
+    from sym2real.robots.robot import Robot
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RandomCommands:
+    """Actions uniform over ``robot.random_low`` … ``robot.random_high``, each held for a while.
+
+    Args:
+        robot: gives the ranges and the control period.
+        hold: how long an action is held, s.
+        seed: the same seed gives the same sequence in every episode.
+    """
+
+    robot: Robot
+    hold: float = 0.2
+    seed: int = 0
+
+    def reset(self) -> None:
+        """Nothing to forget: the action depends on the seed and the step alone."""
+
+    def remember(self, sent: ArrayLike) -> None:
+        """Nothing to note: what was sent does not alter the next action."""
+
+    def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
+        """Action ``# (action,)`` of this step, whatever the state."""
+        held = max(1, round(self.hold / self.robot.dt))
+        draw = np.random.default_rng([self.seed, step // held])
+        return draw.uniform(self.robot.random_low, self.robot.random_high)

@@ -29,12 +29,13 @@ def multiply(left: Tensor, right: Tensor) -> Tensor:
 
 def conjugate(quaternion: Tensor) -> Tensor:
     """Inverse rotation of a unit quaternion ``# (..., 4)``."""
-    return quaternion * quaternion.new_tensor([1.0, -1.0, -1.0, -1.0])
+    return torch.cat([quaternion[..., :1], -quaternion[..., 1:]], dim=-1)
 
 
 def normalise(quaternion: Tensor) -> Tensor:
     """Nearest unit quaternion ``# (..., 4)``."""
-    return quaternion / quaternion.norm(dim=-1, keepdim=True).clamp_min(SMALL)
+    unit: Tensor = quaternion / quaternion.norm(dim=-1, keepdim=True).clamp_min(SMALL)
+    return unit
 
 
 def rotate(quaternion: Tensor, vector: Tensor) -> Tensor:
@@ -42,7 +43,8 @@ def rotate(quaternion: Tensor, vector: Tensor) -> Tensor:
     scalar, axis = quaternion[..., :1], quaternion[..., 1:]
     axis, vector = torch.broadcast_tensors(axis, vector)
     twice = 2.0 * torch.linalg.cross(axis, vector)
-    return vector + scalar * twice + torch.linalg.cross(axis, twice)
+    turned: Tensor = vector + scalar * twice + torch.linalg.cross(axis, twice)
+    return turned
 
 
 def to_matrix(quaternion: Tensor) -> Tensor:

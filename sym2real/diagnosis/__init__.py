@@ -1,0 +1,6 @@
+"""Compare a model with measurements."""
+
+from sym2real.diagnosis.compare import ChannelError, Comparison, HorizonErrors, compare
+from sym2real.diagnosis.windows import Windows, predict_windows
+
+__all__ = ["ChannelError", "Comparison", "HorizonErrors", "Windows", "compare", "predict_windows"]

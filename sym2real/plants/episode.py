@@ -1,0 +1,83 @@
+"""One episode: a controller acts on a plant, and what happened is a trajectory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+import torch
+from numpy.typing import ArrayLike
+
+from sym2real.protocols import Controller, Plant
+from sym2real.trajectory import Array, Trajectory
+
+if TYPE_CHECKING:
+    from sym2real.tasks import Task
+
+OnStep = Callable[[int, Array, Array], None]
+
+
+def run_episode(
+    plant: Plant,
+    controller: Controller,
+    task: Task | None = None,
+    *,
+    seed: int = 0,
+    start: ArrayLike | None = None,
+    steps: int = 400,
+    wrench: Array | None = None,
+    on_step: OnStep | None = None,
+    name: str = "",
+) -> Trajectory:
+    """Let a controller act for a number of steps, or until the plant crashes.
+
+    Every row is a measured state and the action that was sent on it; the answer to the last action is not a row,
+    so the state that a crash leaves behind is not in the trajectory.
+
+    Args:
+        plant: what is acted on.
+        controller: reset first, told after each step what was sent.
+        task: gives the start state and the columns ``ref_<state column>`` in ``extra``; None for neither.
+        seed: of the start state and of the plant.
+        start: state to start from instead of the task's ``# (state,)``.
+        steps: largest number of rows.
+        wrench: pushes by step, for plants that have ``push`` ``# (steps, inputs)``.
+        on_step: called after every step with its number, the state and the action.
+        name: of the trajectory.
+    """
+    if start is None and task is not None:
+        start = task.start(np.random.default_rng(seed))
+    state = plant.reset(start, seed)
+    controller.reset()
+    states, actions, inputs = [], [], []
+    for step in range(steps):
+        if wrench is not None:
+            plant.push(wrench[step])  # type: ignore[attr-defined]
+        held = plant.inputs
+        action = np.asarray(controller.act(state, step, held), dtype=np.float64)
+        states.append(state)
+        actions.append(action)
+        inputs.append(held)
+        state = plant.step(action)
+        controller.remember(action)
+        if on_step is not None:
+            on_step(step, states[-1], action)
+        if plant.crashed:
+            break
+    time = plant.dt * np.arange(len(states), dtype=np.float64)
+    return Trajectory(
+        time=time,
+        state=np.array(states),
+        action=np.array(actions),
+        inputs=np.array(inputs),
+        layouts=plant.layouts,
+        extra={} if task is None else _references(task, time, plant),
+        name=name,
+        notes=("ended by a crash",) if plant.crashed else (),
+    )
+
+
+def _references(task: Task, time: Array, plant: Plant) -> dict[str, Array]:
+    reference = task.reference(torch.as_tensor(time)).numpy()
+    return {f"ref_{column}": reference[:, index] for index, column in enumerate(plant.layouts.state)}

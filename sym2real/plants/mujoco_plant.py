@@ -1,0 +1,164 @@
+"""A robot in MuJoCo: noise-free and without delay, unless a list of changes says otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sym2real.errors import ShapeError
+from sym2real.layout import Layouts
+from sym2real.protocols import Change, Filter
+from sym2real.robots import Robot
+from sym2real.trajectory import Array
+
+FULL_STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
+ROLL_OVER = np.deg2rad(60.0)
+WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
+
+
+def compile_robot(robot: Robot, changes: Sequence[Change] = ()) -> mujoco.MjModel:
+    """The robot's description, edited by the changes and compiled.
+
+    Inertial frames must be edited here: MuJoCo compiles a centred body to a form whose frame cannot move afterwards.
+    """
+    spec = mujoco.MjSpec.from_string(robot.mjcf_text())
+    for change in changes:
+        if change.edit is not None:
+            change.edit(spec)
+    return spec.compile()
+
+
+class MujocoPlant:
+    """A :class:`~sym2real.protocols.Plant` that simulates a robot.
+
+    Commands outside the robot's limits are clipped by the actuators, as on the hardware.
+
+    Args:
+        robot: what to simulate.
+        changes: differences from the plain robot, applied in this order.
+        wrench: held from the start, columns of ``robot.layouts.inputs`` ``# (inputs,)``.
+
+    Attributes:
+        mj_model, mj_data: MuJoCo's own objects.
+        time: since the reset in s.
+    """
+
+    def __init__(self, robot: Robot, changes: Sequence[Change] = (), wrench: ArrayLike | None = None) -> None:
+        self.robot = robot
+        self.changes = tuple(changes)
+        self.mj_model = compile_robot(robot, self.changes)
+        self.mj_data = mujoco.MjData(self.mj_model)
+        self._body = mujoco.mj_name2id(self.mj_model, mujoco.mjtObj.mjOBJ_BODY, robot.name)
+        self._columns = [WRENCH.index(column) for column in robot.layouts.inputs]
+        self._initial_wrench = np.zeros(len(self._columns)) if wrench is None else wrench
+        self._forces = [change.force for change in self.changes if change.force is not None]
+        self.reset()
+
+    @property
+    def layouts(self) -> Layouts:
+        return self.robot.layouts
+
+    @property
+    def dt(self) -> float:
+        return self.robot.dt
+
+    @property
+    def time(self) -> float:
+        return float(self.mj_data.time)
+
+    @property
+    def inputs(self) -> Array:
+        """The wrench that acts now: force in world axes, torque in body axes ``# (inputs,)``."""
+        return self._wrench[self._columns]
+
+    @property
+    def crashed(self) -> bool:
+        return self._crashed
+
+    @property
+    def true_state(self) -> Array:
+        """State before any measurement filter ``# (state,)``."""
+        return self.robot.read_state(self.mj_model, self.mj_data)
+
+    @property
+    def full_state(self) -> Array:
+        """The simulator's whole physics state (mjSTATE_FULLPHYSICS), without the memory of filters ``# (full,)``."""
+        state = np.empty(mujoco.mj_stateSize(self.mj_model, FULL_STATE))
+        mujoco.mj_getState(self.mj_model, self.mj_data, state, FULL_STATE)
+        return state
+
+    @full_state.setter
+    def full_state(self, state: Array) -> None:
+        mujoco.mj_setState(self.mj_model, self.mj_data, state, FULL_STATE)
+        mujoco.mj_forward(self.mj_model, self.mj_data)
+
+    def push(self, wrench: ArrayLike) -> None:
+        """Hold a wrench until the next call or reset.
+
+        Args:
+            wrench: columns of ``layouts.inputs``: force at the centre of mass in N along world axes, torque in N m
+                about body axes ``# (inputs,)``.
+
+        Raises:
+            ShapeError: for another number of columns.
+        """
+        values = np.asarray(wrench, dtype=np.float64)
+        if values.shape != (len(self._columns),):
+            raise ShapeError(f"a push has columns {self.layouts.inputs.columns}, found shape {values.shape}")
+        self._wrench = np.zeros(6)
+        self._wrench[self._columns] = values
+
+    def reset(self, state: ArrayLike | None = None, seed: int | None = None) -> Array:
+        """Start an episode at ``state``, or at the robot's start; nothing is random, so the seed has no effect."""
+        start = self.robot.start if state is None else np.asarray(state, dtype=np.float64)
+        mujoco.mj_resetData(self.mj_model, self.mj_data)
+        self.robot.write_state(self.mj_model, self.mj_data, start)
+        mujoco.mj_forward(self.mj_model, self.mj_data)
+        self._command_filters = [change.command() for change in self.changes if change.command is not None]
+        self._measure_filters = [change.measure() for change in self.changes if change.measure is not None]
+        self._crashed = False
+        self.push(self._initial_wrench)
+        return self._measured()
+
+    def step(self, action: ArrayLike) -> Array:
+        sent = np.asarray(action, dtype=np.float64)
+        if sent.shape != (self.layouts.action.size,):
+            raise ShapeError(f"an action has columns {self.layouts.action.columns}, found shape {sent.shape}")
+        self.mj_data.ctrl[:] = self.robot.to_control(_filtered(self._command_filters, sent))
+        for _ in range(self.robot.substeps):
+            self._apply_forces()
+            mujoco.mj_step(self.mj_model, self.mj_data)
+            self._crashed = self._crashed or self._has_crashed()
+        return self._measured()
+
+    def _measured(self) -> Array:
+        return _filtered(self._measure_filters, self.true_state)
+
+    def _apply_forces(self) -> None:
+        self.mj_data.xfrc_applied[:] = 0.0
+        if self._forces:
+            # A physics step leaves positions and velocities of its beginning behind; the callbacks read the present.
+            mujoco.mj_forward(self.mj_model, self.mj_data)
+        if self._wrench.any():
+            torque = np.empty(3)
+            mujoco.mju_rotVecQuat(torque, self._wrench[3:], self.mj_data.qpos[3:7])
+            self.mj_data.xfrc_applied[self._body] = [*self._wrench[:3], *torque]
+        for force in self._forces:
+            force(self.mj_model, self.mj_data)
+
+    def _has_crashed(self) -> bool:
+        if not np.isfinite(self.mj_data.qpos).all():
+            return True
+        if self.robot.crashes_on_contact:
+            return bool(self.mj_data.ncon)
+        x, y = self.mj_data.qpos[4:6]
+        return bool(2.0 * np.arcsin(min(1.0, np.hypot(x, y))) > ROLL_OVER)
+
+
+def _filtered(filters: Sequence[Filter], values: Array) -> Array:
+    for apply in filters:
+        values = apply(values)
+    return values

@@ -1,0 +1,103 @@
+"""Crazyflie 2.1: thrust and body rates commanded, a proportional rate loop on board.
+
+Mass and inertia: J. Förster, "System Identification of the Crazyflie 2.0 Nano Quadrocopter", ETH 2015, as rounded
+by the paper this package follows.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sym2real.layout import Layout, Layouts
+from sym2real.robots.robot import GRAVITY, MPPISettings, Robot
+from sym2real.trajectory import Array
+
+if TYPE_CHECKING:
+    from sym2real.symbolic import Equations
+
+MASS = 0.027  # kg
+INERTIA = (1.66e-5, 1.67e-5, 2.93e-5)  # kg m²
+RATE_GAINS = (50.0, 50.0, 20.0)  # 1/s
+RATE_LIMITS = (8.0, 8.0, 4.0)  # rad/s
+THRUST_LIMIT = 0.6  # N
+HOVER = MASS * GRAVITY
+
+LAYOUTS = Layouts(
+    state=Layout.of(("x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz")),
+    action=Layout.of(("thrust", "wx_cmd", "wy_cmd", "wz_cmd")),
+    inputs=Layout.of(("fx", "fy", "fz", "tx", "ty", "tz")),
+)
+
+
+def _to_control(actions: Array) -> Array:
+    return actions
+
+
+def _to_state(qpos: Array, qvel: Array) -> Array:
+    return np.concatenate([qpos, qvel], axis=-1)
+
+
+def _to_coordinates(state: Array) -> tuple[Array, Array]:
+    return state[:7], state[7:]
+
+
+def _nominal() -> Equations:
+    from sym2real.robots.nominal_quadrotor import quadrotor  # noqa: PLC0415 — SymPy stays out of light imports
+
+    return quadrotor(MASS, INERTIA, rate_gains=RATE_GAINS, dt=0.02, robot="crazyflie")
+
+
+# A push may use half of the torque that the rate loop has at full command.
+_TORQUES = tuple(
+    0.5 * inertia * gain * limit for inertia, gain, limit in zip(INERTIA, RATE_GAINS, RATE_LIMITS, strict=True)
+)
+
+CRAZYFLIE = Robot(
+    name="crazyflie",
+    title="Crazyflie 2.1",
+    layouts=LAYOUTS,
+    dt=0.02,
+    physics_dt=0.002,
+    low=np.array([0.0, *(-limit for limit in RATE_LIMITS)]),
+    high=np.array([THRUST_LIMIT, *RATE_LIMITS]),
+    rest=np.array([HOVER, 0.0, 0.0, 0.0]),
+    random_low=np.array([0.5 * HOVER, *(-limit for limit in RATE_LIMITS)]),
+    random_high=np.array([1.5 * HOVER, *RATE_LIMITS]),
+    start=np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+    mass=MASS,
+    constants={
+        "jx": INERTIA[0],
+        "jy": INERTIA[1],
+        "jz": INERTIA[2],
+        "kx": RATE_GAINS[0],
+        "ky": RATE_GAINS[1],
+        "kz": RATE_GAINS[2],
+    },
+    mjcf="crazyflie.xml",
+    to_control=_to_control,
+    to_state=_to_state,
+    to_coordinates=_to_coordinates,
+    crashes_on_contact=True,
+    dependencies=(
+        ("vx", "thrust"),
+        ("vy", "thrust"),
+        ("vz", "thrust"),
+        ("wx", "wx_cmd"),
+        ("wy", "wy_cmd"),
+        ("wz", "wz_cmd"),
+    ),
+    angles=(),
+    push_limits={
+        "fx": 0.3 * HOVER,
+        "fy": 0.3 * HOVER,
+        "fz": 0.3 * HOVER,
+        "tx": _TORQUES[0],
+        "ty": _TORQUES[1],
+        "tz": _TORQUES[2],
+    },
+    cost_weights={"position": 1.0, "orientation": 0.2, "velocity": 0.05, "rate": 0.01},
+    mppi=MPPISettings(horizon=0.8, temperature=0.05, noise=(0.06, 3.0, 3.0, 1.5), correlation=0.08),
+    nominal=_nominal,
+)

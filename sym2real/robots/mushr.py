@@ -1,0 +1,109 @@
+"""MuSHR racecar: steering angle and speed commanded, four driven wheels.
+
+Position and velocity of the state are those of the middle of the rear axle, where the kinematic bicycle does not slip.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sym2real.layout import Layout, Layouts
+from sym2real.robots.robot import GRAVITY, MPPISettings, Robot
+from sym2real.trajectory import Array
+
+if TYPE_CHECKING:
+    from sym2real.symbolic import Equations
+
+WHEELBASE = 0.2955  # m
+TRACK = 0.23  # m
+WHEEL_RADIUS = 0.05  # m
+STEER_LIMIT = 0.38  # rad
+MASS = 3.5  # kg: chassis 2.9, wheels 0.15 each
+REST_HEIGHT = 0.049698  # m: rear axle above the ground once the contacts carry the car
+
+LAYOUTS = Layouts(
+    state=Layout.of(("x", "y", "sin_yaw", "cos_yaw", "vx", "vy", "wz")),
+    action=Layout.of(("steer", "speed")),
+    inputs=Layout.of(("fx", "fy", "tz")),
+)
+
+# Joints in the order of mushr.xml after the free joint: steer and spin of the front wheels, spin of the rear ones.
+STEER_JOINTS = [0, 2]
+SPIN_JOINTS = [1, 3, 4, 5]
+
+
+def ackermann(steer: Array) -> Array:
+    """Angles of the left and right front wheel in rad ``# (..., 2)`` that share one turning centre.
+
+    Args:
+        steer: angle of the bicycle's front wheel in rad, left positive ``# (...)``.
+    """
+    tangent = WHEELBASE * np.tan(steer)[..., None]
+    side = np.array([-1.0, 1.0]) * 0.5 * TRACK * np.tan(steer)[..., None]
+    return np.arctan2(tangent, WHEELBASE + side)
+
+
+def _to_control(actions: Array) -> Array:
+    wheels = np.repeat(actions[..., 1:] / WHEEL_RADIUS, 4, axis=-1)
+    return np.concatenate([ackermann(actions[..., 0]), wheels], axis=-1)
+
+
+def _to_state(qpos: Array, qvel: Array) -> Array:
+    w, x, y, z = (qpos[..., index] for index in range(3, 7))
+    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return np.stack(
+        [qpos[..., 0], qpos[..., 1], np.sin(yaw), np.cos(yaw), qvel[..., 0], qvel[..., 1], qvel[..., 5]], axis=-1
+    )
+
+
+def _to_coordinates(state: Array) -> tuple[Array, Array]:
+    """Wheels roll without slip, and the front wheels are turned as the yaw rate asks, within their limits."""
+    x, y, sine, cosine, vx, vy, wz = state
+    yaw = np.arctan2(sine, cosine)
+    forward = vx * cosine + vy * sine
+    steer = np.clip(np.arctan(WHEELBASE * wz / forward), -STEER_LIMIT, STEER_LIMIT) if abs(forward) > 0.1 else 0.0
+    angles = ackermann(np.asarray(steer))
+    sides = np.array([0.5, -0.5]) * TRACK
+    front = ((forward - wz * sides) * np.cos(angles) + wz * WHEELBASE * np.sin(angles)) / WHEEL_RADIUS
+    rear = (forward - wz * sides) / WHEEL_RADIUS
+    joints, rates = np.zeros(6), np.zeros(6)
+    joints[STEER_JOINTS] = angles
+    rates[SPIN_JOINTS] = [*front, *rear]
+    qpos = np.concatenate([[x, y, REST_HEIGHT, np.cos(0.5 * yaw), 0.0, 0.0, np.sin(0.5 * yaw)], joints])
+    return qpos, np.concatenate([[vx, vy, 0.0, 0.0, 0.0, wz], rates])
+
+
+def _nominal() -> Equations:
+    from sym2real.robots.nominal_car import car  # noqa: PLC0415 — SymPy stays out of light imports
+
+    return car(WHEELBASE, time_constant=0.12, mass=MASS, dt=0.05, robot="mushr")
+
+
+MUSHR = Robot(
+    name="mushr",
+    title="MuSHR racecar",
+    layouts=LAYOUTS,
+    dt=0.05,
+    physics_dt=0.005,
+    low=np.array([-STEER_LIMIT, -2.2]),
+    high=np.array([STEER_LIMIT, 2.5]),
+    rest=np.zeros(2),
+    random_low=np.array([-STEER_LIMIT, -2.0]),
+    random_high=np.array([STEER_LIMIT, 2.0]),
+    start=np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]),
+    mass=MASS,
+    constants={"wheelbase": WHEELBASE, "track": TRACK, "wheel_radius": WHEEL_RADIUS},
+    mjcf="mushr.xml",
+    to_control=_to_control,
+    to_state=_to_state,
+    to_coordinates=_to_coordinates,
+    crashes_on_contact=False,
+    dependencies=(("vx", "speed"), ("vy", "speed"), ("wz", "steer")),
+    angles=("steer",),
+    push_limits={"fx": 0.3 * MASS * GRAVITY, "fy": 0.3 * MASS * GRAVITY, "tz": 0.15 * MASS * GRAVITY * WHEELBASE},
+    cost_weights={"position": 1.0, "orientation": 0.2, "velocity": 0.1, "rate": 0.0},
+    mppi=MPPISettings(horizon=1.0, temperature=0.05, noise=(0.2, 0.8), knots=5),
+    nominal=_nominal,
+)

@@ -26,11 +26,11 @@ import torch
 from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
+from sym2real.robots.robot import GRAVITY
 from sym2real.rotation import to_matrix, yaw
 
 Array = NDArray[np.float64]
 
-GRAVITY = 9.81  # m/s², MuJoCo's default
 UP = np.array([0.0, 0.0, 1.0])
 # Reference velocities are differentiated over this half-step, s: one control period, so that a corner of the
 # reference asks for a rate that the vehicle can give.
@@ -138,6 +138,6 @@ def attitude_along(pull: Array, heading: float) -> Array:
 
 
 def turning_rate(attitude: Array, jerk: Array, pull: float, yaw_rate: float) -> Array:
-    """Body rates ``# (3,)`` in rad/s that keep the thrust direction along an acceleration that changes with ``jerk``."""
+    """Body rates ``# (3,)`` in rad/s that keep thrust along an acceleration that changes with ``jerk``."""
     across = jerk / max(pull, 1e-9)  # its part along z changes the thrust alone, and is dropped by the projections
     return np.array([-across @ attitude[:, 1], across @ attitude[:, 0], yaw_rate * attitude[2, 2]])

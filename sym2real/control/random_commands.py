@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-if TYPE_CHECKING:
-    from sym2real.robots.robot import Robot
+from sym2real.robots.robot import Robot
 
 Array = NDArray[np.float64]
 

@@ -1,0 +1,73 @@
+"""Control noise of MPPI: covariance over the actions, smoothness over the horizon.
+
+::
+
+    δ = B ε C^T,   ε ~ N(0, 1) of shape (draws, actions)
+
+C is a factor of the covariance over the actions. B makes the noise smooth over the horizon; its rows have length one,
+so that every step has the same covariance C C^T.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+from numpy.typing import ArrayLike
+from scipy.interpolate import CubicSpline
+from torch import Tensor
+
+from sym2real.errors import ShapeError
+from sym2real.robots.robot import MPPISettings
+
+
+def covariance_factor(noise: ArrayLike) -> Tensor:
+    """Lower factor C ``# (m, m)`` of standard deviations ``# (m,)`` or of a covariance ``# (m, m)``.
+
+    Raises:
+        ShapeError: when a standard deviation is negative or a covariance is not positive definite.
+    """
+    values = torch.as_tensor(np.asarray(noise, dtype=np.float64))
+    if values.ndim == 1:
+        if (values < 0).any():
+            raise ShapeError(f"control noise: expected standard deviations of at least 0, found {values.tolist()}")
+        return torch.diag(values)
+    factor, failed = torch.linalg.cholesky_ex(values)
+    if failed:
+        raise ShapeError(f"control noise: expected a positive definite covariance, found {values.tolist()}")
+    return factor
+
+
+def smoothing(steps: int, dt: float, settings: MPPISettings) -> Tensor:
+    """Matrix B ``# (steps, draws)`` that the settings ask for: a spline, correlated noise or white noise.
+
+    Raises:
+        ShapeError: when the settings ask for a spline through a single knot.
+    """
+    if settings.knots:
+        return spline(steps, settings.knots)
+    if settings.correlation > 0:
+        return correlated(steps, dt, settings.correlation)
+    return torch.eye(steps, dtype=torch.float64)
+
+
+def spline(steps: int, knots: int) -> Tensor:
+    """Cubic spline through equally spaced knots ``# (steps, knots)``, rows of length one."""
+    if knots < 2:
+        raise ShapeError(f"control noise: expected 0 knots (no spline) or at least 2, found {knots}")
+    through = CubicSpline(np.linspace(0.0, 1.0, knots), np.eye(knots))
+    matrix = through(np.linspace(0.0, 1.0, steps))
+    return torch.from_numpy(matrix / np.linalg.norm(matrix, axis=1, keepdims=True))
+
+
+def correlated(steps: int, dt: float, time_constant: float) -> Tensor:
+    """Factor ``# (steps, steps)`` of the covariance exp(-|i - j| dt / τ): first-order coloured noise."""
+    times = torch.arange(steps, dtype=torch.float64) * dt
+    return torch.linalg.cholesky(torch.exp(-(times[:, None] - times).abs() / time_constant))
+
+
+def sample(count: int, smooth: Tensor, factor: Tensor, generator: torch.Generator) -> Tensor:
+    """Noise ``# (count, steps, m)``; the first sample is zero, so that the mean itself is among the candidates."""
+    shape = (count, smooth.shape[1], factor.shape[0])
+    normal = torch.randn(shape, generator=generator, device=factor.device, dtype=factor.dtype)
+    normal[0] = 0.0
+    return smooth @ normal @ factor.T

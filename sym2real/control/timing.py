@@ -1,0 +1,43 @@
+"""How many samples a machine can roll out within a control period."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable
+
+LOGGER = logging.getLogger(__name__)
+
+SHARE = 0.7  # of the period; the rest is for the link, the filter and the log
+LEAST = 16  # samples below which a weighted mean of rollouts is no controller
+WARM_UP, REPEATS = 3, 5  # TorchScript specialises during its first calls
+
+
+def samples_within(period: float, samples: int, solve: Callable[[int], object]) -> int:
+    """The most samples, by halving, for which ``solve(samples)`` takes less than a share of the period in s.
+
+    What was lowered, or that even the least number does not hold the period, is said as a warning of the log.
+    """
+    wanted = samples
+    seconds = median_seconds(solve, samples)
+    while seconds > SHARE * period and samples > LEAST:
+        samples = max(LEAST, samples // 2)
+        seconds = median_seconds(solve, samples)
+    if samples < wanted:
+        LOGGER.warning(
+            "MPPI: %d samples instead of %d, to act within a period of %.1f ms (%.1f ms an action)",
+            samples, wanted, 1e3 * period, 1e3 * seconds,
+        )  # fmt: skip
+    if seconds > SHARE * period:
+        LOGGER.warning("MPPI: the period of %.1f ms is not held: %.1f ms an action", 1e3 * period, 1e3 * seconds)
+    return samples
+
+
+def median_seconds(solve: Callable[[int], object], samples: int) -> float:
+    """Median duration in s of ``solve(samples)``, once it is warm."""
+    durations = []
+    for _ in range(WARM_UP + REPEATS):
+        start = time.perf_counter()
+        solve(samples)
+        durations.append(time.perf_counter() - start)
+    return sorted(durations[WARM_UP:])[REPEATS // 2]

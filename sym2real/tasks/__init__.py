@@ -1,0 +1,40 @@
+"""Tasks: references over time and their running cost, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from sym2real.registry import Registry
+from sym2real.robots.robot import Robot
+from sym2real.tasks.circle import circle, reverse_circle
+from sym2real.tasks.hover import hover, unseen_goal
+from sym2real.tasks.lemniscate import lemniscate
+from sym2real.tasks.park import park
+from sym2real.tasks.task import Task
+from sym2real.tasks.track import track
+
+TASKS: Registry[Callable[..., Task]] = Registry(
+    "task",
+    {
+        "hover": hover,
+        "circle": circle,
+        "lemniscate": lemniscate,
+        "track": track,
+        "park": park,
+        "reverse_circle": reverse_circle,
+    },
+)
+
+
+def make_task(name: str, robot: Robot, **options: Any) -> Task:
+    """The task of that name for a robot; options are the arguments of the function in :data:`TASKS`.
+
+    Raises:
+        UnknownNameError: when there is no such task.
+        ShapeError: when the robot cannot be given this task.
+    """
+    return TASKS[name](robot, **options)
+
+
+__all__ = ["TASKS", "Task", "make_task", "unseen_goal"]

@@ -1,0 +1,52 @@
+"""The running cost of the paper, eq. (5), as a SymPy expression.
+
+::
+
+    α_p ‖p - p*‖ + α_r d_R(R, R*) + α_v ‖v - v*‖ + α_ω ‖ω - ω*‖
+    d_R = 1 - (q · q*)²                         (quaternion)
+    d_R = |sin θ - sin θ*| + |cos θ - cos θ*|   (unit circle)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import sympy
+
+from sym2real.robots.robot import Robot
+from sym2real.symbolic import symbol
+from sym2real.tasks.task import flies
+
+# Added under each root, so that its gradient at zero is finite; 1e-6 of a metre is nothing to a cost.
+SMOOTH = sympy.Float(1e-12)
+
+
+def tracking_cost(robot: Robot) -> sympy.Expr:
+    """Eq. (5) over the robot's state columns and ``ref_<column>``, with the robot's ``cost_weights``."""
+    layout, weights = robot.layouts.state, robot.cost_weights
+    rotation = layout.field("attitude" if flies(robot) else "heading").columns
+    return sympy.Add(
+        weights["position"] * distance(layout.field("position").columns),
+        weights["orientation"] * (quaternion_distance(rotation) if flies(robot) else circle_distance(rotation)),
+        weights["velocity"] * distance(layout.field("velocity").columns),
+        weights["rate"] * distance(layout.field("rate").columns),
+    )
+
+
+def distance(columns: Iterable[str]) -> sympy.Expr:
+    """Euclidean distance of columns from their reference."""
+    return sympy.sqrt(sympy.Add(SMOOTH, *(error(column) ** 2 for column in columns)))
+
+
+def quaternion_distance(columns: Iterable[str]) -> sympy.Expr:
+    """1 - (q · q*)²: zero for equal rotations, q and -q alike."""
+    return 1 - sympy.Add(*(symbol(column) * symbol(f"ref_{column}") for column in columns)) ** 2
+
+
+def circle_distance(columns: Iterable[str]) -> sympy.Expr:
+    """Sum of the absolute errors of sine and cosine."""
+    return sympy.Add(*(sympy.Abs(error(column)) for column in columns))
+
+
+def error(column: str) -> sympy.Expr:
+    return symbol(column) - symbol(f"ref_{column}")

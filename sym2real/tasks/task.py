@@ -1,0 +1,56 @@
+"""What a robot is asked to do: a reference over time, a running cost, where episodes start and how long they last."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+from torch import Tensor
+
+from sym2real.errors import ShapeError
+from sym2real.robots.robot import Robot
+
+Array = NDArray[np.float64]
+Reference = Callable[[Tensor], Tensor]
+Cost = sympy.Expr | Callable[[Tensor, Tensor, Tensor], Tensor]
+
+
+@dataclass(frozen=True)
+class Task:
+    """One task of one robot.
+
+    Args:
+        name: what a user calls it.
+        reference: full state wanted at a time in s: ``# (...,)`` → ``# (..., state)``, in the dtype of the time.
+        cost: running cost of one step: a SymPy expression over state columns, action columns and reference
+            columns (``ref_x``, …), or a callable of state ``# (..., state)``, action ``# (..., action)`` and
+            reference ``# (..., state)``, broadcast → ``# (...,)``. The state is the one after the action.
+        start: draws the state ``# (state,)`` that an episode starts from.
+        duration: length of an episode, s.
+    """
+
+    name: str
+    reference: Reference
+    cost: Cost
+    start: Callable[[np.random.Generator], Array]
+    duration: float
+
+
+def flies(robot: Robot) -> bool:
+    """True of robots that move in space with a free attitude, false of those that drive in a plane."""
+    return robot.layouts.state.has_field("attitude")
+
+
+def require(robot: Robot, field: str, task: str) -> None:
+    """Refuse a task that a robot cannot be given.
+
+    Raises:
+        ShapeError: when the robot's state lacks a field of that name.
+    """
+    layout = robot.layouts.state
+    if not layout.has_field(field):
+        have = ", ".join(known.name for known in layout.fields)
+        raise ShapeError(f"task {task!r} needs a robot with a {field} in its state; {robot.name} has {have}")

@@ -72,7 +72,8 @@ class MujocoPlant:
     @property
     def inputs(self) -> Array:
         """The wrench that acts now: force in world axes, torque in body axes ``# (inputs,)``."""
-        return self._wrench[self._columns]
+        held: Array = self._wrench[self._columns]
+        return held
 
     @property
     def crashed(self) -> bool:

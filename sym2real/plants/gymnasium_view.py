@@ -1,0 +1,79 @@
+"""A plant and a task as a Gymnasium environment, for agents from outside."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import gymnasium
+import numpy as np
+import sympy
+import torch
+
+from sym2real.errors import ModelError
+from sym2real.plants.model_plant import ModelPlant
+from sym2real.plants.mujoco_plant import MujocoPlant
+from sym2real.symbolic import compile_function
+from sym2real.tasks import Task
+from sym2real.trajectory import Array
+
+Reward = Callable[[Array, Array, Array], float]
+
+
+class TaskEnvironment(gymnasium.Env[Array, Array]):  # type: ignore[misc]
+    """Observation: the measured state. Action: the robot's. Reward: minus the task's running cost.
+
+    An episode terminates on a crash and is truncated after the task's duration.
+
+    Args:
+        plant: a plant of a robot.
+        task: gives the start, the reference and the cost.
+        reward: of state after the action, action, reference; None for minus the cost.
+
+    Raises:
+        ModelError: when the plant knows no robot, and with it no limits.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 — Gymnasium's own declaration
+
+    def __init__(self, plant: MujocoPlant | ModelPlant, task: Task, reward: Reward | None = None) -> None:
+        if plant.robot is None:
+            raise ModelError("a Gymnasium view needs a plant of a robot, which knows its action limits")
+        self.plant, self.task = plant, task
+        self.steps = round(task.duration / plant.dt)
+        self._reward = reward or _minus_cost(plant, task)
+        size = plant.layouts.state.size
+        self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float64)
+        self.action_space = gymnasium.spaces.Box(plant.robot.low, plant.robot.high, dtype=np.float64)
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
+        super().reset(seed=seed)
+        self._step = 0
+        return self.plant.reset(self.task.start(self.np_random), seed), {}
+
+    def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
+        state = self.plant.step(action)
+        self._step += 1
+        time = torch.tensor(self._step * self.plant.dt, dtype=torch.float64)
+        reward = self._reward(state, action, self.task.reference(time).numpy())
+        return state, reward, self.plant.crashed, self._step >= self.steps, {}
+
+
+def gymnasium_env(plant: MujocoPlant | ModelPlant, task: Task, reward: Reward | None = None) -> TaskEnvironment:
+    """The plant and the task as a Gymnasium environment; see :class:`TaskEnvironment`."""
+    return TaskEnvironment(plant, task, reward)
+
+
+def _minus_cost(plant: MujocoPlant | ModelPlant, task: Task) -> Reward:
+    cost: Callable[..., torch.Tensor]
+    if isinstance(task.cost, sympy.Expr):
+        columns = plant.layouts.state.columns
+        arguments = [columns, plant.layouts.action.columns, [f"ref_{column}" for column in columns]]
+        cost = compile_function([task.cost], arguments, dtype=torch.float64)
+    else:
+        cost = task.cost
+
+    def reward(state: Array, action: Array, reference: Array) -> float:
+        return -float(cost(*(torch.as_tensor(values, dtype=torch.float64) for values in (state, action, reference))))
+
+    return reward

@@ -1,0 +1,103 @@
+"""Any dynamics model as a plant."""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+from numpy.typing import ArrayLike
+from torch import Tensor, nn
+
+from sym2real.errors import ShapeError
+from sym2real.layout import Layouts
+from sym2real.protocols import DynamicsModel
+from sym2real.robots import Robot
+from sym2real.trajectory import Array
+
+
+class ModelPlant:
+    """A :class:`~sym2real.protocols.Plant` that steps a model.
+
+    Crashed once the state is not finite or its height ``z`` is below zero.
+
+    Args:
+        model: next state ``# (state,)`` from state, action and inputs.
+        robot: the robot that the model describes, or only the layouts of the model.
+        dt: control period in s; None for the robot's.
+        start: state after a reset without one ``# (state,)``; None for the robot's.
+
+    Raises:
+        ShapeError: when layouts are given without ``dt`` and ``start``.
+    """
+
+    def __init__(
+        self,
+        model: DynamicsModel,
+        robot: Robot | Layouts,
+        dt: float | None = None,
+        start: ArrayLike | None = None,
+    ) -> None:
+        self.model = model
+        self.robot = robot if isinstance(robot, Robot) else None
+        self._layouts = robot.layouts if isinstance(robot, Robot) else robot
+        if self.robot is not None:
+            dt, start = dt or self.robot.dt, self.robot.start if start is None else start
+        if dt is None or start is None:
+            raise ShapeError("a ModelPlant of layouts alone needs dt and start")
+        self._dt = dt
+        self._start = np.asarray(start, dtype=np.float64)
+        self._dtype = _dtype(model)
+        self.reset()
+
+    @property
+    def layouts(self) -> Layouts:
+        return self._layouts
+
+    @property
+    def dt(self) -> float:
+        return self._dt
+
+    @property
+    def inputs(self) -> Array:
+        return self._inputs.copy()
+
+    @property
+    def crashed(self) -> bool:
+        if not np.isfinite(self._state).all():
+            return True
+        return "z" in self.layouts.state and bool(self._state[self.layouts.state.index("z")] < 0.0)
+
+    def push(self, inputs: ArrayLike) -> None:
+        """Hold inputs until the next call or reset ``# (inputs,)``."""
+        self._inputs = _checked(inputs, self.layouts.inputs.columns)
+
+    def reset(self, state: ArrayLike | None = None, seed: int | None = None) -> Array:
+        """Start an episode at ``state`` or the given start; nothing is random, so the seed has no effect."""
+        self._state = _checked(self._start if state is None else state, self.layouts.state.columns)
+        self._inputs = np.zeros(self.layouts.inputs.size)
+        return self._state.copy()
+
+    @torch.no_grad()
+    def step(self, action: ArrayLike) -> Array:
+        sent = _checked(action, self.layouts.action.columns)
+        after = self.model(self._tensor(self._state), self._tensor(sent), self._tensor(self._inputs))
+        self._state = self.layouts.state.normalise(after.double()).numpy()
+        return self._state.copy()
+
+    def _tensor(self, values: Array) -> Tensor:
+        return torch.as_tensor(values, dtype=self._dtype)
+
+
+def _checked(values: ArrayLike, columns: tuple[str, ...]) -> Array:
+    array = np.array(values, dtype=np.float64)
+    if array.shape != (len(columns),):
+        raise ShapeError(f"expected one number for each of {columns}, found shape {array.shape}")
+    return array
+
+
+def _dtype(model: DynamicsModel) -> torch.dtype:
+    """The dtype that a module computes in; float64 where it does not say."""
+    if isinstance(model, nn.Module):
+        for tensor in (*model.parameters(), *model.buffers()):
+            if tensor.is_floating_point():
+                return tensor.dtype
+    return torch.float64

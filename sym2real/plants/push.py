@@ -1,0 +1,29 @@
+"""Random pushes: wrenches that vary smoothly in time, from which a base model learns its wrench inputs."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from sym2real.robots import Robot
+from sym2real.trajectory import Array
+
+
+def random_push(robot: Robot, steps: int, rng: np.random.Generator, correlation: float = 0.3) -> Array:
+    """A sequence of wrenches ``# (steps, inputs)`` for :func:`~sym2real.plants.run_episode`.
+
+    Gaussian noise of the given correlation time in s, squashed so that the size of the force, and that of the torque
+    measured in each axis' limit, stays within ``robot.push_limits``.
+    """
+    columns = robot.layouts.inputs.columns
+    width = correlation / robot.dt
+    margin = int(np.ceil(4.0 * width))
+    noise = gaussian_filter1d(rng.standard_normal((steps + 2 * margin, len(columns))), width, axis=0)
+    # A Gaussian filter of this width shrinks white noise to a standard deviation of (2 √π width)^(-1/2).
+    smooth = noise[margin : margin + steps] * np.sqrt(2.0 * np.sqrt(np.pi) * width)
+    for start in ("f", "t"):
+        group = [index for index, column in enumerate(columns) if column.startswith(start)]
+        size = np.linalg.norm(smooth[:, group], axis=1, keepdims=True)
+        smooth[:, group] /= np.sqrt(1.0 + size**2)
+    wrench: Array = smooth * [robot.push_limits[column] for column in columns]
+    return wrench

@@ -1,0 +1,31 @@
+"""Symbolic regression: engines that turn transitions into equations, and the check of what they depend on.
+
+Names are imported when first used: PySR's worker process runs inside this package and must not import torch.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sym2real.regression.beam import BeamSearch
+    from sym2real.regression.engines import ENGINES
+    from sym2real.regression.report import EquationReport, Fit
+    from sym2real.regression.selection import SearchSettings
+
+_OWNERS = {
+    "ENGINES": "engines",
+    "BeamSearch": "beam",
+    "EquationReport": "report",
+    "Fit": "report",
+    "SearchSettings": "selection",
+}
+
+__all__ = ["ENGINES", "BeamSearch", "EquationReport", "Fit", "SearchSettings"]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _OWNERS:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_OWNERS[name]}"), name)

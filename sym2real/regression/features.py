@@ -1,0 +1,84 @@
+"""What the candidate terms are made of: the columns of a step, and sine and cosine of declared angles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sym2real.errors import ShapeError
+from sym2real.layout import Layouts
+from sym2real.trajectory import Transitions
+
+Array = NDArray[np.float64]
+
+WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
+# The clock causes nothing: an equation in it would hold for one episode only.
+NOT_A_CAUSE = ("t",)
+
+
+@dataclass(frozen=True)
+class Variables:
+    """The variables that equations may contain, in the order of the columns of :func:`values_of`.
+
+    Args:
+        columns: columns of state, action and inputs that are variables by themselves.
+        angles: columns whose sine and cosine are variables too (rad).
+        wrench: wrench columns; they stand last.
+        quaternions: for every quaternion, the names of its four columns.
+    """
+
+    columns: tuple[str, ...]
+    angles: tuple[str, ...]
+    wrench: tuple[str, ...]
+    quaternions: tuple[tuple[str, ...], ...]
+
+    @classmethod
+    def of(cls, layouts: Layouts, angles: Sequence[str] = ()) -> Variables:
+        """Variables of these layouts.
+
+        Raises:
+            ShapeError: when an angle is not a column in rad.
+        """
+        everything = layouts.state + layouts.action + layouts.inputs
+        for angle in angles:
+            if everything.units[everything.columns[everything.index(angle)]] != "rad":
+                raise ShapeError(f"angle {angle!r} must be a column in rad, its unit is {everything.units[angle]!r}")
+        wrench = tuple(column for column in layouts.inputs if column in WRENCH)
+        columns = tuple(column for column in everything if column not in (*wrench, *NOT_A_CAUSE))
+        quaternions = tuple(field.columns for field in everything.fields if field.kind == "quaternion")
+        return cls(columns, tuple(angles), wrench, quaternions)
+
+    @property
+    def plain(self) -> int:
+        """Number of variables that are no wrench."""
+        return len(self.columns) + 2 * len(self.angles)
+
+    def values_of(self, transitions: Transitions) -> Array:
+        """Values of the variables ``# (rows, variables)``: columns, sines, cosines, wrench."""
+        layouts = transitions.layouts
+        layout = layouts.state + layouts.action + layouts.inputs
+        table = np.concatenate([transitions.state, transitions.action, transitions.inputs], axis=1)
+        angles = table[:, layout.indices(self.angles)]
+        parts = [table[:, layout.indices(self.columns)], np.sin(angles), np.cos(angles)]
+        return np.concatenate([*parts, table[:, layout.indices(self.wrench)]], axis=1)
+
+    def wrench_of(self, transitions: Transitions) -> Array:
+        """Values of the wrench columns ``# (rows, wrench)``."""
+        return transitions.inputs[:, transitions.layouts.inputs.indices(self.wrench)]
+
+    def signs(self, powers: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Whether each product changes sign with each quaternion: 1 or 0 ``# (terms, quaternions)``.
+
+        q and −q are one attitude, so an equation for a quaternion must be odd in it and any other even. Fitting
+        on rows repeated with −q and −q′ gives every term of the wrong sign the coefficient zero; leaving such
+        terms out is the same fit on half the rows and half the candidates.
+        """
+        parities = [powers[:, [self.columns.index(c) for c in names]].sum(axis=1) % 2 for names in self.quaternions]
+        return np.stack(parities, axis=1) if parities else np.zeros((len(powers), 0), dtype=np.int64)
+
+    def sign_of(self, column: str) -> NDArray[np.int64]:
+        """The sign pattern that the equation of a state column must have ``# (quaternions,)``."""
+        return np.array([int(column in names) for names in self.quaternions], dtype=np.int64)

@@ -1,0 +1,135 @@
+"""Beam search for the subset of candidate columns that explains a target best, on their Gram matrix alone.
+
+A support S grows by the column that lowers the residual sum of squares most. With the Cholesky factor L of
+G[S, S], rows W = L⁻¹ G[S, :], the residual correlations are r = c − Wᵀ L⁻¹ c[S] and the residual energies of the
+columns d = diag G − Σ W²; adding column j lowers the sum by r_j² / d_j (Chen, Billings & Luo, "Orthogonal least
+squares methods and their application to non-linear system identification", Int. J. Control 50, 1989).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+
+Array = NDArray[np.float64]
+
+# A column whose energy outside the chosen columns' span is below this share is a combination of them.
+DEPENDENT = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Support:
+    """A set of chosen columns and what they leave unexplained.
+
+    Args:
+        columns: positions of the chosen columns, in the order of choice.
+        rows: W ``# (chosen, candidates)``.
+        correlation: r ``# (candidates,)``.
+        energy: d ``# (candidates,)``.
+        loss: residual sum of squares.
+    """
+
+    columns: tuple[int, ...]
+    rows: Array
+    correlation: Array
+    energy: Array
+    loss: float
+
+    def gains(self) -> Array:
+        """By how much each candidate would lower the loss; 0 for dependent ones ``# (candidates,)``."""
+        free = self.energy > DEPENDENT
+        gains = np.zeros_like(self.energy)
+        np.divide(self.correlation**2, self.energy, out=gains, where=free)
+        gains[list(self.columns)] = 0.0
+        return gains
+
+    def with_column(self, column: int, gram: Array) -> Support:
+        """This support and one more column."""
+        scale = 1.0 / np.sqrt(self.energy[column])
+        row = (gram[column] - self.rows[:, column] @ self.rows) * scale
+        weight = self.correlation[column] * scale
+        return Support(
+            (*self.columns, column),
+            np.vstack([self.rows, row]),
+            self.correlation - weight * row,
+            self.energy - row**2,
+            self.loss - weight**2,
+        )
+
+
+def empty_support(gram: Array, correlation: Array, energy: float) -> Support:
+    """No column chosen: the loss is the target's energy."""
+    return Support((), np.empty((0, len(gram))), correlation, np.diag(gram).copy(), energy)
+
+
+def support_of(columns: tuple[int, ...], gram: Array, correlation: Array, energy: float) -> Support:
+    """The support with these columns, factored at once."""
+    if not columns:
+        return empty_support(gram, correlation, energy)
+    chosen = list(columns)
+    factor = np.linalg.cholesky(gram[np.ix_(chosen, chosen)])
+    rows = solve_triangular(factor, gram[chosen], lower=True, check_finite=False)
+    weights = solve_triangular(factor, correlation[chosen], lower=True, check_finite=False)
+    return Support(
+        columns,
+        rows,
+        correlation - weights @ rows,
+        np.diag(gram) - np.einsum("kc,kc->c", rows, rows),
+        energy - float(weights @ weights),
+    )
+
+
+def exchanged(support: Support, gram: Array, correlation: Array, energy: float) -> Support:
+    """One exchange pass: every column is dropped in turn and the then best one put in its place."""
+    for column in support.columns:
+        rest = tuple(other for other in support.columns if other != column)
+        without = support_of(rest, gram, correlation, energy)
+        gains = without.gains()
+        best = int(np.argmax(gains))
+        if best != column and without.loss - gains[best] < support.loss * (1 - 1e-9) and gains[best] > 0:
+            support = without.with_column(best, gram)
+    return support
+
+
+def beam_search(
+    gram: Array, correlation: Array, energy: float, *, width: int, branch: int, limit: int
+) -> list[tuple[int, ...]]:
+    """The best set of columns found at every size from 0 to ``limit``.
+
+    Args:
+        gram: products of the candidate columns, with unit diagonal ``# (candidates, candidates)``.
+        correlation: products of the candidates with the target ``# (candidates,)``.
+        energy: product of the target with itself.
+        width: supports kept at every size.
+        branch: columns tried on each of them.
+        limit: size to stop at.
+    """
+    beam = [empty_support(gram, correlation, energy)]
+    found: list[tuple[int, ...]] = [()]
+    for _ in range(limit):
+        children = _children(beam, branch)[:width]
+        if not children:
+            break
+        beam = [beam[parent].with_column(column, gram) for _, parent, column in children]
+        best = exchanged(beam[0], gram, correlation, energy)
+        if best is not beam[0]:
+            beam = [best, *beam[: width - 1]]
+        found.append(best.columns)
+    return found
+
+
+def _children(beam: list[Support], branch: int) -> list[tuple[float, int, int]]:
+    """(loss, parent, column) of every distinct support one column larger, best first."""
+    seen: set[frozenset[int]] = set()
+    children = []
+    for parent, support in enumerate(beam):
+        gains = support.gains()
+        for column in np.argsort(-gains, kind="stable")[:branch].tolist():
+            key = frozenset((*support.columns, column))
+            if gains[column] > 0 and key not in seen:
+                seen.add(key)
+                children.append((support.loss - float(gains[column]), parent, column))
+    return sorted(children)

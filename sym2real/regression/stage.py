@@ -1,0 +1,110 @@
+"""One of the two halves of an equation: what holds without a wrench, or what a wrench adds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sym2real.regression.features import Variables
+from sym2real.regression.monomials import Monomials
+from sym2real.regression.polynomial import Polynomial
+from sym2real.regression.refit import Loss, refit
+from sym2real.regression.selection import SearchSettings, Table, validation_rows
+from sym2real.trajectory import Transitions
+
+Array = NDArray[np.float64]
+
+# A warm start is searched again where the newest trajectory is predicted so much worse than the ones before.
+SURPRISE = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Half an equation.
+
+    Args:
+        polynomial: its terms.
+        error: root mean square one-step error on the validation rows.
+        searched: false where only the numbers were fitted.
+    """
+
+    polynomial: Polynomial
+    error: float
+    searched: bool
+
+
+class Stage:
+    """Rows and candidates of one half, shared by all equations.
+
+    Args:
+        transitions: the rows.
+        variables: what the terms are made of.
+        candidates: products to choose from.
+        multipliers: positions of the variables that chosen products may be multiplied by.
+        seed: its parity says which blocks of rows validate.
+    """
+
+    def __init__(
+        self,
+        transitions: Transitions,
+        variables: Variables,
+        candidates: Monomials,
+        multipliers: range,
+        search: SearchSettings,
+        loss: Loss,
+        seed: int,
+    ) -> None:
+        self.transitions, self.variables, self.loss = transitions, variables, loss
+        self.values = variables.values_of(transitions)
+        scale = np.sqrt(np.mean(self.values**2, axis=0))
+        self.scale = np.where(scale > 0, scale, 1.0)
+        self.held = validation_rows(transitions, seed)
+        self.newest = transitions.trajectory == transitions.trajectory.max()
+        self.table = Table(self.values / self.scale, candidates, variables.signs, multipliers, self.held, search)
+
+    def increments(self, column: str) -> Array:
+        """What a step adds to a state column ``# (rows,)``."""
+        position = self.transitions.layouts.state.index(column)
+        return self.transitions.next_state[:, position] - self.transitions.state[:, position]
+
+    def solve(self, column: str, target: Array, earlier: Polynomial | None, fits: Callable[[Polynomial], bool]) -> Part:
+        """Terms and numbers for a target ``# (rows,)``.
+
+        Args:
+            column: state column of the equation.
+            target: what the terms shall sum up to.
+            earlier: terms of a warm start; kept unless the newest trajectory surprises them.
+            fits: whether the equation with these terms is small enough.
+        """
+        if earlier is not None and not self._surprised(earlier, target):
+            return self._fitted(earlier.terms, target, fits, searched=False)
+        choice = self.table.choose(target, self.variables.sign_of(column))
+        return self._fitted(choice.terms, target, fits, searched=True)
+
+    def _surprised(self, earlier: Polynomial, target: Array) -> bool:
+        if self.newest.all():
+            return True
+        wrong = (target - earlier.evaluate(self.values)) ** 2
+        return bool(np.sqrt(wrong[self.newest].mean()) > SURPRISE * np.sqrt(wrong[~self.newest].mean()))
+
+    def _fitted(self, terms: Monomials, target: Array, fits: Callable[[Polynomial], bool], *, searched: bool) -> Part:
+        columns = terms.evaluate(self.values / self.scale)
+        units = np.prod(self.scale**terms.powers, axis=1)
+        polynomial = Polynomial(terms, refit(columns, target, self.loss) / units)
+        while len(terms) and not fits(polynomial):
+            kept = np.arange(len(terms)) != _least_useful(columns, target)
+            terms, columns, units = terms.where(kept), columns[:, kept], units[kept]
+            polynomial = Polynomial(terms, refit(columns, target, self.loss) / units)
+        train = refit(columns[~self.held], target[~self.held], "l2")
+        error = float(np.sqrt(np.mean((target - columns @ train)[self.held] ** 2)))
+        return Part(polynomial, error, searched)
+
+
+def _least_useful(columns: Array, target: Array) -> int:
+    """The column whose loss raises the residual sum of squares least: smallest c_k² / (XᵀX)⁻¹_kk."""
+    inverse = np.linalg.pinv(columns.T @ columns, hermitian=True)
+    coefficients = inverse @ (columns.T @ target)
+    return int(np.argmin(coefficients**2 / np.maximum(np.diag(inverse), np.finfo(float).tiny)))

@@ -1,0 +1,10 @@
+"""The project's own real log: one flight of a Crazyflie 2.1; see ``flights/NOTICE`` for its source and licence."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+def example_flight() -> Path:
+    """Path of a recorded figure-eight flight (CSV, log specification ``crazyflie_battery_drag``)."""
+    return Path(__file__).parent / "flights" / "B3_figure8_fast_rep1.csv"

@@ -1,0 +1,7 @@
+"""Measured logs: read and written as CSV and Parquet, mapped by a log specification, looked into by inspection."""
+
+from sym2real.logs.reader import read_log, read_logs
+from sym2real.logs.specification import SPECS, LogSpec, load_spec
+from sym2real.logs.writer import write_log
+
+__all__ = ["SPECS", "LogSpec", "load_spec", "read_log", "read_logs", "write_log"]

@@ -1,0 +1,85 @@
+"""Quantities that a log does not hold and that follow from those it does.
+
+A rate of change is the slope, at the row, of the parabola fitted by least squares to the five rows around it
+(three on either end of a short log): on regular stamps this is the filter of A. Savitzky and M. Golay (Analytical
+Chemistry 36(8), 1964), and it is exact for motions of constant acceleration on any stamps.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from sym2real import rotation
+
+Array = NDArray[np.float64]
+WINDOW = 5
+
+
+def _windows(rows: int) -> NDArray[np.int64]:
+    width = min(WINDOW, rows)
+    start = np.clip(np.arange(rows) - width // 2, 0, rows - width)
+    return start[:, None] + np.arange(width)  # (rows, width)
+
+
+def _slope_weights(time: Array, windows: NDArray[np.int64]) -> Array:
+    offset = time[windows] - time[:, None]
+    scale = np.abs(offset).max(axis=1, keepdims=True).clip(min=np.finfo(float).tiny)
+    powers = np.arange(min(3, windows.shape[1]))
+    design = (offset / scale)[..., None] ** powers  # (rows, width, powers)
+    weights: Array = np.linalg.pinv(design)[:, min(1, len(powers) - 1)] / scale
+    return weights  # (rows, width)
+
+
+def slope(time: Array, values: Array) -> Array:
+    """Rate of change of ``values`` ``# (rows, ...)`` per second at each of the stamps ``# (rows,)``."""
+    if len(time) < 2:
+        return np.zeros_like(values)
+    windows = _windows(len(time))
+    result: Array = np.einsum("rw,rw...->r...", _slope_weights(time, windows), values[windows])
+    return result
+
+
+def body_rate(time: Array, quaternion: Array) -> Array:
+    """Angular velocity in body axes, rad/s ``# (rows, 3)``, of attitudes w x y z, body→world ``# (rows, 4)``."""
+    if len(time) < 2:
+        return np.zeros((len(time), 3))
+    windows = _windows(len(time))
+    here = torch.from_numpy(quaternion)
+    turn = rotation.logarithm(rotation.multiply(rotation.conjugate(here[:, None]), here[torch.from_numpy(windows)]))
+    result: Array = np.einsum("rw,rwk->rk", _slope_weights(time, windows), turn.numpy())
+    return result
+
+
+def continuous(quaternion: Array) -> Array:
+    """The same attitudes ``# (rows, 4)`` with signs such that neighbours are near; the first has w ≥ 0."""
+    steps = np.sign(np.sum(quaternion[1:] * quaternion[:-1], axis=1))
+    first = -1.0 if quaternion[0, 0] < 0 else 1.0
+    signs = first * np.concatenate([[1.0], np.cumprod(np.where(steps < 0, -1.0, 1.0))])
+    result: Array = quaternion * signs[:, None]
+    return result
+
+
+def heading(quaternion: Array) -> Array:
+    """Yaw in rad ``# (rows,)`` of attitudes w x y z ``# (rows, 4)``."""
+    yaw: Array = rotation.yaw(torch.from_numpy(quaternion)).numpy()
+    return yaw
+
+
+def from_euler(angles: Array) -> Array:
+    """Attitudes w x y z ``# (rows, 4)`` of roll, pitch, yaw in rad ``# (rows, 3)``."""
+    quaternion: Array = rotation.from_euler(*torch.from_numpy(angles).unbind(-1)).numpy()
+    return quaternion
+
+
+def to_world(quaternion: Array, vectors: Array) -> Array:
+    """Body vectors ``# (rows, 3)`` in world axes, for attitudes w x y z ``# (rows, 4)``."""
+    result: Array = rotation.rotate(torch.from_numpy(quaternion), torch.from_numpy(vectors)).numpy()
+    return result
+
+
+def slerp(start: Array, end: Array, fraction: Array) -> Array:
+    """Great-circle interpolation ``# (rows, 4)`` between attitudes ``# (rows, 4)`` at fractions ``# (rows,)``."""
+    result: Array = rotation.slerp(*(torch.from_numpy(values) for values in (start, end, fraction))).numpy()
+    return result

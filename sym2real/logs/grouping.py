@@ -1,0 +1,114 @@
+"""Which group of a model, state, action or inputs, a standard column lands in: the model's layouts decide."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sym2real.errors import DataError, UnknownNameError
+from sym2real.layout import VOCABULARY, Field, Group, Layout, Layouts
+from sym2real.logs import derive
+from sym2real.logs.standard import QUATERNION, Columns, Standard
+from sym2real.logs.table import Table
+from sym2real.logs.units import standard_unit
+from sym2real.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+# Pushes that nobody applied: a log of a free flight has none.
+WRENCH = frozenset(column for _, field in VOCABULARY if field.name in {"force", "torque"} for column in field.columns)
+GROUPS: tuple[Group, ...] = ("state", "action", "inputs")
+
+
+def default_layouts(columns: Iterable[str]) -> Layouts:
+    """Layouts of standard columns in the order and the groups of the vocabulary."""
+    present = set(columns)
+    groups = {
+        group: Layout.of(
+            column
+            for where, field in VOCABULARY
+            if where == group
+            # A quaternion or a circle is whole or it is none.
+            and (field.kind == "vector" or present.issuperset(field.columns))
+            for column in field.columns
+            if column in present
+        )
+        for group in GROUPS
+    }
+    return Layouts(**groups)
+
+
+def visible(layouts: Layouts) -> Layouts:
+    """The layouts without hidden states, which no log holds."""
+    return replace(layouts, state=Layout(tuple(field for field in layouts.state.fields if not field.hidden)))
+
+
+def trajectory(table: Table, log: Standard, layouts: Layouts, name: str) -> Trajectory:
+    """Standard columns sorted into the groups of ``layouts``; what is left over goes to ``extra``.
+
+    ``t`` is the time, wrench inputs that the log has not are zero, heading follows from a quaternion.
+
+    Raises:
+        DataError: naming the first column that the layouts ask for and the log has not.
+    """
+    columns = _with_heading(log.columns, layouts)
+    groups = {
+        group: np.stack([_column(table, log, columns, column, group) for column in layout.columns], axis=1)
+        if layout.size
+        else np.zeros((len(log.time), 0))
+        for group in GROUPS
+        for layout in [getattr(layouts, group)]
+    }
+    placed = {column for group in GROUPS for column in getattr(layouts, group).columns}
+    extra = {name: values for name, values in (log.others | log.columns).items() if name not in placed}
+    return Trajectory(log.time, **groups, layouts=layouts, extra=extra, name=name, notes=log.notes, raw=table.columns)
+
+
+def _with_heading(columns: Columns, layouts: Layouts) -> Columns:
+    wanted = {"sin_yaw", "cos_yaw"} & {*layouts.state.columns, *layouts.inputs.columns}
+    if not wanted or "sin_yaw" in columns or not all(column in columns for column in QUATERNION):
+        return columns
+    yaw = derive.heading(np.stack([columns[column] for column in QUATERNION], axis=1))
+    return {**columns, "sin_yaw": np.sin(yaw), "cos_yaw": np.cos(yaw)}
+
+
+def _column(table: Table, log: Standard, columns: Columns, name: str, group: Group) -> Array:
+    if name in columns:
+        return columns[name]
+    if name in log.others:
+        values = log.others[name]
+        table.check_finite(name, values)
+        return values
+    if group == "inputs" and name == "t":
+        return log.time
+    if group == "inputs" and name in WRENCH:
+        return np.zeros(len(log.time))
+    unit = standard_unit(name)
+    wanted = f"a column for {name!r} ({group}{f', {unit}' if unit else ''})"
+    known = UnknownNameError("column", name, {*columns, *log.others})
+    raise DataError(
+        table.path, wanted, f"{known}; a log specification names foreign columns, 'sym2real inspect' proposes one",
+        column=name,
+    )  # fmt: skip
+
+
+def layouts_to_json(layouts: Layouts) -> str:
+    """Layouts as a JSON text."""
+    return json.dumps({group: [vars(field) for field in getattr(layouts, group).fields] for group in GROUPS})
+
+
+def layouts_from_json(text: str) -> Layouts:
+    """Layouts from a JSON text of :func:`layouts_to_json`.
+
+    Raises:
+        KeyError, TypeError, ValueError: when it is none.
+    """
+    groups = json.loads(text)
+    return Layouts(**{
+        group: Layout(tuple(Field(**{**field, "columns": tuple(field["columns"])}) for field in groups[group]))
+        for group in GROUPS
+    })  # fmt: skip

@@ -1,0 +1,53 @@
+"""Reading and writing of Parquet files; ours say in their metadata which group a column belongs to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from sym2real.errors import DataError
+
+Array = NDArray[np.float64]
+FIRST_ROW = 1  # a Parquet file has no header line: the first row of data is row 1
+PREFIX = "sym2real."
+
+
+def read(path: Path) -> tuple[list[str], list[Array | Sequence[str]], int, dict[str, str]]:
+    """Column names, cells by column, the number of the first row, and this package's metadata.
+
+    Raises:
+        DataError: when the file is no Parquet file, or is cut off.
+    """
+    try:
+        table = pq.ParquetFile(path).read()
+    except (pa.ArrowException, OSError) as error:
+        raise DataError(path, "a whole Parquet file", str(error).split("\n", maxsplit=1)[0]) from None
+    metadata = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
+    own = {key.removeprefix(PREFIX): value for key, value in metadata.items() if key.startswith(PREFIX)}
+    return table.column_names, [_cells(column) for column in table.columns], FIRST_ROW, own
+
+
+def _cells(column: pa.ChunkedArray) -> Array | list[str]:
+    kind = column.type
+    if pa.types.is_timestamp(kind) or pa.types.is_duration(kind):
+        # Stamps count in the unit of their type; a log specification names it.
+        column = column.cast(pa.int64())
+    if pa.types.is_boolean(kind):
+        column = column.cast(pa.int8())
+    if pa.types.is_decimal(kind):
+        column = column.cast(pa.float64())
+    if not (pa.types.is_integer(column.type) or pa.types.is_floating(column.type)):
+        return ["" if cell is None else str(cell) for cell in column.to_pylist()]
+    values: Array = column.to_numpy().astype(np.float64)
+    return values
+
+
+def write(path: Path, columns: Mapping[str, Array], metadata: Mapping[str, str]) -> None:
+    """Write columns ``# (rows,)`` as float64, with texts by name as metadata."""
+    table = pa.table({name: pa.array(values, pa.float64()) for name, values in columns.items()})
+    pq.write_table(table.replace_schema_metadata({PREFIX + key: value for key, value in metadata.items()}), path)

@@ -1,0 +1,76 @@
+"""What a log specification is made of: sources of columns, the time base, attitudes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from sym2real.logs.units import UNIT_OF_COLUMN
+
+Order = Literal["wxyz", "xyzw"]
+Direction = Literal["body_to_world", "world_to_body"]
+Frames = Literal["z_up", "ned_frd"]
+Derived = Literal["velocity", "rate"]
+
+ORDERS = ("wxyz", "xyzw")
+DIRECTIONS = ("body_to_world", "world_to_body")
+FRAMES = ("z_up", "ned_frd")
+DERIVED = ("velocity", "rate")
+VELOCITY_FRAMES = ("world", "body")
+# Attitudes that a specification can hold, and what stands before and after their standard columns.
+ATTITUDES = {"attitude": ("", ""), "attitude_command": ("", "_cmd"), "reference_attitude": ("ref_", "")}
+STANDARD_COLUMNS = (*UNIT_OF_COLUMN, *(f"ref_{column}" for column in UNIT_OF_COLUMN))
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a standard column comes from.
+
+    Args:
+        column: name in the log.
+        unit: unit in the log, a key of :data:`sym2real.logs.units.UNITS`; empty for the SI unit.
+    """
+
+    column: str
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class TimeBase:
+    """When rows were measured.
+
+    Args:
+        column: name of the column of stamps; empty where the log has none.
+        unit: its unit, "s", "ms", "us" or "ns".
+        rate: rows per second where there is no column.
+        dt: period in s that the log is brought to where the reader is given none; None leaves rows as they are.
+    """
+
+    column: str = "t"
+    unit: str = "s"
+    rate: float | None = None
+    dt: float | None = None
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """Which columns of a log hold an attitude, as a quaternion or as roll, pitch and yaw.
+
+    Args:
+        quaternion: the four columns, in the log's order.
+        order: "wxyz" or "xyzw".
+        direction: "body_to_world", or "world_to_body" for its inverse.
+        euler: columns of roll, pitch, yaw instead (yaw about z first, then pitch about y, then roll about x).
+        unit: unit of those angles.
+    """
+
+    quaternion: tuple[str, ...] = ()
+    order: Order = "wxyz"
+    direction: Direction = "body_to_world"
+    euler: tuple[str, ...] = ()
+    unit: str = "rad"
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """Columns of the log."""
+        return self.quaternion + self.euler

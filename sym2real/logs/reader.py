@@ -1,0 +1,157 @@
+"""Trajectories from files: a table is read, its columns named, brought to the model's step, sorted into its groups."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+
+from sym2real.errors import DataError
+from sym2real.layout import Layouts
+from sym2real.logs.grouping import default_layouts, layouts_from_json, trajectory, visible
+from sym2real.logs.resample import COMMANDS, GAP_INTERVALS, gaps, is_regular, resample
+from sym2real.logs.specification import LogSpec, load_spec
+from sym2real.logs.standard import Standard, add_derived, own_specification, stamps, standardise, tidy
+from sym2real.logs.table import READERS, Table, read_table
+from sym2real.trajectory import Dataset, Trajectory
+
+SHORTEST = 2  # rows; a single row between two gaps holds no transition
+
+
+def read_log(
+    path: str | Path, spec: LogSpec | str | Path | None = None, layouts: Layouts | None = None, dt: float | None = None
+) -> Trajectory:
+    """One log as one trajectory.
+
+    Args:
+        path: CSV or Parquet file.
+        spec: what its columns mean: a specification, the name of a shipped one or a TOML file; None for a file
+            with standard column names, which is taken as it stands.
+        layouts: which columns the model has in which group; None for the groups of the vocabulary (a Parquet file
+            of ours knows its own). Hidden states are left out: no log holds them.
+        dt: the model's step in s. Rows at other stamps are resampled to it (see :mod:`sym2real.logs.resample`).
+            None for the specification's ``time.dt``; where there is none either, rows stay as recorded.
+
+    Raises:
+        DataError: naming file, row, column, what was expected and what was found; also for a gap in the stamps,
+            where :func:`read_logs` makes two trajectories.
+        UnknownNameError: when there is no such specification.
+    """
+    log = _Opened.open(path, spec, dt)
+    if log.gaps:
+        row = log.gaps[0]
+        interval = log.standard.time[row] - log.standard.time[row - 1]
+        raise log.table.error(
+            f"stamps at most {GAP_INTERVALS} steps apart (read_logs would make two logs of it)",
+            f"a gap of {interval:.4g} s before this row, at {log.standard.time[row]:.4g} s",
+            row,
+            log.spec.time.column,
+        )
+    return log.trajectory(0, len(log.table), layouts, "")
+
+
+def read_logs(
+    paths: str | Path | Iterable[str | Path],
+    spec: LogSpec | str | Path | None = None,
+    layouts: Layouts | None = None,
+    dt: float | None = None,
+) -> Dataset:
+    """Several logs; a folder stands for the CSV and Parquet files in it.
+
+    Arguments and errors are those of :func:`read_log`, but a log with gaps is split at them into trajectories named
+    ``file#1``, ``file#2`` …; pieces of a single row are left out.
+    """
+    trajectories: list[Trajectory] = []
+    for path in expand(paths):
+        log = _Opened.open(path, spec, dt)
+        bounds = [0, *log.gaps, len(log.table)]
+        pieces = [(a, b) for a, b in pairwise(bounds) if b - a >= SHORTEST or len(bounds) == 2]
+        if not pieces:
+            raise DataError(path, "two or more rows without a gap between them", "gaps between all rows")
+        suffixes = [f"#{i + 1}" for i in range(len(pieces))] if log.gaps else [""]
+        trajectories += [
+            log.trajectory(*piece, layouts, suffix) for piece, suffix in zip(pieces, suffixes, strict=True)
+        ]
+    return Dataset(trajectories)
+
+
+def expand(paths: str | Path | Iterable[str | Path]) -> list[Path]:
+    """Files of the list, with every folder replaced by the logs in it, in the order of their names.
+
+    Raises:
+        DataError: when there is no file at all.
+    """
+    given = [Path(paths)] if isinstance(paths, str | Path) else [Path(path) for path in paths]
+    files: list[Path] = []
+    for path in given:
+        inside = sorted(file for file in path.iterdir() if file.suffix.lower() in READERS) if path.is_dir() else [path]
+        if not inside:
+            raise DataError(path, f"files that end in {', '.join(READERS)}", "none")
+        files += inside
+    if not files:
+        raise DataError("logs", "one file or more", "none")
+    return files
+
+
+@dataclass(frozen=True, eq=False)
+class _Opened:
+    """A log that has been read and named, before it is cut and sorted."""
+
+    whole: Table
+    table: Table
+    spec: LogSpec
+    standard: Standard
+    dt: float | None
+    gaps: list[int]
+
+    @classmethod
+    def open(cls, path: str | Path, spec: LogSpec | str | Path | None, dt: float | None) -> _Opened:
+        given = load_spec(spec) if isinstance(spec, str | Path) else spec
+        whole = read_table(path)
+        used = given or own_specification(whole)
+        rows = len(whole) - used.drop_first - used.drop_last
+        if rows < 1:
+            raise DataError(path, f"more than the {used.drop_first + used.drop_last} rows to drop", f"{len(whole)}")
+        table = whole.rows(used.drop_first, used.drop_first + rows)
+        standard = standardise(table, used)
+        if given is None:
+            standard = replace(standard, notes=())
+        else:
+            standard = tidy(standard, float(stamps(whole.rows(0, 1), used)[0]))
+        if dropped := len(whole) - rows:
+            note = f"{dropped} of {len(whole)} rows dropped at the ends"
+            standard = replace(standard, notes=(*standard.notes, note))
+        step = dt if dt is not None else used.time.dt
+        found = [] if step is None else gaps(standard.time, step).tolist()
+        return cls(whole, table, used, standard, step, found)
+
+    def trajectory(self, start: int, stop: int, layouts: Layouts | None, suffix: str) -> Trajectory:
+        log = self.standard.rows(start, stop)
+        if suffix:
+            note = (
+                f"cut at a gap of the stamps: rows {self.table.first_row + start} to {self.table.first_row + stop - 1}"
+            )
+            log = replace(log, notes=(*log.notes, note))
+        log = add_derived(log, self.spec)
+        known = visible(layouts or self._own_layouts() or default_layouts(log.columns))
+        if not known.state.size:
+            names = ", ".join(self.whole.columns)
+            raise DataError(self.table.path, "standard state columns, or a log specification", f"columns {names}")
+        if self.dt is not None and len(log.time) > 1 and not is_regular(log.time, self.dt):
+            log = resample(log, self.dt, COMMANDS | set(known.action.columns))
+        name = self._metadata("name") or self.table.path.stem
+        result = trajectory(self.table, log, known, name + suffix)
+        notes = tuple(json.loads(self._metadata("notes") or "[]"))
+        return replace(result, raw=self.whole.columns, notes=notes + result.notes)
+
+    def _metadata(self, key: str) -> str:
+        return (self.table.metadata or {}).get(key, "")
+
+    def _own_layouts(self) -> Layouts | None:
+        text = self._metadata("layouts")
+        try:
+            return layouts_from_json(text) if text else None
+        except (KeyError, TypeError, ValueError) as error:
+            raise DataError(self.table.path, "layouts in the file's metadata", repr(error)) from None

@@ -1,0 +1,94 @@
+"""Rows at equal steps from rows at the stamps they were measured at."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sym2real.layout import VOCABULARY
+from sym2real.logs import derive
+from sym2real.logs.parts import ATTITUDES, STANDARD_COLUMNS
+from sym2real.logs.standard import Columns, Standard, attitude_columns
+
+Array = NDArray[np.float64]
+
+# Stamps are regular when every interval is within this share of the step: rounding stays far below it.
+REGULAR = 0.02
+# One or two missing rows are bridged; a longer interval is a gap, and nothing is made up inside it.
+GAP_INTERVALS = 3.5
+
+COMMANDS = frozenset(column for group, field in VOCABULARY if group == "action" for column in field.columns)
+CIRCLES = (("sin_yaw", "cos_yaw"), ("ref_sin_yaw", "ref_cos_yaw"))
+
+
+def is_regular(time: Array, dt: float) -> bool:
+    """Whether every interval of the stamps ``# (rows,)`` is ``dt`` within :data:`REGULAR`."""
+    return bool(np.all(np.abs(np.diff(time) - dt) <= REGULAR * dt))
+
+
+def gaps(time: Array, dt: float) -> NDArray[np.int64]:
+    """Positions of the rows that follow a gap: an interval above :data:`GAP_INTERVALS` × the step.
+
+    The step is ``dt`` or the log's own median interval, whichever is longer.
+    """
+    if len(time) < 2:
+        return np.zeros(0, dtype=np.int64)
+    intervals = np.diff(time)
+    return np.flatnonzero(intervals > GAP_INTERVALS * max(dt, float(np.median(intervals)))) + 1
+
+
+def resample(log: Standard, dt: float, commands: Collection[str] = COMMANDS) -> Standard:
+    """The log at steps of ``dt`` from its first stamp on.
+
+    Vectors go linearly, attitudes on the great circle, circles by their angle. Commands hold: a row gets the one
+    that was in force in the middle of its step, so that jitter of the stamps delays no command by a whole step.
+    Columns outside the vocabulary hold their last value.
+    """
+    time = log.time
+    # The small number keeps the last row where rounding put its stamp just below the grid.
+    grid = time[0] + dt * np.arange(int(np.floor((time[-1] - time[0]) / dt + 1e-6)) + 1)
+    in_force = np.searchsorted(time, grid + 0.5 * dt, side="left") - 1
+    latest = np.searchsorted(time, grid, side="right") - 1
+    columns: Columns = {}
+    for name, values in log.columns.items():
+        if name in commands:
+            columns[name] = values[in_force]
+        else:
+            columns[name] = np.interp(grid, time, values) if name in STANDARD_COLUMNS else values[latest]
+    columns |= _circles(log, grid, commands) | _attitudes(log, grid, latest, commands)
+    others = {name: values[latest] for name, values in log.others.items()}
+    return Standard(grid, columns, others, (*log.notes, _note(time, dt, len(grid))))
+
+
+def _note(time: Array, dt: float, rows: int) -> str:
+    intervals = 1e3 * np.diff(time)
+    return (
+        f"resampled to {1e3 * dt:g} ms from stamps {np.median(intervals):.4g} ms apart "
+        f"({intervals.min():.4g} to {intervals.max():.4g}), {len(time)} rows became {rows}: "
+        "vectors linearly, attitudes on the great circle, commands held"
+    )
+
+
+def _circles(log: Standard, grid: Array, commands: Collection[str]) -> Columns:
+    columns: Columns = {}
+    for sine, cosine in CIRCLES:
+        if sine in log.columns and cosine in log.columns and sine not in commands:
+            angle = np.unwrap(np.arctan2(log.columns[sine], log.columns[cosine]))
+            turned = np.interp(grid, log.time, angle)
+            columns |= {sine: np.sin(turned), cosine: np.cos(turned)}
+    return columns
+
+
+def _attitudes(log: Standard, grid: Array, latest: NDArray[np.int64], commands: Collection[str]) -> Columns:
+    columns: Columns = {}
+    start = np.minimum(latest, len(log.time) - 2)
+    fraction = (grid - log.time[start]) / (log.time[start + 1] - log.time[start])
+    for name in ATTITUDES:
+        names = attitude_columns(name)
+        if all(column in log.columns and column not in commands for column in names):
+            values = np.stack([log.columns[column] for column in names], axis=1)
+            turned = derive.slerp(values[start], values[start + 1], fraction)
+            columns |= dict(zip(names, derive.continuous(turned).T, strict=True))
+    return columns

@@ -1,0 +1,142 @@
+"""How to read a foreign log: which of its columns is which standard column, in which unit, frame and order.
+
+A specification is a TOML file::
+
+    name = "my_drone"
+    drop_first = 1                          # rows to leave out at the start
+    # flip = ["gyro.y"]                     # columns of the log whose sign is reversed
+
+    [time]
+    column = "timestamp"
+    unit = "us"
+    dt = 0.02                               # s, what the log is resampled to where the model does not say
+
+    [columns]                               # standard column = column of the log
+    x = "pose.x"
+    wx = { column = "gyro.x", unit = "deg/s" }
+    ref_x = "ctrltarget.x"
+
+    [attitude]
+    quaternion = ["q0", "q1", "q2", "q3"]
+    order = "wxyz"
+
+Standard names are those of :data:`sym2real.layout.VOCABULARY`, ``yaw`` (which becomes sine and cosine) and
+``ref_`` before any of them. A standard column that is not listed is not in the log.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from sym2real.errors import DataError, UnknownNameError
+from sym2real.logs import spec_text
+from sym2real.logs.parts import Attitude, Derived, Frames, Source, TimeBase
+from sym2real.logs.spec_check import SpecChecker
+from sym2real.registry import Registry
+
+
+@dataclass(frozen=True)
+class LogSpec:
+    """What the columns of a foreign log mean; see the module's text for the TOML form.
+
+    Args:
+        name: what to call it.
+        title: one line on the logs it is for.
+        time: stamps or rate.
+        columns: standard column → where it comes from.
+        attitude: measured attitude.
+        attitude_command: commanded attitude.
+        reference_attitude: wanted attitude.
+        drop_first: rows to leave out at the start.
+        drop_last: rows to leave out at the end.
+        flip: columns of the log whose sign is reversed.
+        derive: what the log has not and is computed: "velocity" from positions, "rate" from the attitude or yaw.
+        velocity_frame: "world" or "body", the axes of vx, vy, vz in the log.
+        frames: "z_up" (world z up, body forward-left-up) or "ned_frd" (north-east-down, forward-right-down).
+        mass: kg, multiplies a thrust that is logged per unit mass.
+    """
+
+    name: str = "unnamed"
+    title: str = ""
+    time: TimeBase = field(default_factory=TimeBase)
+    columns: Mapping[str, Source] = field(default_factory=dict)
+    attitude: Attitude = field(default_factory=Attitude)
+    attitude_command: Attitude = field(default_factory=Attitude)
+    reference_attitude: Attitude = field(default_factory=Attitude)
+    drop_first: int = 0
+    drop_last: int = 0
+    flip: tuple[str, ...] = ()
+    derive: tuple[Derived, ...] = ()
+    velocity_frame: Literal["world", "body"] = "world"
+    frames: Frames = "z_up"
+    mass: float = 1.0
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """Every column of the log that the specification names."""
+        attitudes = (self.attitude, self.attitude_command, self.reference_attitude)
+        time = (self.time.column,) if self.time.column else ()
+        return (
+            *time,
+            *(source.column for source in self.columns.values()),
+            *(column for attitude in attitudes for column in attitude.sources),
+        )
+
+    def toml(self) -> str:
+        """The specification as a TOML text that :meth:`parse` reads back."""
+        return spec_text.specification(self)
+
+    @classmethod
+    def parse(cls, text: str, file: str | Path = "log specification") -> LogSpec:
+        """Specification from a TOML text.
+
+        Raises:
+            DataError: naming ``file``, the key, what was expected and what was found.
+        """
+        return cls(**SpecChecker(file).keywords(text, cls.__dataclass_fields__))
+
+    @classmethod
+    def load(cls, path: str | Path) -> LogSpec:
+        """Specification from a TOML file.
+
+        Raises:
+            DataError: when the file is not there or its content cannot be used.
+        """
+        try:
+            text = Path(path).read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise DataError(path, "a readable TOML file", type(error).__name__) from None
+        return cls.parse(text, path)
+
+    def save(self, path: str | Path) -> None:
+        """Write the specification as TOML, beside the target first and then renamed."""
+        target = Path(path)
+        beside = target.with_name(f".{target.name}.{os.getpid()}.part")
+        beside.write_text(self.toml(), encoding="utf-8")
+        beside.replace(target)
+
+
+def _shipped() -> dict[str, LogSpec]:
+    folder = Path(__file__).parent / "specs"
+    return {path.stem: LogSpec.load(path) for path in sorted(folder.glob("*.toml"))}
+
+
+SPECS: Registry[LogSpec] = Registry("log specification", _shipped())
+
+
+def load_spec(name: str | Path) -> LogSpec:
+    """A shipped specification by its name in :data:`SPECS`, or one from a TOML file by its path.
+
+    Raises:
+        DataError: when the file cannot be used.
+        UnknownNameError: when it is neither.
+    """
+    if Path(name).suffix == ".toml":
+        return LogSpec.load(name)
+    if str(name) not in SPECS:
+        raise UnknownNameError("log specification", str(name), [*SPECS, "FILE.toml"])
+    return SPECS[str(name)]

@@ -1,0 +1,206 @@
+"""From a log's own columns to standard ones: units, signs, frames, attitudes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sym2real.errors import DataError
+from sym2real.logs import derive
+from sym2real.logs.parts import ATTITUDES, STANDARD_COLUMNS, Attitude, Source, TimeBase
+from sym2real.logs.specification import LogSpec
+from sym2real.logs.table import Table
+from sym2real.logs.units import UNITS, factor
+
+Array = NDArray[np.float64]
+Columns = dict[str, Array]
+
+QUATERNION = ("qw", "qx", "qy", "qz")
+VELOCITY = ("vx", "vy", "vz")
+NORM_TOLERANCE = 0.05
+# Half a turn about x leads from north-east-down to z up, and from forward-right-down to forward-left-up.
+TURNED_ABOUT_X = frozenset(
+    prefix + stem + axis + suffix
+    for prefix, (stem, suffix), axis in product(
+        ("", "ref_"),
+        (("", ""), ("v", ""), ("w", ""), ("q", ""), ("f", ""), ("t", ""), ("w", "_cmd"), ("q", "_cmd")),
+        "yz",
+    )
+) | {"yaw", "ref_yaw", "sin_yaw", "ref_sin_yaw"}
+
+
+@dataclass(frozen=True, eq=False)
+class Standard:
+    """A log in standard columns.
+
+    Args:
+        time: s ``# (rows,)``.
+        columns: SI values by standard name ``# (rows,)``.
+        others: what no standard column was made of, by the log's own names.
+        notes: what was done, one sentence each.
+    """
+
+    time: Array
+    columns: Columns
+    others: Columns
+    notes: tuple[str, ...] = ()
+
+    def rows(self, start: int, stop: int) -> Standard:
+        """The rows ``start … stop-1``."""
+        columns = {name: values[start:stop] for name, values in self.columns.items()}
+        others = {name: values[start:stop] for name, values in self.others.items()}
+        return Standard(self.time[start:stop], columns, others, self.notes)
+
+
+def attitude_columns(name: str) -> tuple[str, ...]:
+    """The four standard columns of "attitude", "attitude_command" or "reference_attitude"."""
+    prefix, suffix = ATTITUDES[name]
+    return tuple(f"{prefix}{column}{suffix}" for column in QUATERNION)
+
+
+def own_specification(table: Table) -> LogSpec:
+    """The specification of a file whose columns already have standard names."""
+    time = "time" if "time" in table.columns else "t"
+    columns = {name: Source(name) for name in table.columns if name in STANDARD_COLUMNS and name != time}
+    return LogSpec("standard names", time=TimeBase(time), columns=columns)
+
+
+def standardise(table: Table, spec: LogSpec) -> Standard:
+    """Standard columns of a table, exactly as the specification says and no more.
+
+    Raises:
+        DataError: for a missing column, a cell that is no finite number, stamps that do not increase, or four
+            columns that are no unit quaternion.
+    """
+    time = _time(table, spec)
+    columns = {name: _column(table, spec, name, source) for name, source in spec.columns.items()}
+    for name in ATTITUDES:
+        if getattr(spec, name).sources:
+            values = _attitude(table, spec, name, getattr(spec, name))
+            columns |= dict(zip(attitude_columns(name), values.T, strict=True))
+    if spec.frames == "ned_frd":
+        columns = {name: -values if name in TURNED_ABOUT_X else values for name, values in columns.items()}
+    _check_quaternions(table, columns)
+    for prefix in ("", "ref_"):
+        if (yaw := columns.pop(f"{prefix}yaw", None)) is not None:
+            columns |= {f"{prefix}sin_yaw": np.sin(yaw), f"{prefix}cos_yaw": np.cos(yaw)}
+    notes = [f"columns read as specification {spec.name!r} says"]
+    if spec.velocity_frame == "body":
+        columns |= _velocity_to_world(table, columns)
+        notes.append("velocities turned from body to world axes")
+    if spec.flip:
+        notes.append(f"signs reversed: {', '.join(spec.flip)}")
+    used = set(spec.sources)
+    others = {name: v for name, v in table.columns.items() if name not in used and name not in columns}
+    return Standard(time, columns, others, tuple(notes))
+
+
+def tidy(log: Standard, start: float) -> Standard:
+    """Attitudes of unit length with continuous signs, and time that counts from ``start``."""
+    columns = dict(log.columns)
+    for name in ATTITUDES:
+        names = attitude_columns(name)
+        if all(column in columns for column in names):
+            values = np.stack([columns[column] for column in names], axis=1)
+            unit = derive.continuous(values / np.linalg.norm(values, axis=1, keepdims=True))
+            columns |= dict(zip(names, unit.T, strict=True))
+    return Standard(log.time - start, columns, log.others, log.notes)
+
+
+def add_derived(log: Standard, spec: LogSpec) -> Standard:
+    """Velocities from positions and rates from the attitude, where the specification asks for them."""
+    columns, notes = dict(log.columns), list(log.notes)
+    if "velocity" in spec.derive:
+        for axis in "xyz":
+            if axis in columns and f"v{axis}" not in columns:
+                columns[f"v{axis}"] = derive.slope(log.time, columns[axis])
+        notes.append("velocities are slopes of positions (parabola through 5 rows)")
+    if "rate" in spec.derive:
+        columns = _rates(log) | columns
+        notes.append("angular rates are slopes of the attitude (parabola through 5 rows)")
+    return Standard(log.time, columns, log.others, tuple(notes))
+
+
+def _rates(log: Standard) -> Columns:
+    if all(column in log.columns for column in QUATERNION):
+        quaternion = np.stack([log.columns[column] for column in QUATERNION], axis=1)
+        return dict(zip(("wx", "wy", "wz"), derive.body_rate(log.time, quaternion).T, strict=True))
+    if "sin_yaw" in log.columns:
+        yaw = np.unwrap(np.arctan2(log.columns["sin_yaw"], log.columns["cos_yaw"]))
+        return {"wz": derive.slope(log.time, yaw)}
+    return {}
+
+
+def stamps(table: Table, spec: LogSpec) -> Array:
+    """Stamps of a table in s, as they count there ``# (rows,)``.
+
+    Raises:
+        DataError: when there are none, or they do not increase strictly.
+    """
+    if spec.time.rate is not None:
+        return (np.arange(len(table)) + table.first_row) / spec.time.rate
+    raw = table.column(spec.time.column, "of time stamps")
+    if len(bad := np.flatnonzero(np.diff(raw) <= 0)):
+        before, after = raw[bad[0]], raw[bad[0] + 1]
+        kind = "the same stamp again" if before == after else "an earlier stamp"
+        found = f"{kind} ({float(before)!r} then {float(after)!r})"
+        raise table.error("stamps that increase strictly", found, int(bad[0]) + 1, spec.time.column)
+    return raw * UNITS[spec.time.unit][1]
+
+
+def _time(table: Table, spec: LogSpec) -> Array:
+    time = stamps(table, spec)
+    if len(bad := np.flatnonzero(np.diff(time) <= 0)):
+        expected = f"stamps that still differ in s (unit {spec.time.unit})"
+        raise table.error(expected, "two that do not", int(bad[0]) + 1, spec.time.column)
+    return time
+
+
+def _column(table: Table, spec: LogSpec, name: str, source: Source) -> Array:
+    values = table.column(source.column, f"for {name!r} (specification {spec.name!r})")
+    sign = -1.0 if source.column in spec.flip else 1.0
+    scale = sign * factor(source.unit, name, spec.mass)
+    return values if scale == 1.0 else values * scale
+
+
+def _attitude(table: Table, spec: LogSpec, name: str, attitude: Attitude) -> Array:
+    signs = [-1.0 if column in spec.flip else 1.0 for column in attitude.sources]
+    values = np.stack([table.column(column, f"for the {name}") for column in attitude.sources], axis=1) * signs
+    if attitude.euler:
+        quaternion = derive.from_euler(values * UNITS[attitude.unit][1])
+    else:
+        quaternion = np.roll(values, 1, axis=1) if attitude.order == "xyzw" else values
+    if attitude.direction == "world_to_body":
+        quaternion = quaternion * np.array([1.0, -1.0, -1.0, -1.0])
+    return quaternion
+
+
+def _check_quaternions(table: Table, columns: Columns) -> None:
+    for name in ATTITUDES:
+        names = attitude_columns(name)
+        if not all(column in columns for column in names):
+            continue
+        norm = np.sqrt(sum(columns[column] ** 2 for column in names))
+        if len(bad := np.flatnonzero(np.abs(norm - 1.0) > NORM_TOLERANCE)):
+            found = f"a norm of {norm[bad[0]]:.4g}"
+            raise table.error(f"a unit quaternion in {', '.join(names)}", found, int(bad[0]))
+
+
+def _velocity_to_world(table: Table, columns: Columns) -> Columns:
+    missing = [name for name in ("vx", "vy") if name not in columns]
+    if missing:
+        raise DataError(table.path, "vx and vy in the columns, for velocities in body axes", f"no {missing[0]}")
+    rows = len(columns["vx"])
+    body = np.stack([columns.get(name, np.zeros(rows)) for name in VELOCITY], axis=1)
+    if all(name in columns for name in QUATERNION):
+        world = derive.to_world(np.stack([columns[name] for name in QUATERNION], axis=1), body)
+    elif "sin_yaw" in columns:
+        sine, cosine = columns["sin_yaw"], columns["cos_yaw"]
+        turned = (cosine * body[:, 0] - sine * body[:, 1], sine * body[:, 0] + cosine * body[:, 1], body[:, 2])
+        world = np.stack(turned, axis=1)
+    else:
+        raise DataError(table.path, "an attitude or a yaw that turns body velocities into the world", "neither")
+    return {name: world[:, i] for i, name in enumerate(VELOCITY) if name in columns}

@@ -1,0 +1,130 @@
+"""A log file as numbers: every numeric column as it stands there, with the lines they stand on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sym2real.errors import DataError, UnknownNameError
+from sym2real.logs import csv_file, parquet_file
+from sym2real.registry import Registry
+
+Array = NDArray[np.float64]
+
+READERS = Registry("log file type", {".csv": csv_file.read, ".parquet": parquet_file.read, ".pq": parquet_file.read})
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """The numeric columns of a log file.
+
+    Args:
+        path: the file.
+        columns: values by the file's own column names, each ``# (rows,)``; an empty cell is NaN.
+        first_row: what an error calls the first row (a CSV's line, counted from 1; a Parquet row, counted from 1).
+        texts: names of the columns that hold text and were left out.
+        metadata: what a Parquet file says about itself.
+    """
+
+    path: Path
+    columns: Mapping[str, Array]
+    first_row: int
+    texts: tuple[str, ...] = ()
+    metadata: Mapping[str, str] | None = None
+
+    def __len__(self) -> int:
+        return len(next(iter(self.columns.values())))
+
+    def rows(self, start: int, stop: int) -> Table:
+        """The rows ``start … stop-1``; they keep their line numbers."""
+        columns = {name: values[start:stop] for name, values in self.columns.items()}
+        return replace(self, columns=columns, first_row=self.first_row + start)
+
+    def column(self, name: str, purpose: str) -> Array:
+        """One column ``# (rows,)`` of finite numbers.
+
+        Raises:
+            DataError: when there is no such column, or a cell is not a finite number.
+        """
+        if name in self.texts:
+            raise DataError(self.path, "numbers", "text", self.first_row, name)
+        if name not in self.columns:
+            found = str(UnknownNameError("column", name, self.columns))
+            raise DataError(self.path, f"a column {name!r} {purpose}", found, column=name)
+        values = self.columns[name]
+        self.check_finite(name, values)
+        return values
+
+    def check_finite(self, name: str, values: Array) -> None:
+        """Refuse values ``# (rows,)`` that are not finite, naming the first.
+
+        Raises:
+            DataError: with row and column.
+        """
+        if len(bad := np.flatnonzero(~np.isfinite(values))):
+            found = "an empty cell or NaN" if np.isnan(values[bad[0]]) else str(values[bad[0]])
+            raise self.error("a finite number", found, int(bad[0]), name)
+
+    def error(self, expected: str, found: str, position: int, column: str | None = None) -> DataError:
+        """An error at the row that stands at ``position`` of this table."""
+        return DataError(self.path, expected, found, self.first_row + position, column)
+
+
+def read_table(path: str | Path) -> Table:
+    """Read a CSV or Parquet file.
+
+    Raises:
+        DataError: naming the file and, where it applies, row, column, what was expected and what was found.
+    """
+    file = Path(path)
+    if file.suffix.lower() not in READERS:
+        raise DataError(file, f"a file that ends in {', '.join(READERS)}", repr(file.suffix))
+    if not file.is_file():
+        raise DataError(file, "a file", "a folder" if file.is_dir() else "nothing of that name")
+    try:
+        names, cells, first_row, metadata = READERS[file.suffix.lower()](file)
+    except OSError as error:
+        raise DataError(file, "a readable file", error.strerror or type(error).__name__) from None
+    _check_names(file, names, cells)
+    if not len(cells[0]):
+        raise DataError(file, "rows of numbers", "column names only")
+    table = Table(file, {}, first_row, metadata=metadata)
+    columns = {name: numbers(table, name, values) for name, values in zip(names, cells, strict=True)}
+    texts = tuple(name for name, values in columns.items() if values is None)
+    return replace(table, columns={k: v for k, v in columns.items() if v is not None}, texts=texts)
+
+
+def numbers(table: Table, name: str, cells: Array | Sequence[str]) -> Array | None:
+    """Cells as numbers ``# (rows,)``; None where the column holds text throughout.
+
+    Raises:
+        DataError: naming the first cell that is no number in a column of numbers.
+    """
+    if isinstance(cells, np.ndarray):
+        return cells
+    values = np.full(len(cells), np.nan)
+    bad = []
+    for position, cell in enumerate(cells):
+        try:
+            values[position] = float(cell) if cell.strip() else np.nan
+        except ValueError:
+            bad.append(position)
+    if len(bad) > len(cells) // 2:
+        return None
+    if bad:
+        raise table.error("a number", repr(cells[bad[0]]), bad[0], name)
+    return values
+
+
+def _check_names(file: Path, names: Sequence[str], cells: Sequence[object]) -> None:
+    if not names or not cells:
+        raise DataError(file, "named columns", "none")
+    for position, name in enumerate(names):
+        if not name:
+            raise DataError(file, "a name for every column", f"none for column {position + 1}", row=1)
+        if name in names[:position]:
+            raise DataError(file, "every column name once", "the name twice", row=1, column=name)

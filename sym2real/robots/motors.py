@@ -1,0 +1,76 @@
+"""Four rotors: what they push and turn.
+
+Positions, directions and numbers as in the Crazyflie firmware's ``power_distribution_quadrotor.c``, seen from above
+with x forward and y left::
+
+    motor4 (front left)    x    motor1 (front right)
+                           ↑
+    motor3 (back left)  y ←     motor2 (back right)
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from sympy import Expr
+
+from sym2real.errors import ModelError
+
+NAMES = ("motor1", "motor2", "motor3", "motor4")
+# Sign of x and y of each rotor, in units of arm/√2.
+FRONT = (1, -1, -1, 1)
+LEFT = (-1, -1, 1, 1)
+
+
+@dataclass(frozen=True)
+class Motors:
+    """Rotors of a quadrotor in X configuration.
+
+    Args:
+        unit: "command" for numbers 0–1, "rad/s" for speeds.
+        thrust: N per unit of command, or N s² per rad² (k_f in k_f ω²), of one rotor.
+        quadratic: N per squared unit of command, added to the linear part; commands only.
+        torque_per_thrust: reaction torque per thrust in m (k_m / k_f).
+        arm: centre to rotor in m.
+        spin: sign of the reaction torque about body z, motor1 to motor4; a rotor that turns counter-clockwise seen
+            from above has -1.
+    """
+
+    thrust: float
+    unit: Literal["command", "rad/s"] = "command"
+    quadratic: float = 0.0
+    torque_per_thrust: float = 0.00596  # m: Crazyflie firmware, thrustToTorque
+    arm: float = 0.046  # m: Crazyflie 2.1
+    spin: tuple[int, int, int, int] = (-1, 1, -1, 1)
+
+    def __post_init__(self) -> None:
+        if self.unit == "rad/s" and self.quadratic:
+            raise ModelError("motors in rad/s have one thrust constant (k_f ω²); 'quadratic' is for commands 0–1")
+
+    def forces(self, motors: Sequence[Expr]) -> list[Expr]:
+        """Thrust of each rotor in N."""
+        if self.unit == "rad/s":
+            return [self.thrust * motor**2 for motor in motors]
+        return [self.thrust * motor + self.quadratic * motor**2 for motor in motors]
+
+    def torques(self, forces: Sequence[Expr]) -> tuple[Expr, ...]:
+        """Torque about the body axes in N m from the rotors' thrusts in N."""
+        lever = self.arm / math.sqrt(2.0)
+        return (
+            lever * sum(left * force for left, force in zip(LEFT, forces, strict=True)),
+            -lever * sum(front * force for front, force in zip(FRONT, forces, strict=True)),
+            self.torque_per_thrust * sum(sign * force for sign, force in zip(self.spin, forces, strict=True)),
+        )
+
+    def hover(self, weight: float) -> float:
+        """What each motor must do to carry a weight in N, in the motors' unit."""
+        share = weight / 4.0
+        if self.unit == "rad/s":
+            return math.sqrt(share / self.thrust)
+        if not self.quadratic:
+            return share / self.thrust
+        # Root of quadratic·u² + thrust·u = share, in the form that stays exact for a small quadratic part.
+        return 2.0 * share / (self.thrust + math.sqrt(self.thrust**2 + 4.0 * self.quadratic * share))

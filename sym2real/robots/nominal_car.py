@@ -1,0 +1,77 @@
+"""Kinematic bicycle from its numbers alone, in world-frame states.
+
+Origin in the middle of the rear axle, u the speed along the heading::
+
+    ẋ = u cos ψ     ẏ = u sin ψ     ψ̇ = u tan δ / L     u̇ = (u_cmd - u)/τ + F·e/m
+
+Discrete time: mean speed over the step, heading turned by the exact angle, position moved along the arc's chord, so
+that a steady turn stays on its circle. Velocity across the heading is zero after a step: the tyres hold.
+"""
+
+from __future__ import annotations
+
+import math
+
+from sympy import cos, sin, tan
+
+from sym2real.errors import ModelError
+from sym2real.layout import Layout, Layouts
+from sym2real.robots.rigid_body import FirstOrder
+from sym2real.symbolic import Equations, symbol
+
+LAYOUTS = Layouts(
+    Layout.of(("x", "y", "sin_yaw", "cos_yaw", "vx", "vy", "wz")),
+    Layout.of(("steer", "speed")),
+    Layout.of(("fx", "fy", "tz")),
+)
+
+
+def car(
+    wheelbase: float, *, time_constant: float = 0.0, mass: float = 3.5, dt: float = 0.05, robot: str = ""
+) -> Equations:
+    """First-principles equations of a front-steered car at speeds where its tyres hold.
+
+    The yaw torque ``tz`` does not enter: the tyres carry it.
+
+    Args:
+        wheelbase: in m.
+        time_constant: of the speed loop in s; 0 reaches the commanded speed at once, and then forces do nothing.
+        mass: that a force must move, with spinning wheels, in kg.
+        dt: time step in s.
+        robot: name of the robot they describe.
+
+    Raises:
+        ModelError: for a wheelbase, mass or time step that is not positive, or a negative time constant.
+    """
+    if not (wheelbase > 0 and mass > 0 and dt > 0 and time_constant >= 0):
+        raise ModelError(
+            "wheelbase in m, mass in kg and dt in s must be positive and the time constant in s at least 0, "
+            f"found {wheelbase}, {mass}, {dt} and {time_constant}"
+        )
+    sine, cosine = symbol("sin_yaw"), symbol("cos_yaw")
+    forward = symbol("vx") * cosine + symbol("vy") * sine
+    pull = (symbol("fx") * cosine + symbol("fy") * sine) / mass
+    loop = FirstOrder(1.0 / time_constant if time_constant > 0 else math.inf, dt)
+    speed, mean = loop.end(forward, symbol("speed"), pull), loop.mean(forward, symbol("speed"), pull)
+    curvature = tan(symbol("steer")) / wheelbase
+    half = mean * curvature * dt / 2
+    # sin(h)/h by its series: 1e-6 for a turn of 0.2 rad in one step, and finite where the car goes straight.
+    chord = mean * dt * (1 - half**2 / 6)
+    after_sine, after_cosine = (
+        sine * cos(2 * half) + cosine * sin(2 * half),
+        cosine * cos(2 * half) - sine * sin(2 * half),
+    )
+    return Equations(
+        next={
+            "x": symbol("x") + chord * (cosine * cos(half) - sine * sin(half)),
+            "y": symbol("y") + chord * (sine * cos(half) + cosine * sin(half)),
+            "sin_yaw": after_sine,
+            "cos_yaw": after_cosine,
+            "vx": speed * after_cosine,
+            "vy": speed * after_sine,
+            "wz": speed * curvature,
+        },
+        layouts=LAYOUTS,
+        dt=dt,
+        robot=robot,
+    )

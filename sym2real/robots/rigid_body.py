@@ -1,0 +1,82 @@
+"""Quaternion algebra and exponential responses as SymPy expressions: the pieces of first-principles equations.
+
+Quaternions are tuples w x y z, body→world. Increments are series in the half angle h = ‖θ‖/2; the terms left out are
+h⁵/120, below 1e-7 for 0.1 rad a step.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+from sympy import Expr, Rational
+
+from sym2real.symbolic import symbol
+
+Vector = tuple[Expr, ...]
+
+
+def symbols(names: Iterable[str]) -> Vector:
+    return tuple(symbol(name) for name in names)
+
+
+def multiply(left: Sequence[Expr], right: Sequence[Expr]) -> Vector:
+    """Hamilton product."""
+    w1, x1, y1, z1 = left
+    w2, x2, y2, z2 = right
+    return (
+        w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
+        w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
+        w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
+        w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
+    )
+
+
+def turn(quaternion: Sequence[Expr], angle: Sequence[Expr]) -> Vector:
+    """The attitude after a rotation by a small vector ``angle`` in rad about body axes."""
+    half = [component / 2 for component in angle]
+    square = sum(component**2 for component in half)
+    cosine = 1 - square / 2 + square**2 / 24
+    sine_over_angle = 1 - square / 6
+    return multiply(quaternion, (cosine, *(sine_over_angle * component for component in half)))
+
+
+def body_z(quaternion: Sequence[Expr]) -> Vector:
+    """The body's z axis in world axes, for a quaternion of unit length."""
+    w, x, y, z = quaternion
+    return (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x**2 + y**2))
+
+
+def cross(left: Sequence[Expr], right: Sequence[Expr]) -> Vector:
+    (a, b, c), (d, e, f) = left, right
+    return (b * f - c * e, c * d - a * f, a * e - b * d)
+
+
+def gyroscopic(inertia: Sequence[float], rate: Sequence[Expr]) -> Vector:
+    """-J⁻¹ (ω × J ω) for principal axes, rad/s²."""
+    momentum = [moment * component for moment, component in zip(inertia, rate, strict=True)]
+    return tuple(-torque / moment for torque, moment in zip(cross(rate, momentum), inertia, strict=True))
+
+
+class FirstOrder:
+    """ẋ = k (u - x) + α over a time t, with u and α held.
+
+    x(t) = u + (x - u) e^(-kt) + α (1 - e^(-kt)) / k, and its mean over the time; k = ∞ is reached at once.
+    """
+
+    def __init__(self, gain: float, time: float) -> None:
+        self.kept = math.exp(-gain * time)
+        self.mean_kept = (1.0 - self.kept) / (gain * time) if math.isfinite(gain) else 0.0
+        self.drift = time * self.mean_kept
+        self.mean_drift = (1.0 - self.mean_kept) / gain
+
+    def end(self, start: Expr, command: Expr, drift: Expr) -> Expr:
+        return command + self.kept * (start - command) + self.drift * drift
+
+    def mean(self, start: Expr, command: Expr, drift: Expr) -> Expr:
+        return command + self.mean_kept * (start - command) + self.mean_drift * drift
+
+
+def free_fall(position: Expr, velocity: Expr, acceleration: Expr, dt: float) -> tuple[Expr, Expr]:
+    """Position and velocity after ``dt`` at a held acceleration."""
+    return position + dt * velocity + Rational(1, 2) * dt**2 * acceleration, velocity + dt * acceleration

@@ -1,0 +1,149 @@
+"""Equations → torch module: generated source, scripted by TorchScript, rolled out over a horizon in one call."""
+
+from __future__ import annotations
+
+import hashlib
+import linecache
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+import torch
+from sympy import Expr
+from torch import Tensor, nn
+
+from sym2real.errors import ModelError, ShapeError
+from sym2real.symbolic.equations import Equations
+from sym2real.symbolic.expressions import canonical
+from sym2real.symbolic.source import function_source, model_source
+
+
+@lru_cache(maxsize=256)
+def _class_from_source(source: str, name: str) -> type[nn.Module]:
+    """The class that a text defines. TorchScript reads source through ``linecache``: no file is written."""
+    label = f"sym2real_generated_{hashlib.sha256(source.encode()).hexdigest()[:16]}"
+    file = f"<{label}>"
+    linecache.cache[file] = (len(source), None, source.splitlines(keepends=True), file)
+    namespace: dict[str, Any] = {"__name__": label}
+    exec(compile(source, file, "exec"), namespace)  # our own generated text
+    found: type[nn.Module] = namespace[name]
+    return found
+
+
+def _script(module: nn.Module) -> torch.jit.ScriptModule:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        scripted: torch.jit.ScriptModule = torch.jit.script(module)
+    return scripted
+
+
+def build_module(equations: Equations, trainable: bool = False) -> nn.Module:
+    """Plain module of the equations, for ``torch.export`` and as the text's meaning; see :func:`compile_model`."""
+    module = _class_from_source(model_source(equations), "Dynamics")()
+    if trainable:
+        values = module.values.detach().clone()
+        del module.values
+        module.values = nn.Parameter(values)
+    return module
+
+
+def compile_model(
+    equations: Equations,
+    device: torch.device | str = "cpu",
+    dtype: torch.dtype = torch.float32,
+    trainable: bool = False,
+) -> torch.jit.ScriptModule:
+    """Scripted model of the equations.
+
+    ``model(state, action, inputs=None, parameters=None)`` gives the next state ``# (..., n)``, on the manifold; all
+    leading dimensions broadcast. ``model.rollout(state, actions, inputs=None, parameters=None)`` runs a horizon, see
+    :func:`rollout`. Parameters ``# (..., P)`` stand in the order of ``equations.parameters`` and replace the values
+    that the equations carry. Without inputs the wrench is zero and time starts at zero; other inputs that the
+    equations use must be given.
+
+    Args:
+        equations: what to compile.
+        device: where the parameters live; computation follows the state.
+        dtype: of the parameters.
+        trainable: parameter values become an ``nn.Parameter`` named ``values``.
+
+    Raises:
+        ModelError: when a function is not supported, with its name.
+    """
+    return _script(build_module(equations, trainable).to(device=device, dtype=dtype))
+
+
+def compile_function(
+    expressions: Sequence[Expr],
+    arguments: Sequence[Sequence[str]],
+) -> torch.jit.ScriptModule:
+    """Scripted ``f(*tensors)``: values ``# (..., len(expressions))`` of expressions over named columns.
+
+    Args:
+        expressions: what to compute.
+        arguments: names of the columns of each tensor argument ``# (..., k_i)``; leading dimensions broadcast.
+
+    Raises:
+        ModelError: when a function is not supported, with its name.
+        UnknownNameError: when an expression uses a name that no argument has.
+    """
+    if not expressions or not all(len(columns) for columns in arguments) or not arguments:
+        raise ModelError("expected at least one expression and one column per argument")
+    source = function_source([canonical(expression) for expression in expressions], arguments)
+    return _script(_class_from_source(source, "Function")())
+
+
+def rollout(
+    model: Callable[..., Tensor],
+    state: Tensor,
+    actions: Tensor,
+    inputs: Tensor | None = None,
+    parameters: Tensor | None = None,
+    normalise: Callable[[Tensor], Tensor] | None = None,
+) -> Tensor:
+    """States after each action ``# (..., H, n)``.
+
+    Args:
+        model: compiled model, any dynamics model, or a plain ``(state, action)`` function.
+        state: start ``# (..., n)``.
+        actions: ``# (..., H, m)``.
+        inputs: held over the horizon when they have fewer dimensions than the actions ``# (..., k)`` (a column ``t``
+            advances, in compiled models), else one row per step ``# (..., H, k)``.
+        parameters: parameter sets ``# (..., P)`` of a compiled model.
+        normalise: puts states back on the manifold after each step of a model that does not do it itself.
+
+    Raises:
+        ShapeError: when the model takes no parameters and some are given, or the rows of inputs do not match.
+    """
+    whole = getattr(model, "rollout", None)
+    if whole is not None:
+        result: Tensor = whole(state, actions, inputs, parameters)
+        return result
+    if parameters is not None:
+        raise ShapeError("this model has no rollout of its own and takes no parameters")
+    per_step = inputs is not None and inputs.dim() >= actions.dim()
+    if per_step and inputs is not None and inputs.shape[-2] != actions.shape[-2]:
+        raise ShapeError(f"expected inputs for {actions.shape[-2]} steps, found {inputs.shape[-2]}")
+    states = []
+    for step in range(actions.shape[-2]):
+        given = () if inputs is None else (inputs[..., step, :] if per_step else inputs,)
+        state = model(state, actions[..., step, :], *given)
+        state = state if normalise is None else normalise(state)
+        states.append(state)
+    return torch.stack(states, dim=-2)
+
+
+def read_back(module: nn.Module, equations: Equations) -> Equations:
+    """The equations with the parameter values that a trained module has.
+
+    Raises:
+        ModelError: when the module has another number of parameters, or one is not finite.
+    """
+    values = module.values.detach().to("cpu", torch.float64)
+    if values.shape != (len(equations.parameters),):
+        raise ModelError(f"expected {len(equations.parameters)} parameter values, found shape {tuple(values.shape)}")
+    if not bool(values.isfinite().all()):
+        raise ModelError("training has left parameter values that are not finite")
+    return replace(equations, parameters=dict(zip(equations.parameters, values.tolist(), strict=True)))

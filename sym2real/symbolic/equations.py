@@ -1,0 +1,241 @@
+"""Equations of one control period: the object that is learned, substituted into, printed, compiled and fitted."""
+
+from __future__ import annotations
+
+import keyword
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from itertools import count
+from types import MappingProxyType
+from typing import Any
+
+import sympy
+from sympy import Expr
+
+from sym2real.errors import ModelError, UnknownNameError
+from sym2real.layout import Layouts
+from sym2real.symbolic.complexity import complexity
+from sym2real.symbolic.expressions import CONSTANTS, canonical, replace_symbols, symbol, text
+from sym2real.symbolic.parsing import parse_expression
+
+EMPTY: Mapping[str, Any] = MappingProxyType({})
+
+
+@dataclass(frozen=True, eq=False)
+class Equations:
+    """Next state after ``dt``, one expression per state column over state, action, inputs and parameters.
+
+    Args:
+        next: column → expression, for every state column.
+        layouts: the columns that expressions may use.
+        dt: control period in s.
+        output: state column → what the sensors report of it; identity where absent.
+        quantities: derived names (thrust of four motors) that the equations use like a column; effects bind to them.
+        parameters: symbol that is neither column nor number → its value.
+        robot: name of the robot, if it is a known one.
+        notes: remarks for people ("wrench: approximate").
+
+    Raises:
+        UnknownNameError: when an expression uses a name that is none of these.
+        ModelError: when a state column has no equation, or an expression is no finite real one.
+    """
+
+    next: Mapping[str, Expr]
+    layouts: Layouts
+    dt: float
+    output: Mapping[str, Expr] = field(default_factory=dict)
+    quantities: Mapping[str, Expr] = field(default_factory=dict)
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    robot: str = ""
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        parameters = {str(name): float(value) for name, value in self.parameters.items()}
+        self._set("parameters", parameters)
+        _check_names([*self.columns, *self.quantities, *parameters])
+        state = self.layouts.state
+        for name in (*self.next, *self.output):
+            state.index(name)
+        missing = [column for column in state if column not in self.next]
+        if missing:
+            raise ModelError(f"no equation for the state column{'s' * (len(missing) > 1)} {', '.join(missing)}")
+        if not (math.isfinite(self.dt) and self.dt > 0.0):
+            raise ModelError(f"expected a time step dt > 0 s, found {self.dt!r}")
+        self._set("next", {column: self._checked(column, self.next[column]) for column in state})
+        self._set("output", {c: self._checked(c, self.output[c]) for c in state if c in self.output})
+        self._set("quantities", {name: self._checked(name, value) for name, value in self.quantities.items()})
+        self._set("notes", tuple(self.notes))
+
+    def _set(self, name: str, value: Any) -> None:
+        object.__setattr__(self, name, MappingProxyType(value) if isinstance(value, dict) else value)
+
+    def _checked(self, name: str, expression: Expr) -> Expr:
+        try:
+            expression = canonical(expression)
+            for used in sorted(symbol.name for symbol in expression.free_symbols):
+                if used not in self.names:
+                    raise UnknownNameError(f"symbol in the equation of {name!r}", used, self.names)
+        except ModelError as error:
+            raise ModelError(f"equation of {name!r}: {error}") from error
+        return expression
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """State, action and input columns."""
+        return (*self.layouts.state, *self.layouts.action, *self.layouts.inputs)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Every name that an expression may use."""
+        return (*self.columns, *self.quantities, *self.parameters)
+
+    @classmethod
+    def parse(
+        cls,
+        layouts: Layouts,
+        equations: Mapping[str, str],
+        dt: float,
+        *,
+        output: Mapping[str, str] = EMPTY,
+        quantities: Mapping[str, str] = EMPTY,
+        parameters: Mapping[str, float] = EMPTY,
+        robot: str = "",
+        notes: tuple[str, ...] = (),
+    ) -> Equations:
+        """Equations from text (Python syntax, see :mod:`sym2real.symbolic.parsing`).
+
+        Raises:
+            ModelError: for text that is not an expression, with the name of the equation.
+            UnknownNameError: for names that are no column, quantity or parameter.
+        """
+
+        def read(source: Mapping[str, str]) -> dict[str, Expr]:
+            return {name: _parsed(name, written) for name, written in source.items()}
+
+        return cls(read(equations), layouts, dt, read(output), read(quantities), parameters, robot, notes)
+
+    def text(self) -> str:
+        """All equations, one a line, in the syntax that :meth:`parse` reads."""
+        lines = [f"{name} = {text(expression)}" for name, expression in self.quantities.items()]
+        lines += [f"{column}' = {text(expression)}" for column, expression in self.next.items()]
+        lines += [f"measured {column} = {text(expression)}" for column, expression in self.output.items()]
+        lines += [f"{name} = {value!r}" for name, value in self.parameters.items()]
+        return "\n".join(lines)
+
+    def latex(self) -> dict[str, str]:
+        """State column → LaTeX of its next value."""
+        return {column: sympy.latex(expression) for column, expression in self.next.items()}
+
+    def complexity(self) -> dict[str, int]:
+        """State column → nodes of its equation; a quantity counts as one variable."""
+        return {column: complexity(expression) for column, expression in self.next.items()}
+
+    def depends(self, output: str, input: str) -> bool:  # the design's name
+        """Whether the next value of state column ``output`` uses the name ``input``, also through quantities.
+
+        Raises:
+            UnknownNameError: when there are no such names.
+        """
+        self.layouts.state.index(output)
+        if input not in self.names:
+            raise UnknownNameError("symbol", input, self.names)
+        seen, waiting = set[str](), [self.next[output]]
+        while waiting:
+            used = {found.name for found in waiting.pop().free_symbols} - seen
+            seen |= used
+            waiting += [self.quantities[name] for name in used if name in self.quantities]
+        return input in seen
+
+    def _expressions(self) -> Iterator[tuple[str, Mapping[str, Expr]]]:
+        yield from (("next", self.next), ("output", self.output), ("quantities", self.quantities))
+
+    def substitute(
+        self, replacements: Mapping[str, Expr | float], parameters: Mapping[str, float] = EMPTY
+    ) -> Equations:
+        """Every symbol replaced in all equations at once; a replacement may contain the symbol itself.
+
+        Args:
+            replacements: name → expression over names and ``parameters``.
+            parameters: new parameters that the replacements bring.
+
+        Raises:
+            UnknownNameError: when a name to replace does not exist.
+        """
+        for name in replacements:
+            if name not in self.names:
+                raise UnknownNameError("symbol", name, self.names)
+        exchange = {symbol(name): canonical(value) for name, value in replacements.items()}
+        changed: dict[str, Any] = {
+            part: {name: replace_symbols(expression, exchange) for name, expression in expressions.items()}
+            for part, expressions in self._expressions()
+        }
+        return replace(self, **changed, parameters={**self.parameters, **parameters})
+
+    def at(self, **values: float) -> Equations:
+        """Parameters replaced by numbers.
+
+        Raises:
+            UnknownNameError: when there is no such parameter.
+        """
+        for name in values:
+            if name not in self.parameters:
+                raise UnknownNameError("parameter", name, self.parameters)
+        fixed = self.substitute({name: float(value) for name, value in values.items()})
+        return replace(fixed, parameters={k: v for k, v in self.parameters.items() if k not in values})
+
+    def lift_constants(self) -> Equations:
+        """Every float of ``next`` and ``quantities`` as a parameter c0, c1, …, in order of appearance.
+
+        Exact integers and rationals are structure (the 2 of 1 − 2·qx²) and stay; so do exponents.
+        """
+        values = dict(self.parameters)
+        lifted = {
+            part: {name: _lift(expression, values, set(self.names)) for name, expression in expressions.items()}
+            for part, expressions in (("next", self.next), ("quantities", self.quantities))
+        }
+        return replace(self, **lifted, parameters=values)  # type: ignore[arg-type]
+
+    def to_json(self) -> str:
+        """Text that :meth:`from_json` reads back without loss."""
+        from sym2real.symbolic.serialise import equations_to_json
+
+        return equations_to_json(self)
+
+    @classmethod
+    def from_json(cls, source: str) -> Equations:
+        """Equations from :meth:`to_json`'s text, which need not be trusted.
+
+        Raises:
+            ModelError: when it is not such a text.
+        """
+        from sym2real.symbolic.serialise import equations_from_json
+
+        return equations_from_json(source)
+
+
+def _check_names(names: list[str]) -> None:
+    for name in names:
+        if not name.isidentifier() or keyword.iskeyword(name) or name in CONSTANTS:
+            raise ModelError(f"expected a name that can stand in an expression, found {name!r}")
+        if names.count(name) > 1:
+            raise ModelError(f"the name {name!r} stands for two things: columns, quantities and parameters share names")
+
+
+def _parsed(name: str, written: str) -> Expr:
+    try:
+        return parse_expression(str(written))
+    except ModelError as error:
+        raise ModelError(f"equation of {name!r}: {error}") from error
+
+
+def _lift(expression: Expr, values: dict[str, float], taken: set[str]) -> Expr:
+    if isinstance(expression, sympy.Float):
+        name = next(name for name in map("c{}".format, count()) if name not in values and name not in taken)
+        values[name] = float(expression)
+        return symbol(name)
+    if not expression.args:
+        return expression
+    if isinstance(expression, sympy.Pow):
+        return sympy.Pow(_lift(expression.base, values, taken), expression.exp)
+    return expression.func(*(_lift(argument, values, taken) for argument in expression.args))

@@ -1,0 +1,107 @@
+"""How expressions are made, named and written: symbols, the functions that exist, products that stay factored.
+
+SymPy multiplies a number into a sum (``2*(x + y)`` becomes ``2*x + 2*y``), which costs operations and undoes
+factoring. :func:`product` keeps such products as they are; :func:`replace_symbols` and the parser use it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import sympy
+from sympy import Expr, Symbol
+from sympy.printing.str import StrPrinter
+
+from sym2real.errors import ModelError
+from sym2real.registry import Registry
+
+FUNCTIONS: Registry[type] = Registry(
+    "function",
+    {
+        "sin": sympy.sin,
+        "cos": sympy.cos,
+        "tan": sympy.tan,
+        "asin": sympy.asin,
+        "acos": sympy.acos,
+        "atan": sympy.atan,
+        "atan2": sympy.atan2,
+        "exp": sympy.exp,
+        "log": sympy.log,
+        "sqrt": sympy.sqrt,
+        "abs": sympy.Abs,
+        "Abs": sympy.Abs,
+        "sign": sympy.sign,
+        "tanh": sympy.tanh,
+        "Min": sympy.Min,
+        "Max": sympy.Max,
+    },
+)
+CONSTANTS: Mapping[str, Expr] = {"pi": sympy.pi, "E": sympy.E}
+
+
+def symbol(name: str) -> Symbol:
+    """The one way symbols are made: real, so that two symbols of one name are equal."""
+    return Symbol(name, real=True)
+
+
+def product(factors: Iterable[Expr]) -> Expr:
+    """Product of the factors; a number times a sum stays a product."""
+    number, others = sympy.S.One, []
+    for factor in factors:
+        coefficient, rest = factor.as_coeff_Mul()
+        number *= coefficient
+        if rest is not sympy.S.One:
+            others.append(rest)
+    rest = sympy.Mul(*others)
+    if rest.is_Add and number not in (0, 1):
+        return sympy.Mul(number, rest, evaluate=False)
+    return sympy.Mul(number, rest)
+
+
+def rebuild(expression: Expr, arguments: Iterable[Expr]) -> Expr:
+    """The same operation on other arguments, factored products kept."""
+    return product(arguments) if expression.is_Mul else expression.func(*arguments)
+
+
+def replace_symbols(expression: Expr, replacements: Mapping[Symbol, Expr]) -> Expr:
+    """Every symbol replaced at once; a replacement may contain the symbols that are replaced."""
+    if expression.is_Symbol:
+        return replacements.get(expression, expression)
+    if not expression.args or not expression.free_symbols & replacements.keys():
+        return expression
+    return rebuild(expression, [replace_symbols(argument, replacements) for argument in expression.args])
+
+
+def canonical(expression: Expr | float | int) -> Expr:
+    """The expression over :func:`symbol` symbols and 53-bit floats.
+
+    Raises:
+        ModelError: when it is not a real scalar expression.
+    """
+    try:
+        expression = sympy.sympify(expression, strict=True)
+    except (sympy.SympifyError, TypeError) as error:
+        raise ModelError(f"expected a SymPy expression or a number, found {expression!r}") from error
+    if expression.has(sympy.I, sympy.nan, sympy.oo, -sympy.oo, sympy.zoo):
+        raise ModelError(f"expected a finite real expression, found {expression}")
+    changes = {old: symbol(old.name) for old in expression.free_symbols if old != symbol(old.name)}
+    changes |= {old: sympy.Float(float(old)) for old in expression.atoms(sympy.Float) if old._prec != 53}
+    return _exchange(expression, changes) if changes else expression
+
+
+def _exchange(expression: Expr, changes: Mapping[Expr, Expr]) -> Expr:
+    if expression in changes:
+        return changes[expression]
+    if not expression.args:
+        return expression
+    return rebuild(expression, [_exchange(argument, changes) for argument in expression.args])
+
+
+class _ExactPrinter(StrPrinter):  # type: ignore[misc]  # SymPy has no types
+    def _print_Float(self, expr: sympy.Float) -> str:  # noqa: N802  # SymPy's naming
+        return repr(float(expr))
+
+
+def text(expression: Expr) -> str:
+    """One line that :func:`sym2real.symbolic.parsing.parse_expression` reads back without loss."""
+    return str(_ExactPrinter({"full_prec": False}).doprint(expression))

@@ -1,0 +1,182 @@
+"""Text → SymPy expression, by Python's syntax tree alone: nothing in the text is ever evaluated.
+
+Grammar: numbers, names, ``+ - * / **``, the functions of :data:`FUNCTIONS`, ``pi`` and ``E``, comparisons,
+``&``/``|``/``~`` (or ``and``/``or``/``not``) and ``Piecewise((value, condition), …, (value, True))``.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Callable, Collection
+
+import sympy
+from sympy import Expr
+
+from sym2real.errors import ModelError, UnknownNameError
+from sym2real.symbolic.expressions import CONSTANTS, FUNCTIONS, product, symbol
+
+LONGEST_TEXT = 200_000
+LARGEST_NUMBER_BITS = 1100  # as large as a float gets; a tower of powers would never end
+
+ARITY = {"atan2": (2, 2), "Min": (1, math.inf), "Max": (1, math.inf)}
+COMPARISONS: dict[type[ast.cmpop], Callable[[Expr, Expr], Expr]] = {
+    ast.Lt: sympy.Lt,
+    ast.LtE: sympy.Le,
+    ast.Gt: sympy.Gt,
+    ast.GtE: sympy.Ge,
+    ast.Eq: sympy.Eq,
+    ast.NotEq: sympy.Ne,
+}
+NAMED_COMPARISONS = {"Eq": sympy.Eq, "Ne": sympy.Ne, "Lt": sympy.Lt, "Le": sympy.Le, "Gt": sympy.Gt, "Ge": sympy.Ge}
+
+
+def parse_expression(text: str, names: Collection[str] | None = None) -> Expr:
+    """The expression that ``text`` writes; every name becomes ``symbol(name)``.
+
+    Args:
+        text: Python syntax; floats are kept exactly, ratios of integers stay rational.
+        names: the names that may stand in it; None allows any.
+
+    Raises:
+        ModelError: when the text is not such an expression; names the part that is not.
+        UnknownNameError: for a name or function that does not exist, with the nearest ones that do.
+    """
+    if len(text) > LONGEST_TEXT:
+        raise ModelError(f"expected an expression of at most {LONGEST_TEXT} characters, found {len(text)}")
+    try:
+        tree = ast.parse(text.strip(), mode="eval")
+        expression = _Reader(names).read(tree.body)
+    except (SyntaxError, ValueError) as error:
+        raise ModelError(f"expected an expression, found {_short(text)}: {error}") from error
+    except (RecursionError, MemoryError) as error:
+        raise ModelError(f"expected an expression, found one that is nested too deeply: {_short(text)}") from error
+    if not isinstance(expression, Expr):
+        raise ModelError(f"expected a number, found a condition: {_short(text)}")
+    if expression.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo, sympy.I):
+        raise ModelError(f"expected a finite real expression, found {_short(text)} = {expression}")
+    return expression
+
+
+def _short(text: str) -> str:
+    return repr(text if len(text) <= 80 else text[:77] + "…")
+
+
+class _Reader:
+    def __init__(self, names: Collection[str] | None) -> None:
+        self.names = names
+
+    def read(self, node: ast.AST) -> Expr:
+        reader: Callable[[_Reader, ast.AST], Expr] | None = READERS.get(type(node))
+        if reader is None:
+            raise ModelError(f"{type(node).__name__} is not allowed in an expression: {_short(_source(node))}")
+        return reader(self, node)
+
+    def constant(self, node: ast.Constant) -> Expr:
+        value = node.value
+        if isinstance(value, bool):
+            return sympy.true if value else sympy.false
+        if isinstance(value, int) and value.bit_length() <= LARGEST_NUMBER_BITS:
+            return sympy.Integer(value)
+        if isinstance(value, float) and math.isfinite(value):
+            return sympy.Float(value)
+        raise ModelError(f"expected a finite real number, found {_short(repr(value))}")
+
+    def name(self, node: ast.Name) -> Expr:
+        if self.names is not None and node.id in self.names:
+            return symbol(node.id)
+        if node.id in CONSTANTS:
+            return CONSTANTS[node.id]
+        if self.names is not None:
+            raise UnknownNameError("symbol", node.id, self.names)
+        return symbol(node.id)
+
+    def binary(self, node: ast.BinOp) -> Expr:
+        left, right = self.read(node.left), self.read(node.right)
+        match node.op:
+            case ast.Add():
+                return sympy.Add(left, right)
+            case ast.Sub():
+                return sympy.Add(left, product([sympy.S.NegativeOne, right]))
+            case ast.Mult():
+                return product([left, right])
+            case ast.Div():
+                return product([left, self.power(right, sympy.S.NegativeOne)])
+            case ast.Pow():
+                return self.power(left, right)
+            case ast.BitAnd():
+                return sympy.And(left, right)
+            case ast.BitOr():
+                return sympy.Or(left, right)
+        hint = "; a power is written **" if isinstance(node.op, ast.BitXor) else ""
+        raise ModelError(f"operator {type(node.op).__name__} is not allowed: {_short(_source(node))}{hint}")
+
+    def power(self, base: Expr, exponent: Expr) -> Expr:
+        if base.is_Rational and exponent.is_Rational:
+            size = max(abs(base.p), base.q).bit_length() * abs(exponent.p)
+            if size > LARGEST_NUMBER_BITS or (base.p == 0 and exponent.p < 0):
+                raise ModelError(f"expected a finite number, found {_short(f'{base}**{exponent}')}")
+        return sympy.Pow(base, exponent)
+
+    def unary(self, node: ast.UnaryOp) -> Expr:
+        operand = self.read(node.operand)
+        match node.op:
+            case ast.USub():
+                return product([sympy.S.NegativeOne, operand])
+            case ast.UAdd():
+                return operand
+            case _:
+                return sympy.Not(operand)
+
+    def comparison(self, node: ast.Compare) -> Expr:
+        sides = [self.read(side) for side in (node.left, *node.comparators)]
+        relations = []
+        for operator, left, right in zip(node.ops, sides, sides[1:], strict=False):
+            if type(operator) not in COMPARISONS:
+                raise ModelError(f"comparison {type(operator).__name__} is not allowed: {_short(_source(node))}")
+            relations.append(COMPARISONS[type(operator)](left, right))
+        return sympy.And(*relations)
+
+    def boolean(self, node: ast.BoolOp) -> Expr:
+        join = sympy.And if isinstance(node.op, ast.And) else sympy.Or
+        return join(*(self.read(value) for value in node.values))
+
+    def call(self, node: ast.Call) -> Expr:
+        if not isinstance(node.func, ast.Name) or node.keywords:
+            raise ModelError(f"expected the call of a named function, found {_short(_source(node))}")
+        name = node.func.id
+        if name == "Piecewise":
+            return sympy.Piecewise(*(self._piece(piece) for piece in node.args))
+        arguments = [self.read(argument) for argument in node.args]
+        if name in NAMED_COMPARISONS and len(arguments) == 2:
+            return NAMED_COMPARISONS[name](*arguments)
+        if name not in FUNCTIONS:
+            raise UnknownNameError("function", name, (*FUNCTIONS, "Piecewise"))
+        least, most = ARITY.get(name, (1, 1))
+        if not least <= len(arguments) <= most:
+            raise ModelError(f"wrong number of arguments for {name}: {_short(_source(node))}")
+        return FUNCTIONS[name](*arguments)
+
+    def _piece(self, node: ast.expr) -> tuple[Expr, Expr]:
+        if not isinstance(node, ast.Tuple) or len(node.elts) != 2:
+            raise ModelError(f"expected (value, condition) in Piecewise, found {_short(_source(node))}")
+        value, condition = node.elts
+        return self.read(value), self.read(condition)
+
+
+def _source(node: ast.AST) -> str:
+    try:
+        return ast.unparse(node)
+    except (RecursionError, ValueError):
+        return type(node).__name__
+
+
+READERS: dict[type[ast.AST], Callable[..., Expr]] = {
+    ast.Constant: _Reader.constant,
+    ast.Name: _Reader.name,
+    ast.BinOp: _Reader.binary,
+    ast.UnaryOp: _Reader.unary,
+    ast.Compare: _Reader.comparison,
+    ast.BoolOp: _Reader.boolean,
+    ast.Call: _Reader.call,
+}

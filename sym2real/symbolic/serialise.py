@@ -1,0 +1,86 @@
+"""Equations ↔ JSON. The file is untrusted: expressions go through the safe parser, everything else is checked."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+from sympy import Expr
+
+from sym2real.errors import ModelError, Sym2RealError
+from sym2real.layout import Field, Layout, Layouts
+from sym2real.symbolic.equations import Equations
+from sym2real.symbolic.expressions import text
+
+FORMAT = "sym2real equations 1"
+GROUPS = ("state", "action", "inputs")
+
+
+def equations_to_json(equations: Equations) -> str:
+    """Text of the equations; floats are written so that they read back exactly."""
+
+    def written(expressions: Mapping[str, Expr]) -> dict[str, str]:
+        return {name: text(expression) for name, expression in expressions.items()}
+
+    content = {
+        "format": FORMAT,
+        "robot": equations.robot,
+        "dt": equations.dt,
+        "layouts": {group: [asdict(field) for field in getattr(equations.layouts, group).fields] for group in GROUPS},
+        "next": written(equations.next),
+        "output": written(equations.output),
+        "quantities": written(equations.quantities),
+        "parameters": dict(equations.parameters),
+        "notes": list(equations.notes),
+    }
+    return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def equations_from_json(source: str) -> Equations:
+    """Inverse of :func:`equations_to_json`.
+
+    Raises:
+        ModelError: when the text is not such a JSON object; says which entry is wrong.
+    """
+    try:
+        content = json.loads(source)
+    except (ValueError, RecursionError) as error:
+        raise ModelError(f"expected equations in JSON, found text that is not JSON: {error}") from error
+    if not isinstance(content, dict) or content.get("format") != FORMAT:
+        found = content.get("format") if isinstance(content, dict) else type(content).__name__
+        raise ModelError(f"expected JSON of format {FORMAT!r}, found {found!r}")
+    layouts = Layouts(*(_layout(content, group) for group in GROUPS))
+    return Equations.parse(
+        layouts,
+        _mapping(content, "next", str),
+        _entry(content, "dt", (int, float)),
+        output=_mapping(content, "output", str),
+        quantities=_mapping(content, "quantities", str),
+        parameters=_mapping(content, "parameters", (int, float)),
+        robot=_entry(content, "robot", str),
+        notes=tuple(str(note) for note in _entry(content, "notes", list)),
+    )
+
+
+def _entry(content: Mapping[str, Any], key: str, kind: type | tuple[type, ...]) -> Any:
+    value = content.get(key)
+    if not isinstance(value, kind) or isinstance(value, bool):
+        raise ModelError(f"equations in JSON: expected another type of value under {key!r}, found {value!r:.80}")
+    return value
+
+
+def _mapping(content: Mapping[str, Any], key: str, kind: type | tuple[type, ...]) -> dict[str, Any]:
+    value: dict[str, Any] = _entry(content, key, dict)
+    for name in value:
+        _entry(value, name, kind)
+    return value
+
+
+def _layout(content: Mapping[str, Any], group: str) -> Layout:
+    fields = _entry(_entry(content, "layouts", dict), group, list)
+    try:
+        return Layout(tuple(Field(**{**field, "columns": tuple(map(str, field["columns"]))}) for field in fields))
+    except (TypeError, KeyError, Sym2RealError) as error:
+        raise ModelError(f"equations in JSON: layout {group!r} cannot be read: {error}") from error

@@ -1,1 +1,68 @@
-"""From a robot description to symbolic equations, control, and the physical effect that a model misses."""
+"""From a robot description to symbolic equations, control, and the physical effect that a model misses.
+
+The main path, in the order of its use::
+
+    robot = ROBOTS["crazyflie"]
+    plant = MujocoPlant(robot)
+    base = learn_base(plant, tasks, engine=BeamSearch())
+    model = compile_model(base)
+    mppi = MPPI(model, robot, task)
+    measured = run_episode(target, mppi, task)
+    gap = compare(base, measured)
+
+Names are imported on first use, so that ``import sym2real`` costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+__version__ = "0.1.0"
+
+_OWNERS = {
+    "ROBOTS": "robots",
+    "Robot": "robots",
+    "quadrotor": "robots",
+    "car": "robots",
+    "MujocoPlant": "plants",
+    "ModelPlant": "plants",
+    "run_episode": "plants",
+    "TASKS": "tasks",
+    "Task": "tasks",
+    "make_task": "tasks",
+    "BeamSearch": "regression",
+    "PySR": "regression",
+    "Operon": "regression",
+    "ENGINES": "regression",
+    "Equations": "symbolic",
+    "compile_model": "symbolic",
+    "rollout": "symbolic",
+    "save_model": "symbolic",
+    "load_model": "symbolic",
+    "MPPI": "control",
+    "learn_base": "adaptation",
+    "StageOne": "adaptation",
+    "compare": "diagnosis",
+    "read_log": "logs",
+    "read_logs": "logs",
+    "write_log": "logs",
+    "inspect_logs": "logs",
+    "LogSpec": "logs",
+    "Trajectory": "trajectory",
+    "Dataset": "trajectory",
+    "Layout": "layout",
+    "Layouts": "layout",
+}
+
+__all__ = [*_OWNERS]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _OWNERS:
+        return getattr(import_module(f"sym2real.{_OWNERS[name]}"), name)
+    raise AttributeError(f"module 'sym2real' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

@@ -21,7 +21,7 @@ FLOORS: dict[str, int] = {
 }
 SIBLINGS_ALLOWED = {
     ("robots", "symbolic"), ("tasks", "symbolic"), ("effects", "symbolic"), ("tasks", "robots"), ("__main__", "cli"),
-    ("experiments", "report"),
+    ("report", "experiments"),
 }  # fmt: skip
 OWNERS = {
     "mujoco": {"plants", "robots"},

@@ -20,7 +20,9 @@ def python_with(extra: str) -> Path:
     Installation is skipped when it was done before for the same setup.cfg and constraints.
     """
     if sys.version_info < OLDEST:
-        sys.exit(f"sym2real needs Python ≥ 3.11, this is {sys.version.split()[0]}: run this script with a newer python3")
+        sys.exit(
+            f"sym2real needs Python ≥ 3.11, this is {sys.version.split()[0]}: run this script with a newer python3"
+        )
     python = ENVIRONMENT / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
     if not python.exists():
         print(f"making {ENVIRONMENT.name}", flush=True)

@@ -2,9 +2,23 @@
 
 from sym2real.registry import Registry
 from sym2real.robots.crazyflie import CRAZYFLIE
+from sym2real.robots.motors import Motors
 from sym2real.robots.mushr import MUSHR
+from sym2real.robots.nominal_car import car
+from sym2real.robots.nominal_quadrotor import quadrotor
 from sym2real.robots.robot import MPPISettings, Robot
+from sym2real.robots.thrust_fit import fit_thrust_per_unit
 
 ROBOTS: Registry[Robot] = Registry("robot", {"crazyflie": CRAZYFLIE, "mushr": MUSHR})
 
-__all__ = ["CRAZYFLIE", "MUSHR", "ROBOTS", "MPPISettings", "Robot"]
+__all__ = [
+    "CRAZYFLIE",
+    "MUSHR",
+    "ROBOTS",
+    "MPPISettings",
+    "Motors",
+    "Robot",
+    "car",
+    "fit_thrust_per_unit",
+    "quadrotor",
+]

@@ -1,0 +1,74 @@
+"""The command line. One verb per module; a verb is a frozen dataclass whose fields are its options."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Protocol
+
+import tyro
+from rich.console import Console
+
+from sym2real.cli.compare import Compare
+from sym2real.cli.demo import Demo
+from sym2real.cli.export import Export
+from sym2real.cli.inspect import Inspect
+from sym2real.cli.learn import Learn
+from sym2real.cli.nominal import NominalCar, NominalQuadrotor
+from sym2real.cli.output import console_for, write_json
+from sym2real.cli.run import Run
+from sym2real.cli.show import Show
+from sym2real.cli.simulate import Simulate
+from sym2real.errors import Sym2RealError
+
+DESCRIPTION = """\
+From a robot description to a flying model, and from a model that is wrong to the physics it lacks.
+
+The usual path:
+  sym2real learn crazyflie --out runs/base        equations from a plain simulator
+  sym2real run runs/base --task circle            fly them with MPPI
+  sym2real inspect flight.csv --out flight.toml   what a log of yours holds
+  sym2real compare runs/base flight.csv --spec flight.toml
+A robot that is neither of the two starts from numbers alone: sym2real nominal quadrotor --help
+Every verb answers --help, and --json FILE writes its result (- is standard output).
+"""
+
+Verb = (
+    Annotated[Demo, tyro.conf.subcommand("demo")]
+    | Annotated[Simulate, tyro.conf.subcommand("simulate")]
+    | Annotated[Learn, tyro.conf.subcommand("learn")]
+    | Annotated[
+        Annotated[NominalQuadrotor, tyro.conf.subcommand("quadrotor")]
+        | Annotated[NominalCar, tyro.conf.subcommand("car")],
+        tyro.conf.subcommand("nominal", description="Rigid-body equations from numbers alone."),
+    ]
+    | Annotated[Run, tyro.conf.subcommand("run")]
+    | Annotated[Show, tyro.conf.subcommand("show")]
+    | Annotated[Export, tyro.conf.subcommand("export")]
+    | Annotated[Inspect, tyro.conf.subcommand("inspect")]
+    | Annotated[Compare, tyro.conf.subcommand("compare")]
+)
+
+
+class Runnable(Protocol):
+    """What every verb offers."""
+
+    @property
+    def json(self) -> Path | None: ...
+
+    def run(self, console: Console) -> dict[str, Any]: ...
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run one verb; exit with 2 and one clear message on bad input, with 130 on Ctrl-C."""
+    verb: Runnable = tyro.cli(Verb, prog="sym2real", description=DESCRIPTION, args=arguments)  # type: ignore[arg-type]
+    console = console_for(verb.json)
+    try:
+        write_json(verb.run(console), verb.json)
+    except Sym2RealError as error:
+        console.print(f"[bold red]error:[/] {error}", soft_wrap=True, markup=True)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        console.print("interrupted; what was done is kept")
+        sys.exit(130)

@@ -1,0 +1,53 @@
+"""``sym2real compare``: how far a model's predictions are from logs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import tyro
+from rich.console import Console
+
+
+@dataclass(frozen=True)
+class Compare:
+    """Compare a model's predictions with recorded logs: one step, k steps and free run, beside "hold".
+
+    Windows start every 0.1 s, are driven by what the log says was sent, and are measured at their end.
+
+    Example: sym2real compare runs/base flight.csv --spec flight.toml --out runs/compare
+    """
+
+    model: tyro.conf.Positional[str]
+    """A model folder, or a robot's name (its base is learned once and cached)."""
+    logs: tyro.conf.Positional[tuple[Path, ...]]
+    """Logs, CSV or Parquet."""
+    spec: str | None = None
+    """How the logs' columns are named: a shipped specification's name or a TOML file."""
+    start: Literal["smoothed", "measured"] = "smoothed"
+    """Start windows from the last ten rows, smoothed, or from the measured row."""
+    out: Path | None = None
+    """Folder for figures: error over the horizon, measured against predicted."""
+    json: Path | None = None
+    """Write the result to this file (- is standard output)."""
+
+    def run(self, console: Console) -> dict[str, Any]:
+        """Print the table, draw the figures."""
+        from sym2real.cli.model import logs_for, open_with_progress
+        from sym2real.diagnosis import compare
+        from sym2real.report.tables import comparison_table
+
+        equations = open_with_progress(self.model, console)
+        data = logs_for(equations, self.logs, self.spec)
+        comparison = compare(equations, data, start=self.start)
+        console.print(comparison_table(comparison))
+        for note in comparison.notes:
+            console.print(f"note: {note}", style="dim", markup=False)
+        figures = []
+        if self.out:
+            from sym2real.report.figures import draw_comparison
+
+            figures = draw_comparison(equations, data, comparison, self.out)
+            console.print(f"figures in {self.out}")
+        return {**comparison.to_dict(), "figures": figures}

@@ -1,0 +1,102 @@
+"""``sym2real demo``: the whole path on both robots and on a real flight, in a few minutes."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+
+if TYPE_CHECKING:
+    from sym2real.symbolic import Equations
+
+EPISODES = {"crazyflie": 3, "mushr": 5}
+FLOWN = {"crazyflie": ("hover", "circle", "lemniscate"), "mushr": ("circle", "park")}
+SECONDS = 6.0
+SPEC = "crazyflie_battery_drag"
+
+
+@dataclass(frozen=True)
+class Demo:
+    """Learn, fly and compare: both robots from their description files, then equations against a real flight.
+
+    Everything that is printed is also written under OUT: models, logs (CSV), figures (PNG).
+    """
+
+    out: Path = Path("runs/demo")
+    """Folder for models, logs and figures."""
+    samples: int = 512
+    """MPPI samples; fewer than the robots' default, so that the demo is quick."""
+    seed: int = 0
+    """Of starts, commands, pushes and samples."""
+    json: Path | None = None
+    """Write the result to this file (- is standard output)."""
+
+    def run(self, console: Console) -> dict[str, Any]:
+        """Run the three acts."""
+        started = time.perf_counter()
+        robots = {name: self._robot(name, console) for name in EPISODES}
+        real = self._real_flight(console)
+        seconds = time.perf_counter() - started
+        console.print(f"\neverything is in {self.out}; {seconds:.0f} s")
+        return {"robots": robots, "real_flight": real, "seconds": seconds}
+
+    def _robot(self, name: str, console: Console) -> dict[str, Any]:
+        from sym2real.adaptation import StageOne
+        from sym2real.cli.progress import stage_one_progress
+        from sym2real.experiments.learning import learn_in_simulation
+        from sym2real.report.tables import dependence_table, equation_table
+        from sym2real.robots import ROBOTS
+
+        robot = ROBOTS[name]
+        console.rule(f"{robot.title}: from description file to equations")
+        settings = StageOne(EPISODES[name], samples=self.samples, until_settled=False, seed=self.seed)
+        folder = self.out / name / "model"
+        with stage_one_progress(console) as on_progress:
+            learned = learn_in_simulation(robot, "beam", settings, folder / "episodes", on_progress)
+        learned.save(folder)
+        console.print(equation_table(learned.equations), dependence_table(learned.dependence))
+        flights = self._fly(name, learned.equations, console)
+        return {"model": folder, "nodes": learned.equations.complexity(), "flights": flights}
+
+    def _fly(self, name: str, equations: Equations, console: Console) -> list[dict[str, Any]]:
+        from sym2real.cli.progress import steps_progress
+        from sym2real.cli.run import flight_result, write_flight
+        from sym2real.experiments.flying import fly, mppi_controller
+        from sym2real.plants import MujocoPlant
+        from sym2real.report.tables import flight_table
+        from sym2real.robots import ROBOTS
+        from sym2real.tasks import make_task
+
+        robot, flights = ROBOTS[name], []
+        for task_name in FLOWN[name]:
+            task = make_task(task_name, robot)
+            controller = mppi_controller(equations, robot, task, samples=self.samples, seed=self.seed)
+            with steps_progress(console, f"flying {task_name}", round(SECONDS / robot.dt)) as on_step:
+                plant = MujocoPlant(robot)
+                flights.append(
+                    fly(plant, controller, task, seconds=SECONDS, seed=self.seed, on_step=on_step, name=task_name)
+                )
+        console.print(flight_table(flights))
+        return [flight_result(flight) | write_flight(flight, self.out / name) for flight in flights]
+
+    def _real_flight(self, console: Console) -> dict[str, Any]:
+        from sym2real.data import example_flight
+        from sym2real.diagnosis import compare
+        from sym2real.experiments.real_flight import motor_level_equations
+        from sym2real.logs import read_log
+        from sym2real.report.figures import draw_comparison
+        from sym2real.report.tables import comparison_table
+        from sym2real.symbolic import save_model
+        from sym2real.trajectory import Dataset
+
+        console.rule("A real Crazyflie: first-principles equations at motor level against its log")
+        equations = motor_level_equations(example_flight(), SPEC)
+        save_model(equations, self.out / "real_flight" / "model")
+        log = read_log(example_flight(), spec=SPEC, layouts=equations.layouts, dt=equations.dt)
+        comparison = compare(equations, log)
+        console.print(comparison_table(comparison))
+        figures = draw_comparison(equations, Dataset([log]), comparison, self.out / "real_flight")
+        return {**comparison.to_dict(), "figures": figures}

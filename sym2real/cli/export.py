@@ -1,0 +1,40 @@
+"""``sym2real export``: a model as a file for other programs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import tyro
+from rich.console import Console
+
+
+@dataclass(frozen=True)
+class Export:
+    """Write a model as a file that other programs open.
+
+    torchscript: torch.jit.load, from Python or C++, without this package. torch-export: a torch.export program (.pt2).
+    python: one standalone module that needs torch alone. latex: the equations for a paper.
+
+    Example: sym2real export runs/base python --out model.py
+    """
+
+    model: tyro.conf.Positional[str]
+    """A model folder, or a robot's name (its base is learned once and cached)."""
+    format: tyro.conf.Positional[Literal["torchscript", "torch-export", "python", "latex"]]
+    """What to write."""
+    out: Path
+    """The file to write."""
+    json: Path | None = None
+    """Write the result to this file (- is standard output)."""
+
+    def run(self, console: Console) -> dict[str, Any]:
+        """Write the file."""
+        from sym2real.cli.model import open_with_progress
+        from sym2real.symbolic import export
+
+        equations = open_with_progress(self.model, console)
+        export(equations, self.format, self.out)
+        console.print(f"{self.format} in {self.out}")
+        return {"format": self.format, "file": self.out}

@@ -1,0 +1,47 @@
+"""``sym2real inspect``: what a log seems to hold, and a proposed specification."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import tyro
+from rich.console import Console
+
+
+@dataclass(frozen=True)
+class Inspect:
+    """Say what logs seem to hold, with the evidence per column, and propose a specification that maps them.
+
+    Nothing is decided behind your back: a suspected sign flip is written as a comment with its evidence.
+
+    Example: sym2real inspect flight.csv --out flight.toml
+    """
+
+    logs: tyro.conf.Positional[tuple[Path, ...]]
+    """Logs of one kind, CSV or Parquet."""
+    out: Path | None = None
+    """Write the proposed specification (TOML) here; printed otherwise."""
+    json: Path | None = None
+    """Write the result to this file (- is standard output)."""
+
+    def run(self, console: Console) -> dict[str, Any]:
+        """Print the evidence, write or print the specification."""
+        from sym2real.logs import inspect_logs
+        from sym2real.report.inspection import inspection_table
+
+        inspection = inspect_logs(self.logs)
+        console.print(inspection_table(inspection))
+        for remark in inspection.remarks:
+            console.print(f"- {remark}", markup=False)
+        text = inspection.toml()
+        if self.out:
+            self.out.parent.mkdir(parents=True, exist_ok=True)
+            beside = self.out.with_name(f".{self.out.name}.tmp")
+            beside.write_text(text)
+            beside.replace(self.out)
+            console.print(f"specification in {self.out}; use it with --spec {self.out}")
+        else:
+            console.print(text, markup=False, soft_wrap=True)
+        return {"columns": [asdict(row) for row in inspection.rows], "remarks": list(inspection.remarks), "spec": text}

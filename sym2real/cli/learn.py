@@ -1,0 +1,87 @@
+"""``sym2real learn``: a base model from a plain simulator, or from recorded logs."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import tyro
+from rich.console import Console
+
+if TYPE_CHECKING:
+    from sym2real.adaptation import StageOne
+
+
+@dataclass(frozen=True)
+class Learn:
+    """Learn a base model: one equation per next-state component.
+
+    Without --data the robot is flown in its plain MuJoCo simulation (Stage I of the paper): random commands first,
+    then MPPI with the equations found so far, one episode at a time. Every episode and fit is kept in OUT/episodes,
+    so an interrupted run continues where it stopped. With --data recorded logs are fitted instead; on noisy logs the
+    dependence table shows what gets lost, which is why the simulator comes first.
+
+    Example: sym2real learn crazyflie --out runs/base
+    """
+
+    robot: tyro.conf.Positional[str]
+    """Name of the robot: crazyflie or mushr."""
+    out: Path
+    """Folder of the model."""
+    data: tuple[Path, ...] = ()
+    """Recorded logs (CSV or Parquet) to fit instead of a simulator."""
+    spec: str | None = None
+    """How the logs' columns are named: a shipped specification's name or a TOML file."""
+    engine: str = "beam"
+    """Search engine: beam (built in), operon or pysr (extras)."""
+    episodes: int | None = None
+    """At most so many episodes; by default 10 for a quadrotor and 20 for a car, fewer when nothing gets better."""
+    steps: int = 400
+    """Control steps an episode at most."""
+    samples: int | None = None
+    """MPPI samples; the robot's own number by default."""
+    wrench: bool = True
+    """Learn how external forces and torques enter, from as many pushed episodes again."""
+    seed: int = 0
+    """Of starts, commands, pushes and samples."""
+    json: Path | None = None
+    """Write the result to this file (- is standard output)."""
+
+    def run(self, console: Console) -> dict[str, Any]:
+        """Learn, print the tables, write the model."""
+        from sym2real.cli.progress import stage_one_progress
+        from sym2real.experiments.learning import learn_from_logs, learn_in_simulation
+        from sym2real.report.tables import dependence_table, episode_table, equation_table
+        from sym2real.robots import ROBOTS
+
+        robot = ROBOTS[self.robot]
+        if self.data:
+            learned = learn_from_logs(robot, self.data, self.spec, self.engine)
+        else:
+            with stage_one_progress(console) as on_progress:
+                learned = learn_in_simulation(robot, self.engine, self._settings(), self.out / "episodes", on_progress)
+        learned.save(self.out)
+        if learned.reports:
+            console.print(episode_table(learned.reports))
+        console.print(equation_table(learned.equations), dependence_table(learned.dependence))
+        console.print(f"model in {self.out}")
+        return {
+            "model": self.out,
+            "nodes": learned.equations.complexity(),
+            "episodes": [asdict(report) for report in learned.reports],
+            "dependence": [asdict(row) for row in learned.dependence],
+        }
+
+    def _settings(self) -> StageOne:
+        from sym2real.adaptation import StageOne
+        from sym2real.experiments.learning import MOST_EPISODES
+
+        return StageOne(
+            episodes=self.episodes or MOST_EPISODES[self.robot],
+            steps=self.steps,
+            samples=self.samples,
+            pushed=self.wrench,
+            until_settled=self.episodes is None,
+            seed=self.seed,
+        )

@@ -1,0 +1,54 @@
+"""Progress of Stage I as a bar that says what is going on, with a line for every finished episode."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    SpinnerColumn,
+    TextColumn,
+    TimeElapsedColumn,
+)
+
+from sym2real import adaptation
+from sym2real.report.tables import number
+
+
+@contextmanager
+def stage_one_progress(console: Console) -> Iterator[Callable[[adaptation.Progress], None]]:
+    """A callback for :func:`sym2real.adaptation.learn_base` that draws on ``console``."""
+    with Progress(*_columns(), console=console, transient=True) as bar:
+        task = bar.add_task("starting", total=None)
+
+        def show(progress: adaptation.Progress) -> None:
+            if progress.report is not None:
+                console.print(episode_line(progress.report))
+            else:
+                bar.update(task, description=progress.what, completed=progress.done, total=progress.total or None)
+
+        yield show
+
+
+def episode_line(report: adaptation.EpisodeReport) -> str:
+    """One finished episode in words."""
+    ended = f"hit the ground after {report.rows} rows" if report.crashed else f"{report.rows} rows"
+    tracking = "" if report.tracking != report.tracking else f", mean position error {number(report.tracking)} m"
+    return f"episode {report.number + 1}: {report.task}, {ended}{tracking}; fitted in {report.seconds:.1f} s"
+
+
+@contextmanager
+def steps_progress(console: Console, what: str, steps: int) -> Iterator[Callable[[int], None]]:
+    """A callback that takes the number of steps done, drawn as a bar on ``console``."""
+    with Progress(*_columns(), console=console, transient=True) as bar:
+        task = bar.add_task(what, total=steps)
+        yield lambda done: bar.update(task, completed=done)
+
+
+def _columns() -> tuple[ProgressColumn, ...]:
+    return (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())

@@ -1,0 +1,90 @@
+"""``sym2real run``: one task with one model on one plant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import tyro
+from rich.console import Console
+
+if TYPE_CHECKING:
+    from sym2real.experiments.flying import Flight
+
+
+@dataclass(frozen=True)
+class Run:
+    """Fly or drive one task with MPPI and a model, in the robot's simulator or in the model itself.
+
+    Example: sym2real run runs/base circle --out runs/circle
+    """
+
+    model: tyro.conf.Positional[str]
+    """A model folder, or a robot's name (its base is learned once and cached)."""
+    task: tyro.conf.Positional[str]
+    """hover, circle, lemniscate, track, park or reverse_circle."""
+    plant: Literal["simulator", "model"] = "simulator"
+    """What is flown: the plain MuJoCo simulator, or the model itself."""
+    seconds: float | None = None
+    """Length of the episode; the task's own by default."""
+    samples: int | None = None
+    """MPPI samples; the robot's own number by default."""
+    realtime: bool = False
+    """Draw only as many samples as hold the control period on this machine."""
+    seed: int = 0
+    """Of the start and the samples."""
+    out: Path | None = None
+    """Folder for the log (CSV) and a figure of the path."""
+    json: Path | None = None
+    """Write the result to this file (- is standard output)."""
+
+    def run(self, console: Console) -> dict[str, Any]:
+        """Fly, print the figures, write the log."""
+        from sym2real.cli.model import open_with_progress, robot_of
+        from sym2real.cli.progress import steps_progress
+        from sym2real.experiments.flying import fly, mppi_controller
+        from sym2real.plants import ModelPlant, MujocoPlant
+        from sym2real.report.tables import flight_table
+        from sym2real.symbolic import compile_model
+        from sym2real.tasks import make_task
+
+        equations = open_with_progress(self.model, console)
+        robot = robot_of(equations, self.model)
+        task = make_task(self.task, robot)
+        period = robot.dt if self.realtime else None
+        controller = mppi_controller(equations, robot, task, samples=self.samples, seed=self.seed, period=period)
+        plant = MujocoPlant(robot) if self.plant == "simulator" else ModelPlant(compile_model(equations), robot)
+        steps = round((self.seconds or task.duration) / robot.dt)
+        with steps_progress(console, f"{self.task} with {controller.samples} samples", steps) as on_step:
+            flight = fly(plant, controller, task, seconds=self.seconds, seed=self.seed, on_step=on_step, name=self.task)
+        console.print(flight_table([flight]))
+        result = flight_result(flight) | {"samples": controller.samples}
+        if self.out:
+            files = write_flight(flight, self.out)
+            console.print(f"log in {files['log']}, path in {files['figure']}")
+            result |= files
+        return result
+
+
+def flight_result(flight: Flight) -> dict[str, Any]:
+    """What ``--json`` says of a flight."""
+    return {
+        "task": flight.trajectory.name,
+        "tracking": flight.tracking,
+        "final": flight.final,
+        "crashed": flight.crashed,
+        "act_median": flight.act_median,
+        "act_p99": flight.act_p99,
+    }
+
+
+def write_flight(flight: Flight, folder: Path) -> dict[str, Any]:
+    """Write a flight's log and a figure of its path; where they are."""
+    from sym2real.logs import write_log
+    from sym2real.report.figures import path_figure, save
+
+    folder.mkdir(parents=True, exist_ok=True)
+    name = flight.trajectory.name
+    write_log(flight.trajectory, folder / f"{name}.csv")
+    return {"log": folder / f"{name}.csv", "figure": save(path_figure(flight.trajectory), folder / f"{name}.png")}

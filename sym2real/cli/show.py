@@ -1,0 +1,53 @@
+"""``sym2real show``: a model's equations, for people."""
+
+from __future__ import annotations
+
+import json as json_module
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import tyro
+from rich.console import Console
+
+
+@dataclass(frozen=True)
+class Show:
+    """Print a model's equations, their node counts, and how strongly each action reaches the states it must.
+
+    Example: sym2real show runs/base --latex
+    """
+
+    model: tyro.conf.Positional[str]
+    """A model folder, or a robot's name (its base is learned once and cached)."""
+    latex: bool = False
+    """Print LaTeX too."""
+    json: Path | None = None
+    """Write the result to this file (- is standard output)."""
+
+    def run(self, console: Console) -> dict[str, Any]:
+        """Print the tables."""
+        from sym2real.cli.model import open_with_progress
+        from sym2real.regression import Dependence
+        from sym2real.report.tables import dependence_table, equation_table
+
+        equations = open_with_progress(self.model, console)
+        training_file = Path(self.model) / "training.json"
+        training = json_module.loads(training_file.read_text()) if training_file.exists() else {}
+        console.print(equation_table(equations))
+        if training:
+            console.print(dependence_table([Dependence(**row) for row in training["dependence"]]))
+        for note in equations.notes:
+            console.print(f"note: {note}")
+        latex = equations.latex()
+        if self.latex:
+            for text in latex.values():
+                console.print(text, soft_wrap=True, markup=False)
+        return {
+            "dt": equations.dt,
+            "equations": equations.text(),
+            "latex": latex,
+            "nodes": equations.complexity(),
+            "dependence": training.get("dependence", []),
+            "notes": list(equations.notes),
+        }

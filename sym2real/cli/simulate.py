@@ -1,0 +1,72 @@
+"""``sym2real simulate``: flights and drives in the simulator, without a model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import tyro
+from rich.console import Console
+
+
+@dataclass(frozen=True)
+class Simulate:
+    """Fly or drive a task in the robot's simulator with a controller that needs no model, and write the log.
+
+    The simulator is plain unless an option changes it: a constant force, a centre of mass off its place, a slope.
+
+    Example: sym2real simulate crazyflie circle --force 0.01 0 0 --out windy.csv
+    """
+
+    robot: tyro.conf.Positional[str]
+    """Name of the robot: crazyflie or mushr."""
+    task: tyro.conf.Positional[str]
+    """hover, circle, lemniscate, track, park or reverse_circle."""
+    out: Path
+    """The log to write, .csv or .parquet."""
+    controller: Literal["geometric", "random"] = "geometric"
+    """Geometric tracking, or the random commands that Stage I starts with."""
+    seconds: float | None = None
+    """Length of the episode; the task's own by default."""
+    force: tuple[float, float, float] | None = None
+    """Constant force in N along world axes."""
+    com_offset: tuple[float, float, float] | None = None
+    """Centre of mass moved by this much in m along body axes."""
+    slope: tuple[float, float] | None = None
+    """Gravity's components in m/s² along the world's x and y."""
+    seed: int = 0
+    """Of the start and the random commands."""
+    json: Path | None = None
+    """Write the result to this file (- is standard output)."""
+
+    def run(self, console: Console) -> dict[str, Any]:
+        """Fly, print the figures, write the log."""
+        from sym2real.adaptation import tracking_error
+        from sym2real.control import RandomCommands
+        from sym2real.experiments.flying import geometric_controller
+        from sym2real.logs import write_log
+        from sym2real.plants import MujocoPlant, constant_force, inertial_offset, run_episode, tilted_gravity
+        from sym2real.robots import ROBOTS
+        from sym2real.tasks import make_task
+
+        robot = ROBOTS[self.robot]
+        task = make_task(self.task, robot)
+        changes = []
+        if self.force:
+            changes.append(constant_force(*self.force))
+        if self.com_offset:
+            changes.append(inertial_offset(*self.com_offset))
+        if self.slope:
+            changes.append(tilted_gravity(*self.slope))
+        geometric = self.controller == "geometric"
+        controller = geometric_controller(robot, task) if geometric else RandomCommands(robot, seed=self.seed)
+        steps = round((self.seconds or task.duration) / robot.dt)
+        trajectory = run_episode(
+            MujocoPlant(robot, changes), controller, task, seed=self.seed, steps=steps, name=self.out.stem
+        )
+        write_log(trajectory, self.out)
+        error = tracking_error(trajectory)
+        names = ", ".join(change.name for change in changes) or "the plain simulator"
+        console.print(f"{len(trajectory)} rows, mean position error {error:.3g} m, {names}; log in {self.out}")
+        return {"log": self.out, "rows": len(trajectory), "tracking": error, "crashed": len(trajectory) < steps}

@@ -1,0 +1,1 @@
+"""Learned and cached bases, test flights and drives."""

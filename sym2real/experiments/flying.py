@@ -1,0 +1,118 @@
+"""One task, one controller, one plant: flown or driven, timed and summed up."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sym2real.adaptation import tracking_error
+from sym2real.control import MPPI, GeometricQuadrotor, PurePursuit
+from sym2real.plants import ModelPlant, MujocoPlant, run_episode
+from sym2real.protocols import Controller
+from sym2real.robots import Robot
+from sym2real.symbolic import Equations, compile_model
+from sym2real.tasks import Task
+from sym2real.trajectory import Array, Trajectory
+
+OnStep = Callable[[int], None]
+
+
+@dataclass(frozen=True)
+class Flight:
+    """An episode and what a person asks about it.
+
+    Args:
+        trajectory: what happened.
+        tracking: mean distance from the reference in m.
+        final: the same over the last second.
+        crashed: it ended early.
+        act_median, act_p99: time to choose an action in s.
+    """
+
+    trajectory: Trajectory
+    tracking: float
+    final: float
+    crashed: bool
+    act_median: float
+    act_p99: float
+
+
+def geometric_controller(robot: Robot, task: Task) -> Controller:
+    """The controller of test runs, which knows a mass or a wheelbase and no model."""
+    if robot.layouts.state.has_field("attitude"):
+        return GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, task.reference)
+    return PurePursuit(robot.constants["wheelbase"], robot.low, robot.high, robot.dt, task.reference)
+
+
+def mppi_controller(
+    equations: Equations,
+    robot: Robot,
+    task: Task,
+    *,
+    samples: int | None = None,
+    seed: int = 0,
+    period: float | None = None,
+) -> MPPI:
+    """MPPI with these equations and the robot's sampling, with another number of samples where one is given."""
+    settings = robot.mppi if samples is None else replace(robot.mppi, samples=samples)
+    return MPPI(compile_model(equations), robot, task, settings=settings, seed=seed, period=period)
+
+
+def fly(
+    plant: MujocoPlant | ModelPlant,
+    controller: Controller,
+    task: Task,
+    *,
+    seconds: float | None = None,
+    seed: int = 0,
+    on_step: OnStep = lambda _: None,
+    name: str = "",
+) -> Flight:
+    """Run one episode and sum it up.
+
+    Args:
+        plant: what is flown or driven.
+        controller: what flies or drives it.
+        task: what is wanted.
+        seconds: length; the task's own by default.
+        seed: of the start.
+        on_step: called with the number of steps done.
+        name: of the trajectory.
+    """
+    steps = round((seconds or task.duration) / plant.dt)
+    timed = _Timed(controller)
+    trajectory = run_episode(
+        plant, timed, task, seed=seed, steps=steps, on_step=lambda step, *_: on_step(step + 1), name=name
+    )
+    return Flight(
+        trajectory=trajectory,
+        tracking=tracking_error(trajectory),
+        final=tracking_error(trajectory.rows(max(0, len(trajectory) - round(1.0 / plant.dt)), len(trajectory))),
+        crashed=len(trajectory) < steps,
+        act_median=float(np.median(timed.seconds)),
+        act_p99=float(np.quantile(timed.seconds, 0.99)),
+    )
+
+
+class _Timed:
+    """A controller that notes how long it takes to choose an action."""
+
+    def __init__(self, controller: Controller) -> None:
+        self.controller = controller
+        self.seconds: list[float] = []
+
+    def reset(self) -> None:
+        self.controller.reset()
+
+    def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
+        started = time.perf_counter()
+        action = self.controller.act(state, step, inputs)
+        self.seconds.append(time.perf_counter() - started)
+        return action
+
+    def remember(self, sent: ArrayLike) -> None:
+        self.controller.remember(sent)

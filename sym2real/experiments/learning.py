@@ -1,0 +1,97 @@
+"""Learning a base model, from a plain simulator or from logs, with what a person wants to know of the result."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from sym2real.adaptation import EpisodeReport, Progress, StageOne, stage_one
+from sym2real.layout import Layouts
+from sym2real.logs import read_logs
+from sym2real.plants import MujocoPlant
+from sym2real.regression import ENGINES, Dependence, dependence
+from sym2real.robots import Robot
+from sym2real.symbolic import Equations, save_model
+from sym2real.tasks import Task, make_task
+from sym2real.trajectory import Dataset
+
+# The paper's training tasks, and the most episodes that its bases took.
+TRAINING_TASKS = {"crazyflie": ("hover", "circle", "lemniscate"), "mushr": ("circle", "park")}
+MOST_EPISODES = {"crazyflie": 10, "mushr": 20}
+
+
+@dataclass(frozen=True)
+class Learned:
+    """A base model and how it came about.
+
+    Args:
+        equations: the model.
+        dependence: how strongly each action reaches the states that it must.
+        region: smallest and largest value of every state and action column in the training rows.
+        reports: of the episodes, when it was learned in a simulator.
+    """
+
+    equations: Equations
+    dependence: tuple[Dependence, ...]
+    region: dict[str, tuple[float, float]]
+    reports: tuple[EpisodeReport, ...] = ()
+
+    def save(self, folder: Path) -> None:
+        """Write the model folder, with ``training.json`` beside the equations."""
+        save_model(self.equations, folder)
+        training = {
+            "dependence": [asdict(row) for row in self.dependence],
+            "region": self.region,
+            "episodes": [asdict(report) for report in self.reports],
+        }
+        beside = folder / "training.json.tmp"
+        beside.write_text(json.dumps(training, indent=1))
+        beside.replace(folder / "training.json")
+
+
+def training_tasks(robot: Robot) -> list[Task]:
+    """The tasks that a robot's base model is learned on."""
+    return [make_task(name, robot) for name in TRAINING_TASKS[robot.name]]
+
+
+def learn_in_simulation(
+    robot: Robot,
+    engine: str,
+    settings: StageOne,
+    folder: Path | None,
+    on_progress: Callable[[Progress], None],
+) -> Learned:
+    """Stage I in the robot's plain simulator; ``folder`` keeps the episodes and lets an interrupted run go on.
+
+    Raises:
+        UnknownNameError: for an engine that does not exist.
+        ModelError: when the equations miss a dependence that control needs.
+    """
+    search = ENGINES[engine](angles=robot.angles)
+    plant, tasks = MujocoPlant(robot), training_tasks(robot)
+    base = stage_one(plant, tasks, search, settings, folder=folder, on_progress=on_progress)
+    return _learned(base.equations, Dataset(base.episodes + base.pushed), robot, base.reports)
+
+
+def learn_from_logs(robot: Robot, paths: Sequence[Path], spec: str | None, engine: str) -> Learned:
+    """Equations fitted to recorded logs; ``dependence`` shows what control cannot rely on.
+
+    Raises:
+        DataError: when a log cannot be read or lacks a column of the robot.
+        UnknownNameError: for an engine or specification that does not exist.
+    """
+    layouts = Layouts(robot.layouts.state, robot.layouts.action)
+    data = read_logs(paths, spec=spec, layouts=layouts, dt=robot.dt)
+    equations = ENGINES[engine](angles=robot.angles).fit(data.transitions())
+    return _learned(equations, data, robot, ())
+
+
+def _learned(equations: Equations, data: Dataset, robot: Robot, reports: tuple[EpisodeReport, ...]) -> Learned:
+    transitions = data.transitions()
+    columns = zip(
+        (*data.layouts.state, *data.layouts.action), (*transitions.state.T, *transitions.action.T), strict=True
+    )
+    region = {column: (float(values.min()), float(values.max())) for column, values in columns}
+    return Learned(equations, tuple(dependence(equations, transitions, robot.dependencies)), region, reports)

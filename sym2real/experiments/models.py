@@ -1,0 +1,45 @@
+"""A model by what a user calls it: a folder, or a robot's name, whose base is learned once and cached."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import platformdirs
+
+from sym2real import __version__
+from sym2real.adaptation import Progress, StageOne
+from sym2real.errors import UnknownNameError
+from sym2real.experiments.learning import learn_in_simulation
+from sym2real.robots import ROBOTS, Robot
+from sym2real.symbolic import Equations, load_model
+
+# Enough for the figures of docs/figures.md; more episodes change little.
+EPISODES = {"crazyflie": 3, "mushr": 5}
+
+
+def open_model(name: str, on_progress: Callable[[Progress], None] = lambda _: None) -> Equations:
+    """Equations from a model folder, or the base of a robot.
+
+    Args:
+        name: path of a folder that ``learn``, ``nominal`` or ``add`` wrote, or a robot's name.
+        on_progress: told what is going on when a robot's base has to be learned first.
+
+    Raises:
+        UnknownNameError: when it is neither.
+        ModelError: when the folder does not hold a model.
+    """
+    if Path(name).is_dir():
+        return load_model(Path(name))
+    if name not in ROBOTS:
+        raise UnknownNameError("model: neither a folder nor a robot", name, ROBOTS)
+    return cached_base(ROBOTS[name], on_progress)
+
+
+def cached_base(robot: Robot, on_progress: Callable[[Progress], None] = lambda _: None) -> Equations:
+    """The base of a robot in its plain simulator, learned at the first call and kept in the user's cache."""
+    folder = Path(platformdirs.user_cache_dir("sym2real")) / __version__ / f"base-{robot.name}"
+    if not (folder / "equations.json").exists():
+        settings = StageOne(episodes=EPISODES[robot.name], until_settled=False)
+        learn_in_simulation(robot, "beam", settings, folder / "episodes", on_progress).save(folder)
+    return load_model(folder)

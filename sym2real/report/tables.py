@@ -1,0 +1,99 @@
+"""Tables for the terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from rich.table import Table
+
+from sym2real.adaptation import EpisodeReport
+from sym2real.diagnosis import Comparison
+from sym2real.experiments.flying import Flight
+from sym2real.regression import Dependence
+from sym2real.symbolic import Equations
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A figure with so many significant digits, a dash where there is none."""
+    return "–" if math.isnan(value) else f"{value:.{digits}g}"
+
+
+def equation_table(equations: Equations) -> Table:
+    """One row per next-state component: its nodes and its text."""
+    nodes = equations.complexity()
+    table = Table(title=f"next state after {equations.dt:g} s", title_justify="left")
+    for heading, justify in (("state", "left"), ("nodes", "right"), ("equation", "left")):
+        table.add_column(heading, justify=justify, overflow="fold")  # type: ignore[arg-type]
+    for name, text in equations.text().items():
+        table.add_row(f"{name}′", str(nodes[name]), text)
+    return table
+
+
+def dependence_table(rows: Sequence[Dependence]) -> Table:
+    """How strongly each action reaches the states that it must reach."""
+    table = Table(title="does each action reach the states it must?", title_justify="left")
+    for heading in ("action", "state", "strength", "bar", ""):
+        table.add_column(heading, justify="right" if heading in ("strength", "bar") else "left")
+    for row in rows:
+        verdict = "[green]yes[/]" if row.holds else "[red]no[/]"
+        table.add_row(row.action, f"{row.state}′", number(row.score), number(row.bar), verdict)
+    return table
+
+
+def episode_table(reports: Sequence[EpisodeReport]) -> Table:
+    """One row per episode of Stage I."""
+    table = Table(title="episodes in the plain simulator", title_justify="left")
+    for heading in ("episode", "flown", "rows", "ended", "tracking m", "one-step error", "after fit", "fit s"):
+        table.add_column(heading, justify="left" if heading in ("flown", "ended") else "right")
+    for report in reports:
+        table.add_row(
+            str(report.number + 1),
+            report.task,
+            str(report.rows),
+            "on the ground" if report.crashed else "in time",
+            number(report.tracking),
+            number(report.prediction),
+            number(report.fitted),
+            number(report.seconds),
+        )
+    return table
+
+
+def comparison_table(comparison: Comparison) -> Table:
+    """Errors per channel over the horizon, in the channel's unit, beside "hold"."""
+    table = Table(
+        title="prediction error, root mean square at the window's end (hold: predicting that nothing changes)",
+        title_justify="left",
+    )
+    table.add_column("horizon s", justify="right")
+    table.add_column("windows", justify="right")
+    channels = comparison.one_step.errors
+    for channel, error in channels.items():
+        table.add_column(f"{channel} {error.unit}", justify="right")
+        table.add_column("hold", justify="right", style="dim")
+    for label, errors in (
+        ("one step", comparison.one_step),
+        *((f"{errors.horizon:g}", errors) for errors in comparison.horizons),
+        (f"free {comparison.free_run.horizon:g}", comparison.free_run),
+    ):
+        cells = [text for error in errors.errors.values() for text in (number(error.value), number(error.hold))]
+        table.add_row(label, str(errors.windows), *cells)
+    return table
+
+
+def flight_table(flights: Sequence[Flight]) -> Table:
+    """One row per flight or drive: how well it tracked, and how long choosing an action took."""
+    table = Table(title="flown in the simulator", title_justify="left")
+    for heading in ("task", "ended", "mean position error m", "last second m", "action median ms", "p99 ms"):
+        table.add_column(heading, justify="left" if heading in ("task", "ended") else "right")
+    for flight in flights:
+        table.add_row(
+            flight.trajectory.name,
+            "by a crash" if flight.crashed else "in time",
+            number(flight.tracking),
+            number(flight.final),
+            number(1e3 * flight.act_median),
+            number(1e3 * flight.act_p99),
+        )
+    return table

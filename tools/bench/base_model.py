@@ -1,0 +1,252 @@
+"""Figures of the base model: open-loop prediction, wrench inputs, closed loop, zero-shot.
+
+Fresh seeds: nothing in the package was tuned on them. ``--quick`` leaves out the closed loop and the zero-shot flights.
+
+    python tools/bench/base_model.py --quick
+    python tools/bench/base_model.py --json docs/figures/base_model.json
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import torch
+import tyro
+from figures import Figure, report
+
+from sym2real.adaptation import StageOne, stage_one
+from sym2real.diagnosis import predict_windows
+from sym2real.experiments.flights import car_drives, pushed_flights, quadrotor_flights
+from sym2real.experiments.flying import fly, mppi_controller
+from sym2real.experiments.learning import training_tasks
+from sym2real.experiments.simulated_model import MujocoModel
+from sym2real.control import MPPI
+from sym2real.plants import MujocoPlant, constant_force, inertial_offset, tilted_gravity
+from sym2real.regression import BeamSearch, dependence
+from sym2real.robots import CRAZYFLIE, MUSHR, Robot
+from sym2real.symbolic import Equations, compile_model
+from sym2real.tasks import Task, make_task, unseen_goal
+from sym2real.trajectory import Dataset, Trajectory
+
+HORIZON = 0.8
+CM = 100.0
+TRAIN_SEED, TEST_SEED, STAGE_SEED = 7001, 9001, 5001
+CLOSED_LOOP_SEEDS = range(3001, 3006)
+ZERO_SHOT = 20
+
+
+@dataclass(frozen=True)
+class Options:
+    """Measure the base model's figures."""
+
+    quick: bool = False
+    """Leave out closed loop and zero-shot."""
+    json: Path | None = None
+    """Write the figures to this file (- is standard output)."""
+
+
+def position_errors(equations: Equations, data: Dataset) -> np.ndarray:
+    """Position error in cm at the end of 0.8 s windows that start at the true state ``# (windows,)``."""
+    model = compile_model(equations, dtype=torch.float64)
+    steps = round(HORIZON / equations.dt)
+    windows = [predict_windows(model, trajectory, steps, "measured").errors(steps) for trajectory in data]
+    return CM * np.concatenate([errors["position"] for errors in windows])
+
+
+def spread(name: str, errors: np.ndarray, median: str = "", p95: str = "") -> list[Figure]:
+    """Median and 95th percentile as two figures."""
+    return [
+        Figure(f"{name}: median", float(np.median(errors)), "cm", median),
+        Figure(f"{name}: p95", float(np.quantile(errors, 0.95)), "cm", p95),
+    ]
+
+
+def say(text: str) -> None:
+    """Progress, beside the figures."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def timed_fit(robot: Robot, data: Dataset) -> tuple[Equations, float]:
+    """Equations and the CPU seconds of the search."""
+    started = time.process_time()
+    equations = BeamSearch(angles=robot.angles).fit(data.transitions())
+    return equations, time.process_time() - started
+
+
+def quadrotor_from_flights() -> list[Figure]:
+    """Three flights of the geometric controller; tested in and out of distribution, and on pushed flights."""
+    say("quadrotor: 3 flights of the geometric controller")
+    flights = quadrotor_flights(3, TRAIN_SEED)
+    equations, plain_seconds = timed_fit(CRAZYFLIE, flights)
+    pushed = pushed_flights(CRAZYFLIE, 3, TRAIN_SEED + 1)
+    with_wrench, wrench_seconds = timed_fit(CRAZYFLIE, flights + pushed)
+    inside = position_errors(equations, quadrotor_flights(20, TEST_SEED))
+    outside = position_errors(equations, quadrotor_flights(20, TEST_SEED, out_of_distribution=True))
+    wind = with_true_wrench(quadrotor_flights(4, TEST_SEED, changes=(constant_force(fx=0.03),)), {"fx": lambda _: 0.03})
+    offset = 0.002
+    centre = with_true_wrench(
+        quadrotor_flights(4, TEST_SEED, changes=(inertial_offset(rx=offset),)),
+        {"ty": lambda trajectory: offset * trajectory.column("thrust")},
+    )
+    return [
+        *spread("quadrotor, 3 flights, 0.8 s", inside, "< 0.05", "< 0.3"),
+        *spread("quadrotor, 3 flights, out of distribution", outside, "< 2", "< 8"),
+        Figure("quadrotor, wind 0.03 N given, RMS", rms(position_errors(with_wrench, wind)), "cm", "< 0.1"),
+        Figure("quadrotor, centre of mass 2 mm given, RMS", rms(position_errors(with_wrench, centre)), "cm", "< 0.5"),
+        Figure("quadrotor, search time, 13 equations", plain_seconds, "CPU s", "< 15"),
+        Figure("quadrotor, search time with wrench", wrench_seconds, "CPU s", "< 30"),
+        *structure("quadrotor, 3 flights", with_wrench, flights, CRAZYFLIE),
+    ]
+
+
+def structure(name: str, equations: Equations, data: Dataset, robot: Robot) -> list[Figure]:
+    """Largest node count, and how many of the demanded dependences are missing."""
+    missing = sum(not row.holds for row in dependence(equations, data.transitions(), robot.dependencies))
+    return [
+        Figure(f"{name}, largest equation", max(equations.complexity().values()), "nodes", "<= 85"),
+        Figure(f"{name}, dependences missing", missing, "pairs", "<= 0"),
+    ]
+
+
+def rms(errors: np.ndarray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(errors**2)))
+
+
+def with_true_wrench(data: Dataset, columns: dict[str, Callable[[Trajectory], object]]) -> Dataset:
+    """The same trajectories with the wrench that acted, by column."""
+
+    def given(trajectory: Trajectory) -> Trajectory:
+        inputs = np.zeros_like(trajectory.inputs)
+        for column, value in columns.items():
+            inputs[:, trajectory.layouts.inputs.index(column)] = value(trajectory)
+        return replace(trajectory, inputs=inputs)
+
+    return Dataset(given(trajectory) for trajectory in data)
+
+
+def quadrotor_from_stage_one() -> list[Figure]:
+    """Three episodes of the Stage I loop."""
+    say("quadrotor: 3 episodes of Stage I")
+    settings = StageOne(3, pushed=False, until_settled=False, seed=STAGE_SEED)
+    base = stage_one(MujocoPlant(CRAZYFLIE), training_tasks(CRAZYFLIE), BeamSearch(), settings)
+    inside = position_errors(base.equations, quadrotor_flights(20, TEST_SEED))
+    outside = position_errors(base.equations, quadrotor_flights(20, TEST_SEED, out_of_distribution=True))
+    return [
+        *spread("quadrotor, 3 Stage I episodes, 0.8 s", inside, "< 0.3"),
+        *spread("quadrotor, 3 Stage I episodes, out of distribution", outside, "< 4"),
+        *structure("quadrotor, Stage I", base.equations, Dataset(base.episodes), CRAZYFLIE),
+    ]
+
+
+def car_from_stage_one() -> list[Figure]:
+    """Five episodes of the Stage I loop, with and without wrench."""
+    say("car: 5 episodes of Stage I, and 5 pushed")
+    settings = StageOne(5, until_settled=False, seed=STAGE_SEED)
+    base = stage_one(MujocoPlant(MUSHR), training_tasks(MUSHR), BeamSearch(angles=MUSHR.angles), settings)
+    equations, plain_seconds = timed_fit(MUSHR, Dataset(base.episodes))
+    with_wrench, wrench_seconds = timed_fit(MUSHR, Dataset(base.episodes + base.pushed))
+    mass = float(sum(MujocoPlant(MUSHR).mj_model.body_mass))
+    push = 2.0
+    slope = with_true_wrench(
+        car_drives(6, TEST_SEED, changes=(tilted_gravity(gx=push / mass),)), {"fx": lambda _: push}
+    )
+    inside = position_errors(equations, car_drives(20, TEST_SEED))
+    reverse = position_errors(equations, car_drives(20, TEST_SEED, reverse=True))
+    fast = position_errors(equations, car_drives(20, TEST_SEED, fast=True))
+    return [
+        *spread("car, 5 Stage I episodes, 0.8 s", inside, "< 1.5", "< 4"),
+        *spread("car, reverse driving", reverse, "", "< 20"),
+        *spread("car, 2.2–4 m/s", fast),
+        Figure("car on a 2 N slope given, RMS", rms(position_errors(with_wrench, slope)), "cm", "< 2"),
+        Figure("car, search time, 7 equations", plain_seconds, "CPU s", "< 5"),
+        Figure("car, search time with wrench", wrench_seconds, "CPU s", "< 15"),
+        *structure("car, Stage I", with_wrench, Dataset(base.episodes), MUSHR),
+    ]
+
+
+def closed_loop_ratio(robot: Robot, equations: Equations, task_name: str) -> Figure:
+    """Mean position error of MPPI with the equations over that of MPPI whose model is MuJoCo itself."""
+    say(f"closed loop: {robot.name} {task_name}")
+    with ProcessPoolExecutor(2) as pool:
+        pairs = list(pool.map(partial(closed_loop_pair, robot.name, equations.to_json(), task_name), CLOSED_LOOP_SEEDS))
+    ours, truth = np.mean(pairs, axis=0)
+    return Figure(
+        f"{robot.name} {task_name}: MPPI with equations over MPPI with MuJoCo", ours / truth, "ratio", "<= 1.10"
+    )
+
+
+def closed_loop_pair(robot_name: str, equations: str, task_name: str, seed: int) -> tuple[float, float]:
+    """Tracking errors in m with the equations and with MuJoCo as the model, 256 samples each."""
+    torch.set_num_threads(1)
+    robot = {"crazyflie": CRAZYFLIE, "mushr": MUSHR}[robot_name]
+    task = make_task(task_name, robot)
+    ours = mppi_controller(Equations.from_json(equations), robot, task, samples=256, seed=seed)
+    plant = MujocoPlant(robot)
+    settings = replace(robot.mppi, samples=256)
+    truth = MPPI(MujocoModel(plant), robot, task, settings=settings, seed=seed)
+    return (
+        fly(MujocoPlant(robot), ours, task, seconds=8.0, seed=seed).tracking,
+        fly(plant, truth, task, seconds=8.0, seed=seed).tracking,
+    )
+
+
+def zero_shot(robot: Robot, episodes: int, training: Task, limit: float, seconds: float, bar: str) -> Figure:
+    """Unseen goals or starts, flown with a base that saw only one goal or a narrow range of starts."""
+    say(f"zero-shot: {robot.name}, {episodes} episodes")
+    settings = StageOne(episodes, pushed=False, until_settled=False, seed=STAGE_SEED)
+    base = stage_one(MujocoPlant(robot), [training], BeamSearch(angles=robot.angles), settings)
+    with ProcessPoolExecutor(2) as pool:
+        finals = list(
+            pool.map(partial(zero_shot_error, robot.name, base.equations.to_json(), seconds), range(ZERO_SHOT))
+        )
+    successes = sum(final < limit for final in finals)
+    return Figure(f"{robot.name} zero-shot successes of {ZERO_SHOT}", successes, "runs", bar)
+
+
+def zero_shot_error(robot_name: str, equations: str, seconds: float, run: int) -> float:
+    """Mean position error in m over the last second of one run."""
+    torch.set_num_threads(1)
+    robot = {"crazyflie": CRAZYFLIE, "mushr": MUSHR}[robot_name]
+    goal = tuple(unseen_goal(np.random.default_rng([TEST_SEED, run])))
+    flies = robot is CRAZYFLIE
+    task = make_task("hover", robot, goal=goal) if flies else make_task("park", robot, start_region="unseen")
+    controller = mppi_controller(Equations.from_json(equations), robot, task, seed=run)
+    flight = fly(MujocoPlant(robot), controller, task, seconds=seconds, seed=TEST_SEED + run)
+    return float("inf") if flight.crashed else flight.final
+
+
+def closed_loop() -> list[Figure]:
+    """Every closed-loop and zero-shot figure."""
+    quadrotor = BeamSearch().fit(quadrotor_flights(3, TRAIN_SEED).transitions())
+    settings = StageOne(5, pushed=False, until_settled=False, seed=STAGE_SEED)
+    car = stage_one(MujocoPlant(MUSHR), training_tasks(MUSHR), BeamSearch(angles=MUSHR.angles), settings).equations
+    return [
+        *(closed_loop_ratio(CRAZYFLIE, quadrotor, task) for task in ("hover", "circle", "lemniscate")),
+        *(closed_loop_ratio(MUSHR, car, task) for task in ("circle", "park")),
+        zero_shot(CRAZYFLIE, 10, make_task("hover", CRAZYFLIE), 0.1, 8.0, ">= 20"),
+        zero_shot(MUSHR, 20, make_task("park", MUSHR), 0.15, 15.0, ">= 19"),
+    ]
+
+
+def main(options: Options) -> None:
+    """Measure, print, write."""
+    sections: Sequence[Callable[[], list[Figure]]] = [
+        quadrotor_from_flights,
+        quadrotor_from_stage_one,
+        car_from_stage_one,
+        *([] if options.quick else [closed_loop]),
+    ]
+    figures = [figure for section in sections for figure in section()]
+    report("base model", figures, [TRAIN_SEED, TEST_SEED, STAGE_SEED, *CLOSED_LOOP_SEEDS], options.json)
+
+
+if __name__ == "__main__":
+    main(tyro.cli(Options, description=__doc__))

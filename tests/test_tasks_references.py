@@ -81,7 +81,7 @@ def test_track_closes_turns_once_and_keeps_its_radius(shape: str) -> None:
     reference = make_task("track", ROBOTS["mushr"], shape=shape, speed=0.6).reference
     times = torch.tensor([0.0, lap - 1e-9, lap + 1e-9], dtype=torch.float64)
     start, end, again = reference(times)
-    torch.testing.assert_close(end, start, atol=1e-6, rtol=0)
+    torch.testing.assert_close(end[:-1], start[:-1], atol=1e-6, rtol=0)  # the yaw rate jumps where an arc ends
     torch.testing.assert_close(again, start, atol=1e-6, rtol=0)
 
 

@@ -10,9 +10,11 @@ the paper's section "Preliminary".
 
 from __future__ import annotations
 
+import inspect
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 import sympy
@@ -65,9 +67,9 @@ class MPPI:
     """A :class:`~sym2real.protocols.Controller` that plans with a model.
 
     Args:
-        model: any dynamics model or plain ``(state, action)`` callable. One with a method
-            ``rollout(state, actions, inputs)``: ``# (N, state), (N, H, action), (inputs,)`` → ``# (N, H, state)`` is
-            rolled out by that (a compiled model; a simulator that starts from more than the measured state).
+        model: any dynamics model or plain ``(state, action)`` callable. One with a method ``rollout(state, actions,
+            inputs, parameters)``, ``# (N, state), (N, H, action), (inputs,) or None, None`` → ``# (N, H, state)``, is
+            rolled out by that: a compiled model, or a simulator that starts from more than the measured state.
         robot: layouts, limits, resting action and control period.
         task: reference and running cost.
         settings: the robot's where none are given.
@@ -82,7 +84,7 @@ class MPPI:
 
     def __init__(
         self,
-        model: DynamicsModel,
+        model: DynamicsModel | Callable[[Tensor, Tensor], Tensor],
         robot: Robot,
         task: Task,
         *,
@@ -94,12 +96,12 @@ class MPPI:
         seed: int = 0,
         period: float | None = None,
     ) -> None:
-        self.model, self.robot, self.task = model, robot, task
+        self.model, self.robot, self.task = with_inputs(model), robot, task
         self.settings = settings or robot.mppi
         self.device, self.dtype, self.seed = torch.device(device), dtype, seed
         self.price_noise = price_noise
         self.horizon = max(1, round(self.settings.horizon / robot.dt))
-        self.cost = running_cost(task, robot, self.device, dtype)
+        self.cost = running_cost(task, robot)
         self._factor = covariance_factor(self.settings.noise if noise_covariance is None else noise_covariance).to(
             self.device, dtype
         )
@@ -131,8 +133,8 @@ class MPPI:
             self.mean = shift(self.mean, step - self._step)
         self._step = step
         self.improve(state, step, sample(self.samples, self._smooth, self._factor, self._generator), inputs)
-        action = self.mean[0].to("cpu", torch.float64).numpy()
-        return np.clip(action, self.robot.low, self.robot.high)
+        mean: Array = self.mean[0].to("cpu", torch.float64).numpy()
+        return np.clip(mean, self.robot.low, self.robot.high)
 
     @torch.no_grad()
     def improve(self, state: ArrayLike, step: int, noise: Tensor, inputs: ArrayLike | None = None) -> Plan:
@@ -172,17 +174,25 @@ class MPPI:
         self.improve(self.robot.start, 0, noise)
 
 
+def with_inputs(model: DynamicsModel | Callable[[Tensor, Tensor], Tensor]) -> DynamicsModel:
+    """A model that takes inputs: a plain ``(state, action)`` callable is given none of them."""
+    plain = not isinstance(model, torch.nn.Module) and not hasattr(model, "rollout")
+    if plain and len(inspect.signature(model).parameters) == 2:
+        return lambda state, action, inputs=None: model(state, action)
+    return cast(DynamicsModel, model)
+
+
 def shift(mean: Tensor, steps: int) -> Tensor:
     """A plan ``# (H, action)`` as it stands some steps later; its last action is repeated."""
     keep = mean[min(max(steps, 0), len(mean) - 1) :]
     return torch.cat([keep, keep[-1:].expand(len(mean) - len(keep), -1)])
 
 
-def running_cost(task: Task, robot: Robot, device: torch.device, dtype: torch.dtype) -> RunningCost:
+def running_cost(task: Task, robot: Robot) -> RunningCost:
     """A task's cost as one call over a batch: states, actions, reference → ``# (...,)``."""
     if not isinstance(task.cost, sympy.Expr):
         return task.cost
     states, actions = robot.layouts.state.columns, robot.layouts.action.columns
     references = [f"ref_{column}" for column in states]
-    function = compile_function([task.cost], [states, actions, references], device=device, dtype=dtype)
+    function = compile_function([task.cost], [states, actions, references])
     return lambda state, action, reference: function(state, action, reference)[..., 0]

@@ -30,7 +30,8 @@ def covariance_factor(noise: ArrayLike) -> Tensor:
     if values.ndim == 1:
         if (values < 0).any():
             raise ShapeError(f"control noise: expected standard deviations of at least 0, found {values.tolist()}")
-        return torch.diag(values)
+        return values.diag()
+    factor: Tensor
     factor, failed = torch.linalg.cholesky_ex(values)
     if failed:
         raise ShapeError(f"control noise: expected a positive definite covariance, found {values.tolist()}")
@@ -62,7 +63,8 @@ def spline(steps: int, knots: int) -> Tensor:
 def correlated(steps: int, dt: float, time_constant: float) -> Tensor:
     """Factor ``# (steps, steps)`` of the covariance exp(-|i - j| dt / τ): first-order coloured noise."""
     times = torch.arange(steps, dtype=torch.float64) * dt
-    return torch.linalg.cholesky(torch.exp(-(times[:, None] - times).abs() / time_constant))
+    factor: Tensor = torch.linalg.cholesky(torch.exp(-(times[:, None] - times).abs() / time_constant))
+    return factor
 
 
 def sample(count: int, smooth: Tensor, factor: Tensor, generator: torch.Generator) -> Tensor:

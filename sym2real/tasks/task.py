@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 import sympy
@@ -15,7 +16,7 @@ from sym2real.robots.robot import Robot
 
 Array = NDArray[np.float64]
 Reference = Callable[[Tensor], Tensor]
-Cost = sympy.Expr | Callable[[Tensor, Tensor, Tensor], Tensor]
+Cost: TypeAlias = sympy.Expr | Callable[[Tensor, Tensor, Tensor], Tensor]
 
 
 @dataclass(frozen=True)

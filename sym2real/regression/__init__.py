@@ -10,19 +10,32 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from sym2real.regression.beam import BeamSearch
+    from sym2real.regression.dependence_check import Dependence, dependence, require_dependence
     from sym2real.regression.engines import ENGINES
     from sym2real.regression.report import EquationReport, Fit
     from sym2real.regression.selection import SearchSettings
 
+__all__ = [
+    "ENGINES",
+    "BeamSearch",
+    "Dependence",
+    "EquationReport",
+    "Fit",
+    "SearchSettings",
+    "dependence",
+    "require_dependence",
+]
+
 _OWNERS = {
     "ENGINES": "engines",
     "BeamSearch": "beam",
+    "Dependence": "dependence_check",
     "EquationReport": "report",
     "Fit": "report",
     "SearchSettings": "selection",
+    "dependence": "dependence_check",
+    "require_dependence": "dependence_check",
 }
-
-__all__ = ["ENGINES", "BeamSearch", "EquationReport", "Fit", "SearchSettings"]
 
 
 def __getattr__(name: str) -> Any:

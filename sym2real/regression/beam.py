@@ -42,6 +42,8 @@ class BeamSearch:
         wrench: learn the wrench inputs from rows where the wrench is not zero.
         degree: of the candidates, before growth.
         nodes: most nodes in an equation.
+        wrench_nodes: how many of them are kept for wrench terms, where there are wrench inputs, learned or not: so
+            an equation is the same with the wrench at zero as without it.
         search: how the search goes.
         on_equation: told the state column that is worked on next.
     """
@@ -52,7 +54,8 @@ class BeamSearch:
     wrench: bool = True
     degree: int = 3
     nodes: int = 85
-    search: SearchSettings = SearchSettings()
+    wrench_nodes: int = 20
+    search: SearchSettings = field(default_factory=SearchSettings)
     on_equation: OnEquation = field(default=no_callback, repr=False, compare=False)
 
     def fit(self, transitions: Transitions, start: Equations | None = None) -> Equations:
@@ -90,7 +93,15 @@ class BeamSearch:
 
     def _stage(self, transitions: Transitions, variables: Variables, candidates: Monomials) -> Stage:
         multipliers = range(variables.plain)
-        return Stage(transitions, variables, candidates, multipliers, self.search, self.loss, self.seed)
+        return Stage(
+            transitions,
+            variables,
+            candidates,
+            multipliers=multipliers,
+            search=self.search,
+            loss=self.loss,
+            seed=self.seed,
+        )
 
     def _candidates(self, variables: Variables) -> Monomials:
         plain = Monomials.to_degree(variables.plain, self.degree)
@@ -108,11 +119,12 @@ class BeamSearch:
     ) -> tuple[sympy.Expr, EquationReport]:
         variables, started = base.variables, time.process_time()
         free, wrenched = _split(earlier, variables)
+        reserve = self.wrench_nodes if variables.wrench else 0
         part = base.solve(
             column,
             base.increments(column),
             free,
-            lambda polynomial: polynomial.nodes(column, variables) <= self.nodes,
+            lambda polynomial: polynomial.nodes(column, variables) <= self.nodes - reserve,
         )
         whole, searched, error = part.polynomial, part.searched, part.error
         if push is not None:
@@ -141,5 +153,5 @@ def _split(earlier: Polynomial | None, variables: Variables) -> tuple[Polynomial
     """The terms without a wrench, and those with one; None where there are none to start from."""
     if earlier is None:
         return None, None
-    wrenched = earlier.terms.powers[:, variables.plain :].any(axis=1)
+    wrenched = earlier.terms.powers[:, variables.plain :].sum(axis=1) > 0
     return earlier.where(~wrenched), earlier.where(wrenched) if wrenched.any() else None

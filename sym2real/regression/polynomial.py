@@ -68,7 +68,7 @@ class Polynomial:
 
     def _addends(self, factors: Sequence[sympy.Expr]) -> list[sympy.Expr]:
         return [
-            sympy.Mul(sympy.Float(float(number)), *(factors[i] ** int(term[i]) for i in np.flatnonzero(term)))
+            sympy.Mul(sympy.Float(float(number)), *(factors[i] ** int(term[i]) for i in np.flatnonzero(term).tolist()))
             for number, term in zip(self.coefficients, self.terms.powers, strict=True)
         ]
 

@@ -32,7 +32,8 @@ def refit(columns: Array, target: Array, loss: Loss) -> Array:
     coefficients = _least_squares(scaled, target)
     if loss == "l1":
         coefficients = _least_absolute(scaled, target, coefficients)
-    return coefficients / np.where(scale > 0, scale, 1.0)
+    refitted: Array = coefficients / np.where(scale > 0, scale, 1.0)
+    return refitted
 
 
 def _least_squares(columns: Array, target: Array) -> Array:

@@ -63,7 +63,7 @@ class SearchSettings:
     width: int = 8
     branch: int = 6
     terms: int = 14
-    parsimony: float = 0.2
+    parsimony: float = 0.1
     growth: int = 4
 
 
@@ -149,6 +149,7 @@ class Table:
         self,
         values: Array,
         candidates: Monomials,
+        *,
         signs: Callable[[NDArray[np.int64]], NDArray[np.int64]],
         multipliers: Iterable[int],
         held: Mask,

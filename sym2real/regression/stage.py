@@ -52,6 +52,7 @@ class Stage:
         transitions: Transitions,
         variables: Variables,
         candidates: Monomials,
+        *,
         multipliers: range,
         search: SearchSettings,
         loss: Loss,
@@ -63,7 +64,14 @@ class Stage:
         self.scale = np.where(scale > 0, scale, 1.0)
         self.held = validation_rows(transitions, seed)
         self.newest = transitions.trajectory == transitions.trajectory.max()
-        self.table = Table(self.values / self.scale, candidates, variables.signs, multipliers, self.held, search)
+        self.table = Table(
+            self.values / self.scale,
+            candidates,
+            signs=variables.signs,
+            multipliers=multipliers,
+            held=self.held,
+            settings=search,
+        )
 
     def increments(self, column: str) -> Array:
         """What a step adds to a state column ``# (rows,)``."""

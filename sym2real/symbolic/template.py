@@ -51,6 +51,8 @@ $methods
         self, state: Tensor, action: Tensor, inputs: Optional[Tensor] = None, parameters: Optional[Tensor] = None
     ) -> Tensor:
         """Next state (..., $n) for state (..., $n), action (..., $m), inputs (..., $k), parameters (..., $p)."""
+        if inputs is not None and inputs.shape[-1] == 0:
+            inputs = None
         values = self.rows(state, action, inputs, parameters)
         actions = list(torch.unbind(torch.movedim(action, -1, 0), 0))
         if inputs is None:
@@ -72,6 +74,8 @@ $methods
         Inputs with fewer dimensions than the actions (..., $k) are held, except t, which advances by $dt s a step;
         else they are given per step (..., H, $k).
         """
+        if inputs is not None and inputs.shape[-1] == 0:
+            inputs = None
         values = self.rows(state, actions, inputs, parameters)
         steps = torch.movedim(actions, [-2, -1], [0, 1]).contiguous()
         others = [steps[0, 0]] + values[:1]

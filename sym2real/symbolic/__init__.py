@@ -3,17 +3,28 @@
 from sym2real.symbolic.compile import build_module, compile_function, compile_model, read_back, rollout
 from sym2real.symbolic.complexity import complexity
 from sym2real.symbolic.equations import Equations
-from sym2real.symbolic.expressions import symbol
+from sym2real.symbolic.exporting import EXPORTS, export, exported_program, python_source
+from sym2real.symbolic.expressions import symbol, text
+from sym2real.symbolic.horner import factor_horner
 from sym2real.symbolic.parsing import parse_expression
+from sym2real.symbolic.storage import load_model, save_model
 
 __all__ = [
+    "EXPORTS",
     "Equations",
     "build_module",
     "compile_function",
     "compile_model",
     "complexity",
+    "export",
+    "exported_program",
+    "factor_horner",
+    "load_model",
     "parse_expression",
+    "python_source",
     "read_back",
     "rollout",
+    "save_model",
     "symbol",
+    "text",
 ]

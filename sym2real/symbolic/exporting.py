@@ -1,0 +1,82 @@
+"""Equations as files for other programs."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import torch
+from torch.export import Dim, ExportedProgram
+
+from sym2real.registry import Registry
+from sym2real.symbolic.compile import build_module, compile_model
+from sym2real.symbolic.equations import Equations
+from sym2real.symbolic.source import model_source
+
+
+def python_source(equations: Equations) -> str:
+    """Standalone Python source of the model: a class ``Dynamics`` that needs torch and nothing else."""
+    return model_source(equations)
+
+
+def exported_program(equations: Equations) -> ExportedProgram:
+    """``torch.export`` program of one step with a dynamic batch dimension, in float32.
+
+    Its arguments are state ``# (N, n)``, action ``# (N, m)`` and, where the equations have inputs, inputs ``# (N, k)``.
+    """
+    layouts = equations.layouts
+    module = build_module(equations).to(torch.float32)
+    sizes = [size for size in (len(layouts.state), len(layouts.action), len(layouts.inputs)) if size]
+    batch = Dim("batch", min=2)
+    examples = tuple(torch.ones(4, size) for size in sizes)
+    names = ("state", "action", "inputs")[: len(sizes)]
+    return torch.export.export(module, examples, dynamic_shapes={name: {0: batch} for name in names})
+
+
+def latex_document(equations: Equations) -> str:
+    """LaTeX ``align`` lines, one equation per state column."""
+    lines = [rf"{_name(column)}' &= {right}" for column, right in equations.latex().items()]
+    return "\\begin{align}\n" + " \\\\\n".join(lines) + "\n\\end{align}\n"
+
+
+def _name(column: str) -> str:
+    return r"\mathrm{" + column.replace("_", r"\_") + "}"
+
+
+def _save_script(equations: Equations, path: Path) -> None:
+    torch.jit.save(compile_model(equations), str(path))
+
+
+def _save_program(equations: Equations, path: Path) -> None:
+    torch.export.save(exported_program(equations), path)
+
+
+def _save_source(equations: Equations, path: Path) -> None:
+    path.write_text(python_source(equations), encoding="utf-8")
+
+
+def _save_latex(equations: Equations, path: Path) -> None:
+    path.write_text(latex_document(equations), encoding="utf-8")
+
+
+EXPORTS: Registry[Callable[[Equations, Path], None]] = Registry(
+    "export format",
+    {"torchscript": _save_script, "torch-export": _save_program, "python": _save_source, "latex": _save_latex},
+)
+
+
+def export(equations: Equations, format: str, path: str | Path) -> Path:  # noqa: A002  # what the user calls it
+    """Write the model in a format of :data:`EXPORTS`; the file appears whole or not at all.
+
+    Raises:
+        UnknownNameError: when there is no such format.
+        ModelError: when the equations cannot be compiled.
+    """
+    write, path = EXPORTS[format], Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".exporting-") as folder:
+        beside = Path(folder) / f"model{path.suffix}"
+        write(equations, beside)
+        beside.replace(path)
+    return path

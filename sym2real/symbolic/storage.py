@@ -1,0 +1,76 @@
+"""A model as a folder: ``equations.json``, ``parameters.safetensors`` and ``module.pt``; no pickle of ours.
+
+Each file is written beside its place and then renamed, so a failure leaves the earlier model as it was. The weights
+carry the hash of the equations they belong to: a folder mixed from two models is refused.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import torch
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save_file
+
+from sym2real.errors import DataError, ModelError
+from sym2real.symbolic.compile import compile_model
+from sym2real.symbolic.equations import Equations
+
+EQUATIONS, PARAMETERS, MODULE = "equations.json", "parameters.safetensors", "module.pt"
+
+
+def save_model(equations: Equations, folder: str | Path) -> Path:
+    """Write a model folder; other files that the folder holds are left alone.
+
+    ``module.pt`` opens with ``torch.jit.load`` in a process without this package and offers ``forward`` and
+    ``rollout``.
+
+    Raises:
+        ModelError: when the equations cannot be compiled; nothing is written then.
+    """
+    folder = Path(folder)
+    source = equations.to_json()
+    model = compile_model(equations)
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder, prefix=".saving-") as name:
+        beside = Path(name)
+        torch.jit.save(model, str(beside / MODULE))
+        values = torch.tensor(list(equations.parameters.values()), dtype=torch.float64)
+        save_file({"parameters": values}, beside / PARAMETERS, {"equations": _digest(source)})
+        (beside / EQUATIONS).write_text(source, encoding="utf-8")
+        for file in (MODULE, PARAMETERS, EQUATIONS):
+            (beside / file).replace(folder / file)
+    return folder
+
+
+def load_model(folder: str | Path) -> Equations:
+    """The equations of a model folder, with the parameter values that stand beside them.
+
+    Raises:
+        DataError: when a file is missing or cannot be read.
+        ModelError: when the equations cannot be read or the weights belong to others.
+    """
+    folder = Path(folder)
+    try:
+        source = (folder / EQUATIONS).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise DataError(folder / EQUATIONS, "the equations of a saved model", str(error)) from error
+    try:
+        equations = Equations.from_json(source)
+    except ModelError as error:
+        raise ModelError(f"{folder / EQUATIONS}: {error}") from error
+    try:
+        with safe_open(folder / PARAMETERS, framework="pt") as file:
+            values, metadata = file.get_tensor("parameters"), file.metadata() or {}
+    except (OSError, SafetensorError) as error:
+        raise DataError(folder / PARAMETERS, "the weights of a saved model", str(error)) from error
+    if values.shape != (len(equations.parameters),) or metadata.get("equations") != _digest(source):
+        raise ModelError(f"{folder / PARAMETERS} does not belong to {EQUATIONS} beside it; save the model again")
+    return replace(equations, parameters=dict(zip(equations.parameters, values.tolist(), strict=True)))
+
+
+def _digest(source: str) -> str:
+    return hashlib.sha256(source.encode()).hexdigest()

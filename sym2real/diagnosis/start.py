@@ -1,9 +1,9 @@
 """Where a prediction window starts: the state estimated from the rows up to its first, never from rows inside it.
 
-Position and velocity share one local constant-jerk polynomial, every other quantity has a local parabola of its
-own; both are fitted by least squares to the last :data:`ROWS` rows, weighted by the noise that third differences
-show. Where the polynomial does not fit within that noise (a step in a command a moment ago), the measured row is
-better than the fit and is taken.
+Position and velocity share one local polynomial of constant acceleration or, where that does not fit, constant jerk;
+every other quantity has a local line or parabola of its own. They are fitted by least squares to the last
+:data:`ROWS` rows, weighted by the noise that third differences show. Where neither fits within that noise (a step in
+a command a moment ago), the measured row is better than a fit and is taken.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Start = Literal["smoothed", "measured"]
 
 ROWS = 10
 # Residuals of an adequate fit scatter by the noise itself; beyond this factor the fit is wrong, not noisy.
-ADEQUATE = 1.5
+ADEQUATE = 1.3
 # Median absolute deviation of a normal variable to its standard deviation, and the gain of a third difference.
 MAD_TO_SIGMA = 1.4826
 THIRD_DIFFERENCE_GAIN = np.sqrt(20.0)
@@ -98,19 +98,25 @@ def _joint_fit(position: Array, velocity: Array, speed: Array, noise: Array, age
     of_velocity = np.stack([zero, one, ages, ages**2 / 2], axis=-1) / noise[1]
     design = np.concatenate([of_position, of_velocity], axis=1)
     target = np.concatenate([(position - speed * ages) / noise[0], velocity / noise[1]], axis=1)
-    return _adequate_solution(design, target)[:, :2]
+    return _simplest_adequate(design, target, (3, 4))[:, :2]
 
 
 def _single_fit(values: Array, noise: float, ages: Array) -> Array:
     design = np.stack([np.ones_like(ages), ages, ages**2], axis=-1) / noise
-    solution: Array = _adequate_solution(design, values / noise)[:, 0]
+    solution: Array = _simplest_adequate(design, values / noise, (2, 3))[:, 0]
     return solution
 
 
-def _adequate_solution(design: Array, target: Array) -> Array:
-    """Least squares per window; zero (the measured row) where residuals exceed the noise."""
-    solution = np.einsum("wpr,wr->wp", np.linalg.pinv(design), target)
-    residual = target - np.einsum("wrp,wp->wr", design, solution)
-    freedom = design.shape[1] - design.shape[2]
-    spread = np.sqrt((residual**2).sum(axis=1) / freedom)
-    return np.where(spread[:, None] <= ADEQUATE, solution, 0.0)
+def _simplest_adequate(design: Array, target: Array, sizes: tuple[int, ...]) -> Array:
+    """Least squares per window with the first so many columns, the fewest whose residuals are noise; zero else."""
+    chosen = np.zeros((len(design), sizes[0]))  # (windows, parameters that every size has)
+    open_windows = np.ones(len(design), dtype=bool)
+    for size in sizes:
+        part = design[:, :, :size]
+        solution = np.einsum("wpr,wr->wp", np.linalg.pinv(part), target)
+        residual = target - np.einsum("wrp,wp->wr", part, solution)
+        spread = np.sqrt((residual**2).sum(axis=1) / (design.shape[1] - size))
+        fits = open_windows & (spread <= ADEQUATE)
+        chosen[fits] = solution[fits, : sizes[0]]
+        open_windows &= ~fits
+    return chosen

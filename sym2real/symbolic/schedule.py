@@ -177,21 +177,18 @@ class _Writer:
 
     def _sum(self, offset: float, terms: Sequence[Term]) -> Operand:
         first = min(terms, key=self._unfit_to_lead)
-        others = [term for term in terms if term is not first]
-        constant = ("constant", offset)
-        if first[1] == 1.0 or offset == 0.0:
+        if first[1] != 1.0 and offset != 0.0:  # number + c*x is one operation in torch and in C
+            result: Operand = ("constant", offset)
+            offset, others = 0.0, list(terms)
+        else:
             result = self._scaled(*first)
-        else:  # number + c*x is one operation in some languages
-            minus = first[1] == -1.0
-            result = self._emit("subtract", constant, self.write(first[0])) if minus else self._scaled(*first)
-            result = result if minus else self._emit("add", result, constant)
-            offset = 0.0
+            others = [term for term in terms if term is not first]
         for node, coefficient in others:
             if coefficient == -1.0:
                 result = self._emit("subtract", result, self.write(node))
             else:
                 result = self._emit("add", result, self._scaled(node, coefficient))
-        return self._emit("add", result, constant) if offset != 0.0 else result
+        return self._emit("add", result, ("constant", offset)) if offset != 0.0 else result
 
     def _unfit_to_lead(self, term: Term) -> tuple[int, bool, int]:
         """Terms without coefficient lead; products used once are better added (a fused multiply-add)."""

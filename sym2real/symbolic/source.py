@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from sympy import Expr
 
@@ -56,10 +57,23 @@ def _on_manifold(graph: Graph, layout: Layout, columns: Mapping[str, Lowered]) -
     return nodes
 
 
-def step_lines(
-    program: Program, groups: Groups, parameters: Sequence[str], expand_results: bool
-) -> tuple[list[str], list[str]]:
-    """Bodies of ``hoist(values, like)`` → List[Tensor] and of ``step(<groups>, fixed)`` → List[Tensor].
+@dataclass(frozen=True)
+class Bodies:
+    """Lines of the two generated methods.
+
+    Args:
+        hoist: ``hoist(values, constants)`` → what steps share: constants, and what parameters alone decide.
+        step: ``step(<groups>, fixed)`` → results.
+        constants: numbers that ``hoist`` is given as tensors without dimensions.
+    """
+
+    hoist: list[str]
+    step: list[str]
+    constants: tuple[float, ...]
+
+
+def bodies(program: Program, groups: Groups, parameters: Sequence[str], expand_results: bool) -> Bodies:
+    """Write a program as two methods.
 
     Args:
         program: its inputs are the columns of the groups in order, then the parameters.
@@ -67,50 +81,60 @@ def step_lines(
         parameters: columns of ``values``.
         expand_results: give every result the shape of the first group's columns.
     """
-    variables = [f"{group}_{column}" for group, columns in groups.items() for column in columns]
+    places = {f"{group}_{column}": f"{group}[{i}]" for group, names in groups.items() for i, column in enumerate(names)}
     moving = program.reached_by({column for columns in groups.values() for column in columns})
-    fixed = {value for value in range(len(program.inputs)) if value not in moving}
-    fixed |= {value for value in program.computed if value not in moving}
-    lines = TorchLines(program, [*variables, *(f"p_{name}" for name in parameters)], "like", fixed)
+    fixed = {*range(program.first_instruction), *program.computed} - moving
+    lines = TorchLines(program, [*places, *(f"p_{name}" for name in parameters)], fixed)
     computed = [value for value in program.computed if value in moving and value not in lines.absorbed]
     read = set(program.outputs).union(*map(lines.reads, computed))
     handed = sorted(read & fixed)
-    first = len(variables)
-    hoist = [f"p_{name} = values[{i}]" for i, name in enumerate(parameters)]
-    hoist += lines.lines([value for value in program.computed if value in fixed])
-    hoist.append(f"return [{', '.join(map(lines.name, handed))}]" if handed else "return values[:0]")
-    step = [f"like = {next(iter(groups))}[0]"]
-    places = [(group, i) for group, columns in groups.items() for i in range(len(columns))]
-    step += [f"{lines.name(v)} = {places[v][0]}[{places[v][1]}]" for v in range(first) if v in read]
+    hoisted = [value for value in program.computed if value in fixed]
+    needed = set(handed).union(*map(lines.reads, hoisted))
+    constants = sorted(filter(program.is_constant, needed))
+    hoist = [f"{lines.name(value)} = constants[{i}]" for i, value in enumerate(constants)]
+    first_parameter = len(program.inputs) - len(parameters)
+    hoist += [f"p_{name} = values[{i}]" for i, name in enumerate(parameters) if first_parameter + i in needed]
+    hoist += lines.lines(hoisted)
+    hoist.append(f"return [{', '.join(map(lines.name, handed))}]" if handed else "return constants[:0]")
+    step = [f"{variable} = {place}" for i, (variable, place) in enumerate(places.items()) if i in read]
     step += [f"{lines.name(value)} = fixed[{i}]" for i, value in enumerate(handed)]
     step += lines.lines(computed)
-    full = program.reached_by(set(next(iter(groups.values()))))
-    expand = ".expand_as(like)" if expand_results else ""
-    results = [lines.name(v) if v in full else lines.tensor(v) + expand for v in program.outputs]
-    return hoist, [*step, f"return [{', '.join(results)}]"]
+    first, columns = next(iter(groups.items()))
+    own_shape = program.reached_by(set(columns))
+    expand = f".expand_as({first}[0])" if expand_results else ""
+    results = [lines.name(value) + ("" if value in own_shape else expand) for value in program.outputs]
+    step.append(f"return [{', '.join(results)}]")
+    return Bodies(hoist, step, tuple(map(program.constant, constants)))
+
+
+def _literal(value: float) -> str:
+    return repr(value) if math.isfinite(value) else f'float("{value}")'
 
 
 def _method(signature: str, body: Sequence[str]) -> str:
     return textwrap.indent("\n".join([f"def {signature} -> List[Tensor]:", *(f"    {line}" for line in body)]), "    ")
 
 
-def _pair(program: Program, groups: Groups, parameters: Sequence[str], suffix: str = "") -> list[str]:
-    hoist, step = step_lines(program, groups, parameters, expand_results="state" in groups)
+def _written(program: Program, groups: Groups, parameters: Sequence[str], suffix: str = "") -> tuple[str, str]:
+    """Source of the two methods, and of the tensor of their constants."""
+    written = bodies(program, groups, parameters, expand_results="state" in groups)
     arguments = ", ".join(f"{group}: List[Tensor]" for group in groups)
-    return [
-        _method(f"hoist{suffix}(self, values: List[Tensor], like: Tensor)", hoist),
-        _method(f"step{suffix}(self, {arguments}, fixed: List[Tensor])", step),
+    methods = [
+        _method(f"hoist{suffix}(self, values: List[Tensor], constants: List[Tensor])", written.hoist),
+        _method(f"step{suffix}(self, {arguments}, fixed: List[Tensor])", written.step),
     ]
+    numbers = ", ".join(map(_literal, written.constants))
+    return "\n\n".join(methods), f"self.constants{suffix} = torch.tensor([{numbers}], dtype=torch.float64)"
 
 
 def model_source(equations: Equations) -> str:
     """Source of the class ``Dynamics``: ``forward`` and ``rollout`` of the equations."""
     layouts, parameters = equations.layouts, tuple(equations.parameters)
     groups = {"state": layouts.state.columns, "action": layouts.action.columns, "inputs": layouts.inputs.columns}
-    methods = _pair(step_program(equations, pushed=False), groups, parameters)
+    parts = [_written(step_program(equations, pushed=False), groups, parameters)]
     pushed = any(column in layouts.inputs for column in WRENCH)
     if pushed:
-        methods += _pair(step_program(equations), groups, parameters, "_pushed")
+        parts.append(_written(step_program(equations), groups, parameters, "_pushed"))
     measured = [c for c in layouts.inputs if c not in (*WRENCH, TIME) and _used(equations, c)]
     time = layouts.inputs.index(TIME) if TIME in layouts.inputs else None
     dt = repr(equations.dt)
@@ -120,20 +144,19 @@ def model_source(equations: Equations) -> str:
         **{group: " ".join(columns) for group, columns in groups.items()},
         parameters=" ".join(parameters),
         values=repr([equations.parameters[name] for name in parameters]),
-        methods="\n\n".join(methods),
+        methods="\n\n".join(methods for methods, _ in parts),
+        constants=textwrap.indent("\n".join(constants for _, constants in parts), " " * 8),
         n=len(layouts.state),
         m=len(layouts.action),
         k=len(layouts.inputs),
         p=len(parameters),
         inputs_optional=repr(not measured),
-        pushed="_pushed" if pushed else "",
-        advance_known=_advance(time, "known", f"torch.full_like(columns[0], k * {dt})"),
-        advance_held=textwrap.indent(_advance(time, "known", f"held[{time}] + k * {dt}"), "    "),
+        hoist_pushed="self.hoist_pushed(values, tensors(self.constants_pushed, state)) if pushed else "
+        if pushed
+        else "",
+        step_pushed="self.step_pushed(columns, now, known, fixed) if pushed else " if pushed else "",
+        time="" if time is None else f"if not varying:\n                known[{time}] = held[{time}] + k * {dt}",
     )
-
-
-def _advance(time: int | None, target: str, value: str) -> str:
-    return " " * 16 + ("pass" if time is None else f"{target}[{time}] = {value}")
 
 
 def _used(equations: Equations, name: str) -> bool:
@@ -144,16 +167,19 @@ def function_source(expressions: Sequence[Expr], arguments: Sequence[Sequence[st
     """Source of the class ``Function``: one tensor argument per group of column names."""
     groups = {f"a{i}": tuple(columns) for i, columns in enumerate(arguments)}
     program = function_program(expressions, [name for columns in arguments for name in columns])
+    methods, constants = _written(program, groups, ())
     checks = [f'assert {g}.shape[-1] == {len(c)}, "expected the columns {" ".join(c)}"' for g, c in groups.items()]
     unbind = [f"{group}_columns = list(torch.unbind({group}, -1))" for group in groups]
     return FUNCTION.substitute(
         n=len(expressions),
-        methods="\n\n".join(_pair(program, groups, ())),
+        methods=methods,
+        constants=" " * 8 + constants,
         arguments=", ".join(f"{group}: Tensor" for group in groups),
         columns="; ".join(" ".join(columns) for columns in arguments),
         checks=textwrap.indent("\n".join(checks), " " * 8),
         unbind=textwrap.indent("\n".join(unbind), " " * 8),
         groups=", ".join(f"{group}_columns" for group in groups),
-        first="a0_columns[0]",
+        first="a0",
+        values=", ".join(f"values[{i}]" for i in range(len(expressions))),
         shapes=", ".join(f"{group}[..., 0]" for group in groups),
     )

@@ -69,7 +69,7 @@ def _minus_cost(plant: MujocoPlant | ModelPlant, task: Task) -> Reward:
     if isinstance(task.cost, sympy.Expr):
         columns = plant.layouts.state.columns
         arguments = [columns, plant.layouts.action.columns, [f"ref_{column}" for column in columns]]
-        cost = compile_function([task.cost], arguments, dtype=torch.float64)
+        cost = compile_function([task.cost], arguments)
     else:
         cost = task.cost
 

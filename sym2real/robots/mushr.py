@@ -21,6 +21,10 @@ TRACK = 0.23  # m
 WHEEL_RADIUS = 0.05  # m
 STEER_LIMIT = 0.38  # rad
 MASS = 3.5  # kg: chassis 2.9, wheels 0.15 each
+# A force along the car also spins up the wheels (4 I / r², ellipsoids); their speed servos (k_v = 0.02 N m s each) give
+# 4 k_v / r² = 32 N per m/s.
+MOVED_MASS = MASS + 4 * 1.5e-4 / WHEEL_RADIUS**2  # kg
+SPEED_TIME_CONSTANT = MOVED_MASS / (4 * 0.02 / WHEEL_RADIUS**2)  # s
 REST_HEIGHT = 0.049698  # m: rear axle above the ground once the contacts carry the car
 
 LAYOUTS = Layouts(
@@ -78,7 +82,7 @@ def _to_coordinates(state: Array) -> tuple[Array, Array]:
 def _nominal() -> Equations:
     from sym2real.robots.nominal_car import car  # noqa: PLC0415 — SymPy stays out of light imports
 
-    return car(WHEELBASE, time_constant=0.12, mass=MASS, dt=0.05, robot="mushr")
+    return car(WHEELBASE, time_constant=SPEED_TIME_CONSTANT, mass=MOVED_MASS, dt=0.05, robot="mushr")
 
 
 MUSHR = Robot(

@@ -54,24 +54,27 @@ def car(
     loop = FirstOrder(1.0 / time_constant if time_constant > 0 else math.inf, dt)
     speed, mean = loop.end(forward, symbol("speed"), pull), loop.mean(forward, symbol("speed"), pull)
     curvature = tan(symbol("steer")) / wheelbase
-    half = mean * curvature * dt / 2
-    # sin(h)/h by its series: 1e-6 for a turn of 0.2 rad in one step, and finite where the car goes straight.
-    chord = mean * dt * (1 - half**2 / 6)
-    after_sine, after_cosine = (
-        sine * cos(2 * half) + cosine * sin(2 * half),
-        cosine * cos(2 * half) - sine * sin(2 * half),
-    )
+    half, chord = symbol("half_turn"), symbol("chord")
+    start_to_middle = (sine * cos(half) + cosine * sin(half), cosine * cos(half) - sine * sin(half))
+    start_to_end = (sine * cos(2 * half) + cosine * sin(2 * half), cosine * cos(2 * half) - sine * sin(2 * half))
     return Equations(
         next={
-            "x": symbol("x") + chord * (cosine * cos(half) - sine * sin(half)),
-            "y": symbol("y") + chord * (sine * cos(half) + cosine * sin(half)),
-            "sin_yaw": after_sine,
-            "cos_yaw": after_cosine,
-            "vx": speed * after_cosine,
-            "vy": speed * after_sine,
-            "wz": speed * curvature,
+            "x": symbol("x") + chord * start_to_middle[1],
+            "y": symbol("y") + chord * start_to_middle[0],
+            "sin_yaw": start_to_end[0],
+            "cos_yaw": start_to_end[1],
+            "vx": symbol("next_speed") * start_to_end[1],
+            "vy": symbol("next_speed") * start_to_end[0],
+            "wz": symbol("next_speed") * curvature,
         },
         layouts=LAYOUTS,
         dt=dt,
+        quantities={
+            "next_speed": speed,
+            "mean_speed": mean,
+            "half_turn": symbol("mean_speed") * curvature * dt / 2,
+            # sin(h)/h by its series: 1e-6 for a turn of 0.2 rad in one step, and finite where the car goes straight.
+            "chord": symbol("mean_speed") * dt * (1 - half**2 / 6),
+        },
         robot=robot,
     )

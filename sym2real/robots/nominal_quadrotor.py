@@ -12,15 +12,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
-from sympy import Expr, sign
+from sympy import Expr, Integer, sign, sqrt
 
 from sym2real.errors import ModelError
 from sym2real.layout import Layout, Layouts
 from sym2real.robots.motors import NAMES, Motors
-from sym2real.robots.rigid_body import FirstOrder, Vector, body_z, free_fall, gyroscopic, symbols, turn
+from sym2real.robots.rigid_body import FirstOrder, Vector, body_z, free_fall, gyroscopic, increment, multiply, symbols
 from sym2real.robots.robot import GRAVITY
 from sym2real.symbolic import Equations, symbol
 
@@ -29,6 +29,14 @@ Attitude = Literal["predicted", "measured"]
 
 POSITION, VELOCITY = ("x", "y", "z"), ("vx", "vy", "vz")
 QUATERNION, RATES = ("qw", "qx", "qy", "qz"), ("wx", "wy", "wz")
+# Intermediate results: accelerations besides the rate loop's, at the step's start and over the step; mean rates with
+# the former, over the step and over its first half; rotation over the step and its first half; attitude at mid-step.
+START_DRIFT, DRIFT = ("start_drift_x", "start_drift_y", "start_drift_z"), ("drift_x", "drift_y", "drift_z")
+ROUGH = ("rough_wx", "rough_wy", "rough_wz")
+MEAN, FIRST_HALF = ("mean_wx", "mean_wy", "mean_wz"), ("half_wx", "half_wy", "half_wz")
+TURN = ("turn_w", "turn_x", "turn_y", "turn_z")
+HALF_TURN = ("half_turn_w", "half_turn_x", "half_turn_y", "half_turn_z")
+MIDDLE = ("mid_qw", "mid_qx", "mid_qy", "mid_qz")
 FORCE, TORQUE = ("fx", "fy", "fz"), ("tx", "ty", "tz")
 COMMANDS: Mapping[str, tuple[str, ...]] = {
     "thrust_rates": ("thrust", "wx_cmd", "wy_cmd", "wz_cmd"),
@@ -42,12 +50,21 @@ REFERENCE_INERTIA = (1.66e-5, 1.67e-5, 2.93e-5)
 REFERENCE_MOTORS = Motors(thrust=0.0)
 
 
-@dataclass(frozen=True)
-class _Step:
-    """What the attitude equations hand to the others: the attitude at mid-step and the next attitude and rates."""
+@dataclass
+class _Build:
+    """Equations in the making: next states, and intermediate results by name so that equations stay short."""
 
-    middle: Vector
-    after: Mapping[str, Expr]
+    next: dict[str, Expr] = field(default_factory=dict)
+    quantities: dict[str, Expr] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+    def name(self, names: Sequence[str], expressions: Sequence[Expr]) -> Vector:
+        """The expressions become quantities of these names, and their symbols stand for them."""
+        self.quantities |= dict(zip(names, expressions, strict=True))
+        return symbols(names)
+
+    def follow(self, columns: Sequence[str], expressions: Sequence[Expr]) -> None:
+        self.next |= dict(zip(columns, expressions, strict=True))
 
 
 def quadrotor(
@@ -80,46 +97,29 @@ def quadrotor(
         ModelError: for numbers that no quadrotor has.
     """
     _check(mass, inertia, interface, attitude, dt)
-    notes: list[str] = []
-    if inertia is None:
-        inertia = tuple(moment * (mass / REFERENCE_MASS) ** (5.0 / 3.0) for moment in REFERENCE_INERTIA)
-        if _uses_inertia(interface, attitude):
-            notes.append("inertia scaled from the Crazyflie by mass^(5/3): measure it")
-    quantities: dict[str, Expr] = {}
+    build = _Build()
     torque = symbols(TORQUE)
     if interface == "motors":
-        if motors is None:
-            motors = _scaled_motors(mass)
-            notes.append("motors in scaled Crazyflie geometry, hover at command 0.5: fit the thrust per unit")
-        forces = motors.forces(symbols(NAMES))
-        quantities["thrust"] = sum(forces)
-        if attitude == "predicted":
-            names = ("torque_x", "torque_y", "torque_z")
-            quantities |= dict(zip(names, motors.torques(forces), strict=True))
-            torque = tuple(held + symbol(name) for held, name in zip(torque, names, strict=True))
-    if attitude == "measured":
-        step = _Step(symbols(QUATERNION), {})
-    elif interface == "thrust_attitude":
-        step = _attitude_loop(attitude_time_constant, dt)
-    elif interface == "thrust_rates":
-        step = _rate_loop(inertia, rate_gains, torque, dt)
-    else:
-        step = _free_rotation(inertia, torque, dt)
-    moved = _translation(mass, step.middle, dt)
-    columns = _layouts(interface, attitude)
-    after = {**moved, **step.after}
+        pushed = _motors(build, motors, mass, attitude)
+        torque = tuple(held + rotors for held, rotors in zip(torque, pushed, strict=True))
+    middle = symbols(QUATERNION)
+    if attitude == "predicted" and interface == "thrust_attitude":
+        middle = _attitude_loop(build, attitude_time_constant, dt)
+    elif attitude == "predicted":
+        moments = _scaled_inertia(build, mass) if inertia is None else tuple(inertia)
+        if interface == "thrust_rates":
+            middle = _rate_loop(build, moments, rate_gains, torque, dt)
+        else:
+            middle = _free_rotation(build, moments, torque, dt)
+    _translation(build, mass, middle, dt)
     return Equations(
-        next={column: after[column] for column in columns.state},
-        layouts=columns,
+        next=build.next,
+        layouts=_layouts(interface, attitude),
         dt=dt,
-        quantities=quantities,
+        quantities=build.quantities,
         robot=robot,
-        notes=tuple(notes),
+        notes=tuple(build.notes),
     )
-
-
-def _uses_inertia(interface: Interface, attitude: Attitude) -> bool:
-    return attitude == "predicted" and interface != "thrust_attitude"
 
 
 def _layouts(interface: Interface, attitude: Attitude) -> Layouts:
@@ -132,34 +132,43 @@ def _layouts(interface: Interface, attitude: Attitude) -> Layouts:
     return Layouts(Layout.of(POSITION + QUATERNION + VELOCITY + RATES), Layout.of(commands), Layout.of(FORCE + TORQUE))
 
 
-def _translation(mass: float, attitude: Vector, dt: float) -> dict[str, Expr]:
-    after: dict[str, Expr] = {}
-    thrust = symbol("thrust")
-    for axis, direction in enumerate(body_z(attitude)):
-        acceleration = (thrust * direction + symbol(FORCE[axis])) / mass - (GRAVITY if axis == 2 else 0)
-        p, v = POSITION[axis], VELOCITY[axis]
-        after[p], after[v] = free_fall(symbol(p), symbol(v), acceleration, dt)
-    return after
+def _motors(build: _Build, motors: Motors | None, mass: float, attitude: Attitude) -> Vector:
+    """Names the rotors' thrust and, where it turns the body, their torque about the body axes."""
+    if motors is None:
+        motors = _scaled_motors(mass)
+        build.notes.append("motors in scaled Crazyflie geometry that hover at command 0.5: fit the thrust per unit")
+    forces = motors.forces(symbols(NAMES))
+    build.name(("thrust",), (sum(forces),))
+    if attitude == "measured":
+        return (Integer(0),) * 3
+    return build.name(("torque_x", "torque_y", "torque_z"), motors.torques(forces))
 
 
-def _rate_loop(inertia: Sequence[float], gains: Sequence[float], torque: Vector, dt: float) -> _Step:
+def _translation(build: _Build, mass: float, attitude: Vector, dt: float) -> None:
+    axes = build.name(("axis_x", "axis_y", "axis_z"), body_z(attitude))
+    for p, v, force, axis in zip(POSITION, VELOCITY, FORCE, axes, strict=True):
+        acceleration = (symbol("thrust") * axis + symbol(force)) / mass - (GRAVITY if p == "z" else 0)
+        build.follow((p, v), free_fall(symbol(p), symbol(v), acceleration, dt))
+
+
+def _rate_loop(build: _Build, inertia: Sequence[float], gains: Sequence[float], torque: Vector, dt: float) -> Vector:
     """Rates follow their commands: ω̇ = K (ω_cmd - ω) + J⁻¹ (τ - ω × J ω), the last term at the mean rate."""
     rates, commands = symbols(RATES), symbols(COMMANDS["thrust_rates"][1:])
     whole = [FirstOrder(gain, dt) for gain in gains]
     half = [FirstOrder(gain, dt / 2) for gain in gains]
-    still = [loop.mean(rate, command, 0) for loop, rate, command in zip(whole, rates, commands, strict=True)]
-    drift = [
-        push / moment + turning
-        for push, moment, turning in zip(torque, inertia, gyroscopic(inertia, still), strict=True)
-    ]
-    loops = list(zip(rates, commands, drift, strict=True))
-    mean = [loop.mean(*terms) for loop, terms in zip(whole, loops, strict=True)]
-    first_half = [loop.mean(*terms) for loop, terms in zip(half, loops, strict=True)]
-    after = dict(zip(RATES, (loop.end(*terms) for loop, terms in zip(whole, loops, strict=True)), strict=True))
-    return _turned(mean, first_half, after, dt)
+    pushes = [push / moment for push, moment in zip(torque, inertia, strict=True)]
+    at_start = build.name(START_DRIFT, [a + b for a, b in zip(pushes, gyroscopic(inertia, rates), strict=True)])
+    rough = [loop.mean(*term) for loop, term in zip(whole, zip(rates, commands, at_start, strict=True), strict=True)]
+    turning = gyroscopic(inertia, build.name(ROUGH, rough))
+    drift = build.name(DRIFT, [a + b for a, b in zip(pushes, turning, strict=True)])
+    terms = list(zip(rates, commands, drift, strict=True))
+    build.follow(RATES, [loop.end(*term) for loop, term in zip(whole, terms, strict=True)])
+    mean = [loop.mean(*term) for loop, term in zip(whole, terms, strict=True)]
+    first_half = [loop.mean(*term) for loop, term in zip(half, terms, strict=True)]
+    return _turned(build, mean, first_half, dt)
 
 
-def _free_rotation(inertia: Sequence[float], torque: Vector, dt: float) -> _Step:
+def _free_rotation(build: _Build, inertia: Sequence[float], torque: Vector, dt: float) -> Vector:
     """J ω̇ = τ - ω × J ω by the mid-point rule."""
 
     def acceleration(rates: Sequence[Expr]) -> Vector:
@@ -167,20 +176,26 @@ def _free_rotation(inertia: Sequence[float], torque: Vector, dt: float) -> _Step
         return tuple(push / moment + turned for push, moment, turned in zip(torque, inertia, turning, strict=True))
 
     rates = symbols(RATES)
-    middle = [rate + dt / 2 * change for rate, change in zip(rates, acceleration(rates), strict=True)]
-    end = [rate + dt * change for rate, change in zip(rates, acceleration(middle), strict=True)]
-    first_half = [(rate + half) / 2 for rate, half in zip(rates, middle, strict=True)]
-    return _turned(middle, first_half, dict(zip(RATES, end, strict=True)), dt)
+    drift = build.name(DRIFT, acceleration(rates))
+    middle = [rate + dt / 2 * change for rate, change in zip(rates, drift, strict=True)]
+    first_half = [rate + dt / 4 * change for rate, change in zip(rates, drift, strict=True)]
+    attitude = _turned(build, middle, first_half, dt)
+    changes = acceleration(symbols(MEAN))
+    build.follow(RATES, [rate + dt * change for rate, change in zip(rates, changes, strict=True)])
+    return attitude
 
 
-def _turned(mean: Sequence[Expr], first_half: Sequence[Expr], rates: Mapping[str, Expr], dt: float) -> _Step:
+def _turned(build: _Build, mean: Sequence[Expr], first_half: Sequence[Expr], dt: float) -> Vector:
+    """Next attitude from the mean rates; returns the attitude at mid-step."""
     start = symbols(QUATERNION)
-    end = turn(start, [dt * rate for rate in mean])
-    middle = turn(start, [dt / 2 * rate for rate in first_half])
-    return _Step(middle, {**dict(zip(QUATERNION, end, strict=True)), **rates})
+    mean = build.name(MEAN, mean)
+    build.follow(QUATERNION, multiply(start, build.name(TURN, increment([dt * rate for rate in mean]))))
+    first_half = build.name(FIRST_HALF, first_half)
+    half_turn = build.name(HALF_TURN, increment([dt / 2 * rate for rate in first_half]))
+    return build.name(MIDDLE, multiply(start, half_turn))
 
 
-def _attitude_loop(time_constant: float, dt: float) -> _Step:
+def _attitude_loop(build: _Build, time_constant: float, dt: float) -> Vector:
     """The attitude goes a fraction 1 - e^(-t/τ) of the short way to the command, along the chord."""
     start, wanted = symbols(QUATERNION), symbols(COMMANDS["thrust_attitude"][1:])
     same_side = sign(sum(a * b for a, b in zip(start, wanted, strict=True)))
@@ -189,9 +204,10 @@ def _attitude_loop(time_constant: float, dt: float) -> _Step:
         part = 1.0 - math.exp(-time / time_constant) if time_constant > 0 else 1.0
         return tuple((1.0 - part) * a + part * same_side * b for a, b in zip(start, wanted, strict=True))
 
-    middle, end = towards(dt / 2), towards(dt)
-    length = sum(component**2 for component in middle) ** 0.5
-    return _Step(tuple(component / length for component in middle), dict(zip(QUATERNION, end, strict=True)))
+    build.follow(QUATERNION, towards(dt))
+    middle = towards(dt / 2)
+    length = sqrt(sum(component**2 for component in middle))
+    return build.name(MIDDLE, [component / length for component in middle])
 
 
 def _scaled_motors(mass: float) -> Motors:
@@ -201,6 +217,11 @@ def _scaled_motors(mass: float) -> Motors:
         torque_per_thrust=REFERENCE_MOTORS.torque_per_thrust * scale,
         arm=REFERENCE_MOTORS.arm * scale,
     )
+
+
+def _scaled_inertia(build: _Build, mass: float) -> tuple[float, ...]:
+    build.notes.append("inertia scaled from the Crazyflie by mass^(5/3): measure it")
+    return tuple(moment * (mass / REFERENCE_MASS) ** (5.0 / 3.0) for moment in REFERENCE_INERTIA)
 
 
 def _check(mass: float, inertia: Sequence[float] | None, interface: str, attitude: str, dt: float) -> None:

@@ -32,13 +32,12 @@ def multiply(left: Sequence[Expr], right: Sequence[Expr]) -> Vector:
     )
 
 
-def turn(quaternion: Sequence[Expr], angle: Sequence[Expr]) -> Vector:
-    """The attitude after a rotation by a small vector ``angle`` in rad about body axes."""
+def increment(angle: Sequence[Expr]) -> Vector:
+    """Quaternion of a rotation by a small vector ``angle`` in rad."""
     half = [component / 2 for component in angle]
     square = sum(component**2 for component in half)
-    cosine = 1 - square / 2 + square**2 / 24
     sine_over_angle = 1 - square / 6
-    return multiply(quaternion, (cosine, *(sine_over_angle * component for component in half)))
+    return (1 - square / 2 + square**2 / 24, *(sine_over_angle * component for component in half))
 
 
 def body_z(quaternion: Sequence[Expr]) -> Vector:
@@ -47,15 +46,10 @@ def body_z(quaternion: Sequence[Expr]) -> Vector:
     return (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x**2 + y**2))
 
 
-def cross(left: Sequence[Expr], right: Sequence[Expr]) -> Vector:
-    (a, b, c), (d, e, f) = left, right
-    return (b * f - c * e, c * d - a * f, a * e - b * d)
-
-
 def gyroscopic(inertia: Sequence[float], rate: Sequence[Expr]) -> Vector:
-    """-J⁻¹ (ω × J ω) for principal axes, rad/s²."""
-    momentum = [moment * component for moment, component in zip(inertia, rate, strict=True)]
-    return tuple(-torque / moment for torque, moment in zip(cross(rate, momentum), inertia, strict=True))
+    """-J⁻¹ (ω × J ω) for principal axes, rad/s² (Euler's equations)."""
+    (jx, jy, jz), (wx, wy, wz) = inertia, rate
+    return ((jy - jz) / jx * wy * wz, (jz - jx) / jy * wz * wx, (jx - jy) / jz * wx * wy)
 
 
 class FirstOrder:

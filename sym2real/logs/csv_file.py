@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import csv
-import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from sym2real.errors import DataError
@@ -29,28 +27,17 @@ def read(path: Path) -> tuple[list[str], list[Array | Sequence[str]], int, None]
     lines = _lines(path)
     names = _header(path, lines[0])
     _check_lengths(path, lines, len(names))
-    # "round_trip" parses to the nearest float64, which pandas' default does not.
-    frame = (
-        pd.read_csv(
-            io.StringIO("\n".join(lines[1:])),
-            names=names if len(set(names)) == len(names) else list(range(len(names))),
-            header=None,
-            float_precision="round_trip",
-            keep_default_na=False,
-            na_values=["", "nan", "NaN", "null", "None"],
-            skipinitialspace=True,
-            low_memory=False,
-        )
-        if len(lines) > 1
-        else pd.DataFrame({name: [] for name in names}, dtype=float)
-    )
-    return names, [_cells(frame.iloc[:, position]) for position in range(len(names))], FIRST_ROW, None
+    rows = [line.split(",") if '"' not in line else next(csv.reader([line])) for line in lines[1:]]
+    cells = [list(column) for column in zip(*rows, strict=True)] if rows else [[] for _ in names]
+    return names, [_as_numbers(column) for column in cells], FIRST_ROW, None
 
 
-def _cells(column: pd.Series) -> Array | list[str]:
-    if pd.api.types.is_bool_dtype(column) or pd.api.types.is_numeric_dtype(column):
-        return column.to_numpy(dtype=np.float64)
-    return [str(cell) if cell is not None else "" for cell in column.where(column.notna(), "")]
+def _as_numbers(cells: list[str]) -> Array | list[str]:
+    try:
+        # NumPy parses as Python does, to the nearest float64.
+        return np.array(cells, dtype=np.float64)
+    except ValueError:
+        return cells
 
 
 def _lines(path: Path) -> list[str]:

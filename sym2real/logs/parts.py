@@ -29,10 +29,12 @@ class Source:
     Args:
         column: name in the log.
         unit: unit in the log, a key of :data:`sym2real.logs.units.UNITS`; empty for the SI unit.
+        scale: a further factor, for counts whose worth was measured (N per PWM count).
     """
 
     column: str
     unit: str = ""
+    scale: float = 1.0
 
 
 @dataclass(frozen=True)

@@ -77,7 +77,10 @@ class SpecChecker:
         if not isinstance(value, dict) or "column" not in value:
             raise DataError(self.file, f'{name} = "column" or {{ column = …, unit = … }}', repr(value), column=name)
         self._keys(f"key of column {name!r}", value, Source.__dataclass_fields__)
-        return Source(**{key: self._typed(f"columns.{name}.{key}", text, str) for key, text in value.items()})
+        texts = {
+            key: self._typed(f"columns.{name}.{key}", value[key], str) for key in ("column", "unit") if key in value
+        }
+        return Source(**texts, scale=self._number(f"columns.{name}.scale", value.get("scale", 1.0)))
 
     def _attitude(self, name: str, values: Mapping[str, Any]) -> Attitude:
         self._keys(f"key of [{name}]", values, Attitude.__dataclass_fields__)

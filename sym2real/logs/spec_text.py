@@ -18,7 +18,8 @@ TABLES = ("time", "columns", *ATTITUDES)
 def text(value: object) -> str:
     """A TOML value: JSON's strings, numbers and lists are TOML's too."""
     if isinstance(value, Source):
-        return f"{{ column = {text(value.column)}, unit = {text(value.unit)} }}" if value.unit else text(value.column)
+        entries = _entries(value)
+        return f"{{ {', '.join(entries)} }}" if len(entries) > 1 else text(value.column)
     return json.dumps(list(value) if isinstance(value, tuple) else value, ensure_ascii=False)
 
 

@@ -162,7 +162,7 @@ def _time(table: Table, spec: LogSpec) -> Array:
 def _column(table: Table, spec: LogSpec, name: str, source: Source) -> Array:
     values = table.column(source.column, f"for {name!r} (specification {spec.name!r})")
     sign = -1.0 if source.column in spec.flip else 1.0
-    scale = sign * factor(source.unit, name, spec.mass)
+    scale = sign * source.scale * factor(source.unit, name, spec.mass)
     return values if scale == 1.0 else values * scale
 
 

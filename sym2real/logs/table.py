@@ -15,6 +15,7 @@ from sym2real.registry import Registry
 
 Array = NDArray[np.float64]
 
+NO_NUMBER = frozenset({"", "nan", "na", "null", "none"})
 READERS = Registry("log file type", {".csv": csv_file.read, ".parquet": parquet_file.read, ".pq": parquet_file.read})
 
 
@@ -110,7 +111,7 @@ def numbers(table: Table, name: str, cells: Array | Sequence[str]) -> Array | No
     bad = []
     for position, cell in enumerate(cells):
         try:
-            values[position] = float(cell) if cell.strip() else np.nan
+            values[position] = np.nan if cell.strip().lower() in NO_NUMBER else float(cell)
         except ValueError:
             bad.append(position)
     if len(bad) > len(cells) // 2:

@@ -1,0 +1,133 @@
+"""Which standard column each column of a log may be, by their names together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from sym2real.logs.names import Named, read_name
+
+PREFIX = {"position": "", "velocity": "v", "rate": "w", "force": "f", "torque": "t"}
+ATTITUDE_OF_ROLE = {"state": "attitude", "command": "attitude_command", "reference": "reference_attitude"}
+ANGLES = ("roll", "pitch", "yaw")
+LETTERS = {"p": "x", "q": "y", "r": "z"}
+
+
+@dataclass
+class Assignment:
+    """What names alone suggest.
+
+    Args:
+        times: columns that may hold stamps.
+        columns: standard column → column of the log.
+        quaternions: attitude → component ("w" or a digit) → column of the log.
+        angles: attitude → "roll", "pitch", "yaw" → column of the log.
+        named: column of the log → what its name says.
+        rivals: column of the log → the column that was taken in its place.
+    """
+
+    times: list[str] = field(default_factory=list)
+    columns: dict[str, str] = field(default_factory=dict)
+    quaternions: dict[str, dict[str, str]] = field(default_factory=dict)
+    angles: dict[str, dict[str, str]] = field(default_factory=dict)
+    named: dict[str, Named] = field(default_factory=dict)
+    rivals: dict[str, str] = field(default_factory=dict)
+
+    def unit(self, column: str) -> str:
+        """The unit that the column's name states, or ""."""
+        return self.named[column].unit if column in self.named else ""
+
+    @property
+    def is_car(self) -> bool:
+        return "steer" in self.columns
+
+
+def assign(names: Sequence[str]) -> Assignment:
+    """Sort columns by what their names say; of two that say the same the first is taken."""
+    result = Assignment()
+    result.named = {name: named for name in names if (named := read_name(name)) is not None}
+    _settle_letters(result)
+    for name, named in result.named.items():
+        _place(result, name, named)
+    _settle(result)
+    return result
+
+
+def _place(result: Assignment, name: str, named: Named) -> None:
+    attitude = ATTITUDE_OF_ROLE[named.role]
+    if named.quantity == "time":
+        result.times.append(name)
+    elif named.quantity == "quaternion":
+        _take(result, result.quaternions.setdefault(attitude, {}), named.axis, name)
+    elif named.quantity in ANGLES:
+        _take(result, result.angles.setdefault(attitude, {}), named.quantity, name)
+    elif standard := _standard(named):
+        _take(result, result.columns, standard, name)
+
+
+def _take(result: Assignment, places: dict[str, str], key: str, name: str) -> None:
+    if key in places:
+        result.rivals[name] = places[key]
+    else:
+        places[key] = name
+
+
+def _standard(named: Named) -> str:
+    if named.quantity in PREFIX:
+        base = PREFIX[named.quantity] + named.axis
+        if named.role == "command" and named.quantity == "rate":
+            return f"{base}_cmd"
+        return f"ref_{base}" if named.role == "reference" else base
+    if named.quantity == "motor":
+        return f"motor{named.axis}"
+    if named.quantity == "speed":
+        return {"command": "speed", "reference": "ref_speed", "state": "measured speed"}[named.role]
+    return {"thrust": "thrust", "steer": "steer", "battery": "vbat"}.get(named.quantity, "")
+
+
+def _settle(result: Assignment) -> None:
+    _settle_motors(result)
+    _settle_speed(result)
+    for attitude, parts in list(result.quaternions.items()):
+        digits = sorted(key for key in parts if key.isdigit())
+        if set(parts) != set("wxyz") and not (len(parts) == 4 and digits in (list("0123"), list("1234"))):
+            del result.quaternions[attitude]
+    for attitude, parts in list(result.angles.items()):
+        # A planar robot's theta is its heading.
+        if "pitch" in parts and not {"roll", "yaw"} & parts.keys() and "theta" in parts["pitch"].lower():
+            parts["yaw"] = parts.pop("pitch")
+        if set(parts) == set(ANGLES) and attitude not in result.quaternions:
+            continue
+        if attitude not in result.quaternions and attitude != "attitude_command" and "yaw" in parts:
+            result.columns["ref_yaw" if attitude == "reference_attitude" else "yaw"] = parts["yaw"]
+        del result.angles[attitude]
+
+
+def _settle_letters(result: Assignment) -> None:
+    letters = {name: named for name, named in result.named.items() if named.quantity == "letter"}
+    for name, named in letters.items():
+        triple = {other.axis for other in letters.values() if other.role == named.role}
+        if triple == set(LETTERS):
+            result.named[name] = Named("rate", LETTERS[named.axis], named.role, named.unit)
+
+
+def _settle_motors(result: Assignment) -> None:
+    motors = {key: result.columns.pop(key) for key in sorted(result.columns) if key.startswith("motor")}
+    numbers = [int(key.removeprefix("motor")) for key in motors]
+    if numbers in ([0, 1, 2, 3], [1, 2, 3, 4]):
+        result.columns |= {f"motor{i + 1}": name for i, name in enumerate(motors.values())}
+
+
+def _settle_speed(result: Assignment) -> None:
+    measured = result.columns.pop("measured speed", None)
+    result.columns.pop("ref_speed", None)
+    if result.is_car and "speed" not in result.columns:
+        velocity_command = result.columns.get("ref_vx")
+        if (
+            velocity_command is not None
+            and result.named[velocity_command].role == "reference"
+            and "ref_vy" not in result.columns
+        ):
+            result.columns["speed"] = result.columns.pop("ref_vx")
+        elif measured is not None:
+            result.columns["speed"] = measured

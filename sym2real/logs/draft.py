@@ -1,0 +1,127 @@
+"""A proposal in the making: the logs, what has been found out so far, and the evidence for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from sym2real.logs.assignment import Assignment
+from sym2real.logs.parts import Attitude, Derived, Frames, Source, TimeBase
+from sym2real.logs.signals import Series
+from sym2real.logs.specification import LogSpec
+from sym2real.logs.table import Table
+from sym2real.logs.units import factor
+
+Confidence = Literal["certain", "likely", "guess", "unknown"]
+# Evidence is looked for at about this rate: faster rows only add noise to slopes.
+EVIDENCE_RATE = 100.0
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One line of an inspection.
+
+    Args:
+        column: column of the log, or "" for what concerns the whole log.
+        meaning: standard column or what else it is.
+        unit: unit in the log, "?" where it cannot be known.
+        evidence: how one sees that.
+        confidence: "certain", "likely", "guess" or "unknown".
+    """
+
+    column: str
+    meaning: str
+    unit: str
+    evidence: str
+    confidence: Confidence
+
+
+@dataclass
+class Draft:
+    """What the inspection knows; each of its steps reads and adds.
+
+    Args:
+        tables: the logs, without the rows at their ends that are to be dropped.
+        assignment: what the names say.
+        times: stamps in s.
+        time: the time base.
+        drop_first: rows to drop.
+        units: standard column → unit in the log.
+        attitudes: attitudes found.
+        world: measured attitude w x y z, body→world, z up, as far as it is known ``# (rows, 4)`` per log.
+        body_rates: angular velocity of that attitude ``# (rows, 3)`` per log.
+        acceleration: world acceleration by numeric differences ``# (rows, 3)`` per log.
+        flips: columns whose sign is suspected, with the evidence.
+        comments: lines for the TOML text by the key that they follow.
+    """
+
+    tables: list[Table]
+    assignment: Assignment
+    times: Series = field(default_factory=list)
+    time: TimeBase = field(default_factory=TimeBase)
+    drop_first: int = 0
+    units: dict[str, str] = field(default_factory=dict)
+    attitudes: dict[str, Attitude] = field(default_factory=dict)
+    frames: Frames = "z_up"
+    velocity_frame: Literal["world", "body"] = "world"
+    derived: list[Derived] = field(default_factory=list)
+    world: Series = field(default_factory=list)
+    body_rates: Series = field(default_factory=list)
+    acceleration: Series = field(default_factory=list)
+    flips: dict[str, str] = field(default_factory=dict)
+    left_out: set[str] = field(default_factory=set)
+    findings: list[Finding] = field(default_factory=list)
+    comments: dict[str, list[str]] = field(default_factory=dict)
+
+    @property
+    def strides(self) -> list[int]:
+        return [max(1, round(1.0 / (EVIDENCE_RATE * float(np.median(np.diff(time)))))) for time in self.times]
+
+    def raw(self, column: str) -> Series:
+        """A column of the logs as it stands there, every stride-th row."""
+        return [
+            table.column(column, "in every log")[::stride]
+            for table, stride in zip(self.tables, self.strides, strict=True)
+        ]
+
+    @property
+    def stamps(self) -> Series:
+        """Stamps in s that belong to :meth:`raw`."""
+        return [time[::stride] for time, stride in zip(self.times, self.strides, strict=True)]
+
+    def has(self, *standard: str) -> bool:
+        """Whether every one of these standard columns has been found."""
+        return all(name in self.assignment.columns and name not in self.left_out for name in standard)
+
+    def series(self, standard: str) -> Series:
+        """A standard column in its SI unit as far as that is known, axes and signs as in the log."""
+        scale = factor(self.units.get(standard, ""), standard)
+        return [scale * values for values in self.raw(self.assignment.columns[standard])]
+
+    def add(self, column: str, meaning: str, unit: str, evidence: str, confidence: Confidence) -> None:
+        """File one finding."""
+        self.findings.append(Finding(column, meaning, unit, evidence, confidence))
+
+    def comment(self, key: str, *lines: str) -> None:
+        """Lines that follow a key of the TOML text, commented out."""
+        self.comments.setdefault(key, []).extend(lines)
+
+    def specification(self) -> LogSpec:
+        """What has been found as a specification, its columns in the order of the log."""
+        place = {column: i for i, column in enumerate(self.tables[0].columns)}
+        found = sorted(self.assignment.columns.items(), key=lambda item: place[item[1]])
+        columns = {name: Source(c, self.units.get(name, "")) for name, c in found if name not in self.left_out}
+        return LogSpec(
+            "proposed",
+            time=self.time,
+            columns=columns,
+            drop_first=self.drop_first,
+            derive=tuple(self.derived),
+            velocity_frame=self.velocity_frame,
+            frames=self.frames,
+            attitude=self.attitudes.get("attitude", Attitude()),
+            attitude_command=self.attitudes.get("attitude_command", Attitude()),
+            reference_attitude=self.attitudes.get("reference_attitude", Attitude()),
+        )

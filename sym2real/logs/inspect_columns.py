@@ -1,0 +1,69 @@
+"""Evidence on any column: constant, a copy of another, held between updates, at its limits; and what is not known."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sym2real.logs.draft import Draft
+
+Array = NDArray[np.float64]
+
+HELD = 0.5  # share of rows that repeat the one before
+SATURATED = 0.01  # share of rows at the extreme value
+FEW = 3
+
+
+def inspect_columns(draft: Draft) -> None:
+    """Remarks on every numeric column, and on those that nothing was made of."""
+    tables = draft.tables
+    known = {finding.column for finding in draft.findings}
+    pooled = {name: np.concatenate([table.columns[name] for table in tables]) for name in tables[0].columns}
+    for name, values in pooled.items():
+        if name not in known:
+            _unknown(draft, name)
+        if remark := _remark(draft, name, values):
+            draft.add(name, "remark", "", remark, "certain")
+    _copies(draft, pooled)
+    for name in tables[0].texts:
+        draft.add(name, "?", "", "text, left out", "unknown")
+
+
+def _unknown(draft: Draft, name: str) -> None:
+    for standard, column in draft.assignment.columns.items():
+        if column == name:
+            draft.add(name, standard, "", "by its name", "likely")
+            return
+    if rival := draft.assignment.rivals.get(name):
+        draft.add(name, "?", "?", f"looks like the same as {rival!r}, which was taken", "unknown")
+        return
+    named = draft.assignment.named.get(name)
+    says = f"named like {named.role} {named.quantity} {named.axis}".strip() if named else "the name says nothing"
+    draft.add(name, "?", "?", f"{says}; kept as an extra column", "unknown")
+
+
+def _remark(draft: Draft, name: str, values: Array) -> str:
+    finite = values[np.isfinite(values)]
+    if len(finite) < len(values):
+        return f"{len(values) - len(finite)} of {len(values)} cells hold no number"
+    if np.ptp(finite) == 0:
+        return f"constant at {finite[0]:g}"
+    if len(np.unique(finite)) <= FEW:
+        return ""
+    repeats = float(np.mean(np.diff(values) == 0))
+    if repeats > HELD:
+        return f"held: {100 * repeats:.0f} % of the rows repeat the one before"
+    edges = [(edge, float(np.mean(values == edge))) for edge in (finite.min(), finite.max())]
+    limits = [f"{edge:g} ({100 * share:.1f} % of the rows)" for edge, share in edges if share > SATURATED]
+    # A column that jumps about hits its extremes once; one that is clipped stays there.
+    return f"saturates at {' and '.join(limits)}" if limits and repeats < HELD else ""
+
+
+def _copies(draft: Draft, pooled: dict[str, Array]) -> None:
+    names = list(pooled)
+    seen: dict[bytes, str] = {}
+    for name in names:
+        key = pooled[name].tobytes()
+        if key in seen and np.ptp(pooled[name]) > 0:
+            draft.add(name, "remark", "", f"the same numbers as {seen[key]!r}", "certain")
+        seen.setdefault(key, name)

@@ -1,0 +1,187 @@
+"""Evidence on commands: what thrust and motors are counted in, how late the robot answers, reversed signs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sym2real.logs import signals
+from sym2real.logs.draft import Draft
+from sym2real.logs.inspect_attitude import FASTEST, WEAK, up
+from sym2real.logs.inspect_motion import suspect
+from sym2real.logs.inspect_position import axis_column
+from sym2real.logs.signals import Series
+from sym2real.logs.units import GRAVITY, UNITS
+
+LONGEST_DELAY = 0.5  # s
+MOTORS = ("motor1", "motor2", "motor3", "motor4")
+STEEPEST = 1.6  # rad; no wheel steers beyond a right angle
+
+
+def inspect_commands(draft: Draft) -> None:
+    """Units of commands and the delay of the answers to them."""
+    _thrust(draft)
+    _motors(draft)
+    _rate_commands(draft)
+    _car(draft)
+    if draft.has("vbat"):
+        _battery(draft)
+
+
+def specific_force(draft: Draft) -> Series:
+    """Acceleration without gravity along the body z axis, m/s² ``# (rows,)`` per log; empty where unknown."""
+    if not draft.acceleration or not draft.world or draft.acceleration[0].shape[1] < 3:
+        return []
+    weight = np.array([0.0, 0.0, GRAVITY if draft.frames == "z_up" else -GRAVITY])
+    return [
+        np.abs(((part + weight) * up(world)).sum(axis=1))
+        for part, world in zip(draft.acceleration, draft.world, strict=True)
+    ]
+
+
+def _thrust(draft: Draft) -> None:
+    if not draft.has("thrust"):
+        return
+    column = axis_column(draft, "thrust")
+    values = draft.raw(column)
+    level, named = signals.mean(values), draft.assignment.unit(column)
+    force = specific_force(draft)
+    hover = signals.mean(force) if force else GRAVITY
+    share = level / hover
+    answer = _answer(draft, values, force) if force else ""
+    if named:
+        draft.units["thrust"] = "" if named == "N" else named
+        draft.add(column, "thrust", named, f"the name says so{answer}", "certain")
+    elif signals.largest(values) > 100.0:
+        _counted_thrust(draft, column, values, level, answer)
+    elif 0.6 < share < 1.6:
+        draft.units["thrust"] = "m/s^2"
+        evidence = (
+            f"mean {level:.3g}, {share:.2f} times the specific force: thrust per unit mass (or N of a 1 kg robot)"
+        )
+        draft.add(column, "thrust", "m/s^2", evidence + answer, "likely")
+    else:
+        evidence = f"mean {level:.3g}: in N the robot would weigh {share:.3g} kg"
+        doubt = "; a command of 0 to 1 is possible too" if signals.largest(values) <= 1.0 else ""
+        draft.add(column, "thrust", "N", evidence + doubt + answer, "guess")
+
+
+def _counted_thrust(draft: Draft, column: str, values: Series, level: float, answer: str) -> None:
+    draft.left_out.add("thrust")
+    evidence = f"counts, mean {level:.5g}, up to {signals.largest(values):.5g}: the log cannot know N per count{answer}"
+    draft.add(column, "thrust command", "?", evidence, "unknown")
+    worth = f"scale = 1.0 }}  # put mass in kg × {GRAVITY / level:.6g}"
+    draft.comment("columns", f'thrust = {{ column = "{column}", {worth} (counts at mean thrust carry the weight)')
+
+
+def _answer(draft: Draft, command: Series, response: Series) -> str:
+    rows = max(1, int(LONGEST_DELAY / float(np.median(np.diff(draft.stamps[0])))))
+    shift, found = signals.delay(command, response, rows)
+    late = shift * float(np.median(np.diff(draft.stamps[0])))
+    return f"; answered {1e3 * late:.0f} ms later (correlation {found:+.2f})" if abs(found) > WEAK else ""
+
+
+def _motors(draft: Draft) -> None:
+    if not draft.has(*MOTORS):
+        return
+    columns = [axis_column(draft, name) for name in MOTORS]
+    values = [part for column in columns for part in draft.raw(column)]
+    high, low = signals.largest(values), min(float(part.min()) for part in values)
+    whole = all(bool((part == np.round(part)).all()) for part in values)
+    unit, meaning, sure = _motor_unit(
+        next((u for c in columns if (u := draft.assignment.unit(c))), ""), low, high, whole
+    )
+    total = [sum(parts) for parts in zip(*(draft.raw(column) for column in columns), strict=True)]
+    force = specific_force(draft)
+    evidence = f"{low:.5g} to {high:.5g}: {meaning}" + (_answer(draft, total, force) if force else "")
+    for name, column in zip(MOTORS, columns, strict=True):
+        draft.units[name] = unit
+        draft.add(column, name, unit or "1", evidence, "likely" if sure else "unknown")
+
+
+def _motor_unit(named: str, low: float, high: float, whole: bool) -> tuple[str, str, bool]:
+    if named:
+        return named, "the name says so", True
+    if low >= 0 and high <= 1.0:
+        return "", "a command of 0 to 1; the thrust per command follows from the log only per unit mass", True
+    if low >= 900.0 and high <= 2200.0:
+        return "", "pulses in µs, 1000 to 2000; what they give in thrust cannot be known", False
+    if whole and 2200.0 < high <= 65535.0:
+        return "uint16", "16-bit counts; 65535 is full", True
+    return "", "neither 0 to 1, nor pulses, nor 16-bit counts: speeds or scaled pulses; the unit cannot be known", False
+
+
+def _rate_commands(draft: Draft) -> None:
+    names = [name for name in ("wx_cmd", "wy_cmd", "wz_cmd") if draft.has(name)]
+    if not names:
+        return
+    columns = [axis_column(draft, name) for name in names]
+    size = max(signals.largest(draft.raw(column)) for column in columns)
+    unit, evidence = _rate_command_unit(draft, names, size)
+    for name, column in zip(names, columns, strict=True):
+        draft.units[name] = "" if unit == "rad/s" else unit
+        response = _response(draft, name.removesuffix("_cmd"))
+        answer = _answer(draft, draft.raw(column), response) if response else ""
+        draft.add(column, name, unit, evidence + answer, "likely")
+        if "correlation -" in answer and draft.world:
+            suspect(draft, column, f"the attitude turns the other way{answer}")
+
+
+def _rate_command_unit(draft: Draft, names: list[str], size: float) -> tuple[str, str]:
+    columns = [axis_column(draft, name) for name in names]
+    if named := next((unit for column in columns if (unit := draft.assignment.unit(column))), ""):
+        return named, "the name says so"
+    if size > FASTEST:
+        return "deg/s", f"up to {size:.3g}, faster than a small robot turns in rad/s"
+    shares = [
+        signals.ratio(draft.raw(column), response)
+        for name, column in zip(names, columns, strict=True)
+        if (response := _response(draft, name.removesuffix("_cmd")))
+    ]
+    if not shares:
+        return "rad/s", f"up to {size:.3g}"
+    share = float(np.median(shares))
+    per_radian = 1.0 / UNITS["deg/s"][1]
+    unit = "deg/s" if signals.nearest(share, [1.0, per_radian]) > 1.0 else "rad/s"
+    return unit, f"moves {share:.3g} times as much as the body rate in rad/s"
+
+
+def _response(draft: Draft, rate: str) -> Series:
+    """A body rate by the attitude, else by the gyro."""
+    if draft.body_rates:
+        return [part[:, "xyz".index(rate[1])] for part in draft.body_rates]
+    return draft.series(rate) if draft.has(rate) else []
+
+
+def _car(draft: Draft) -> None:
+    if not draft.has("steer"):
+        return
+    column = axis_column(draft, "steer")
+    values = draft.raw(column)
+    size, named = signals.largest(values), draft.assignment.unit(column)
+    unit = named or ("deg" if size > STEEPEST else "rad")
+    draft.units["steer"] = "" if unit == "rad" else unit
+    evidence = "the name says so" if named else f"up to {size:.3g}"
+    answer = _answer(draft, values, draft.series("wz")) if draft.has("wz") else ""
+    draft.add(column, "steer", unit, evidence + answer, "certain" if named else "likely")
+    if draft.has("speed"):
+        _speed(draft, axis_column(draft, "speed"))
+
+
+def _speed(draft: Draft, column: str) -> None:
+    answer = ""
+    if draft.has("vx", "vy"):
+        pace = [np.hypot(a, b) for a, b in zip(draft.series("vx"), draft.series("vy"), strict=True)]
+        answer = _answer(draft, [np.abs(part) for part in draft.raw(column)], pace)
+    evidence = f"up to {signals.largest(draft.raw(column)):.3g}"
+    named = draft.assignment.unit(column)
+    draft.units["speed"] = "" if named == "m/s" else named
+    draft.add(column, "speed", named or "m/s", evidence + answer, "certain" if named else "guess")
+
+
+def _battery(draft: Draft) -> None:
+    column = axis_column(draft, "vbat")
+    level, named = signals.mean(draft.raw(column)), draft.assignment.unit(column)
+    # The largest packs of such robots have 12 cells of 4.2 V.
+    unit = named or ("mV" if level > 60.0 else "V")
+    draft.units["vbat"] = "" if unit == "V" else unit
+    draft.add(column, "vbat", unit, f"mean {level:.4g}", "certain" if named else "likely")

@@ -1,0 +1,198 @@
+"""Evidence on positions, velocities, headings and rates: units, axes, signs."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sym2real.logs import derive, signals
+from sym2real.logs.draft import Draft
+from sym2real.logs.inspect_attitude import (
+    CLEAR,
+    FASTEST,
+    RATE_UNITS,
+    TURNING,
+    WEAK,
+    angle_unit,
+    gyro_agreement,
+    tilt_agreement,
+)
+from sym2real.logs.inspect_position import axis_column
+from sym2real.logs.signals import Series
+from sym2real.logs.units import UNITS
+
+Array = NDArray[np.float64]
+
+MOVING = 0.01  # m/s
+BETTER = 0.05  # share of variance by which one explanation must beat another
+
+
+def inspect_velocities(draft: Draft) -> None:
+    """Unit, axes (world or body) and signs of velocities, from the slopes of positions."""
+    names = [name for name in ("vx", "vy", "vz") if draft.has(name)]
+    pairs = [name for name in names if draft.has(name[1])]
+    if not names:
+        if draft.has("x", "y"):
+            draft.derived.append("velocity")
+            draft.add("", "velocity", "m/s", "the log has none: slopes of positions", "certain")
+        return
+    true = {name: signals.slopes(draft.stamps, draft.series(name[1])) for name in pairs}
+    moving = [name for name in pairs if signals.spread(true[name]) > MOVING]
+    body = _in_body(draft, true) if {"vx", "vy"} <= set(moving) else {}
+    if body:
+        _decide_velocity_frame(draft, moving, true, body)
+    against = body if draft.velocity_frame == "body" else true
+    for name in names:
+        column = axis_column(draft, name)
+        unit, evidence = _velocity_unit(draft, column, against[name] if name in moving else None)
+        draft.units[name] = "" if unit == "m/s" else unit
+        draft.add(column, name, unit, evidence, "certain" if name in moving else "likely")
+        found = signals.correlation(draft.raw(column), against[name]) if name in moving else 0.0
+        if found < -CLEAR:
+            suspect(draft, column, f"correlation {found:+.2f} with the slope of {name[1]}")
+
+
+def suspect(draft: Draft, column: str, evidence: str) -> None:
+    """File a column whose sign looks reversed; it stays as recorded."""
+    draft.flips[column] = evidence
+    draft.add(column, "sign suspected to be reversed", "", evidence, "likely")
+
+
+def _velocity_unit(draft: Draft, column: str, true: Series | None) -> tuple[str, str]:
+    if named := draft.assignment.unit(column):
+        return named, "the name says so"
+    if true is None:
+        return "m/s", "too little motion to tell the unit"
+    share = signals.ratio(draft.raw(column), true)
+    unit = {1.0: "m/s", 100.0: "cm/s", 1000.0: "mm/s"}[signals.nearest(share, [1.0, 100.0, 1000.0])]
+    found = signals.correlation(draft.raw(column), true)
+    return unit, f"{share:.3g} times the slope of the position in m, correlation {found:+.2f}"
+
+
+def _in_body(draft: Draft, true: dict[str, Series]) -> dict[str, Series]:
+    """Slopes of positions in body axes, where the attitude or the heading is known."""
+    logs = range(len(draft.tables))
+    zero = [np.zeros(len(time)) for time in draft.stamps]
+    world = [np.stack([true.get(name, zero)[log] for name in ("vx", "vy", "vz")], axis=1) for log in logs]
+    if draft.world:
+        inverse = [part * np.array([1.0, -1.0, -1.0, -1.0]) for part in draft.world]
+    elif draft.has("yaw"):
+        half = [-0.5 * yaw for yaw in draft.series("yaw")]
+        inverse = [np.stack([np.cos(a), 0 * a, 0 * a, np.sin(a)], axis=1) for a in half]
+    else:
+        return {}
+    turned = [derive.to_world(inverse[log], world[log]) for log in logs]
+    return {name: [part[:, i] for part in turned] for i, name in enumerate(("vx", "vy", "vz"))}
+
+
+def _explained(draft: Draft, names: list[str], by: dict[str, Series]) -> float:
+    """Share of the variance of measured velocities that slopes of positions explain, unit and signs aside."""
+    measured = [signals.centred(signals.smooth(draft.raw(axis_column(draft, name)))) for name in names]
+    expected = [signals.centred(signals.smooth(by[name])) for name in names]
+    products = sum(abs(float(a @ b)) for a, b in zip(measured, expected, strict=True))
+    sizes = np.linalg.norm(np.concatenate(measured)) * np.linalg.norm(np.concatenate(expected))
+    return float((products / sizes) ** 2) if sizes > 0 else 0.0
+
+
+def _decide_velocity_frame(draft: Draft, names: list[str], true: dict[str, Series], body: dict[str, Series]) -> None:
+    in_world, in_body = _explained(draft, names, true), _explained(draft, names, body)
+    evidence = (
+        f"slopes of positions explain {100 * in_world:.0f} % of it in world axes, {100 * in_body:.0f} % in body axes"
+    )
+    if in_body > in_world + BETTER:
+        draft.velocity_frame = "body"
+    clear = abs(in_body - in_world) > BETTER
+    draft.add("", f"velocity in {draft.velocity_frame} axes", "", evidence, "certain" if clear else "guess")
+
+
+def inspect_yaw(draft: Draft) -> None:
+    """Unit and wrap of a heading that stands alone."""
+    for name in ("yaw", "ref_yaw"):
+        if not draft.has(name):
+            continue
+        column = axis_column(draft, name)
+        values = draft.raw(column)
+        unit, evidence, sure = angle_unit(draft, [column], signals.largest(values))
+        draft.units[name] = "" if unit == "rad" else unit
+        turn = 2.0 * np.pi / UNITS[unit][1]
+        jumps = sum(int((np.abs(np.diff(part)) > 0.75 * turn).sum()) for part in values)
+        draft.add(column, name, unit, f"{evidence}; wraps {jumps} times", "certain" if sure else "likely")
+
+
+def inspect_rates(draft: Draft) -> None:
+    """Unit and sign of body rates, from the slope of the attitude or of the heading."""
+    names = [name for name in ("wx", "wy", "wz") if draft.has(name)]
+    turning = _turning(draft)
+    if not names:
+        if turning:
+            draft.derived.append("rate")
+            draft.add("", "body rate", "rad/s", "the log has none: slopes of the attitude", "certain")
+        return
+    agreement = gyro_agreement(draft) if draft.world else _yaw_agreement(draft, turning)
+    unit, evidence = _rate_unit(draft, names, agreement, turning)
+    tilt = tilt_agreement(draft)
+    for name in names:
+        column = axis_column(draft, name)
+        draft.units[name] = "" if unit == "rad/s" else unit
+        found = agreement.get(name)
+        text = f"correlation {found:+.2f} with the slope of the attitude" if found is not None else "too little turning"
+        draft.add(column, name, unit, f"{evidence}; {text}", "certain" if found and abs(found) > CLEAR else "guess")
+        if found is not None and found < -CLEAR:
+            _suspect_rate(draft, name, found, tilt)
+    _suspect_angles(draft, tilt, agreement)
+
+
+def _turning(draft: Draft) -> dict[str, Series]:
+    if draft.world:
+        return {name: [part[:, i] for part in draft.body_rates] for i, name in enumerate(("wx", "wy", "wz"))}
+    if draft.has("yaw"):
+        return {"wz": signals.slopes(draft.stamps, [np.unwrap(part) for part in draft.series("yaw")])}
+    return {}
+
+
+def _yaw_agreement(draft: Draft, turning: dict[str, Series]) -> dict[str, float]:
+    if "wz" not in turning or not draft.has("wz") or signals.spread(turning["wz"]) < TURNING:
+        return {}
+    return {"wz": signals.correlation(draft.raw(axis_column(draft, "wz")), turning["wz"])}
+
+
+def _rate_unit(
+    draft: Draft, names: list[str], agreement: dict[str, float], turning: dict[str, Series]
+) -> tuple[str, str]:
+    columns = [axis_column(draft, name) for name in names]
+    if named := next((unit for column in columns if (unit := draft.assignment.unit(column))), ""):
+        return named, "the name says so"
+    clear = [name for name in names if abs(agreement.get(name, 0.0)) > WEAK]
+    factors = {1.0 / UNITS[unit][1]: unit for unit in RATE_UNITS}
+    if clear:
+        share = float(np.median([signals.ratio(draft.raw(axis_column(draft, n)), turning[n]) for n in clear]))
+        return factors[
+            signals.nearest(share, list(factors))
+        ], f"moves {share:.3g} times as much as the attitude in rad/s"
+    size = max(signals.largest(draft.raw(column)) for column in columns)
+    return ("deg/s" if size > FASTEST else "rad/s"), f"up to {size:.3g}"
+
+
+def _suspect_rate(draft: Draft, name: str, found: float, tilt: dict[str, float]) -> None:
+    angle = {"wx": "roll", "wy": "pitch"}.get(name, "")
+    attitude = draft.attitudes.get("attitude")
+    # Where accelerations speak against the angle too, it is the angle that is reversed.
+    wrong_way = -1.0 if draft.frames == "z_up" else 1.0
+    if attitude is not None and attitude.euler and wrong_way * tilt.get(angle, 0.0) > CLEAR:
+        return
+    evidence = f"correlation {found:+.3f} with the slope of the attitude"
+    if tilt.get(angle):
+        evidence += f", which agrees with the acceleration ({abs(tilt[angle]):.2f})" if abs(tilt[angle]) > CLEAR else ""
+    suspect(draft, axis_column(draft, name), evidence)
+
+
+def _suspect_angles(draft: Draft, tilt: dict[str, float], gyro: dict[str, float]) -> None:
+    attitude = draft.attitudes.get("attitude")
+    if attitude is None or not attitude.euler or draft.frames != "z_up":
+        return
+    for i, (angle, rate) in enumerate((("roll", "wx"), ("pitch", "wy"))):
+        if tilt.get(angle, 0.0) < -CLEAR and gyro.get(rate, -1.0) < WEAK:
+            evidence = f"correlation {tilt[angle]:+.2f} of the acceleration with what this angle should cause"
+            if rate in gyro:
+                evidence += f", {gyro[rate]:+.2f} of {rate} with its slope"
+            suspect(draft, attitude.euler[i], evidence)

@@ -1,0 +1,76 @@
+"""Evidence on positions: their unit, by what they must agree with."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sym2real.logs import signals
+from sym2real.logs.draft import Draft
+from sym2real.logs.inspect_attitude import CLEAR, TILTING, upright_tilt
+from sym2real.logs.signals import Series
+from sym2real.logs.units import GRAVITY, UNITS, factor
+
+UNITS_PER_METRE = {1.0: "m", 100.0: "cm", 1000.0: "mm"}
+FAST = 40.0  # m/s at the 95th percentile: faster than any robot in a laboratory
+
+
+def inspect_positions(draft: Draft) -> None:
+    """Unit of positions; sets ``acceleration``."""
+    axes = [axis for axis in "xyz" if draft.has(axis)]
+    if not axes:
+        return
+    pace = {axis: signals.slopes(draft.stamps, draft.raw(axis_column(draft, axis))) for axis in axes}
+    push = {axis: signals.slopes(draft.stamps, pace[axis]) for axis in axes}
+    unit, evidence, sure = _unit(draft, pace, push)
+    for axis in axes:
+        draft.units[axis] = "" if unit == "m" else unit
+        draft.add(axis_column(draft, axis), axis, unit, evidence, "certain" if sure else "likely")
+    if len(axes) > 1:
+        scale = factor(unit, "x")
+        parts = [push[axis] for axis in axes]
+        draft.acceleration = [
+            scale * np.stack([part[log] for part in parts], axis=1) for log in range(len(draft.tables))
+        ]
+
+
+def axis_column(draft: Draft, standard: str) -> str:
+    """The log's column for a standard one."""
+    return draft.assignment.columns[standard]
+
+
+def _unit(draft: Draft, pace: dict[str, Series], push: dict[str, Series]) -> tuple[str, str, bool]:
+    """Unit by name, else against velocities, else against the tilt, else by speed; evidence; whether it is sure."""
+    if named := next((unit for axis in pace if (unit := draft.assignment.unit(axis_column(draft, axis)))), ""):
+        return named, "the name says so", True
+    fast = float(np.percentile(np.abs(np.concatenate([part for parts in pace.values() for part in parts])), 95))
+    share, against = _against_velocity(draft, pace) or _against_tilt(draft, push) or (1.0, "")
+    unit = UNITS_PER_METRE[signals.nearest(share, list(UNITS_PER_METRE))]
+    if unit == "m" and fast > FAST:
+        return "mm", f"moves at {fast:.3g} a second (95 %): too fast for m", False
+    return unit, against or f"moves at up to {fast:.3g} {unit}/s (95 %)", bool(against)
+
+
+def _against_velocity(draft: Draft, pace: dict[str, Series]) -> tuple[float, str] | None:
+    shares = []
+    for axis, slopes in pace.items():
+        if not draft.has(f"v{axis}"):
+            continue
+        column = axis_column(draft, f"v{axis}")
+        scale = UNITS[draft.assignment.unit(column) or "m/s"][1]
+        velocity = [scale * values for values in draft.raw(column)]
+        if abs(signals.correlation(slopes, velocity)) > CLEAR:
+            shares.append(signals.ratio(slopes, velocity))
+    if not shares:
+        return None
+    share = float(np.median(shares))
+    return share, f"moves {share:.3g} times as fast as the logged velocity in m/s"
+
+
+def _against_tilt(draft: Draft, push: dict[str, Series]) -> tuple[float, str] | None:
+    """A body that leans by an angle accelerates by g times it."""
+    tilt = upright_tilt(draft)
+    if not tilt or not {"x", "y"} <= push.keys() or np.mean(np.concatenate(tilt)) < TILTING:
+        return None
+    smooth = [np.hypot(a, b) for a, b in zip(signals.smooth(push["x"]), signals.smooth(push["y"]), strict=True)]
+    share = signals.mean(smooth) / (GRAVITY * signals.mean(tilt))
+    return share, f"accelerates {share:.3g} times as much as its tilt does in m/s²"

@@ -1,0 +1,111 @@
+"""Evidence on stamps: their unit, the step, jitter, gaps, first intervals that are not like the others."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sym2real.logs.draft import Draft
+from sym2real.logs.parts import TimeBase
+from sym2real.logs.resample import GAP_INTERVALS, gaps, is_regular
+from sym2real.logs.signals import Series
+from sym2real.logs.table import Table
+from sym2real.logs.units import UNITS
+
+Array = NDArray[np.float64]
+
+# Logs of robots have between 2 and 2000 rows a second, most about 50.
+SHORTEST_STEP, USUAL_STEP, LONGEST_STEP = 5e-4, 2e-2, 0.5
+FIRST_ROWS = 5
+UNLIKE = (0.6, 1.6)  # × the median: an interval outside is not like the others
+
+
+def inspect_time(draft: Draft) -> None:
+    """Find the time base and the rows to drop; sets ``times`` and shortens ``tables``."""
+    column = _column(draft.tables, draft.assignment.times)
+    if column is None:
+        _without_stamps(draft)
+        return
+    counts = [table.column(column, "of time stamps") for table in draft.tables]
+    step = float(np.median(np.concatenate([np.diff(values) for values in counts])))
+    unit, evidence = _unit(draft, column, step)
+    times = [values * UNITS[unit][1] for values in counts]
+    draft.drop_first = max(_first_rows(time) for time in times)
+    period = nice_period(step * UNITS[unit][1])
+    draft.time = TimeBase(column, unit, dt=period)
+    _keep(draft, times)
+    draft.add(column, "time", unit, evidence, "guess" if "counter" in evidence else "certain")
+    _jitter(draft, period)
+
+
+def nice_period(step: float) -> float:
+    """The period of a whole number of rows a second where that is within half a percent; else three digits."""
+    rate = 1.0 / step
+    if rate >= 1.0 and abs(rate - round(rate)) < 0.005 * rate:
+        return 1.0 / round(rate)
+    return float(f"{step:.3g}")
+
+
+def _column(tables: list[Table], candidates: list[str]) -> str | None:
+    for name in candidates:
+        if all(
+            len(table) > 1 and (np.diff(table.columns[name]) > 0).all() for table in tables if name in table.columns
+        ):
+            return name
+    return candidates[0] if candidates else None
+
+
+def _unit(draft: Draft, column: str, step: float) -> tuple[str, str]:
+    if named := draft.assignment.unit(column):
+        return named, f"the name says so; {step:g} {named} between rows"
+    units = [name for name in ("s", "ms", "us", "ns") if SHORTEST_STEP <= step * UNITS[name][1] <= LONGEST_STEP]
+    if not units:
+        return "s", f"{step:g} between rows: no unit makes this a usual step; it may be a counter"
+    unit = min(units, key=lambda name: abs(np.log(step * UNITS[name][1] / USUAL_STEP)))
+    others = f" ({', '.join(name for name in units if name != unit)} would do too)" if len(units) > 1 else ""
+    counter = "; steps of 1 may also be a counter of rows" if step == 1.0 else ""
+    return unit, f"{step:g} between rows is {1e3 * step * UNITS[unit][1]:g} ms in {unit}{others}{counter}"
+
+
+def _first_rows(time: Array) -> int:
+    if len(time) < 4 * FIRST_ROWS:
+        return 0
+    intervals = np.diff(time)
+    share = intervals[:FIRST_ROWS] / np.median(intervals)
+    unlike = np.flatnonzero((share < UNLIKE[0]) | (share > UNLIKE[1]))
+    # Only intervals from the very start on: a later one is jitter or a gap.
+    return int(unlike[-1]) + 1 if len(unlike) and unlike[0] == 0 and len(unlike) == unlike[-1] + 1 else 0
+
+
+def _keep(draft: Draft, times: Series) -> None:
+    first = draft.drop_first
+    if first:
+        intervals = ", ".join(f"{1e3 * np.diff(time[: first + 1]).max():.4g}" for time in times)
+        usual = 1e3 * np.median(np.diff(times[0]))
+        evidence = f"the first interval is {intervals} ms where the others are {usual:.4g} ms"
+        draft.add("", f"drop the first {first} row(s)", "", evidence, "certain")
+        draft.comment("drop_first", evidence)
+    draft.tables = [table.rows(first, len(table)) for table in draft.tables]
+    draft.times = [time[first:] for time in times]
+
+
+def _jitter(draft: Draft, period: float) -> None:
+    intervals = 1e3 * np.concatenate([np.diff(time) for time in draft.times])
+    low, high = np.percentile(intervals, [5, 95])
+    spread = "regular"
+    if not all(is_regular(time, period) for time in draft.times):
+        ends = f"90 % within {low:.4g} to {high:.4g} ms, all within {intervals.min():.4g} to {intervals.max():.4g}"
+        spread = f"jittered ({ends}): rows will be resampled"
+    draft.add("", "time step", "s", f"{1e3 * period:g} ms, {spread}", "certain")
+    for table, time in zip(draft.tables, draft.times, strict=True):
+        for row in gaps(time, period)[:3]:
+            evidence = f"{time[row] - time[row - 1]:.4g} s before row {table.first_row + row} of {table.path.name}"
+            draft.add("", f"gap (more than {GAP_INTERVALS} steps)", "", evidence, "certain")
+
+
+def _without_stamps(draft: Draft) -> None:
+    """Provisional stamps of 100 rows a second; the rate follows from velocities where there are any."""
+    draft.time = TimeBase("", "s", rate=100.0)
+    draft.times = [np.arange(len(table)) / 100.0 for table in draft.tables]
+    draft.add("", "time", "?", "no column of stamps: the rate of 100 rows a second is only a placeholder", "unknown")
+    draft.comment("time", "The log has no stamps: put the true number of rows a second here.")

@@ -1,0 +1,101 @@
+"""What a log seems to hold: a proposed specification, with the evidence for every column.
+
+Nothing is taken for granted that the numbers can tell: degrees by size and by the slope of the attitude, component
+order by the vertical, signs by correlation. A sign that looks reversed stays as recorded; the proposal carries it as
+a commented line with its evidence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from sym2real.errors import DataError
+from sym2real.logs import spec_text
+from sym2real.logs.assignment import assign
+from sym2real.logs.draft import Draft, Finding
+from sym2real.logs.inspect_attitude import inspect_attitudes
+from sym2real.logs.inspect_columns import inspect_columns
+from sym2real.logs.inspect_commands import inspect_commands
+from sym2real.logs.inspect_motion import inspect_rates, inspect_velocities, inspect_yaw
+from sym2real.logs.inspect_position import inspect_positions
+from sym2real.logs.inspect_time import inspect_time
+from sym2real.logs.reader import expand
+from sym2real.logs.specification import LogSpec
+from sym2real.logs.table import Table, read_table
+
+FEWEST_ROWS = 20
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What logs seem to hold.
+
+    Args:
+        paths: the logs.
+        spec: the proposed specification.
+        rows: one finding per column and more on the whole, in the order of the log's columns.
+        comments: lines of the TOML text, by the key that they follow.
+    """
+
+    paths: tuple[Path, ...]
+    spec: LogSpec
+    rows: tuple[Finding, ...]
+    comments: dict[str, tuple[str, ...]]
+
+    @property
+    def suspected_flips(self) -> tuple[str, ...]:
+        """Columns whose sign looks reversed."""
+        return tuple(row.column for row in self.rows if row.meaning.startswith("sign suspected"))
+
+    def toml(self) -> str:
+        """The proposal as TOML, with the evidence as comments and suspected flips commented out."""
+        return spec_text.specification(self.spec, self.comments)
+
+
+def inspect_logs(paths: str | Path | Iterable[str | Path]) -> Inspection:
+    """Look into logs of one kind (the same columns); a folder stands for the logs in it.
+
+    Raises:
+        DataError: when a file cannot be read, is too short, or has other columns than the first.
+    """
+    files = expand(paths)
+    tables = [read_table(path) for path in files]
+    _check_alike(tables)
+    draft = Draft(tables, assign(list(tables[0].columns)))
+    inspect_time(draft)
+    inspect_positions(draft)
+    inspect_yaw(draft)
+    inspect_attitudes(draft)
+    inspect_velocities(draft)
+    inspect_rates(draft)
+    inspect_commands(draft)
+    inspect_columns(draft)
+    return _finished(files, draft)
+
+
+def _check_alike(tables: list[Table]) -> None:
+    for table in tables:
+        if len(table) < FEWEST_ROWS:
+            raise DataError(table.path, f"at least {FEWEST_ROWS} rows to look into", str(len(table)))
+        different = set(table.columns) ^ set(tables[0].columns)
+        if different:
+            expected = f"the same columns as {tables[0].path.name}"
+            raise DataError(table.path, expected, f"a difference in {', '.join(sorted(different))}")
+
+
+def _finished(files: list[Path], draft: Draft) -> Inspection:
+    comments = {key: tuple(lines) for key, lines in draft.comments.items()}
+    if draft.flips:
+        lines = [f"suspected: {column}: {evidence}" for column, evidence in draft.flips.items()]
+        comments["flip"] = (f"flip = {spec_text.text(list(draft.flips))}", *lines)
+    comments[""] = (
+        f"Proposed by 'sym2real inspect' from {', '.join(path.name for path in files)}.",
+        "Signs are as recorded. Lines that start with '# key =' are suspicions: take the # away to accept one.",
+    )
+    spec = draft.specification()
+    title = "a car" if draft.assignment.is_car else "a flying robot" if "attitude" in draft.attitudes else "a robot"
+    order = {name: i for i, name in enumerate(draft.tables[0].columns)}
+    rows = sorted(draft.findings, key=lambda finding: order.get(finding.column, -1))
+    return Inspection(tuple(files), replace(spec, title=f"log of {title}"), tuple(rows), comments)

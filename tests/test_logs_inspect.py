@@ -1,0 +1,247 @@
+"""Inspection of logs made from rigid-body kinematics, in the units, orders, frames and names that people use.
+
+Every flight is exact: positions are sums of sines, the thrust axis is the direction of acceleration minus gravity,
+body rates are those of the attitude. What the inspection proposes is used to read the log, and must give it back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import torch
+from numpy.typing import NDArray
+
+from sym2real import rotation
+from sym2real.logs import LogSpec, inspect_logs, read_log
+
+Array = NDArray[np.float64]
+GRAVITY = 9.80665
+ROWS = 700
+STEP = 0.01
+
+
+@dataclass(frozen=True)
+class Flight:
+    time: Array
+    position: Array
+    velocity: Array
+    quaternion: Array
+    rate: Array
+    thrust: Array  # m/s²
+
+
+def attitude(time: Array) -> tuple[Array, Array, Array, Array]:
+    amplitude, speed = np.array([1.0, 0.8, 0.3]), np.array([1.3, 1.9, 0.9])
+    phase = np.outer(time, speed) + np.array([0.0, 0.7, 0.3])
+    position = amplitude * np.sin(phase) + [0.0, 0.0, 1.2]
+    velocity = amplitude * speed * np.cos(phase)
+    push = -amplitude * speed**2 * np.sin(phase) + [0.0, 0.0, GRAVITY]
+    yaw = 0.9 * time + 0.4 * np.sin(1.1 * time)
+    up = push / np.linalg.norm(push, axis=1, keepdims=True)
+    ahead = np.stack([np.cos(yaw), np.sin(yaw), 0 * yaw], axis=1)
+    left = np.cross(up, ahead)
+    left /= np.linalg.norm(left, axis=1, keepdims=True)
+    matrix = np.stack([np.cross(left, up), left, up], axis=2)
+    w = 0.5 * np.sqrt(np.maximum(1e-9, 1 + np.trace(matrix, axis1=1, axis2=2)))
+    # The way by angles avoids the singularity of the trace formula at half turns.
+    roll = np.arctan2(matrix[:, 2, 1], matrix[:, 2, 2])
+    pitch = -np.arcsin(matrix[:, 2, 0])
+    heading = np.unwrap(np.arctan2(matrix[:, 1, 0], matrix[:, 0, 0]))
+    quaternion = rotation.from_euler(*(torch.from_numpy(angle) for angle in (roll, pitch, heading))).numpy()
+    assert np.allclose(np.abs(quaternion[:, 0]), w, atol=1e-4)
+    return position, velocity, quaternion, np.linalg.norm(push, axis=1)
+
+
+@pytest.fixture(scope="module")
+def flight() -> Flight:
+    time = STEP * np.arange(ROWS)
+    small = 1e-5
+    position, velocity, quaternion, thrust = attitude(time)
+    before, after = (torch.from_numpy(attitude(time + shift)[2]) for shift in (-small, small))
+    turn = rotation.logarithm(rotation.multiply(rotation.conjugate(before), after))
+    noise = np.random.default_rng(3)
+    return Flight(
+        time,
+        position + noise.normal(0, 2e-4, position.shape),
+        velocity + noise.normal(0, 5e-3, velocity.shape),
+        quaternion,
+        turn.numpy() / (2 * small) + noise.normal(0, 0.02, (ROWS, 3)),
+        thrust,
+    )
+
+
+def angles(quaternion: Array) -> Array:
+    matrix = rotation.to_matrix(torch.from_numpy(quaternion)).numpy()
+    roll = np.arctan2(matrix[:, 2, 1], matrix[:, 2, 2])
+    return np.stack([roll, -np.arcsin(matrix[:, 2, 0]), np.arctan2(matrix[:, 1, 0], matrix[:, 0, 0])], axis=1)
+
+
+def named(names: str, values: Array) -> dict[str, Array]:
+    return dict(zip(names.split(), values.T, strict=True))
+
+
+def cflib(flight: Flight) -> dict[str, Array]:
+    """Crazyflie client: degrees, ms, 16-bit motors, and the legacy sign of pitch."""
+    euler = np.degrees(angles(flight.quaternion)) * [1, -1, 1]
+    motors = np.round(np.outer(flight.thrust / GRAVITY, [41000, 40000, 42000, 40500]))
+    return {
+        "timestamp": 1e3 * flight.time + 91234.0,
+        **named("stateEstimate.x stateEstimate.y stateEstimate.z", flight.position),
+        **named("stateEstimate.vx stateEstimate.vy stateEstimate.vz", flight.velocity),
+        **named("stabilizer.roll stabilizer.pitch stabilizer.yaw", euler),
+        **named("gyro.x gyro.y gyro.z", np.degrees(flight.rate)),
+        **named("motor.m1 motor.m2 motor.m3 motor.m4", motors),
+        "pm.vbatMV": 3700 - 10 * flight.time,
+    }
+
+
+def px4(flight: Flight) -> dict[str, Array]:
+    """PX4: µs, north-east-down, forward-right-down, scalar first."""
+    turned = np.array([1.0, -1.0, -1.0])
+    return {
+        "timestamp": np.round(1e6 * flight.time) + 5e8,
+        **named("vehicle_local_position.x vehicle_local_position.y vehicle_local_position.z", flight.position * turned),
+        **named(
+            "vehicle_local_position.vx vehicle_local_position.vy vehicle_local_position.vz", flight.velocity * turned
+        ),
+        **named(
+            "vehicle_attitude.q[0] vehicle_attitude.q[1] vehicle_attitude.q[2] vehicle_attitude.q[3]",
+            flight.quaternion * [1, 1, -1, -1],
+        ),
+        **named(
+            "vehicle_angular_velocity.xyz[0] vehicle_angular_velocity.xyz[1] vehicle_angular_velocity.xyz[2]",
+            flight.rate * turned,
+        ),
+    }
+
+
+def ros(flight: Flight) -> dict[str, Array]:
+    """ROS odometry: ns, scalar last by name, the twist in body axes."""
+    inverse = rotation.conjugate(torch.from_numpy(flight.quaternion))
+    body = rotation.rotate(inverse, torch.from_numpy(flight.velocity)).numpy()
+    return {
+        "%time": np.round(1e9 * flight.time) + 1.7e18,
+        **named(".pose.pose.position.x .pose.pose.position.y .pose.pose.position.z", flight.position),
+        **named(
+            ".pose.pose.orientation.x .pose.pose.orientation.y .pose.pose.orientation.z .pose.pose.orientation.w",
+            np.roll(flight.quaternion, -1, axis=1),
+        ),
+        **named(".twist.twist.linear.x .twist.twist.linear.y .twist.twist.linear.z", body),
+        **named(".twist.twist.angular.x .twist.twist.angular.y .twist.twist.angular.z", flight.rate),
+    }
+
+
+def numbered(flight: Flight) -> dict[str, Array]:
+    """Counted quaternion components, scalar last; mm; gyro in deg/s with x reversed; no velocity."""
+    return {
+        "time_us": 1e6 * flight.time,
+        **named("pos_x pos_y pos_z", 1e3 * flight.position),
+        **named("q0 q1 q2 q3", np.roll(flight.quaternion, -1, axis=1)),
+        **named("gyro_x gyro_y gyro_z", np.degrees(flight.rate) * [-1, 1, 1]),
+        "thrust": flight.thrust,
+    }
+
+
+def inverse_attitude(flight: Flight) -> dict[str, Array]:
+    """A quaternion that turns world vectors into the body; thrust in N of 35 g; rate commands 50 ms ahead."""
+    return {
+        "t": flight.time,
+        **named("x y z", flight.position),
+        **named("vx vy vz", flight.velocity),
+        **named("qw qx qy qz", flight.quaternion * [1, -1, -1, -1]),
+        **named("p q r", flight.rate),
+        "thrust_cmd": 0.035 * flight.thrust,
+        **named("p_cmd q_cmd r_cmd", np.roll(flight.rate, -5, axis=0)),
+    }
+
+
+def save(folder: Path, columns: dict[str, Array]) -> Path:
+    path = folder / "log.csv"
+    pd.DataFrame(columns).to_csv(path, index=False)
+    return path
+
+
+def check(flight: Flight, path: Path, spec: LogSpec, position: float = 1e-3, velocity: float = 0.03) -> None:
+    """What a specification reads is the flight: positions, velocities, attitudes, rates, up to the sign of q."""
+    log = read_log(path, spec)
+    rows = len(log)
+    assert rows >= ROWS - 2
+    read = {field.name: log.state[:, log.layouts.state.slice(field.name)] for field in log.layouts.state.fields}
+    assert np.allclose(log.time, flight.time[:rows], atol=1e-6)
+    assert np.allclose(read["position"], flight.position[:rows], atol=position)
+    inside = slice(3, rows - 3)
+    assert np.allclose(read["velocity"][inside], flight.velocity[:rows][inside], atol=velocity)
+    aligned = np.abs(np.sum(read["attitude"] * flight.quaternion[:rows], axis=1))
+    assert np.allclose(aligned, 1.0, atol=1e-6)
+    assert np.allclose(read["rate"], flight.rate[:rows], atol=1e-3)
+
+
+def test_client_log_in_degrees_with_the_legacy_pitch(flight: Flight, tmp_path: Path) -> None:
+    path = save(tmp_path, cflib(flight))
+    found = inspect_logs(path)
+    assert found.spec.time.unit == "ms"
+    assert found.spec.attitude.unit == "deg"
+    assert found.spec.columns["wx"].unit == "deg/s"
+    assert found.spec.columns["motor3"].unit == "uint16"
+    assert found.spec.columns["vbat"].unit == "mV"
+    # The acceleration sides with the gyro: it is the angle that is reversed, not gyro.y.
+    assert found.suspected_flips == ("stabilizer.pitch",)
+    assert found.spec.flip == ()
+    accepted = LogSpec.parse(found.toml().replace("# flip", "flip"))
+    check(flight, path, accepted)
+
+
+def test_px4_log_is_north_east_down(flight: Flight, tmp_path: Path) -> None:
+    path = save(tmp_path, px4(flight))
+    found = inspect_logs(path)
+    assert found.spec.time.unit == "us"
+    assert found.spec.frames == "ned_frd"
+    assert found.suspected_flips == ()
+    check(flight, path, found.spec)
+
+
+def test_ros_log_has_body_velocities(flight: Flight, tmp_path: Path) -> None:
+    path = save(tmp_path, ros(flight))
+    found = inspect_logs(path)
+    assert found.spec.time.unit == "ns"
+    assert found.spec.velocity_frame == "body"
+    assert found.spec.attitude.order == "wxyz"
+    assert found.suspected_flips == ()
+    check(flight, path, found.spec)
+
+
+def test_numbered_quaternion_is_scalar_last(flight: Flight, tmp_path: Path) -> None:
+    path = save(tmp_path, numbered(flight))
+    found = inspect_logs(path)
+    assert found.spec.attitude.order == "xyzw"
+    assert found.spec.columns["x"].unit == "mm"
+    assert found.spec.columns["wz"].unit == "deg/s"
+    assert found.spec.columns["thrust"].unit == "m/s^2"
+    assert found.spec.derive == ("velocity",)
+    assert found.suspected_flips == ("gyro_x",)
+    assert "correlation -" in next(line for line in found.toml().splitlines() if "suspected: gyro_x" in line)
+    check(flight, path, LogSpec.parse(found.toml().replace("# flip", "flip")), velocity=0.1)
+
+
+def test_inverse_attitude_and_commands(flight: Flight, tmp_path: Path) -> None:
+    path = save(tmp_path, inverse_attitude(flight))
+    found = inspect_logs(path)
+    assert found.spec.attitude.direction == "world_to_body"
+    assert found.suspected_flips == ()
+    check(flight, path, found.spec)
+    mass = next(row for row in found.rows if row.column == "thrust_cmd")
+    assert "0.035 kg" in mass.evidence
+
+
+@pytest.mark.parametrize("make", [cflib, px4, ros, numbered, inverse_attitude])
+def test_proposals_read_back_as_toml(
+    flight: Flight, tmp_path: Path, make: Callable[[Flight], dict[str, Array]]
+) -> None:
+    found = inspect_logs(save(tmp_path, make(flight)))
+    assert LogSpec.parse(found.toml()) == found.spec
+    assert {row.column for row in found.rows} >= {name.lstrip("%") for name in make(flight)}

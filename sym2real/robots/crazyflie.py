@@ -98,6 +98,6 @@ CRAZYFLIE = Robot(
         "tz": _TORQUES[2],
     },
     cost_weights={"position": 1.0, "orientation": 0.2, "velocity": 0.05, "rate": 0.01},
-    mppi=MPPISettings(horizon=0.8, temperature=0.05, noise=(0.06, 3.0, 3.0, 1.5), correlation=0.08),
+    mppi=MPPISettings(horizon=0.8, temperature=0.5, noise=(0.025, 1.2, 1.2, 0.5), correlation=0.1),
     nominal=_nominal,
 )

@@ -108,6 +108,6 @@ MUSHR = Robot(
     angles=("steer",),
     push_limits={"fx": 0.3 * MASS * GRAVITY, "fy": 0.3 * MASS * GRAVITY, "tz": 0.15 * MASS * GRAVITY * WHEELBASE},
     cost_weights={"position": 1.0, "orientation": 0.2, "velocity": 0.1, "rate": 0.0},
-    mppi=MPPISettings(horizon=1.0, temperature=0.05, noise=(0.2, 0.8), knots=5),
+    mppi=MPPISettings(horizon=1.0, temperature=0.5, noise=(0.2, 0.8), knots=5),
     nominal=_nominal,
 )

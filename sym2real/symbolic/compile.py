@@ -13,6 +13,7 @@ from typing import Any
 import torch
 from sympy import Expr
 from torch import Tensor, nn
+from torch.jit._fuser import optimized_execution
 
 from sym2real.errors import ModelError, ShapeError
 from sym2real.symbolic.equations import Equations
@@ -43,7 +44,7 @@ def build_module(equations: Equations, trainable: bool = False) -> nn.Module:
     """Plain module of the equations, for ``torch.export`` and as the text's meaning; see :func:`compile_model`."""
     module = _class_from_source(model_source(equations), "Dynamics")()
     if trainable:
-        values = module.values.detach().clone()
+        values = module.state_dict()["values"].clone()
         del module.values
         module.values = nn.Parameter(values)
     return module
@@ -101,9 +102,13 @@ def rollout(
     actions: Tensor,
     inputs: Tensor | None = None,
     parameters: Tensor | None = None,
+    *,
     normalise: Callable[[Tensor], Tensor] | None = None,
 ) -> Tensor:
     """States after each action ``# (..., H, n)``.
+
+    Scripted models run without the executor's profiling: it takes the first two calls of a model ten times as long
+    and makes the later ones no faster.
 
     Args:
         model: compiled model, any dynamics model, or a plain ``(state, action)`` function.
@@ -119,7 +124,8 @@ def rollout(
     """
     whole = getattr(model, "rollout", None)
     if whole is not None:
-        result: Tensor = whole(state, actions, inputs, parameters)
+        with optimized_execution(False):
+            result: Tensor = whole(state, actions, inputs, parameters)
         return result
     if parameters is not None:
         raise ShapeError("this model has no rollout of its own and takes no parameters")
@@ -141,7 +147,7 @@ def read_back(module: nn.Module, equations: Equations) -> Equations:
     Raises:
         ModelError: when the module has another number of parameters, or one is not finite.
     """
-    values = module.values.detach().to("cpu", torch.float64)
+    values = module.state_dict()["values"].to("cpu", torch.float64)
     if values.shape != (len(equations.parameters),):
         raise ModelError(f"expected {len(equations.parameters)} parameter values, found shape {tuple(values.shape)}")
     if not bool(values.isfinite().all()):

@@ -18,6 +18,7 @@ from sym2real.layout import Layouts
 from sym2real.symbolic.complexity import complexity
 from sym2real.symbolic.expressions import CONSTANTS, canonical, replace_symbols, symbol, text
 from sym2real.symbolic.parsing import parse_expression
+from sym2real.symbolic.serialise import read_equations, write_equations
 
 EMPTY: Mapping[str, Any] = MappingProxyType({})
 
@@ -198,9 +199,7 @@ class Equations:
 
     def to_json(self) -> str:
         """Text that :meth:`from_json` reads back without loss."""
-        from sym2real.symbolic.serialise import equations_to_json
-
-        return equations_to_json(self)
+        return write_equations(self)
 
     @classmethod
     def from_json(cls, source: str) -> Equations:
@@ -209,9 +208,7 @@ class Equations:
         Raises:
             ModelError: when it is not such a text.
         """
-        from sym2real.symbolic.serialise import equations_from_json
-
-        return equations_from_json(source)
+        return cls.parse(**read_equations(source))
 
 
 def _check_names(names: list[str]) -> None:

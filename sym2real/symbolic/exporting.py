@@ -66,7 +66,7 @@ EXPORTS: Registry[Callable[[Equations, Path], None]] = Registry(
 )
 
 
-def export(equations: Equations, format: str, path: str | Path) -> Path:  # noqa: A002  # what the user calls it
+def export(equations: Equations, format: str, path: str | Path) -> Path:
     """Write the model in a format of :data:`EXPORTS`; the file appears whole or not at all.
 
     Raises:
@@ -76,7 +76,7 @@ def export(equations: Equations, format: str, path: str | Path) -> Path:  # noqa
     write, path = EXPORTS[format], Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=path.parent, prefix=".exporting-") as folder:
-        beside = Path(folder) / f"model{path.suffix}"
+        beside = Path(folder) / path.name
         write(equations, beside)
         beside.replace(path)
     return path

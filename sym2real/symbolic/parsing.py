@@ -92,31 +92,11 @@ class _Reader:
         return symbol(node.id)
 
     def binary(self, node: ast.BinOp) -> Expr:
-        left, right = self.read(node.left), self.read(node.right)
-        match node.op:
-            case ast.Add():
-                return sympy.Add(left, right)
-            case ast.Sub():
-                return sympy.Add(left, product([sympy.S.NegativeOne, right]))
-            case ast.Mult():
-                return product([left, right])
-            case ast.Div():
-                return product([left, self.power(right, sympy.S.NegativeOne)])
-            case ast.Pow():
-                return self.power(left, right)
-            case ast.BitAnd():
-                return sympy.And(left, right)
-            case ast.BitOr():
-                return sympy.Or(left, right)
-        hint = "; a power is written **" if isinstance(node.op, ast.BitXor) else ""
-        raise ModelError(f"operator {type(node.op).__name__} is not allowed: {_short(_source(node))}{hint}")
-
-    def power(self, base: Expr, exponent: Expr) -> Expr:
-        if base.is_Rational and exponent.is_Rational:
-            size = max(abs(base.p), base.q).bit_length() * abs(exponent.p)
-            if size > LARGEST_NUMBER_BITS or (base.p == 0 and exponent.p < 0):
-                raise ModelError(f"expected a finite number, found {_short(f'{base}**{exponent}')}")
-        return sympy.Pow(base, exponent)
+        operation = OPERATORS.get(type(node.op))
+        if operation is None:
+            hint = "; a power is written **" if isinstance(node.op, ast.BitXor) else ""
+            raise ModelError(f"operator {type(node.op).__name__} is not allowed: {_short(_source(node))}{hint}")
+        return operation(self.read(node.left), self.read(node.right))
 
     def unary(self, node: ast.UnaryOp) -> Expr:
         operand = self.read(node.operand)
@@ -162,6 +142,25 @@ class _Reader:
             raise ModelError(f"expected (value, condition) in Piecewise, found {_short(_source(node))}")
         value, condition = node.elts
         return self.read(value), self.read(condition)
+
+
+def _power(base: Expr, exponent: Expr) -> Expr:
+    if base.is_Rational and exponent.is_Rational:
+        size = max(abs(base.p), base.q).bit_length() * abs(exponent.p)
+        if size > LARGEST_NUMBER_BITS or (base.p == 0 and exponent.p < 0):
+            raise ModelError(f"expected a finite number, found {_short(f'{base}**{exponent}')}")
+    return sympy.Pow(base, exponent)
+
+
+OPERATORS: dict[type[ast.operator], Callable[[Expr, Expr], Expr]] = {
+    ast.Add: sympy.Add,
+    ast.Sub: lambda left, right: sympy.Add(left, product([sympy.S.NegativeOne, right])),
+    ast.Mult: lambda left, right: product([left, right]),
+    ast.Div: lambda left, right: product([left, _power(right, sympy.S.NegativeOne)]),
+    ast.Pow: _power,
+    ast.BitAnd: sympy.And,
+    ast.BitOr: sympy.Or,
+}
 
 
 def _source(node: ast.AST) -> str:

@@ -5,20 +5,22 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sympy import Expr
 
 from sym2real.errors import ModelError, Sym2RealError
 from sym2real.layout import Field, Layout, Layouts
-from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.expressions import text
+
+if TYPE_CHECKING:
+    from sym2real.symbolic.equations import Equations
 
 FORMAT = "sym2real equations 1"
 GROUPS = ("state", "action", "inputs")
 
 
-def equations_to_json(equations: Equations) -> str:
+def write_equations(equations: Equations) -> str:
     """Text of the equations; floats are written so that they read back exactly."""
 
     def written(expressions: Mapping[str, Expr]) -> dict[str, str]:
@@ -38,8 +40,8 @@ def equations_to_json(equations: Equations) -> str:
     return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def equations_from_json(source: str) -> Equations:
-    """Inverse of :func:`equations_to_json`.
+def read_equations(source: str) -> dict[str, Any]:
+    """What :func:`write_equations` wrote, as the arguments of ``Equations.parse``.
 
     Raises:
         ModelError: when the text is not such a JSON object; says which entry is wrong.
@@ -52,16 +54,16 @@ def equations_from_json(source: str) -> Equations:
         found = content.get("format") if isinstance(content, dict) else type(content).__name__
         raise ModelError(f"expected JSON of format {FORMAT!r}, found {found!r}")
     layouts = Layouts(*(_layout(content, group) for group in GROUPS))
-    return Equations.parse(
-        layouts,
-        _mapping(content, "next", str),
-        _entry(content, "dt", (int, float)),
-        output=_mapping(content, "output", str),
-        quantities=_mapping(content, "quantities", str),
-        parameters=_mapping(content, "parameters", (int, float)),
-        robot=_entry(content, "robot", str),
-        notes=tuple(str(note) for note in _entry(content, "notes", list)),
-    )
+    return {
+        "layouts": layouts,
+        "equations": _mapping(content, "next", str),
+        "dt": _entry(content, "dt", (int, float)),
+        "output": _mapping(content, "output", str),
+        "quantities": _mapping(content, "quantities", str),
+        "parameters": _mapping(content, "parameters", (int, float)),
+        "robot": _entry(content, "robot", str),
+        "notes": tuple(str(note) for note in _entry(content, "notes", list)),
+    }
 
 
 def _entry(content: Mapping[str, Any], key: str, kind: type | tuple[type, ...]) -> Any:

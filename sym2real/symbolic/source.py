@@ -16,6 +16,7 @@ from sympy import Expr
 from sym2real.layout import Layout
 from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.graph import UNIT, Graph, Lowered
+from sym2real.symbolic.lowering import Lowering
 from sym2real.symbolic.program import Program
 from sym2real.symbolic.schedule import make_program
 from sym2real.symbolic.template import FUNCTION, MODEL
@@ -32,15 +33,17 @@ def step_program(equations: Equations, pushed: bool = True) -> Program:
     layouts = equations.layouts
     names = (*layouts.state, *layouts.action, *layouts.inputs, *equations.parameters)
     zero = {} if pushed else dict.fromkeys(WRENCH, 0.0)
-    graph = Graph(names, equations.quantities, fixed=equations.parameters, numbers=zero)
-    columns = {column: graph.lower(equations.next[column]) for column in layouts.state}
+    graph = Graph(names, fixed=equations.parameters)
+    lowering = Lowering(graph, equations.quantities, zero)
+    columns = {column: lowering.lower(equations.next[column]) for column in layouts.state}
     return make_program(graph, _on_manifold(graph, layouts.state, columns))
 
 
 def function_program(expressions: Sequence[Expr], names: Sequence[str]) -> Program:
     """Values of the expressions over the names."""
     graph = Graph(names)
-    return make_program(graph, [graph.whole(graph.lower(expression)) for expression in expressions])
+    lowering = Lowering(graph)
+    return make_program(graph, [graph.whole(lowering.lower(expression)) for expression in expressions])
 
 
 def _on_manifold(graph: Graph, layout: Layout, columns: Mapping[str, Lowered]) -> list[int]:

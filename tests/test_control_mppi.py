@@ -100,17 +100,16 @@ def finite_horizon_optimum(start: Tensor, steps: int) -> tuple[Tensor, float]:
 
 
 def test_comes_near_the_optimum_of_a_linear_quadratic_problem() -> None:
-    mppi = cart_mppi(settings={"samples": 512, "temperature": 0.01, "noise": (0.25, 0.25), "correlation": 0.3})
-    start = np.array([0.6, 0.3])
     wide = replace(CART, low=np.full(2, -50.0), high=np.full(2, 50.0))
-    mppi = MPPI(linear, wide, cart_task(), settings=mppi.settings, dtype=torch.float64)
+    settings = MPPISettings(samples=512, horizon=1.2, temperature=0.01, noise=(0.25, 0.25), correlation=0.3)
+    mppi = MPPI(linear, wide, cart_task(), settings=settings, dtype=torch.float64)
+    start = np.array([0.6, 0.3])
     for _ in range(60):
-        action = mppi.act(start, 0)
+        action = mppi.act(start, 0)  # the same step again: the plan is refined
     best_action, best_cost = finite_horizon_optimum(torch.from_numpy(start), mppi.horizon)
-    states = mppi.predict(start)
-    cost = float(quadratic(states, mppi.mean, torch.zeros(2)).sum())
+    cost = float(quadratic(mppi.predict(start), mppi.mean, torch.zeros(2, dtype=torch.float64)).sum())
     assert best_cost <= cost < 1.02 * best_cost
-    np.testing.assert_allclose(action, best_action.numpy(), atol=0.05 * float(best_action.abs().max()) + 0.03)
+    np.testing.assert_allclose(action, best_action.numpy(), atol=0.1 * float(best_action.abs().max()))
 
 
 def test_limits_are_never_left() -> None:

@@ -144,7 +144,7 @@ class MPPI:
         costs = self.cost(states, actions, self._reference(step)).sum(-1)
         if self.price_noise:
             costs = costs + control_cost(self.mean, actions - self.mean, self._factor, self.settings.temperature)
-        costs = costs.masked_fill(~states.isfinite().all(-1).all(-1), torch.inf)
+        costs = costs.masked_fill(~states.sum((-2, -1)).isfinite(), torch.inf)
         self.plan = Plan(states, actions, costs, weigh(costs, self.settings.temperature))
         if self.plan.rejected == len(costs):
             LOGGER.warning("MPPI: no rollout at step %d is finite, the last plan goes on", step)

@@ -69,7 +69,9 @@ def correlated(steps: int, dt: float, time_constant: float) -> Tensor:
 
 def sample(count: int, smooth: Tensor, factor: Tensor, generator: torch.Generator) -> Tensor:
     """Noise ``# (count, steps, m)``; the first sample is zero, so that the mean itself is among the candidates."""
-    shape = (count, smooth.shape[1], factor.shape[0])
-    normal = torch.randn(shape, generator=generator, device=factor.device, dtype=factor.dtype)
-    normal[0] = 0.0
-    return smooth @ normal @ factor.T
+    draws, actions = smooth.shape[1], len(factor)
+    normal = torch.randn((draws, count, actions), generator=generator, device=factor.device, dtype=factor.dtype)
+    normal[:, 0] = 0.0
+    # One matrix product each, and the slice of a step, which a rollout reads, is contiguous.
+    by_step = (smooth @ normal.reshape(draws, -1)).reshape(-1, actions) @ factor.T
+    return by_step.reshape(-1, count, actions).transpose(0, 1)

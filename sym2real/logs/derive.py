@@ -28,7 +28,9 @@ def _slope_weights(time: Array, windows: NDArray[np.int64]) -> Array:
     scale = np.abs(offset).max(axis=1, keepdims=True).clip(min=np.finfo(float).tiny)
     powers = np.arange(min(3, windows.shape[1]))
     design = (offset / scale)[..., None] ** powers  # (rows, width, powers)
-    weights: Array = np.linalg.pinv(design)[:, min(1, len(powers) - 1)] / scale
+    transposed = design.swapaxes(1, 2)
+    fitted = np.linalg.solve(transposed @ design, transposed)
+    weights: Array = fitted[:, min(1, len(powers) - 1)] / scale
     return weights  # (rows, width)
 
 

@@ -1,0 +1,245 @@
+"""Files of logs: nothing is lost on the way out and in, and a bad file gives one error that says where."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from sym2real.errors import DataError, ShapeError
+from sym2real.layout import VOCABULARY, Layout, Layouts
+from sym2real.logs import read_log, read_logs, write_log
+from sym2real.logs.grouping import layouts_from_json, layouts_to_json
+from sym2real.trajectory import Trajectory
+
+CAR = Layouts(Layout.of(["x", "y", "sin_yaw", "cos_yaw", "vx", "vy", "wz"]), Layout.of(["steer", "speed"]))
+PUSHED = Layouts(CAR.state, CAR.action, Layout.of(["fx", "fy", "tz", "vbat", "t"]))
+# A model that measures the attitude: the vocabulary alone would call it a state.
+MEASURED = Layouts(Layout.of(["x", "y", "z"]), Layout.of(["thrust"]), Layout.of(["qw", "qx", "qy", "qz", "t"]))
+ANY = st.floats(allow_nan=False, allow_infinity=False, width=64)
+
+
+@st.composite
+def trajectories(draw: st.DrawFn, layouts: Layouts) -> Trajectory:
+    rows = draw(st.integers(1, 6))
+    steps = draw(arrays(np.float64, rows, elements=st.floats(1e-6, 1e3)))
+
+    def block(layout: Layout) -> np.ndarray:
+        values = draw(arrays(np.float64, (rows, layout.size), elements=ANY))
+        for field in layout.fields:
+            if field.kind == "quaternion":
+                values[:, layout.slice(field.name)] = [0.6, 0.0, -0.8, 0.0]
+        return values
+
+    extra = {name: draw(arrays(np.float64, rows, elements=ANY)) for name in ("ref_x", "sonar, front")}
+    return Trajectory(
+        np.cumsum(steps) + draw(st.integers(-1000, 1_700_000_000)),
+        block(layouts.state),
+        block(layouts.action),
+        block(layouts.inputs),
+        layouts,
+        extra=extra,
+        name="run",
+        notes=("made up",),
+    )
+
+
+def assert_same(read: Trajectory, written: Trajectory) -> None:
+    for name in ("time", "state", "action", "inputs"):
+        a, b = getattr(read, name), getattr(written, name)
+        assert a.tobytes() == np.ascontiguousarray(b).tobytes(), name
+    assert read.layouts == written.layouts
+    assert read.extra.keys() == written.extra.keys()
+    assert all(read.extra[name].tobytes() == values.tobytes() for name, values in written.extra.items())
+
+
+@settings(max_examples=30, deadline=None)
+@given(trajectories(PUSHED))
+def test_csv_keeps_every_bit(tmp_path_factory: pytest.TempPathFactory, written: Trajectory) -> None:
+    path = tmp_path_factory.mktemp("csv") / "run.csv"
+    write_log(written, path)
+    assert_same(read_log(path), written)
+    assert [file.name for file in path.parent.iterdir()] == ["run.csv"]
+
+
+@settings(max_examples=20, deadline=None)
+@given(trajectories(MEASURED))
+def test_parquet_keeps_every_bit_and_the_groups(tmp_path_factory: pytest.TempPathFactory, written: Trajectory) -> None:
+    path = tmp_path_factory.mktemp("parquet") / "other_name.parquet"
+    write_log(written, path)
+    read = read_log(path)
+    assert_same(read, written)
+    assert (read.name, read.notes) == ("run", ("made up",))
+
+
+@settings(max_examples=10, deadline=None)
+@given(trajectories(MEASURED))
+def test_csv_lands_in_the_groups_of_a_model(tmp_path_factory: pytest.TempPathFactory, written: Trajectory) -> None:
+    path = tmp_path_factory.mktemp("csv") / "run.csv"
+    write_log(written, path)
+    assert_same(read_log(path, layouts=MEASURED), written)
+
+
+def test_layouts_survive_json() -> None:
+    hidden = dataclasses.replace(VOCABULARY[0][1], hidden=True)
+    layouts = Layouts(Layout((hidden, *CAR.state.fields[2:])), CAR.action, PUSHED.inputs)
+    assert layouts_from_json(layouts_to_json(layouts)) == layouts
+
+
+def small(rows: int = 5) -> Trajectory:
+    values = np.arange(rows * 7, dtype=float).reshape(rows, 7)
+    action = np.ones((rows, 2))
+    return Trajectory(0.05 * np.arange(rows), values, action, np.zeros((rows, 0)), CAR, extra={"ref_x": values[:, 0]})
+
+
+def test_missing_inputs_are_filled(tmp_path: Path) -> None:
+    write_log(small(), tmp_path / "run.csv")
+    wanted = Layouts(CAR.state, CAR.action, Layout.of(["fx", "fy", "tz", "t"]))
+    read = read_log(tmp_path / "run.csv", layouts=wanted)
+    assert np.array_equal(read.inputs[:, :3], np.zeros((5, 3)))
+    assert np.array_equal(read.inputs[:, 3], read.time)
+
+
+def test_hidden_states_are_not_asked_of_a_log(tmp_path: Path) -> None:
+    write_log(small(), tmp_path / "run.csv")
+    lag = dataclasses.replace(Layout.of(["lagged"]).fields[0], hidden=True)
+    layouts = dataclasses.replace(CAR, state=Layout((*CAR.state.fields, lag)))
+    assert read_log(tmp_path / "run.csv", layouts=layouts).layouts == CAR
+
+
+def test_a_missing_column_is_named_with_what_is_there(tmp_path: Path) -> None:
+    write_log(small(), tmp_path / "run.csv")
+    wanted = Layouts(CAR.state, Layout.of(["steer", "thrust"]))
+    with pytest.raises(DataError, match=r"run\.csv, column 'thrust': expected .*action, N.*found .*steer.*inspect"):
+        read_log(tmp_path / "run.csv", layouts=wanted)
+
+
+def test_a_folder_is_its_logs(tmp_path: Path) -> None:
+    for name in ("b.csv", "a.parquet"):
+        write_log(dataclasses.replace(small(), name=name), tmp_path / name)
+    (tmp_path / "README.md").write_text("no log")
+    assert [log.name for log in read_logs(tmp_path)] == ["a.parquet", "b"]
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(DataError, match="expected files that end in"):
+        read_logs(tmp_path / "empty")
+
+
+def test_two_columns_of_one_name_are_not_written(tmp_path: Path) -> None:
+    twice = dataclasses.replace(small(), extra={"x": np.zeros(5)})
+    with pytest.raises(ShapeError, match="'x' stands twice"):
+        write_log(twice, tmp_path / "run.csv")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_unwritable_targets(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match=r"ends in \.csv"):
+        write_log(small(), tmp_path / "run.xlsx")
+    with pytest.raises(DataError, match="can be written"):
+        write_log(small(), tmp_path / "nowhere" / "run.csv")
+
+
+HEADER = "t,x,y,vx"
+GOOD = f"{HEADER}\n0.0,1,2,3\n0.1,1,2,3\n0.2,1,2,3\n"
+BAD: dict[str, tuple[str | bytes, int | None, str | None, str]] = {
+    "empty": ("", None, None, "an empty file"),
+    "blank": ("\n\n", None, None, "an empty file"),
+    "header only": (f"{HEADER}\n", None, None, "column names only"),
+    "no header": ("0.0,1,2,3\n0.1,1,2,3\n", 1, None, "numbers"),
+    "cut off": (GOOD + "0.3,1,2", 5, None, "3 values.*cut off"),
+    "too long": (GOOD.replace("0.1,1,2,3", "0.1,1,2,3,4"), 3, None, "5 values"),
+    "empty line": (GOOD.replace("0.1,1,2,3", ""), 3, None, "an empty line"),
+    "text": (GOOD.replace("0.1,1,2,3", "0.1,1,two,3"), 3, "y", "'two'"),
+    "NaN": (GOOD.replace("0.2,1,2,3", "0.2,nan,2,3"), 4, "x", "NaN"),
+    "empty cell": (GOOD.replace("0.2,1,2,3", "0.2,,2,3"), 4, "x", "an empty cell"),
+    "infinite": (GOOD.replace("0.2,1,2,3", "0.2,1,2,inf"), 4, "vx", "inf"),
+    "time goes back": (GOOD.replace("0.2,", "0.05,"), 4, "t", r"an earlier stamp \(0\.1 then 0\.05\)"),
+    "time stands": (GOOD.replace("0.2,", "0.1,"), 4, "t", "the same stamp again"),
+    "time not a number": (GOOD.replace("0.1,", "later,"), 3, "t", "'later'"),
+    "no time": (GOOD.replace("t,", "s,"), None, "t", "unknown column 't'"),
+    "duplicate": (GOOD.replace("vx", "x"), 1, "x", "the name twice"),
+    "unnamed": (GOOD.replace("y", ""), 1, None, "none for column 3"),
+    "semicolons": (GOOD.replace(",", ";"), 1, None, "semicolons"),
+    "tabs": (GOOD.replace(",", "\t"), 1, None, "tabs"),
+    "binary": (b"\x89PNG\r\n\x1a\n\x00\x00\x00", 1, None, "no UTF-8"),
+    "zero byte": (GOOD.encode() + b"0.3,\x00,2,3\n", 5, None, "a zero byte"),
+    "one column": ("t\n0\n1\n", 1, None, "'t'"),
+    "nothing known": ("t,a,b\n0,1,2\n1,2,3\n", None, None, "columns t, a, b"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_bad_csv_gives_one_error_with_its_place(tmp_path: Path, case: str) -> None:
+    content, row, column, found = BAD[case]
+    path = tmp_path / "bad.csv"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(DataError, match=found) as caught:
+        read_log(path)
+    assert (caught.value.row, caught.value.column) == (row, column)
+    assert "bad.csv" in str(caught.value)
+
+
+def table(**changes: object) -> pa.Table:
+    columns: dict[str, object] = {"t": [0.0, 0.1, 0.2], "x": [1.0, 2.0, 3.0], "y": [1.0, 2.0, 3.0]}
+    return pa.table(columns | changes)
+
+
+def cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-20])
+
+
+BAD_TABLES: dict[str, tuple[pa.Table, int | None, str | None, str]] = {
+    "no rows": (table().slice(0, 0), None, None, "column names only"),
+    "no columns": (pa.table({}), None, None, "none"),
+    "null": (table(x=[1.0, None, 3.0]), 2, "x", "an empty cell"),
+    "infinite": (table(x=[1.0, 2.0, float("-inf")]), 3, "x", "-inf"),
+    "text among numbers": (table(y=["1", "b", "3"]), 2, "y", "'b'"),
+    "text": (table(y=["a", "b", "c"]), 1, "y", "text"),
+    "time stands": (table(t=[0.0, 0.1, 0.1]), 3, "t", "the same stamp again"),
+    "duplicate": (pa.Table.from_arrays([pa.array([0.0]), pa.array([1.0])], ["x", "x"]), 1, "x", "the name twice"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_TABLES)
+def test_a_bad_parquet_gives_one_error_with_its_place(tmp_path: Path, case: str) -> None:
+    content, row, column, found = BAD_TABLES[case]
+    path = tmp_path / "bad.parquet"
+    pq.write_table(content, path)
+    with pytest.raises(DataError, match=found) as caught:
+        read_log(path)
+    assert (caught.value.row, caught.value.column) == (row, column)
+
+
+@pytest.mark.parametrize("damage", [cut, lambda path: path.write_bytes(b""), lambda path: path.write_text(GOOD)])
+def test_a_damaged_parquet(tmp_path: Path, damage: Callable[[Path], object]) -> None:
+    path = tmp_path / "bad.parquet"
+    pq.write_table(table(), path)
+    damage(path)
+    with pytest.raises(DataError, match="expected a whole Parquet file"):
+        read_log(path)
+
+
+def test_paths_that_are_no_logs(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match=r"missing\.csv.*nothing of that name"):
+        read_log(tmp_path / "missing.csv")
+    with pytest.raises(DataError, match=r"ends in \.csv, \.parquet"):
+        read_log(tmp_path / "log.xlsx")
+    (tmp_path / "folder.csv").mkdir()
+    with pytest.raises(DataError, match="a folder"):
+        read_log(tmp_path / "folder.csv")
+
+
+def test_unused_columns_may_hold_anything(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("t,x,mode,sonar\n0,1,HOVER,\n0.1,2,LAND,0.5\n0.2,3,LAND,nan\n")
+    log = read_log(path)
+    assert list(log.extra) == ["sonar"]
+    assert np.array_equal(log.extra["sonar"], [np.nan, 0.5, np.nan], equal_nan=True)
+    assert list(log.raw) == ["t", "x", "sonar"]

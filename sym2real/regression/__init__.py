@@ -12,7 +12,10 @@ if TYPE_CHECKING:
     from sym2real.regression.beam import BeamSearch
     from sym2real.regression.dependence_check import Dependence, dependence, require_dependence
     from sym2real.regression.engines import ENGINES
-    from sym2real.regression.report import EquationReport, Fit
+    from sym2real.regression.hall_of_fame import load_hall_of_fame
+    from sym2real.regression.operon import Operon
+    from sym2real.regression.pysr import PySR
+    from sym2real.regression.report import EquationReport, Fit, fit_quality
     from sym2real.regression.selection import SearchSettings
 
 __all__ = [
@@ -21,8 +24,12 @@ __all__ = [
     "Dependence",
     "EquationReport",
     "Fit",
+    "Operon",
+    "PySR",
     "SearchSettings",
     "dependence",
+    "fit_quality",
+    "load_hall_of_fame",
     "require_dependence",
 ]
 
@@ -32,8 +39,12 @@ _OWNERS = {
     "Dependence": "dependence_check",
     "EquationReport": "report",
     "Fit": "report",
+    "Operon": "operon",
+    "PySR": "pysr",
     "SearchSettings": "selection",
     "dependence": "dependence_check",
+    "fit_quality": "report",
+    "load_hall_of_fame": "hall_of_fame",
     "require_dependence": "dependence_check",
 }
 

@@ -17,18 +17,16 @@ from dataclasses import dataclass, field
 import numpy as np
 import sympy
 
-from sym2real.errors import ModelError
 from sym2real.regression.features import Variables
 from sym2real.regression.monomials import Monomials
 from sym2real.regression.polynomial import Polynomial, polynomial_of
 from sym2real.regression.refit import Loss
 from sym2real.regression.report import EquationReport, Fit, OnEquation, no_callback
 from sym2real.regression.selection import SearchSettings
-from sym2real.regression.stage import Stage
+from sym2real.regression.stage import Part, Stage
+from sym2real.regression.wrench import pushed_rows, wrench_stage
 from sym2real.symbolic import Equations, complexity
 from sym2real.trajectory import Transitions
-
-FEWEST_ROWS = 20
 
 
 @dataclass(frozen=True)
@@ -74,15 +72,8 @@ class BeamSearch:
             ModelError: when fewer than 20 rows are without wrench.
         """
         variables = Variables.of(transitions.layouts, self.angles)
-        pushed = (variables.wrench_of(transitions) != 0).any(axis=1)
-        if (~pushed).sum() < FEWEST_ROWS:
-            raise ModelError(
-                f"beam search needs at least {FEWEST_ROWS} transitions without wrench, found {(~pushed).sum()}"
-            )
-        base = self._stage(transitions.where(~pushed), variables, self._candidates(variables))
-        push = None
-        if self.wrench and pushed.sum() >= FEWEST_ROWS:
-            push = self._stage(transitions.where(pushed), variables, self._wrench_candidates(variables))
+        base = self._base_stage(transitions, variables)
+        push = wrench_stage(transitions, variables, self.search, self.loss, self.seed) if self.wrench else None
         expressions, reports = {}, []
         for column in transitions.layouts.state:
             self.on_equation(column)
@@ -91,62 +82,41 @@ class BeamSearch:
             reports.append(report)
         return Fit(Equations(next=expressions, layouts=transitions.layouts, dt=transitions.dt), tuple(reports))
 
-    def _stage(self, transitions: Transitions, variables: Variables, candidates: Monomials) -> Stage:
-        multipliers = range(variables.plain)
+    def _base_stage(self, transitions: Transitions, variables: Variables) -> Stage:
+        plain = Monomials.to_degree(variables.plain, self.degree)
         return Stage(
-            transitions,
+            transitions.where(~pushed_rows(transitions, variables)),
             variables,
-            candidates,
-            multipliers=multipliers,
+            Monomials(np.pad(plain.powers, ((0, 0), (0, len(variables.wrench))))),
+            multipliers=range(variables.plain),
             search=self.search,
             loss=self.loss,
             seed=self.seed,
         )
-
-    def _candidates(self, variables: Variables) -> Monomials:
-        plain = Monomials.to_degree(variables.plain, self.degree)
-        return Monomials(np.pad(plain.powers, ((0, 0), (0, len(variables.wrench)))))
-
-    def _wrench_candidates(self, variables: Variables) -> Monomials:
-        """One wrench column times every product of the others to one degree less."""
-        plain = Monomials.to_degree(variables.plain, self.degree - 1).powers
-        wrench = np.eye(len(variables.wrench), dtype=np.int64)
-        rows = np.hstack([np.tile(plain, (len(wrench), 1)), np.repeat(wrench, len(plain), axis=0)])
-        return Monomials.of(rows.tolist(), rows.shape[1])
 
     def _equation(
         self, column: str, base: Stage, push: Stage | None, earlier: Polynomial | None
     ) -> tuple[sympy.Expr, EquationReport]:
         variables, started = base.variables, time.process_time()
         free, wrenched = _split(earlier, variables)
-        reserve = self.wrench_nodes if variables.wrench else 0
-        part = base.solve(
-            column,
-            base.increments(column),
-            free,
-            lambda polynomial: polynomial.nodes(column, variables) <= self.nodes - reserve,
-        )
-        whole, searched, error = part.polynomial, part.searched, part.error
-        if push is not None:
-            left = push.increments(column) - whole.evaluate(push.values)
-            addition = push.solve(
-                column,
-                left,
-                wrenched,
-                lambda polynomial: (part.polynomial + polynomial).nodes(column, variables) <= self.nodes,
-            )
-            whole, searched, error = (
-                whole + addition.polynomial,
-                searched or addition.searched,
-                max(error, addition.error),
-            )
-        elif wrenched is not None:
-            whole = whole + wrenched
+        room = self.nodes - (self.wrench_nodes if variables.wrench else 0)
+        part = base.solve(column, base.increments(column), free, lambda terms: terms.nodes(column, variables) <= room)
+        added = self._wrench_part(column, part.polynomial, push, wrenched)
+        whole = part.polynomial if added is None else part.polynomial + added.polynomial
         expression = whole.expression(column, variables)
-        report = EquationReport(
-            column, len(whole), complexity(expression), error, time.process_time() - started, searched
-        )
+        seconds = time.process_time() - started
+        searched = part.searched or (added is not None and added.searched)
+        report = EquationReport(column, len(whole), complexity(expression), part.error, seconds, searched)
         return expression, report
+
+    def _wrench_part(
+        self, column: str, base: Polynomial, push: Stage | None, earlier: Polynomial | None
+    ) -> Part | None:
+        if push is None:
+            return Part(earlier, float("nan"), searched=False) if self.wrench and earlier is not None else None
+        left = push.increments(column) - base.evaluate(push.values)
+        variables = push.variables
+        return push.solve(column, left, earlier, lambda terms: (base + terms).nodes(column, variables) <= self.nodes)
 
 
 def _split(earlier: Polynomial | None, variables: Variables) -> tuple[Polynomial | None, Polynomial | None]:

@@ -17,6 +17,7 @@ import sympy
 from numpy.typing import NDArray
 
 from sym2real.errors import ModelError
+from sym2real.regression.numeric import columns_of, evaluate, resolved
 from sym2real.symbolic import Equations, symbol
 from sym2real.trajectory import Transitions
 
@@ -87,7 +88,7 @@ def _pair(equations: Equations, transitions: Transitions, state: str, action: st
     row = equations.layouts.state.index(state)
     sent = transitions.action[:, equations.layouts.action.index(action)]
     moved = transitions.next_state[:, row] - transitions.state[:, row]
-    slope = _slope(equations, state, action, _columns(transitions))
+    slope = _slope(equations, state, action, columns_of(transitions))
     if sent.std() == 0.0 or moved.std() == 0.0:
         return Dependence(state, action, float("nan"), BAR, False)
     score = float(np.sqrt(np.mean(slope**2)) * sent.std() / moved.std())
@@ -110,24 +111,6 @@ def _lift_at_hover(equations: Equations, transitions: Transitions) -> Dependence
     return Dependence(*LIFT, slope, 0.0, slope > 0.0, "∂vz′/∂thrust at hover, (m/s)/N")
 
 
-def _columns(transitions: Transitions) -> dict[str, Array]:
-    layouts = transitions.layouts
-    groups = (
-        (layouts.state, transitions.state),
-        (layouts.action, transitions.action),
-        (layouts.inputs, transitions.inputs),
-    )
-    return {column: values[:, position] for layout, values in groups for position, column in enumerate(layout)}
-
-
 def _slope(equations: Equations, state: str, action: str, columns: dict[str, Array]) -> Array:
     """∂s_i′/∂a_j ``# (rows,)``."""
-    next_state = equations.next[state]
-    while any(name in {used.name for used in next_state.free_symbols} for name in equations.quantities):
-        next_state = next_state.xreplace({symbol(name): value for name, value in equations.quantities.items()})
-    values = {symbol(name): value for name, value in equations.parameters.items()}
-    derivative = sympy.diff(next_state.xreplace(values).doit(), symbol(action))
-    names = sorted({used.name for used in derivative.free_symbols})
-    function = sympy.lambdify([symbol(name) for name in names], derivative, "numpy")
-    slope = np.asarray(function(*(columns[name] for name in names)), dtype=np.float64)
-    return np.broadcast_to(slope, next(iter(columns.values())).shape)
+    return evaluate(sympy.diff(resolved(equations, state).doit(), symbol(action)), columns)

@@ -58,9 +58,11 @@ class Polynomial:
 
     def expression(self, column: str, variables: Variables) -> sympy.Expr:
         """``column`` + this sum, factored so that it has few nodes."""
-        factors = generators(variables)
-        total = sympy.Add(symbol(column), *self._addends(factors))
-        return factor_horner(total)
+        return factor_horner(sympy.Add(symbol(column), *self._addends(generators(variables))))
+
+    def increment(self, variables: Variables) -> sympy.Expr:
+        """This sum, factored."""
+        return factor_horner(sympy.Add(*self._addends(generators(variables))))
 
     def nodes(self, column: str, variables: Variables) -> int:
         """Nodes of :meth:`expression`."""

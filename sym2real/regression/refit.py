@@ -29,7 +29,7 @@ def refit(columns: Array, target: Array, loss: Loss) -> Array:
         return np.zeros(0)
     scale = np.linalg.norm(columns, axis=0)
     scaled = columns / np.where(scale > 0, scale, 1.0)
-    coefficients = _least_squares(scaled, target)
+    coefficients: Array = _least_squares(scaled, target)
     if loss == "l1":
         coefficients = _least_absolute(scaled, target, coefficients)
     refitted: Array = coefficients / np.where(scale > 0, scale, 1.0)
@@ -47,7 +47,8 @@ def _least_absolute(columns: Array, target: Array, coefficients: Array) -> Array
         floor = SMOOTHING * np.median(residual) + np.finfo(float).tiny
         root = np.sqrt(1.0 / np.maximum(residual, floor))
         root /= root.max()
-        previous, coefficients = coefficients, _least_squares(columns * root[:, None], target * root)
+        previous = coefficients
+        coefficients = _least_squares(columns * root[:, None], target * root)
         if np.abs(coefficients - previous).max() <= CONVERGED * np.abs(coefficients).max():
             break
     return coefficients

@@ -1,0 +1,53 @@
+"""Values of equations on the rows of transitions, in double precision."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from sym2real.symbolic import Equations, symbol
+from sym2real.trajectory import Transitions
+
+Array = NDArray[np.float64]
+
+
+def columns_of(transitions: Transitions) -> dict[str, Array]:
+    """Every column of state, action and inputs by name ``# (rows,)``."""
+    layouts = transitions.layouts
+    groups = (
+        (layouts.state, transitions.state),
+        (layouts.action, transitions.action),
+        (layouts.inputs, transitions.inputs),
+    )
+    return {column: values[:, position] for layout, values in groups for position, column in enumerate(layout)}
+
+
+def resolved(equations: Equations, column: str) -> sympy.Expr:
+    """The equation of a state column with quantities and parameters put in."""
+    expression = equations.next[column]
+    quantities = {symbol(name): value for name, value in equations.quantities.items()}
+    while expression.free_symbols & quantities.keys():
+        expression = expression.xreplace(quantities)
+    return expression.xreplace({symbol(name): sympy.Float(value) for name, value in equations.parameters.items()})
+
+
+def evaluate(expression: sympy.Expr, columns: Mapping[str, Array]) -> Array:
+    """Values of an expression ``# (rows,)``."""
+    names = sorted(used.name for used in expression.free_symbols)
+    function = sympy.lambdify([symbol(name) for name in names], expression, "numpy")
+    with np.errstate(all="ignore"):
+        values = np.asarray(function(*(columns[name] for name in names)), dtype=np.float64)
+    rows = len(next(iter(columns.values())))
+    return np.broadcast_to(values, (rows,))
+
+
+def one_step_errors(equations: Equations, transitions: Transitions) -> dict[str, Array]:
+    """True minus predicted next value of every state column ``# (rows,)``."""
+    columns = columns_of(transitions)
+    return {
+        column: transitions.next_state[:, position] - evaluate(resolved(equations, column), columns)
+        for position, column in enumerate(transitions.layouts.state)
+    }

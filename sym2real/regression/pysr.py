@@ -1,0 +1,180 @@
+"""PySR with the paper's settings, in one worker process for the whole Stage I loop.
+
+M. Cranmer, "Interpretable Machine Learning for Science with PySR and SymbolicRegression.jl", 2023. Operators + − ×
+cos sin, at most 85 nodes, 5 iterations, warm start, ℓ1 loss (the paper, section "Approach").
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import shutil
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from sym2real.errors import MissingDependencyError
+from sym2real.regression.features import Variables
+from sym2real.regression.hall_of_fame import Entry, best_entry, expression_of
+from sym2real.regression.numeric import columns_of
+from sym2real.regression.report import Fit, OnEquation, no_callback, searched_reports
+from sym2real.regression.worker_loop import encode
+from sym2real.regression.worker_process import WorkerError, WorkerProcess
+from sym2real.regression.wrench import pushed_rows, with_wrench
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Transitions
+
+Array = NDArray[np.float64]
+
+FACTORY = "pysr:PySRRegressor"
+SETTINGS: Mapping[str, Any] = MappingProxyType(
+    {
+        "binary_operators": ["+", "-", "*"],
+        "unary_operators": ["cos", "sin"],
+        "maxsize": 85,
+        "niterations": 5,
+        "warm_start": True,
+        "elementwise_loss": "L1DistLoss()",
+        "precision": 64,
+        "progress": False,
+        "verbosity": 0,
+        "temp_equation_file": True,
+    }
+)
+INSTALL = (
+    "the engine 'pysr' needs PySR and Julia. Install them with:\n"
+    "    pip install 'sym2real[pysr]'\n"
+    "    python -c 'import pysr'    # downloads Julia once, a few minutes\n"
+    "or take the engine 'beam', which needs neither"
+)
+
+
+def julia_is_there() -> bool:
+    """Whether PySR is installed and a Julia that it would use; neither is imported or downloaded."""
+    if importlib.util.find_spec("pysr") is None:
+        return False
+    if os.environ.get("PYTHON_JULIAPKG_EXE") or shutil.which("julia"):
+        return True
+    return any(_names_julia(folder / "pyjuliapkg" / "meta.json") for folder in _julia_projects())
+
+
+def _julia_projects() -> list[Path]:
+    """Where juliapkg keeps its record of the Julia it uses (juliapkg 0.1, state.py)."""
+    named = os.environ.get("PYTHON_JULIAPKG_PROJECT")
+    if named:
+        return [Path(named)]
+    if sys.prefix != sys.base_prefix:
+        return [Path(sys.prefix) / "julia_env"]
+    if conda := os.environ.get("CONDA_PREFIX"):
+        return [Path(conda) / "julia_env"]
+    depot = os.environ.get("JULIA_DEPOT_PATH", "").split(os.pathsep)[0] or "~/.julia"
+    return [Path(depot).expanduser() / "environments" / "pyjuliapkg"]
+
+
+def _names_julia(meta: Path) -> bool:
+    try:
+        return Path(json.loads(meta.read_text(encoding="utf-8"))["executable"]).exists()
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+
+
+class PySR:
+    """Symbolic regression by PySR.
+
+    Every column's next value is one search over rows without wrench; the wrench terms come from beam search.
+
+    Args:
+        angles: columns whose sine and cosine may stand in wrench terms (rad); PySR itself may take any column's.
+        seed: of PySR's random numbers; its threads still make runs differ.
+        nodes: most nodes in an equation.
+        wrench: learn the wrench inputs from rows where the wrench is not zero.
+        factory: what makes regressors, as "module:attribute" that the worker imports.
+        on_equation: told the state column that is worked on next.
+
+    Raises:
+        MissingDependencyError: when PySR or Julia is not there, with the commands that install them.
+    """
+
+    def __init__(
+        self,
+        angles: Sequence[str] = (),
+        seed: int = 0,
+        *,
+        nodes: int = 85,
+        wrench: bool = True,
+        factory: str = FACTORY,
+        on_equation: OnEquation = no_callback,
+    ) -> None:
+        if factory == FACTORY and not julia_is_there():
+            raise MissingDependencyError(INSTALL)
+        self.angles, self.seed, self.nodes, self.wrench = tuple(angles), seed, nodes, wrench
+        self.factory, self.on_equation = factory, on_equation
+        self._worker: WorkerProcess | None = None
+
+    def __repr__(self) -> str:
+        return f"PySR(angles={self.angles!r}, seed={self.seed}, nodes={self.nodes}, wrench={self.wrench})"
+
+    def fit(self, transitions: Transitions, start: Equations | None = None) -> Equations:
+        """Equations for these transitions; see :meth:`fit_reported`."""
+        return self.fit_reported(transitions, start).equations
+
+    def fit_reported(self, transitions: Transitions, start: Equations | None = None) -> Fit:
+        """Equations for these transitions and how each was found.
+
+        Args:
+            transitions: rows with a wrench of zero give the equations; the others the wrench terms.
+            start: given, the regressors that this object's last fit left go on; else they start afresh.
+
+        Raises:
+            MissingDependencyError: when the worker cannot import PySR.
+            ModelError: when a search fails.
+        """
+        variables = Variables.of(transitions.layouts, self.angles)
+        rows = transitions.where(~pushed_rows(transitions, variables))
+        columns = columns_of(rows)
+        causes = [column for column in variables.columns if np.ptp(columns[column]) > 0]
+        values = encode(np.stack([columns[column] for column in causes], axis=1))
+        expressions, seconds = {}, {}
+        for position, column in enumerate(transitions.layouts.state):
+            self.on_equation(column)
+            started = time.perf_counter()
+            expressions[column] = self._search(column, values, rows.next_state[:, position], causes, start is None)
+            seconds[column] = time.perf_counter() - started
+        equations = Equations(next=expressions, layouts=transitions.layouts, dt=transitions.dt)
+        if self.wrench:
+            equations = with_wrench(equations, transitions, variables, self.nodes, self.seed)
+        return Fit(equations, searched_reports(equations, seconds))
+
+    def close(self) -> None:
+        """End the worker; a later fit starts a new one, which knows of no earlier fit."""
+        if self._worker is not None:
+            self._worker.close()
+            self._worker = None
+
+    def _search(self, column: str, values: dict[str, Any], target: Array, names: list[str], fresh: bool) -> sympy.Expr:
+        worker = self._running_worker()
+        table = worker.ask("fit", column=column, values=values, target=encode(target), names=names, fresh=fresh)
+        entries = [Entry(*row) for row in table]
+        return expression_of(best_entry(entries), names, self.nodes)
+
+    def _running_worker(self) -> WorkerProcess:
+        if self._worker is None:
+            worker = WorkerProcess("sym2real.regression.pysr_worker")
+            settings = {**SETTINGS, "maxsize": self.nodes, "random_state": self.seed}
+            try:
+                worker.ask("start", factory=self.factory, settings=settings)
+            except WorkerError as error:
+                worker.close()
+                if error.kind in ("ImportError", "ModuleNotFoundError"):
+                    raise MissingDependencyError(f"{error}\n{INSTALL}") from error
+                raise
+            self._worker = worker
+        return self._worker

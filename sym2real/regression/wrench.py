@@ -1,0 +1,83 @@
+"""Wrench inputs: terms that pushed rows add to equations, each zero where there is no wrench."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from sym2real.errors import ModelError
+from sym2real.regression.features import Variables
+from sym2real.regression.monomials import Monomials
+from sym2real.regression.numeric import one_step_errors
+from sym2real.regression.polynomial import Polynomial
+from sym2real.regression.refit import Loss
+from sym2real.regression.selection import SearchSettings
+from sym2real.regression.stage import Stage
+from sym2real.symbolic import Equations, complexity
+from sym2real.trajectory import Transitions
+
+FEWEST_ROWS = 20
+# Wrench column times products of the others: this many factors in all, before growth.
+DEGREE = 3
+
+
+def pushed_rows(transitions: Transitions, variables: Variables) -> NDArray[np.bool_]:
+    """Where the wrench is not zero ``# (rows,)``.
+
+    Raises:
+        ModelError: when fewer than 20 rows are without wrench.
+    """
+    pushed: NDArray[np.bool_] = (variables.wrench_of(transitions) != 0).any(axis=1)
+    if (~pushed).sum() < FEWEST_ROWS:
+        raise ModelError(f"expected at least {FEWEST_ROWS} transitions without wrench, found {(~pushed).sum()}")
+    return pushed
+
+
+def wrench_stage(
+    transitions: Transitions, variables: Variables, search: SearchSettings, loss: Loss, seed: int
+) -> Stage | None:
+    """Rows and candidates of the wrench terms; None where hardly any row is pushed."""
+    pushed = pushed_rows(transitions, variables)
+    if pushed.sum() < FEWEST_ROWS:
+        return None
+    return Stage(
+        transitions.where(pushed),
+        variables,
+        _candidates(variables),
+        multipliers=range(variables.plain),
+        search=search,
+        loss=loss,
+        seed=seed,
+    )
+
+
+def with_wrench(
+    equations: Equations, transitions: Transitions, variables: Variables, nodes: int, seed: int
+) -> Equations:
+    """Equations of any engine and the wrench terms that beam search finds for what they leave of the pushed rows."""
+    stage = wrench_stage(transitions, variables, SearchSettings(), "l1", seed)
+    if stage is None:
+        return equations
+    left = one_step_errors(equations, stage.transitions)
+    added = {}
+    for column, base in equations.next.items():
+
+        def total(terms: Polynomial, base: sympy.Expr = base) -> sympy.Expr:
+            return sympy.Add(base, terms.increment(variables))
+
+        def fits(terms: Polynomial, base: sympy.Expr = base) -> bool:
+            return complexity(total(terms, base)) <= nodes
+
+        added[column] = total(stage.solve(column, left[column], None, fits).polynomial)
+    return replace(equations, next=added)
+
+
+def _candidates(variables: Variables) -> Monomials:
+    """One wrench column times every product of the other variables to one degree less."""
+    plain = Monomials.to_degree(variables.plain, DEGREE - 1).powers
+    wrench = np.eye(len(variables.wrench), dtype=np.int64)
+    rows = np.hstack([np.tile(plain, (len(wrench), 1)), np.repeat(wrench, len(plain), axis=0)])
+    return Monomials.of(rows.tolist(), rows.shape[1])

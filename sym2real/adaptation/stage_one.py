@@ -1,8 +1,9 @@
 """Stage I of the paper: simulate ↔ fit, one episode at a time, until tracking and prediction have settled.
 
-The first episode is random commands; every later one is flown by MPPI with the equations found so far. Episodes
-end on ground contact and are kept whatever happened in them. The wrench inputs are learned at the end, from as
-many pushed episodes again (DESIGN.md, "Equations, inputs, effects").
+The first episode is random commands; every later one is flown by MPPI with the equations found so far. Ground contact
+ends a trajectory, and everything is kept whatever happened in it. A quadrotor under random commands is on the ground
+after half a second, so the first episode is put back to its start until its steps are used up; later ones are not.
+The wrench inputs are learned at the end, from as many pushed episodes again (DESIGN.md, "Equations, inputs, effects").
 """
 
 from __future__ import annotations
@@ -17,18 +18,22 @@ import torch
 
 from sym2real.adaptation.record import Record
 from sym2real.control import MPPI, RandomCommands
+from sym2real.errors import ModelError
 from sym2real.plants import MujocoPlant, random_push, run_episode
 from sym2real.protocols import Controller, SymbolicRegressor
 from sym2real.regression import require_dependence
 from sym2real.symbolic import Equations, compile_model
 from sym2real.tasks import Task
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Dataset, Trajectory
 
 # Settled: the newest episode was predicted about as well as those fitted, and flown about as well as the best.
 SETTLED_PREDICTION = 2.0
 SETTLED_TRACKING = 1.2
 FEWEST_EPISODES = 3
-PUSHED_SEED = 1000
+KINDS = ("episode", "pushed")
+RANDOM_COMMANDS = "random commands"
+# A try shorter than this holds one command at most.
+SHORTEST_TRY = 10
 
 
 @dataclass(frozen=True)
@@ -59,8 +64,8 @@ class EpisodeReport:
     Args:
         number: counted from 0.
         task: name of the task, "random commands" for the first.
-        rows: length.
-        crashed: it ended on the ground.
+        rows: of all its trajectories.
+        crashes: how often it ended on the ground.
         tracking: mean position error in m, NaN for random commands.
         prediction: one-step error of the equations that flew it, relative to how far states move in a step
             (root mean square over state columns); NaN for the first.
@@ -71,7 +76,7 @@ class EpisodeReport:
     number: int
     task: str
     rows: int
-    crashed: bool
+    crashes: int
     tracking: float
     prediction: float
     fitted: float
@@ -167,58 +172,58 @@ class _Loop:
         equations: Equations | None = None
         for number in range(self.settings.episodes):
             flown_by = equations
-            episodes.append(self._episode(number, flown_by))
+            newest = self._episode("episode", number, flown_by)
+            episodes += newest
             started = time.perf_counter()
             equations = self._fit(f"equations_{number:03d}", episodes, flown_by)
-            reports.append(self._report(number, episodes, flown_by, equations, time.perf_counter() - started))
+            seconds = time.perf_counter() - started
+            reports.append(self._report(number, newest, flown_by, seconds, one_step_error(equations, episodes)))
             self.on_progress(Progress("episodes", number + 1, self.settings.episodes, reports[-1]))
             if self.settings.until_settled and settled(reports):
                 break
         if equations is None:
-            raise ValueError("Stage I needs at least one episode")
+            raise ModelError(f"Stage I needs at least one episode, found {self.settings.episodes}")
         pushed: list[Trajectory] = []
         if self.settings.pushed:
-            pushed = [self._pushed(number, equations) for number in range(len(episodes))]
+            for number in range(len(reports)):
+                pushed += self._episode("pushed", number, equations)
             equations = self._fit("equations_pushed", [*episodes, *pushed], equations)
+        require_dependence(equations, Dataset(episodes).transitions(), self.plant.robot.dependencies)
         return BaseModel(equations, tuple(episodes), tuple(pushed), tuple(reports))
 
     def _fit(self, name: str, episodes: Sequence[Trajectory], start: Equations | None) -> Equations:
-        self.on_progress(Progress(f"fitting {len(episodes)} episodes", 0, 0))
-        transitions = Dataset(episodes).transitions()
-        equations = self.record.equations(name, lambda: self.engine.fit(transitions, start))
-        require_dependence(equations, transitions, self.plant.robot.dependencies)
-        return equations
+        self.on_progress(Progress(f"fitting {len(episodes)} trajectories", 0, 0))
 
-    def _task(self, number: int) -> Task | None:
-        return self.tasks[(number - 1) % len(self.tasks)] if number else None
+        def fit() -> Equations:
+            return replace(self.engine.fit(Dataset(episodes).transitions(), start), robot=self.plant.robot.name)
 
-    def _controller(self, number: int, equations: Equations | None) -> Controller:
-        task, seed = self._task(number), self.settings.seed + number
-        if task is None or equations is None:
-            return RandomCommands(self.plant.robot, seed=seed)
-        sampling = self.plant.robot.mppi
-        if self.settings.samples is not None:
-            sampling = replace(sampling, samples=self.settings.samples)
-        return MPPI(compile_model(equations), self.plant.robot, task, settings=sampling, seed=seed)
+        return self.record.equations(name, fit)
 
-    def _episode(self, number: int, equations: Equations | None) -> Trajectory:
-        return self._fly(f"episode_{number:03d}", number, equations, self.settings.seed + number, None)
+    def _episode(self, kind: str, number: int, equations: Equations | None) -> list[Trajectory]:
+        """One trajectory or, of random commands, as many as fill the episode."""
+        if number > 0:
+            return [self._fly(f"{kind}_{number:03d}", kind, number, equations, self.settings.steps)]
+        tries: list[Trajectory] = []
+        left = self.settings.steps
+        while left >= SHORTEST_TRY:
+            tries.append(self._fly(f"{kind}_000_{len(tries):02d}", kind, -len(tries), None, left))
+            left -= len(tries[-1])
+        return tries
 
-    def _pushed(self, number: int, equations: Equations) -> Trajectory:
-        seed = self.settings.seed + PUSHED_SEED + number
-        wrench = random_push(self.plant.robot, self.settings.steps, np.random.default_rng(seed))
-        return self._fly(f"pushed_{number:03d}", number, equations, seed, wrench)
-
-    def _fly(self, name: str, number: int, equations: Equations | None, seed: int, wrench: Array | None) -> Trajectory:
-        task, steps = self._task(number), self.settings.steps
-        what = f"{name.replace('_', ' ')}: {task.name if task else 'random commands'}"
+    def _fly(self, name: str, kind: str, number: int, equations: Equations | None, steps: int) -> Trajectory:
+        """One trajectory; negative numbers are further tries of the first episode."""
+        task = self.tasks[(number - 1) % len(self.tasks)] if number > 0 else None
+        seed = [self.settings.seed, KINDS.index(kind), number % 2**16]
+        rng = np.random.default_rng(seed)
+        wrench = random_push(self.plant.robot, steps, rng) if kind == "pushed" else None
+        what = f"{name.replace('_', ' ')}: {task.name if task else RANDOM_COMMANDS}"
         return self.record.episode(
             name,
             lambda: run_episode(
                 self.plant,
-                self._controller(number, equations),
+                self._controller(task, equations, int(rng.integers(2**31))),
                 task or self.tasks[0],
-                seed=seed,
+                seed=int(rng.integers(2**31)),
                 steps=steps,
                 wrench=wrench,
                 on_step=lambda step, *_: self.on_progress(Progress(what, step + 1, steps)),
@@ -226,23 +231,25 @@ class _Loop:
             ),
         )
 
+    def _controller(self, task: Task | None, equations: Equations | None, seed: int) -> Controller:
+        if task is None or equations is None:
+            return RandomCommands(self.plant.robot, seed=seed)
+        sampling = self.plant.robot.mppi
+        if self.settings.samples is not None:
+            sampling = replace(sampling, samples=self.settings.samples)
+        return MPPI(compile_model(equations), self.plant.robot, task, settings=sampling, seed=seed)
+
     def _report(
-        self,
-        number: int,
-        episodes: Sequence[Trajectory],
-        flown_by: Equations | None,
-        equations: Equations,
-        seconds: float,
+        self, number: int, newest: Sequence[Trajectory], flown_by: Equations | None, seconds: float, fitted: float
     ) -> EpisodeReport:
-        task, newest = self._task(number), episodes[-1]
         return EpisodeReport(
             number=number,
-            task=task.name if task else "random commands",
-            rows=len(newest),
-            crashed=len(newest) < self.settings.steps,
-            tracking=tracking_error(newest) if task else float("nan"),
-            prediction=one_step_error(flown_by, Dataset([newest])) if flown_by else float("nan"),
-            fitted=one_step_error(equations, Dataset(episodes)),
+            task=self.tasks[(number - 1) % len(self.tasks)].name if number else RANDOM_COMMANDS,
+            rows=sum(len(trajectory) for trajectory in newest),
+            crashes=sum(len(trajectory) < self.settings.steps for trajectory in newest),
+            tracking=tracking_error(newest[0]) if number else float("nan"),
+            prediction=one_step_error(flown_by, newest) if flown_by else float("nan"),
+            fitted=fitted,
             seconds=seconds,
         )
 
@@ -254,9 +261,9 @@ def tracking_error(trajectory: Trajectory) -> float:
     return float(np.sqrt(np.square(offsets).sum(axis=0)).mean())
 
 
-def one_step_error(equations: Equations, data: Dataset) -> float:
+def one_step_error(equations: Equations, trajectories: Sequence[Trajectory]) -> float:
     """One-step prediction error relative to how far states move, root mean square over state columns."""
-    transitions = data.transitions()
+    transitions = Dataset(trajectories).transitions()
     model = compile_model(equations, dtype=torch.float64)
     with torch.no_grad():
         predicted = model(
@@ -272,9 +279,9 @@ def one_step_error(equations: Equations, data: Dataset) -> float:
 def settled(reports: Sequence[EpisodeReport]) -> bool:
     """True when the newest episode was predicted like the fitted ones and flown like the best of its task."""
     newest = reports[-1]
-    if len(reports) < FEWEST_EPISODES or newest.crashed:
+    if len(reports) < FEWEST_EPISODES or newest.crashes:
         return False
-    earlier = [report.tracking for report in reports[:-1] if report.task == newest.task and not report.crashed]
+    earlier = [report.tracking for report in reports[:-1] if report.task == newest.task and not report.crashes]
     return (
         bool(earlier)
         and newest.prediction < SETTLED_PREDICTION * newest.fitted

@@ -62,7 +62,7 @@ class Runnable(Protocol):
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run one verb; exit with 2 and one clear message on bad input, with 130 on Ctrl-C."""
-    verb: Runnable = tyro.cli(Verb, prog="sym2real", description=DESCRIPTION, args=arguments)  # type: ignore[arg-type]
+    verb: Runnable = tyro.cli(Verb, prog="sym2real", description=DESCRIPTION, args=arguments)
     console = console_for(verb.json)
     try:
         write_json(verb.run(console), verb.json)

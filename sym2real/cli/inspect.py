@@ -33,8 +33,6 @@ class Inspect:
 
         inspection = inspect_logs(self.logs)
         console.print(inspection_table(inspection))
-        for remark in inspection.remarks:
-            console.print(f"- {remark}", markup=False)
         text = inspection.toml()
         if self.out:
             self.out.parent.mkdir(parents=True, exist_ok=True)
@@ -44,4 +42,4 @@ class Inspect:
             console.print(f"specification in {self.out}; use it with --spec {self.out}")
         else:
             console.print(text, markup=False, soft_wrap=True)
-        return {"columns": [asdict(row) for row in inspection.rows], "remarks": list(inspection.remarks), "spec": text}
+        return {"columns": [asdict(row) for row in inspection.rows], "spec": text}

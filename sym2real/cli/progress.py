@@ -37,9 +37,10 @@ def stage_one_progress(console: Console) -> Iterator[Callable[[adaptation.Progre
 
 def episode_line(report: adaptation.EpisodeReport) -> str:
     """One finished episode in words."""
-    ended = f"hit the ground after {report.rows} rows" if report.crashed else f"{report.rows} rows"
+    crashed = f", {report.crashes} crashes" if report.crashes else ""
     tracking = "" if report.tracking != report.tracking else f", mean position error {number(report.tracking)} m"
-    return f"episode {report.number + 1}: {report.task}, {ended}{tracking}; fitted in {report.seconds:.1f} s"
+    what = f"episode {report.number + 1}: {report.task}, {report.rows} rows{crashed}{tracking}"
+    return f"{what}; fitted in {report.seconds:.1f} s"
 
 
 @contextmanager

@@ -45,7 +45,7 @@ class Show:
                 console.print(text, soft_wrap=True, markup=False)
         return {
             "dt": equations.dt,
-            "equations": equations.text(),
+            "equations": equations.text().splitlines(),
             "latex": latex,
             "nodes": equations.complexity(),
             "dependence": training.get("dependence", []),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import sympy
 from rich.table import Table
 
 from sym2real.adaptation import EpisodeReport
@@ -20,14 +21,23 @@ def number(value: float, digits: int = 3) -> str:
 
 
 def equation_table(equations: Equations) -> Table:
-    """One row per next-state component: its nodes and its text."""
+    """One row per next-state component: its nodes, and its text with numbers to four digits."""
     nodes = equations.complexity()
-    table = Table(title=f"next state after {equations.dt:g} s", title_justify="left")
-    for heading, justify in (("state", "left"), ("nodes", "right"), ("equation", "left")):
-        table.add_column(heading, justify=justify, overflow="fold")  # type: ignore[arg-type]
-    for name, text in equations.text().items():
-        table.add_row(f"{name}′", str(nodes[name]), text)
+    table = Table(title=f"next state after {equations.dt:g} s", title_justify="left", show_lines=True)
+    for heading in ("state", "nodes", "equation"):
+        table.add_column(heading, justify="right" if heading == "nodes" else "left", overflow="fold")
+    for name, expression in equations.quantities.items():
+        table.add_row(name, "", readable(expression))
+    for name, expression in equations.next.items():
+        table.add_row(f"{name}′", str(nodes[name]), readable(expression))
     return table
+
+
+def readable(expression: sympy.Expr) -> str:
+    """An expression with its numbers rounded to four digits."""
+    rounded = {value: sympy.Float(value, 4) for value in expression.atoms(sympy.Float)}
+    with sympy.evaluate(False):
+        return str(sympy.sstr(expression.xreplace(rounded), full_prec=False))
 
 
 def dependence_table(rows: Sequence[Dependence]) -> Table:
@@ -44,14 +54,14 @@ def dependence_table(rows: Sequence[Dependence]) -> Table:
 def episode_table(reports: Sequence[EpisodeReport]) -> Table:
     """One row per episode of Stage I."""
     table = Table(title="episodes in the plain simulator", title_justify="left")
-    for heading in ("episode", "flown", "rows", "ended", "tracking m", "one-step error", "after fit", "fit s"):
-        table.add_column(heading, justify="left" if heading in ("flown", "ended") else "right")
+    for heading in ("episode", "flown", "rows", "crashes", "tracking m", "one-step error", "after fit", "fit s"):
+        table.add_column(heading, justify="left" if heading == "flown" else "right")
     for report in reports:
         table.add_row(
             str(report.number + 1),
             report.task,
             str(report.rows),
-            "on the ground" if report.crashed else "in time",
+            str(report.crashes),
             number(report.tracking),
             number(report.prediction),
             number(report.fitted),

@@ -22,12 +22,12 @@ import tyro
 from figures import Figure, report
 
 from sym2real.adaptation import StageOne, stage_one
+from sym2real.control import MPPI
 from sym2real.diagnosis import predict_windows
-from sym2real.experiments.flights import car_drives, pushed_flights, quadrotor_flights
+from sym2real.experiments.flights import car_drives, quadrotor_flights, reverse_drives
 from sym2real.experiments.flying import fly, mppi_controller
 from sym2real.experiments.learning import training_tasks
 from sym2real.experiments.simulated_model import MujocoModel
-from sym2real.control import MPPI
 from sym2real.plants import MujocoPlant, constant_force, inertial_offset, tilted_gravity
 from sym2real.regression import BeamSearch, dependence
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
@@ -85,7 +85,7 @@ def quadrotor_from_flights() -> list[Figure]:
     say("quadrotor: 3 flights of the geometric controller")
     flights = quadrotor_flights(3, TRAIN_SEED)
     equations, plain_seconds = timed_fit(CRAZYFLIE, flights)
-    pushed = pushed_flights(CRAZYFLIE, 3, TRAIN_SEED + 1)
+    pushed = quadrotor_flights(3, TRAIN_SEED + 1, pushed=True)
     with_wrench, wrench_seconds = timed_fit(CRAZYFLIE, flights + pushed)
     inside = position_errors(equations, quadrotor_flights(20, TEST_SEED))
     outside = position_errors(equations, quadrotor_flights(20, TEST_SEED, out_of_distribution=True))
@@ -159,12 +159,12 @@ def car_from_stage_one() -> list[Figure]:
         car_drives(6, TEST_SEED, changes=(tilted_gravity(gx=push / mass),)), {"fx": lambda _: push}
     )
     inside = position_errors(equations, car_drives(20, TEST_SEED))
-    reverse = position_errors(equations, car_drives(20, TEST_SEED, reverse=True))
-    fast = position_errors(equations, car_drives(20, TEST_SEED, fast=True))
+    reverse = position_errors(equations, reverse_drives(20, TEST_SEED))
+    fast = position_errors(equations, car_drives(20, TEST_SEED, out_of_distribution=True))
     return [
         *spread("car, 5 Stage I episodes, 0.8 s", inside, "< 1.5", "< 4"),
         *spread("car, reverse driving", reverse, "", "< 20"),
-        *spread("car, 2.2–4 m/s", fast),
+        *spread("car, out of distribution (reverse; 2.2–4 m/s)", fast),
         Figure("car on a 2 N slope given, RMS", rms(position_errors(with_wrench, slope)), "cm", "< 2"),
         Figure("car, search time, 7 equations", plain_seconds, "CPU s", "< 5"),
         Figure("car, search time with wrench", wrench_seconds, "CPU s", "< 15"),

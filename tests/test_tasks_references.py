@@ -69,6 +69,16 @@ def test_sizes_and_speeds_are_those_of_the_facts() -> None:
     assert (parked == torch.tensor([1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], dtype=torch.float64)).all()
 
 
+@pytest.mark.parametrize(("name", "options"), DRIVES)
+def test_car_can_steer_what_is_asked_for(name: str, options: dict) -> None:
+    robot = ROBOTS["mushr"]
+    reference = make_task(name, robot, **options).reference(TIMES)
+    speed, rate = torch.hypot(reference[:, 4], reference[:, 5]), reference[:, 6].abs()
+    tightest = np.tan(robot.high[0]) / robot.constants["wheelbase"]
+    assert bool((rate <= 0.95 * tightest * speed + 1e-9).all())
+    assert float(speed.max()) <= robot.high[1]
+
+
 @pytest.mark.parametrize("shape", TRACKS)
 def test_track_closes_turns_once_and_keeps_its_radius(shape: str) -> None:
     polygon = TRACKS[shape]

@@ -14,7 +14,7 @@ from sym2real.errors import ModelError
 UNIT = 0
 Lowered = tuple[float, int]
 Term = tuple[int, float]  # node, coefficient
-LONGEST_CHAIN = 8  # larger integer powers are squared, not chained
+LONGEST_CHAIN = 3  # larger integer powers are squares of their half
 
 
 class Graph:

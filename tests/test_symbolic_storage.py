@@ -1,0 +1,110 @@
+"""Saved and exported models: they open without this package, and a failure leaves what was there."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import torch
+from sympy import besselj
+
+from sym2real.errors import DataError, ModelError, UnknownNameError
+from sym2real.layout import Layout, Layouts
+from sym2real.symbolic import Equations, compile_model, export, load_model, rollout, save_model, symbol
+
+LAYOUTS = Layouts(Layout.of(["x", "vx"]), Layout.of(["thrust"]), Layout.of(["fx"]))
+EQUATIONS = Equations.parse(
+    LAYOUTS,
+    {"x": "x + 0.1*vx", "vx": "vx + 0.1*(thrust*cos(x) + fx)/mass"},
+    0.1,
+    parameters={"mass": 0.1 + 0.2},
+)
+STATE, ACTIONS, INPUTS = torch.tensor([[0.1, 0.2]] * 4), torch.ones(4, 5, 1), torch.full((4, 1), 0.3)
+
+ELSEWHERE = """
+import sys, torch
+assert "sym2real" not in sys.modules
+{body}
+assert "sym2real" not in sys.modules
+state, actions, inputs = torch.tensor([[0.1, 0.2]] * 4), torch.ones(4, 5, 1), torch.full((4, 1), 0.3)
+print({result})
+"""
+
+
+def run_elsewhere(folder: Path, body: str, result: str) -> list[float]:
+    code = ELSEWHERE.format(body=body, result=result)
+    command = [sys.executable, "-W", "ignore", "-P", "-c", code]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return [float(value) for value in done.stdout.strip(" []\n").split(",")]
+
+
+def test_saved_models_come_back_exactly(tmp_path: Path) -> None:
+    again = load_model(save_model(EQUATIONS, tmp_path / "new" / "model"))
+    assert again.to_json() == EQUATIONS.to_json()
+    assert sorted(file.name for file in (tmp_path / "new" / "model").iterdir()) == [
+        "equations.json",
+        "module.pt",
+        "parameters.safetensors",
+    ]
+
+
+def test_module_runs_without_this_package(tmp_path: Path) -> None:
+    save_model(EQUATIONS, tmp_path)
+    body = "import os; model = torch.jit.load('module.pt')"
+    found = run_elsewhere(tmp_path, body, "model.rollout(state, actions, inputs).flatten().tolist()")
+    expected = rollout(compile_model(EQUATIONS), STATE, ACTIONS, INPUTS).flatten()
+    torch.testing.assert_close(torch.tensor(found), expected, rtol=1e-6, atol=1e-6)
+
+
+def test_python_source_runs_without_this_package(tmp_path: Path) -> None:
+    export(EQUATIONS, "python", tmp_path / "dynamics.py")
+    body = "sys.path.insert(0, '.'); import dynamics; model = dynamics.Dynamics()"
+    found = run_elsewhere(tmp_path, body, "model(state, actions[:, 0], inputs).flatten().tolist()")
+    expected = compile_model(EQUATIONS)(STATE, ACTIONS[:, 0], INPUTS).flatten()
+    torch.testing.assert_close(torch.tensor(found), expected, rtol=1e-6, atol=1e-6)
+
+
+def test_exported_program_takes_any_batch(tmp_path: Path) -> None:
+    program = torch.export.load(export(EQUATIONS, "torch-export", tmp_path / "model.pt2"))
+    expected = compile_model(EQUATIONS)(STATE[:3], ACTIONS[:3, 0], INPUTS[:3])
+    torch.testing.assert_close(program.module()(STATE[:3], ACTIONS[:3, 0], INPUTS[:3]), expected)
+
+
+def test_other_formats(tmp_path: Path) -> None:
+    script = torch.jit.load(str(export(EQUATIONS, "torchscript", tmp_path / "model.pt")))
+    torch.testing.assert_close(script(STATE, ACTIONS[:, 0]), compile_model(EQUATIONS)(STATE, ACTIONS[:, 0]))
+    assert r"\cos" in export(EQUATIONS, "latex", tmp_path / "model.tex").read_text()
+    with pytest.raises(UnknownNameError, match="did you mean 'torchscript'"):
+        export(EQUATIONS, "torchscrip", tmp_path / "model.pt")
+
+
+def test_a_failed_save_leaves_the_earlier_model(tmp_path: Path) -> None:
+    save_model(EQUATIONS, tmp_path)
+    (tmp_path / "episode.csv").write_text("kept")
+    bad = Equations({"x": besselj(0, 0.5 + symbol("x")), "vx": 0.0}, LAYOUTS, 0.1)
+    with pytest.raises(ModelError, match="besselj"):
+        save_model(bad, tmp_path)
+    assert load_model(tmp_path).to_json() == EQUATIONS.to_json()
+    assert len(list(tmp_path.iterdir())) == 4
+
+
+def test_broken_folders_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match=r"equations\.json"):
+        load_model(tmp_path)
+    save_model(EQUATIONS, tmp_path / "one")
+    save_model(EQUATIONS.at(mass=0.5), tmp_path / "two")
+    weights = tmp_path / "one" / "parameters.safetensors"
+    weights.replace(tmp_path / "two" / "parameters.safetensors")
+    with pytest.raises(ModelError, match="does not belong"):
+        load_model(tmp_path / "two")
+    with pytest.raises(DataError, match=r"parameters\.safetensors"):
+        load_model(tmp_path / "one")
+    weights.write_bytes(b"nonsense")
+    with pytest.raises(DataError, match=r"parameters\.safetensors"):
+        load_model(tmp_path / "one")
+    (tmp_path / "one" / "equations.json").write_text("{}")
+    with pytest.raises(ModelError, match=r"equations\.json.*format"):
+        load_model(tmp_path / "one")

@@ -30,6 +30,7 @@ class Graph:
         self.nodes: list[tuple[Any, ...]] = []
         self.varying: list[bool] = []
         self._numbers: dict[tuple[Any, ...], int] = {}
+        self._any_fixed = len(fixed) > 0
         self.node("constant", 1.0)
         self.inputs = {name: self._number(("input", name), name not in fixed) for name in self.names}
 
@@ -83,11 +84,12 @@ class Graph:
         for coefficient, node in factors:
             number *= coefficient
             flat += self._factors(node)
-        fixed = sorted(node for node in flat if not self.varying[node])
-        moving = sorted(node for node in flat if self.varying[node])
-        if moving and len(fixed) > 1:
-            moving, fixed = sorted([*moving, self.node("product", tuple(fixed))]), []
-        nodes = sorted(moving + fixed)
+        nodes = sorted(flat)
+        if self._any_fixed:
+            fixed = [node for node in nodes if not self.varying[node]]
+            if 1 < len(fixed) < len(nodes):
+                moving = [node for node in nodes if self.varying[node]]
+                nodes = sorted([*moving, self.node("product", tuple(fixed))])
         if number == 0.0 or not nodes:
             return (number, UNIT)
         return (number, nodes[0] if len(nodes) == 1 else self.node("product", tuple(nodes)))

@@ -64,17 +64,15 @@ class Lowering:
         if expression.is_Symbol:
             return self._symbol(expression.name)
         if expression.is_Add:
-            return self.graph.sum(self.lower(term) for term in expression.args)
+            return self.graph.sum([self.lower(term) for term in expression.args])
         if expression.is_Mul:
             return self._product(expression)
         if isinstance(expression, sympy.Pow):
             return self._power(expression)
-        if expression.is_number and not expression.args:
-            return self._constant(expression)
-        return self._function(expression)
+        return self._function(expression) if expression.args else self._constant(expression)
 
     def _constant(self, expression: Expr) -> Lowered:
-        if not expression.is_extended_real:
+        if not (expression.is_Float or expression.is_finite and expression.is_extended_real):
             raise ModelError(f"{expression} ({type(expression).__name__}) is not supported in equations")
         try:
             return (float(expression), UNIT)
@@ -96,12 +94,12 @@ class Lowering:
     def _product(self, expression: Expr) -> Lowered:
         above, below = list[Lowered](), list[Lowered]()
         for factor in expression.args:
-            exponent = factor.exp if isinstance(factor, sympy.Pow) else None
-            if exponent is not None and exponent.is_number and exponent.is_negative:
-                below.append(self.lower(sympy.Pow(factor.base, -exponent)))
+            if factor.is_Pow and factor.exp.is_number and factor.exp.is_negative:
+                below.append(self.lower(sympy.Pow(factor.base, -factor.exp)))
             else:
                 above.append(self.lower(factor))
-        return self.graph.divide(self.graph.product(above), self.graph.product(below))
+        quotient = self.graph.product(above)
+        return self.graph.divide(quotient, self.graph.product(below)) if below else quotient
 
     def _power(self, expression: Expr) -> Lowered:
         base, exponent = expression.args
@@ -114,7 +112,7 @@ class Lowering:
         return self.graph.function("power", math.pow, self.lower(base), self.lower(exponent))
 
     def _function(self, expression: Expr) -> Lowered:
-        unary = next((found for function, found in UNARY.items() if isinstance(expression, function)), None)
+        unary = UNARY.get(type(expression))
         if unary is not None:
             return self.graph.function(*unary, self.lower(expression.args[0]))
         if isinstance(expression, sympy.atan2):
@@ -153,7 +151,7 @@ class Lowering:
             return first
         if isinstance(expression, sympy.Unequality):
             return self.graph.node("not", self.condition(sympy.Eq(*expression.args)))
-        relation = next((found for kind, found in COMPARE.items() if isinstance(expression, kind)), None)
+        relation = COMPARE.get(type(expression))
         if relation is not None:
             name, exchanged = relation
             sides = [self.graph.whole(self.lower(side)) for side in expression.args]

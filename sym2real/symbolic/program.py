@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 OPERATIONS: dict[str, int] = {  # operation → number of operands
     "add": 2,
@@ -45,8 +46,7 @@ OPERATIONS: dict[str, int] = {  # operation → number of operands
 }
 
 
-@dataclass(frozen=True)
-class Instruction:
+class Instruction(NamedTuple):
     """One operation of :data:`OPERATIONS` on values given by their numbers."""
 
     operation: str

@@ -72,7 +72,7 @@ class Lowering:
         return self._function(expression) if expression.args else self._constant(expression)
 
     def _constant(self, expression: Expr) -> Lowered:
-        if not (expression.is_Float or expression.is_finite and expression.is_extended_real):
+        if not (expression.is_Float or (expression.is_finite and expression.is_extended_real)):
             raise ModelError(f"{expression} ({type(expression).__name__}) is not supported in equations")
         try:
             return (float(expression), UNIT)

@@ -89,7 +89,7 @@ def _pair(equations: Equations, transitions: Transitions, state: str, action: st
     sent = transitions.action[:, equations.layouts.action.index(action)]
     moved = transitions.next_state[:, row] - transitions.state[:, row]
     slope = _slope(equations, state, action, columns_of(transitions))
-    if sent.std() == 0.0 or moved.std() == 0.0:
+    if np.ptp(sent) == 0.0 or np.ptp(moved) == 0.0:
         return Dependence(state, action, float("nan"), BAR, False)
     score = float(np.sqrt(np.mean(slope**2)) * sent.std() / moved.std())
     return Dependence(state, action, score, BAR, score > BAR)

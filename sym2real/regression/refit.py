@@ -37,8 +37,7 @@ def refit(columns: Array, target: Array, loss: Loss) -> Array:
 
 
 def _least_squares(columns: Array, target: Array) -> Array:
-    solution: Array = np.linalg.lstsq(columns, target, rcond=None)[0]
-    return solution
+    return np.asarray(np.linalg.lstsq(columns, target, rcond=None)[0], dtype=np.float64)
 
 
 def _least_absolute(columns: Array, target: Array, coefficients: Array) -> Array:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
+from scipy.linalg.lapack import dtrtrs
 
 Array = NDArray[np.float64]
 
@@ -71,8 +71,8 @@ def support_of(columns: tuple[int, ...], gram: Array, correlation: Array, energy
         return empty_support(gram, correlation, energy)
     chosen = list(columns)
     factor = np.linalg.cholesky(gram[np.ix_(chosen, chosen)])
-    rows = solve_triangular(factor, gram[chosen], lower=True, check_finite=False)
-    weights = solve_triangular(factor, correlation[chosen], lower=True, check_finite=False)
+    both, _ = dtrtrs(factor, np.column_stack([gram[chosen], correlation[chosen]]), lower=1)
+    rows, weights = both[:, :-1], both[:, -1]
     return Support(
         columns,
         rows,

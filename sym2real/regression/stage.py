@@ -101,11 +101,10 @@ class Stage:
     def _fitted(self, terms: Monomials, target: Array, fits: Callable[[Polynomial], bool], *, searched: bool) -> Part:
         columns = terms.evaluate(self.values / self.scale)
         units = np.prod(self.scale**terms.powers, axis=1)
-        polynomial = Polynomial(terms, refit(columns, target, self.loss) / units)
-        while len(terms) and not fits(polynomial):
+        while len(terms) and not fits(Polynomial(terms, refit(columns, target, "l2") / units)):
             kept = np.arange(len(terms)) != _least_useful(columns, target)
             terms, columns, units = terms.where(kept), columns[:, kept], units[kept]
-            polynomial = Polynomial(terms, refit(columns, target, self.loss) / units)
+        polynomial = Polynomial(terms, refit(columns, target, self.loss) / units)
         train = refit(columns[~self.held], target[~self.held], "l2")
         error = float(np.sqrt(np.mean((target - columns @ train)[self.held] ** 2)))
         return Part(polynomial, error, searched)

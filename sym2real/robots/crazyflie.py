@@ -6,6 +6,7 @@ by the paper this package follows.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +23,9 @@ INERTIA = (1.66e-5, 1.67e-5, 2.93e-5)  # kg m²
 RATE_GAINS = (50.0, 50.0, 20.0)  # 1/s
 RATE_LIMITS = (8.0, 8.0, 4.0)  # rad/s
 THRUST_LIMIT = 0.6  # N
+ARM = 0.046  # m, centre to rotor
+TORQUE_PER_THRUST = 0.00596  # m: Crazyflie firmware, thrustToTorque
+ROTOR_THRUST = 2.88e-8  # N s²/rad², of one rotor: Förster's 3.16e-10 N per rpm²
 HOVER = MASS * GRAVITY
 
 LAYOUTS = Layouts(
@@ -46,7 +50,7 @@ def _to_coordinates(state: Array) -> tuple[Array, Array]:
 def _nominal() -> Equations:
     from sym2real.robots.nominal_quadrotor import quadrotor  # noqa: PLC0415 — SymPy stays out of light imports
 
-    return quadrotor(MASS, INERTIA, rate_gains=RATE_GAINS, dt=0.02, robot="crazyflie")
+    return replace(quadrotor(MASS, INERTIA, rate_gains=RATE_GAINS, dt=0.02, robot="crazyflie"), numbers=CRAZYFLIE.numbers)
 
 
 # A push may use half of the torque that the rate loop has at full command.
@@ -74,6 +78,9 @@ CRAZYFLIE = Robot(
         "kx": RATE_GAINS[0],
         "ky": RATE_GAINS[1],
         "kz": RATE_GAINS[2],
+        "arm": ARM,
+        "torque_per_thrust": TORQUE_PER_THRUST,
+        "rotor_thrust": ROTOR_THRUST,
     },
     mjcf="crazyflie.xml",
     to_control=_to_control,
@@ -97,7 +104,7 @@ CRAZYFLIE = Robot(
         "ty": _TORQUES[1],
         "tz": _TORQUES[2],
     },
-    cost_weights={"position": 1.0, "orientation": 0.2, "velocity": 0.05, "rate": 0.01},
+    cost_weights={"position": 1.0, "orientation": 0.4, "velocity": 0.05, "rate": 0.01},
     mppi=MPPISettings(horizon=0.8, temperature=0.5, noise=(0.025, 1.2, 1.2, 0.5), correlation=0.1),
     nominal=_nominal,
 )

@@ -120,7 +120,7 @@ class MujocoPlant:
         mujoco.mj_forward(self.mj_model, self.mj_data)
         self._command_filters = [change.command() for change in self.changes if change.command is not None]
         self._measure_filters = [change.measure() for change in self.changes if change.measure is not None]
-        self._crashed = False
+        self._crashed, self._fresh = False, True
         self.push(self._initial_wrench)
         return self._measured()
 
@@ -128,12 +128,26 @@ class MujocoPlant:
         sent = np.asarray(action, dtype=np.float64)
         if sent.shape != (self.layouts.action.size,):
             raise ShapeError(f"an action has columns {self.layouts.action.columns}, found shape {sent.shape}")
-        self.mj_data.ctrl[:] = self.robot.to_control(_filtered(self._command_filters, sent))
+        control = self.robot.to_control(_filtered(self._command_filters, sent))
+        self.mj_data.ctrl[: len(control)] = control  # changes may append actuators of their own
+        if self._fresh:
+            self._settle(control)
         for _ in range(self.robot.substeps):
             self._apply_forces()
             mujoco.mj_step(self.mj_model, self.mj_data)
             self._crashed = self._crashed or self._has_crashed()
         return self._measured()
+
+    def _settle(self, control: Array) -> None:
+        """Actuators with memory, and delayed ones, start as if the first command had been held for ever."""
+        self._fresh, model = False, self.mj_model
+        for actuator, value in enumerate(control):
+            if model.actuator_dyntype[actuator] != mujoco.mjtDyn.mjDYN_NONE:
+                self.mj_data.act[model.actuator_actadr[actuator]] = value
+            samples = model.actuator_history[actuator, 0]
+            if samples:
+                times = self.time + model.opt.timestep * np.arange(-samples, 0.0)
+                mujoco.mj_initCtrlHistory(model, self.mj_data, actuator, times, np.full((samples, 1), value))
 
     def _measured(self) -> Array:
         return _filtered(self._measure_filters, self.true_state)

@@ -50,7 +50,9 @@ def _to_coordinates(state: Array) -> tuple[Array, Array]:
 def _nominal() -> Equations:
     from sym2real.robots.nominal_quadrotor import quadrotor  # noqa: PLC0415 — SymPy stays out of light imports
 
-    return replace(quadrotor(MASS, INERTIA, rate_gains=RATE_GAINS, dt=0.02, robot="crazyflie"), numbers=CRAZYFLIE.numbers)
+    return replace(
+        quadrotor(MASS, INERTIA, rate_gains=RATE_GAINS, dt=0.02, robot="crazyflie"), numbers=CRAZYFLIE.numbers
+    )
 
 
 # A push may use half of the torque that the rate loop has at full command.

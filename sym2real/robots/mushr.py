@@ -5,6 +5,7 @@ Position and velocity of the state are those of the middle of the rear axle, whe
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,6 +26,9 @@ MASS = 3.5  # kg: chassis 2.9, wheels 0.15 each
 # 4 k_v / r² = 32 N per m/s.
 MOVED_MASS = MASS + 4 * 1.5e-4 / WHEEL_RADIUS**2  # kg
 SPEED_TIME_CONSTANT = MOVED_MASS / (4 * 0.02 / WHEEL_RADIUS**2)  # s
+WHEEL_DRIVE = 0.02 / WHEEL_RADIUS**2  # N s/m: what one wheel's speed servo pushes per m/s of error
+CENTRE = 0.5 * WHEELBASE  # m: centre of mass ahead of the rear axle
+YAW_INERTIA = 0.0641  # kg m², about the centre of mass, with wheels
 REST_HEIGHT = 0.049698  # m: rear axle above the ground once the contacts carry the car
 
 LAYOUTS = Layouts(
@@ -82,7 +86,10 @@ def _to_coordinates(state: Array) -> tuple[Array, Array]:
 def _nominal() -> Equations:
     from sym2real.robots.nominal_car import car  # noqa: PLC0415 — SymPy stays out of light imports
 
-    return car(WHEELBASE, time_constant=SPEED_TIME_CONSTANT, mass=MOVED_MASS, dt=0.05, robot="mushr")
+    equations = car(
+        WHEELBASE, time_constant=SPEED_TIME_CONSTANT, mass=MOVED_MASS, centre=CENTRE, dt=0.05, robot="mushr"
+    )
+    return replace(equations, numbers=MUSHR.numbers)
 
 
 MUSHR = Robot(
@@ -98,7 +105,14 @@ MUSHR = Robot(
     random_high=np.array([STEER_LIMIT, 2.0]),
     start=np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]),
     mass=MASS,
-    constants={"wheelbase": WHEELBASE, "track": TRACK, "wheel_radius": WHEEL_RADIUS},
+    constants={
+        "wheelbase": WHEELBASE,
+        "track": TRACK,
+        "wheel_radius": WHEEL_RADIUS,
+        "wheel_drive": WHEEL_DRIVE,
+        "centre": CENTRE,
+        "jz": YAW_INERTIA,
+    },
     mjcf="mushr.xml",
     to_control=_to_control,
     to_state=_to_state,

@@ -2,7 +2,12 @@
 
 Origin in the middle of the rear axle, u the speed along the heading::
 
-    ẋ = u cos ψ     ẏ = u sin ψ     ψ̇ = u tan δ / L     u̇ = (u_cmd - u)/τ + F·e/m
+    ẋ = u cos ψ     ẏ = u sin ψ     ψ̇ = u tan δ / L     u̇ = (u_cmd - u)/τ + P/m
+    P = F·e + (τ_z + c F·n) tan δ / L
+
+While the tyres hold, the car has one degree of freedom, along the heading e; a yaw torque, and a force along n, left
+of the heading, at the centre of mass c ahead of the rear axle, do work on it because the heading turns: P by virtual
+work.
 
 Discrete time: mean speed over the step, heading turned by the exact angle, position moved along the arc's chord, so
 that a steady turn stays on its circle. Velocity across the heading is zero after a step: the tyres hold.
@@ -27,16 +32,21 @@ LAYOUTS = Layouts(
 
 
 def car(
-    wheelbase: float, *, time_constant: float = 0.0, mass: float = 3.5, dt: float = 0.05, robot: str = ""
+    wheelbase: float,
+    *,
+    time_constant: float = 0.0,
+    mass: float = 3.5,
+    centre: float = 0.0,
+    dt: float = 0.05,
+    robot: str = "",
 ) -> Equations:
     """First-principles equations of a front-steered car at speeds where its tyres hold.
-
-    The yaw torque ``tz`` does not enter: the tyres carry it.
 
     Args:
         wheelbase: in m.
         time_constant: of the speed loop in s; 0 reaches the commanded speed at once, and then forces do nothing.
         mass: that a force must move, with spinning wheels, in kg.
+        centre: distance of the centre of mass ahead of the rear axle in m.
         dt: time step in s.
         robot: name of the robot they describe.
 
@@ -50,10 +60,12 @@ def car(
         )
     sine, cosine = symbol("sin_yaw"), symbol("cos_yaw")
     forward = symbol("vx") * cosine + symbol("vy") * sine
-    pull = (symbol("fx") * cosine + symbol("fy") * sine) / mass
+    curvature = tan(symbol("steer")) / wheelbase
+    ahead = symbol("fx") * cosine + symbol("fy") * sine
+    left = symbol("fy") * cosine - symbol("fx") * sine
+    pull = (ahead + (symbol("tz") + centre * left) * curvature) / mass
     loop = FirstOrder(1.0 / time_constant if time_constant > 0 else math.inf, dt)
     speed, mean = loop.end(forward, symbol("speed"), pull), loop.mean(forward, symbol("speed"), pull)
-    curvature = tan(symbol("steer")) / wheelbase
     half, chord = symbol("half_turn"), symbol("chord")
     start_to_middle = (sine * cos(half) + cosine * sin(half), cosine * cos(half) - sine * sin(half))
     start_to_end = (sine * cos(2 * half) + cosine * sin(2 * half), cosine * cos(2 * half) - sine * sin(2 * half))
@@ -77,4 +89,5 @@ def car(
             "chord": symbol("mean_speed") * dt * (1 - half**2 / 6),
         },
         robot=robot,
+        numbers={"mass": mass, "wheelbase": wheelbase, "centre": centre},
     )

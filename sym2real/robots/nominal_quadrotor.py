@@ -57,6 +57,7 @@ class _Build:
     next: dict[str, Expr] = field(default_factory=dict)
     quantities: dict[str, Expr] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    numbers: dict[str, float] = field(default_factory=dict)
 
     def name(self, names: Sequence[str], expressions: Sequence[Expr]) -> Vector:
         """The expressions become quantities of these names, and their symbols stand for them."""
@@ -107,7 +108,9 @@ def quadrotor(
         middle = _attitude_loop(build, attitude_time_constant, dt)
     elif attitude == "predicted":
         moments = _scaled_inertia(build, mass) if inertia is None else tuple(inertia)
+        build.numbers |= dict(zip(("jx", "jy", "jz"), moments, strict=True))
         if interface == "thrust_rates":
+            build.numbers |= dict(zip(("kx", "ky", "kz"), rate_gains, strict=True))
             middle = _rate_loop(build, moments, rate_gains, torque, dt)
         else:
             middle = _free_rotation(build, moments, torque, dt)
@@ -119,6 +122,7 @@ def quadrotor(
         quantities=build.quantities,
         robot=robot,
         notes=tuple(build.notes),
+        numbers={"mass": mass, **build.numbers},
     )
 
 
@@ -137,6 +141,9 @@ def _motors(build: _Build, motors: Motors | None, mass: float, attitude: Attitud
     if motors is None:
         motors = _scaled_motors(mass)
         build.notes.append("motors in scaled Crazyflie geometry that hover at command 0.5: fit the thrust per unit")
+    build.numbers |= {"arm": motors.arm, "torque_per_thrust": motors.torque_per_thrust}
+    if motors.unit == "rad/s":
+        build.numbers["rotor_thrust"] = motors.thrust
     forces = motors.forces(symbols(NAMES))
     build.name(("thrust",), (sum(forces),))
     if attitude == "measured":

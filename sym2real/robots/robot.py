@@ -107,6 +107,11 @@ class Robot:
         """Physics steps per control period."""
         return round(self.dt / self.physics_dt)
 
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Mass in kg and the further numbers, as equations carry them for effects."""
+        return {"mass": self.mass, **self.constants}
+
     def mjcf_text(self) -> str:
         """The description file's content."""
         return resources.files("sym2real.robots").joinpath(self.mjcf).read_text(encoding="utf-8")

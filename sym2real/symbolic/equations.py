@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import keyword
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import count
 from types import MappingProxyType
@@ -36,6 +36,10 @@ class Equations:
         parameters: symbol that is neither column nor number → its value.
         robot: name of the robot, if it is a known one.
         notes: remarks for people ("wrench: approximate").
+        numbers: the nominal robot's numbers that effects need, SI units: ``mass``, ``jx``, ``kx``, ``wheelbase`` …
+        filters: what acts on whole series of commands or measurements, outside the equations, in the order in which
+            a signal meets it: key of the effect and its values, over ``parameters``.
+        start: hidden state column → its first value, over state, action, inputs and parameters.
 
     Raises:
         UnknownNameError: when an expression uses a name that is none of these.
@@ -50,13 +54,16 @@ class Equations:
     parameters: Mapping[str, float] = field(default_factory=dict)
     robot: str = ""
     notes: tuple[str, ...] = ()
+    numbers: Mapping[str, float] = field(default_factory=dict)
+    filters: tuple[tuple[str, Mapping[str, Expr]], ...] = ()
+    start: Mapping[str, Expr] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         parameters = {str(name): float(value) for name, value in self.parameters.items()}
         self._set("parameters", parameters)
         _check_names([*self.columns, *self.quantities, *parameters])
         state = self.layouts.state
-        for name in (*self.next, *self.output):
+        for name in (*self.next, *self.output, *self.start):
             state.index(name)
         missing = [column for column in state if column not in self.next]
         if missing:
@@ -67,6 +74,15 @@ class Equations:
         self._set("output", {c: self._checked(c, self.output[c]) for c in state if c in self.output})
         self._set("quantities", {name: self._checked(name, value) for name, value in self.quantities.items()})
         self._set("notes", tuple(self.notes))
+        self._set("numbers", {str(name): float(value) for name, value in self.numbers.items()})
+        self._set("start", {c: self._checked(c, self.start[c]) for c in state if c in self.start})
+        filters = [
+            (key, {n: self._checked(f"{key} {n}", v) for n, v in values.items()}) for key, values in self.filters
+        ]
+        self._set("filters", tuple((str(key), MappingProxyType(values)) for key, values in filters))
+        hidden = [column for one in state.fields if one.hidden for column in one.columns if column not in self.start]
+        if hidden:
+            raise ModelError(f"no start for the hidden state column{'s' * (len(hidden) > 1)} {', '.join(hidden)}")
 
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, MappingProxyType(value) if isinstance(value, dict) else value)
@@ -103,6 +119,9 @@ class Equations:
         parameters: Mapping[str, float] = EMPTY,
         robot: str = "",
         notes: tuple[str, ...] = (),
+        numbers: Mapping[str, float] = EMPTY,
+        filters: Iterable[tuple[str, Mapping[str, str]]] = (),
+        start: Mapping[str, str] = EMPTY,
     ) -> Equations:
         """Equations from text (Python syntax, see :mod:`sym2real.symbolic.parsing`).
 
@@ -114,13 +133,29 @@ class Equations:
         def read(source: Mapping[str, str]) -> dict[str, Expr]:
             return {name: _parsed(name, written) for name, written in source.items()}
 
-        return cls(read(equations), layouts, dt, read(output), read(quantities), parameters, robot, notes)
+        kept = tuple((key, read(values)) for key, values in filters)
+        return cls(
+            next=read(equations),
+            layouts=layouts,
+            dt=dt,
+            output=read(output),
+            quantities=read(quantities),
+            parameters=parameters,
+            robot=robot,
+            notes=notes,
+            numbers=numbers,
+            filters=kept,
+            start=read(start),
+        )
 
     def text(self) -> str:
         """All equations, one a line, in the syntax that :meth:`parse` reads."""
         lines = [f"{name} = {text(expression)}" for name, expression in self.quantities.items()]
         lines += [f"{column}' = {text(expression)}" for column, expression in self.next.items()]
         lines += [f"measured {column} = {text(expression)}" for column, expression in self.output.items()]
+        lines += [f"{column} at the start = {text(expression)}" for column, expression in self.start.items()]
+        for key, values in self.filters:
+            lines.append(f"{key}: {', '.join(f'{name} = {text(value)}' for name, value in values.items())}")
         lines += [f"{name} = {value!r}" for name, value in self.parameters.items()]
         return "\n".join(lines)
 
@@ -149,7 +184,12 @@ class Equations:
         return input in seen
 
     def _expressions(self) -> Iterator[tuple[str, Mapping[str, Expr]]]:
-        yield from (("next", self.next), ("output", self.output), ("quantities", self.quantities))
+        yield from (
+            ("next", self.next),
+            ("output", self.output),
+            ("quantities", self.quantities),
+            ("start", self.start),
+        )
 
     def substitute(
         self, replacements: Mapping[str, Expr | float], parameters: Mapping[str, float] = EMPTY
@@ -171,7 +211,11 @@ class Equations:
             part: {name: replace_symbols(expression, exchange) for name, expression in expressions.items()}
             for part, expressions in self._expressions()
         }
-        return replace(self, **changed, parameters={**self.parameters, **parameters})
+        filters = tuple(
+            (key, {name: replace_symbols(value, exchange) for name, value in values.items()})
+            for key, values in self.filters
+        )
+        return replace(self, **changed, filters=filters, parameters={**self.parameters, **parameters})
 
     def at(self, **values: float) -> Equations:
         """Parameters replaced by numbers.

@@ -36,6 +36,9 @@ def write_equations(equations: Equations) -> str:
         "quantities": written(equations.quantities),
         "parameters": dict(equations.parameters),
         "notes": list(equations.notes),
+        "numbers": dict(equations.numbers),
+        "filters": [{"effect": key, "values": written(values)} for key, values in equations.filters],
+        "start": written(equations.start),
     }
     return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
@@ -63,7 +66,16 @@ def read_equations(source: str) -> dict[str, Any]:
         "parameters": _mapping(content, "parameters", (int, float)),
         "robot": _entry(content, "robot", str),
         "notes": tuple(str(note) for note in _entry(content, "notes", list)),
+        "numbers": _mapping(content, "numbers", (int, float)) if "numbers" in content else {},
+        "filters": [_filter(entry) for entry in _entry(content, "filters", list)] if "filters" in content else [],
+        "start": _mapping(content, "start", str) if "start" in content else {},
     }
+
+
+def _filter(entry: Any) -> tuple[str, dict[str, Any]]:
+    if not isinstance(entry, dict):
+        raise ModelError(f"equations in JSON: expected a filter's effect and values, found {entry!r:.80}")
+    return _entry(entry, "effect", str), _mapping(entry, "values", str)
 
 
 def _entry(content: Mapping[str, Any], key: str, kind: type | tuple[type, ...]) -> Any:

@@ -1,0 +1,186 @@
+"""Test flights and drives, in and out of the distribution that base models are trained on.
+
+In distribution a quadrotor hovers and flies circles and figures of eight of radius 0.3–0.6 m at 1–2 rad/s, from tilted
+starts with coloured noise on the commands, and levelled random rates from 2 m. Out of distribution it flies radius
+0.9–1.3 m at 2.3–2.9 rad/s with noise doubled, and tumbles on random rates from 8 m.
+A car drives circles, to goals, and on random commands up to 2 m/s; out of distribution in reverse, or at 2.2–4 m/s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from sym2real.control import GeometricQuadrotor, PurePursuit
+from sym2real.experiments.disturbed import ColouredNoise, Disturbed, GoalAfterGoal, RandomDriving, RandomRates
+from sym2real.plants import MujocoPlant, random_push, run_episode
+from sym2real.protocols import Change, Controller
+from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.rotation import exponential
+from sym2real.tasks import make_task
+from sym2real.trajectory import Array, Dataset, Trajectory
+
+Setting = tuple[Controller, Array]
+Draw = Callable[[np.random.Generator], Setting]
+
+NOISE = np.array([0.03, 1.0, 1.0, 1.0])  # N, rad/s
+NOISE_CORRELATION = 0.08  # s
+SPEED_LIMIT = 2.0  # m/s, of drives in distribution
+
+
+def quadrotor_flights(
+    count: int,
+    seed: int,
+    out_of_distribution: bool = False,
+    *,
+    steps: int = 400,
+    changes: Sequence[Change] = (),
+    pushed: bool = False,
+) -> Dataset:
+    """Flights of the Crazyflie in MuJoCo, one kind after the other; a flight ends early when it hits the ground.
+
+    Args:
+        count: number of flights.
+        seed: equal seeds give equal flights.
+        out_of_distribution: faster, steeper and tumbling.
+        steps: rows of a flight.
+        changes: differences of the plant.
+        pushed: under random pushes.
+    """
+    kinds: tuple[Draw, ...] = (_circle, _eight, _hover, _levelled_rates)
+    if out_of_distribution:
+        kinds = (_fast_circle, _tumble, _fast_eight, _tumble)
+    return _runs(MujocoPlant(CRAZYFLIE, changes), kinds, count, seed, steps=steps, pushed=pushed)
+
+
+def car_drives(
+    count: int,
+    seed: int,
+    out_of_distribution: bool = False,
+    *,
+    steps: int = 400,
+    changes: Sequence[Change] = (),
+    pushed: bool = False,
+) -> Dataset:
+    """Drives of the MuSHR car in MuJoCo, one kind after the other; arguments as of :func:`quadrotor_flights`."""
+    kinds: tuple[Draw, ...] = (_round, _goals, _random_driving)
+    if out_of_distribution:
+        kinds = (_reverse, _fast_round)
+    return _runs(MujocoPlant(MUSHR, changes), kinds, count, seed, steps=steps, pushed=pushed)
+
+
+def reverse_drives(count: int, seed: int, *, steps: int = 400) -> Dataset:
+    """Drives in reverse alone, the part of the cars' out-of-distribution set that has a bar of its own."""
+    return _runs(MujocoPlant(MUSHR), (_reverse,), count, seed, steps=steps, pushed=False)
+
+
+def _runs(plant: MujocoPlant, kinds: Sequence[Draw], count: int, seed: int, *, steps: int, pushed: bool) -> Dataset:
+    runs: list[Trajectory] = []
+    for index in range(count):
+        draw, rng = kinds[index % len(kinds)], np.random.default_rng([seed, index])
+        controller, start = draw(rng)
+        wrench = random_push(plant.robot, steps, rng) if pushed else None
+        name = f"{draw.__name__.strip('_')}_{index}"
+        runs.append(run_episode(plant, controller, start=start, steps=steps, wrench=wrench, name=name))
+    return Dataset(runs)
+
+
+def _tilted(rng: np.random.Generator, most: float, position: Array) -> Array:
+    """A start at rest, tilted by up to ``most`` rad about a horizontal axis ``# (13,)``."""
+    direction, angle = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(0.0, most)
+    axis = torch.tensor([angle * np.cos(direction), angle * np.sin(direction), 0.0], dtype=torch.float64)
+    start = CRAZYFLIE.start.copy()
+    start[:3], start[3:7] = position, exponential(axis).numpy()
+    return start
+
+
+def _track(
+    rng: np.random.Generator, task: str, noise: float, tilt: float, height: float, **options: float | bool
+) -> Setting:
+    """Geometric tracking of a task, lifted to a height in m, with noisy commands."""
+    path = make_task(task, CRAZYFLIE, **options).reference
+    lift = torch.zeros(13, dtype=torch.float64)
+    lift[2] = height - 1.0
+
+    def reference(time: Tensor) -> Tensor:
+        return path(time) + lift
+
+    robot = CRAZYFLIE
+    tracking = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference)
+    coloured = ColouredNoise(noise * NOISE, NOISE_CORRELATION, robot.dt, rng)
+    position = reference(torch.zeros((), dtype=torch.float64)).numpy()[:3]
+    return Disturbed(tracking, coloured, robot.low, robot.high), _tilted(rng, tilt, position)
+
+
+def _hover(rng: np.random.Generator) -> Setting:
+    return _track(rng, "hover", 1.0, 0.2, 1.0)
+
+
+def _circle(rng: np.random.Generator) -> Setting:
+    radius, rate = rng.uniform(0.3, 0.6), rng.uniform(1.0, 2.0)
+    clockwise = bool(rng.integers(2))
+    return _track(rng, "circle", 1.0, 0.2, 1.0, radius=radius, speed=radius * rate, clockwise=clockwise)
+
+
+def _eight(rng: np.random.Generator) -> Setting:
+    radius, rate = rng.uniform(0.3, 0.6), rng.uniform(1.0, 2.0)
+    return _track(rng, "lemniscate", 1.0, 0.2, 1.0, half_width=radius, period=2.0 * np.pi / rate)
+
+
+def _levelled_rates(rng: np.random.Generator) -> Setting:
+    controller = RandomRates(CRAZYFLIE, rng, levelling=8.0, climbing=0.7)
+    return controller, _tilted(rng, 0.2, np.array([0.0, 0.0, 2.0]))
+
+
+def _fast_circle(rng: np.random.Generator) -> Setting:
+    radius, rate = rng.uniform(0.9, 1.3), rng.uniform(2.3, 2.9)
+    clockwise = bool(rng.integers(2))
+    return _track(rng, "circle", 2.0, 0.6, 3.0, radius=radius, speed=radius * rate, clockwise=clockwise)
+
+
+def _fast_eight(rng: np.random.Generator) -> Setting:
+    radius, rate = rng.uniform(0.9, 1.3), rng.uniform(2.3, 2.9)
+    return _track(rng, "lemniscate", 2.0, 0.6, 3.0, half_width=radius, period=2.0 * np.pi / rate)
+
+
+def _tumble(rng: np.random.Generator) -> Setting:
+    return RandomRates(CRAZYFLIE, rng), _tilted(rng, 0.6, np.array([0.0, 0.0, 8.0]))
+
+
+def _around(rng: np.random.Generator, task: str, radius: float, speed: float, fastest: float) -> Setting:
+    path = make_task(task, MUSHR, radius=radius, speed=speed, clockwise=bool(rng.integers(2)))
+    robot = replace(MUSHR, high=np.array([MUSHR.high[0], fastest]), low=np.array([MUSHR.low[0], -fastest]))
+    controller = PurePursuit(MUSHR.constants["wheelbase"], robot.low, robot.high, robot.dt, path.reference)
+    return controller, path.start(rng)
+
+
+def _round(rng: np.random.Generator) -> Setting:
+    return _around(rng, "circle", rng.uniform(1.0, 2.0), rng.uniform(0.8, 1.6), SPEED_LIMIT)
+
+
+def _reverse(rng: np.random.Generator) -> Setting:
+    return _around(rng, "reverse_circle", rng.uniform(1.0, 2.0), rng.uniform(0.8, 1.6), SPEED_LIMIT)
+
+
+def _fast_round(rng: np.random.Generator) -> Setting:
+    speed = rng.uniform(2.2, 4.0)
+    return _around(rng, "circle", rng.uniform(2.0, 4.0), speed, 1.2 * speed)
+
+
+def _parked(rng: np.random.Generator) -> Array:
+    yaw = rng.uniform(-np.pi, np.pi)
+    return np.array([*rng.uniform(-1.0, 1.0, 2), np.sin(yaw), np.cos(yaw), 0.0, 0.0, 0.0])
+
+
+def _goals(rng: np.random.Generator) -> Setting:
+    start = _parked(rng)
+    return GoalAfterGoal(MUSHR, rng, reach=2.0, fastest=1.6), start
+
+
+def _random_driving(rng: np.random.Generator) -> Setting:
+    noise = ColouredNoise(np.array([0.22, 1.0]), 0.5, MUSHR.dt, rng)
+    return RandomDriving(MUSHR, noise, SPEED_LIMIT), _parked(rng)

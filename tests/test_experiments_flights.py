@@ -1,0 +1,101 @@
+"""The test flights and drives are what their names promise, and the same for the same seed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+
+from sym2real.experiments.disturbed import ColouredNoise
+from sym2real.experiments.flights import car_drives, quadrotor_flights, reverse_drives
+from sym2real.plants import constant_force
+from sym2real.robots import CRAZYFLIE
+from sym2real.rotation import tilt
+from sym2real.trajectory import Array, Dataset
+
+
+def quadrotor_spread(flights: Dataset) -> tuple[float, float, float]:
+    """95th percentiles of tilt in degrees, speed in m/s and rate in rad/s."""
+    states = np.concatenate([flight.state for flight in flights])
+    tilts = np.rad2deg(tilt(torch.as_tensor(states[:, 3:7])).numpy())
+    speeds, rates = (np.linalg.norm(states[:, part], axis=1) for part in (slice(7, 10), slice(10, 13)))
+    first, second, third = (float(np.quantile(values, 0.95)) for values in (tilts, speeds, rates))
+    return first, second, third
+
+
+def forward_speed(drives: Dataset) -> Array:
+    states = np.concatenate([drive.state for drive in drives])
+    speed: Array = states[:, 4] * states[:, 3] + states[:, 5] * states[:, 2]
+    return speed
+
+
+def test_flights_in_distribution_are_moderate() -> None:
+    flights = quadrotor_flights(8, seed=0, steps=200)
+    tilts, speeds, _ = quadrotor_spread(flights)
+    assert 20.0 < tilts < 40.0
+    assert 1.2 < speeds < 4.0
+    assert [flight.name for flight in flights][:4] == ["circle_0", "eight_1", "hover_2", "levelled_rates_3"]
+    for flight in flights:
+        start = float(tilt(torch.as_tensor(flight.state[0, 3:7])))
+        assert start <= 0.2
+        if "rates" not in flight.name:
+            assert len(flight) == 200
+
+
+def test_flights_out_of_distribution_are_wild() -> None:
+    tilts, speeds, rates = quadrotor_spread(quadrotor_flights(8, seed=0, out_of_distribution=True))
+    assert tilts >= 70.0
+    assert speeds >= 5.0
+    assert rates >= 7.0
+
+
+def test_flights_repeat_by_seed_and_differ_between_seeds() -> None:
+    one, again, other = (quadrotor_flights(1, seed=seed, steps=30) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(one[0].state, again[0].state)
+    assert np.abs(one[0].state - other[0].state).max() > 0.01
+    # A flight does not depend on how many are asked for.
+    np.testing.assert_array_equal(one[0].state, quadrotor_flights(2, seed=1, steps=30)[0].state)
+
+
+def test_changes_and_pushes_reach_the_plant() -> None:
+    plain = quadrotor_flights(1, seed=1, steps=30)
+    windy = quadrotor_flights(1, seed=1, steps=30, changes=[constant_force(0.03)])
+    assert (windy[0].column("vx") - plain[0].column("vx"))[-1] > 0.1
+    pushed = quadrotor_flights(1, seed=1, steps=30, pushed=True)
+    assert not plain[0].inputs.any()
+    assert (np.abs(pushed[0].inputs).max(axis=0) > 0.0).all()
+
+
+def test_drives_in_distribution_go_forward_within_their_limit() -> None:
+    drives = car_drives(3, seed=0, steps=200)
+    speed = forward_speed(drives)
+    assert speed.min() > -0.05
+    assert speed.max() < 2.05
+    assert np.quantile(speed, 0.5) > 0.6
+    turning = np.concatenate([drive.column("wz") for drive in drives])
+    assert turning.min() < -0.3
+    assert turning.max() > 0.3
+
+
+def test_drives_out_of_distribution_go_backward_or_fast() -> None:
+    drives = car_drives(4, seed=0, out_of_distribution=True, steps=120)
+    for drive in drives:
+        late = forward_speed(Dataset([drive.rows(60, 120)]))
+        if "reverse" in drive.name:
+            assert late.max() < -0.5
+        else:
+            assert late.min() > 2.0
+    assert forward_speed(Dataset([d.rows(60, 120) for d in reverse_drives(2, seed=1, steps=120)])).max() < -0.5
+
+
+@pytest.mark.parametrize("correlation", [0.08, 0.5])
+def test_coloured_noise_has_its_size_and_its_time_constant(correlation: float) -> None:
+    dt, deviation = CRAZYFLIE.dt, np.array([0.03, 1.0])
+    noise = ColouredNoise(deviation, correlation, dt, np.random.default_rng(0))
+    values = np.array([noise.next() for _ in range(40_000)])
+    np.testing.assert_allclose(values.std(axis=0), deviation, rtol=0.1)
+    lag = round(correlation / dt)
+    for column in values.T:
+        assert np.corrcoef(column[:-lag], column[lag:])[0, 1] == pytest.approx(
+            np.exp(-lag * dt / correlation), abs=0.06
+        )

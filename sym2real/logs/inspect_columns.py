@@ -50,13 +50,14 @@ def _remark(draft: Draft, name: str, values: Array) -> str:
         return f"constant at {finite[0]:g}"
     if len(np.unique(finite)) <= FEW:
         return ""
-    repeats = float(np.mean(np.diff(values) == 0))
+    edges = [(edge, float(np.mean(values == edge))) for edge in (finite.min(), finite.max())]
+    # A value that stays at a limit is clipped, one that stays elsewhere waits for its next update.
+    between = (values[1:] > finite.min()) & (values[1:] < finite.max())
+    repeats = float(np.sum((np.diff(values) == 0) & between)) / max(1, int(between.sum()))
     if repeats > HELD:
         return f"held: {100 * repeats:.0f} % of the rows repeat the one before"
-    edges = [(edge, float(np.mean(values == edge))) for edge in (finite.min(), finite.max())]
     limits = [f"{edge:g} ({100 * share:.1f} % of the rows)" for edge, share in edges if share > SATURATED]
-    # A column that jumps about hits its extremes once; one that is clipped stays there.
-    return f"saturates at {' and '.join(limits)}" if limits and repeats < HELD else ""
+    return f"saturates at {' and '.join(limits)}" if limits else ""
 
 
 def _copies(draft: Draft, pooled: dict[str, Array]) -> None:

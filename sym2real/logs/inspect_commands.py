@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from sym2real.logs import signals
+from sym2real.logs.attitude_reading import up
 from sym2real.logs.draft import Draft
-from sym2real.logs.inspect_attitude import FASTEST, WEAK, up
-from sym2real.logs.inspect_motion import suspect
+from sym2real.logs.inspect_attitude import WEAK
+from sym2real.logs.inspect_motion import FASTEST, suspect
 from sym2real.logs.inspect_position import axis_column
 from sym2real.logs.signals import Series
 from sym2real.logs.units import GRAVITY, UNITS

@@ -6,25 +6,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sym2real.logs import derive, signals
+from sym2real.logs.attitude_reading import TURNING, gyro_agreement, tilt_agreement
 from sym2real.logs.draft import Draft
-from sym2real.logs.inspect_attitude import (
-    CLEAR,
-    FASTEST,
-    RATE_UNITS,
-    TURNING,
-    WEAK,
-    angle_unit,
-    gyro_agreement,
-    tilt_agreement,
-)
+from sym2real.logs.inspect_attitude import CLEAR, WEAK, angle_unit
 from sym2real.logs.inspect_position import axis_column
+from sym2real.logs.parts import Attitude
 from sym2real.logs.signals import Series
 from sym2real.logs.units import UNITS
 
 Array = NDArray[np.float64]
 
+RATE_UNITS = ("rad/s", "deg/s", "mrad/s")
+FASTEST = 40.0  # rad/s; a gyro of a small robot ends at 2000 deg/s = 35 rad/s
 MOVING = 0.01  # m/s
-BETTER = 0.05  # share of variance by which one explanation must beat another
+BETTER = 2.0  # how many times more one explanation must leave over for the other to be taken
 
 
 def inspect_velocities(draft: Draft) -> None:
@@ -96,12 +91,13 @@ def _explained(draft: Draft, names: list[str], by: dict[str, Series]) -> float:
 
 def _decide_velocity_frame(draft: Draft, names: list[str], true: dict[str, Series], body: dict[str, Series]) -> None:
     in_world, in_body = _explained(draft, names, true), _explained(draft, names, body)
-    evidence = (
-        f"slopes of positions explain {100 * in_world:.0f} % of it in world axes, {100 * in_body:.0f} % in body axes"
-    )
-    if in_body > in_world + BETTER:
+    left = (1.0 - in_world + 1e-9) / (1.0 - in_body + 1e-9)
+    if left > BETTER:
         draft.velocity_frame = "body"
-    clear = abs(in_body - in_world) > BETTER
+    clear = max(left, 1.0 / left) > BETTER
+    evidence = (
+        f"slopes of positions explain {100 * in_world:.1f} % of it in world axes, {100 * in_body:.1f} % in body axes"
+    )
     draft.add("", f"velocity in {draft.velocity_frame} axes", "", evidence, "certain" if clear else "guess")
 
 
@@ -124,22 +120,20 @@ def inspect_rates(draft: Draft) -> None:
     names = [name for name in ("wx", "wy", "wz") if draft.has(name)]
     turning = _turning(draft)
     if not names:
+        _suspect_signs(draft, tilt_agreement(draft), {})
         if turning:
             draft.derived.append("rate")
             draft.add("", "body rate", "rad/s", "the log has none: slopes of the attitude", "certain")
         return
     agreement = gyro_agreement(draft) if draft.world else _yaw_agreement(draft, turning)
     unit, evidence = _rate_unit(draft, names, agreement, turning)
-    tilt = tilt_agreement(draft)
     for name in names:
         column = axis_column(draft, name)
         draft.units[name] = "" if unit == "rad/s" else unit
         found = agreement.get(name)
         text = f"correlation {found:+.2f} with the slope of the attitude" if found is not None else "too little turning"
         draft.add(column, name, unit, f"{evidence}; {text}", "certain" if found and abs(found) > CLEAR else "guess")
-        if found is not None and found < -CLEAR:
-            _suspect_rate(draft, name, found, tilt)
-    _suspect_angles(draft, tilt, agreement)
+    _suspect_signs(draft, tilt_agreement(draft), agreement)
 
 
 def _turning(draft: Draft) -> dict[str, Series]:
@@ -173,26 +167,23 @@ def _rate_unit(
     return ("deg/s" if size > FASTEST else "rad/s"), f"up to {size:.3g}"
 
 
-def _suspect_rate(draft: Draft, name: str, found: float, tilt: dict[str, float]) -> None:
-    angle = {"wx": "roll", "wy": "pitch"}.get(name, "")
-    attitude = draft.attitudes.get("attitude")
-    # Where accelerations speak against the angle too, it is the angle that is reversed.
-    wrong_way = -1.0 if draft.frames == "z_up" else 1.0
-    if attitude is not None and attitude.euler and wrong_way * tilt.get(angle, 0.0) > CLEAR:
-        return
-    evidence = f"correlation {found:+.3f} with the slope of the attitude"
-    if tilt.get(angle):
-        evidence += f", which agrees with the acceleration ({abs(tilt[angle]):.2f})" if abs(tilt[angle]) > CLEAR else ""
-    suspect(draft, axis_column(draft, name), evidence)
-
-
-def _suspect_angles(draft: Draft, tilt: dict[str, float], gyro: dict[str, float]) -> None:
-    attitude = draft.attitudes.get("attitude")
-    if attitude is None or not attitude.euler or draft.frames != "z_up":
-        return
-    for i, (angle, rate) in enumerate((("roll", "wx"), ("pitch", "wy"))):
-        if tilt.get(angle, 0.0) < -CLEAR and gyro.get(rate, -1.0) < WEAK:
-            evidence = f"correlation {tilt[angle]:+.2f} of the acceleration with what this angle should cause"
-            if rate in gyro:
-                evidence += f", {gyro[rate]:+.2f} of {rate} with its slope"
+def _suspect_signs(draft: Draft, tilt: dict[str, float], gyro: dict[str, float]) -> None:
+    """Angles against accelerations, then rates against the slopes of angles that are taken the right way round."""
+    attitude = draft.attitudes.get("attitude", Attitude())
+    vertical = 1.0 if draft.frames == "z_up" else -1.0
+    reversed_by = {}
+    for rate, angle, i in (("wx", "roll", 0), ("wy", "pitch", 1), ("wz", "yaw", 2)):
+        pushed = vertical * tilt.get(angle, 0.0)
+        if attitude.euler and pushed < -CLEAR:
+            reversed_by[rate] = -1.0
+            evidence = f"correlation {pushed:+.3f} of the acceleration with what this angle should cause"
             suspect(draft, attitude.euler[i], evidence)
+        found = gyro.get(rate, 0.0) * reversed_by.get(rate, 1.0)
+        if found < -CLEAR:
+            evidence = f"correlation {found:+.3f} with the slope of the attitude"
+            agrees = f", which agrees with the acceleration ({pushed:+.2f})" if pushed > CLEAR else ""
+            turned = f" after {attitude.euler[i]!r} is reversed" if rate in reversed_by else agrees
+            suspect(draft, axis_column(draft, rate), evidence + turned)
+    for rate in reversed_by:
+        for part in draft.body_rates:
+            part[:, "xyz".index(rate[1])] *= -1.0

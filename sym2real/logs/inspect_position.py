@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from sym2real.logs import signals
+from sym2real.logs.attitude_reading import TILTING, level_push
 from sym2real.logs.draft import Draft
-from sym2real.logs.inspect_attitude import CLEAR, TILTING, upright_tilt
+from sym2real.logs.inspect_attitude import CLEAR
 from sym2real.logs.signals import Series
 from sym2real.logs.units import GRAVITY, UNITS, factor
 
@@ -25,7 +26,7 @@ def inspect_positions(draft: Draft) -> None:
     for axis in axes:
         draft.units[axis] = "" if unit == "m" else unit
         draft.add(axis_column(draft, axis), axis, unit, evidence, "certain" if sure else "likely")
-    if len(axes) > 1:
+    if {"x", "y"} <= set(axes):
         scale = factor(unit, "x")
         parts = [push[axis] for axis in axes]
         draft.acceleration = [
@@ -68,9 +69,10 @@ def _against_velocity(draft: Draft, pace: dict[str, Series]) -> tuple[float, str
 
 def _against_tilt(draft: Draft, push: dict[str, Series]) -> tuple[float, str] | None:
     """A body that leans by an angle accelerates by g times it."""
-    tilt = upright_tilt(draft)
-    if not tilt or not {"x", "y"} <= push.keys() or np.mean(np.concatenate(tilt)) < TILTING:
+    caused = level_push(draft)
+    axes = [(axis, i) for i, axis in enumerate("xy") if axis in push]
+    moved = sum(signals.spread([part[:, i] for part in caused]) for _, i in axes) if caused else 0.0
+    if moved < GRAVITY * TILTING:
         return None
-    smooth = [np.hypot(a, b) for a, b in zip(signals.smooth(push["x"]), signals.smooth(push["y"]), strict=True)]
-    share = signals.mean(smooth) / (GRAVITY * signals.mean(tilt))
+    share = sum(signals.spread(push[axis]) for axis, _ in axes) / moved
     return share, f"accelerates {share:.3g} times as much as its tilt does in m/s²"

@@ -9,6 +9,8 @@ from sym2real.logs.draft import Draft
 from sym2real.logs.parts import TimeBase
 from sym2real.logs.resample import GAP_INTERVALS, gaps, is_regular
 from sym2real.logs.signals import Series
+from sym2real.logs.specification import LogSpec
+from sym2real.logs.standard import stamps
 from sym2real.logs.table import Table
 from sym2real.logs.units import UNITS
 
@@ -26,7 +28,7 @@ def inspect_time(draft: Draft) -> None:
     if column is None:
         _without_stamps(draft)
         return
-    counts = [table.column(column, "of time stamps") for table in draft.tables]
+    counts = [stamps(table, LogSpec(time=TimeBase(column))) for table in draft.tables]
     step = float(np.median(np.concatenate([np.diff(values) for values in counts])))
     unit, evidence = _unit(draft, column, step)
     times = [values * UNITS[unit][1] for values in counts]

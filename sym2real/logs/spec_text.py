@@ -42,6 +42,7 @@ def specification(spec: LogSpec, comments: Mapping[str, Sequence[str]] | None = 
     for column, source in spec.columns.items():
         key = column if column.replace("_", "").isalnum() else text(column)
         lines += [f"{key} = {text(source)}", *_commented(notes, column)]
+    lines += _commented(notes, "columns")
     for name in ATTITUDES:
         if getattr(spec, name).sources:
             lines += ["", f"[{name}]", *_entries(getattr(spec, name)), *_commented(notes, name)]

@@ -1,0 +1,310 @@
+"""The project's own real flight in disguise, and cars and odd logs: what inspection must see through."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import torch
+from numpy.typing import NDArray
+
+from sym2real import rotation
+from sym2real.data import example_flight
+from sym2real.errors import DataError
+from sym2real.layout import Layout, Layouts
+from sym2real.logs import LogSpec, inspect_logs, read_log
+from sym2real.logs.names import read_name
+from sym2real.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+Disguise = Callable[[pd.DataFrame], pd.DataFrame]
+POSITION, QUATERNION, VELOCITY, RATE = (
+    ["px", "py", "pz"], ["qw", "qx", "qy", "qz"], ["vx", "vy", "vz"], ["wx", "wy", "wz"],
+)  # fmt: skip
+DOWN = np.array([1.0, -1.0, -1.0])
+
+
+def renamed(log: pd.DataFrame, old: list[str], new: list[str], values: Array | None = None) -> pd.DataFrame:
+    values = log[old].to_numpy() if values is None else values
+    return log.drop(columns=old).assign(**dict(zip(new, values.T, strict=True)))
+
+
+def euler_degrees(log: pd.DataFrame) -> Array:
+    quaternion = rotation.normalise(torch.tensor(log[QUATERNION].to_numpy()))
+    matrix = rotation.to_matrix(quaternion).numpy()
+    roll, yaw = np.arctan2(matrix[:, 2, 1], matrix[:, 2, 2]), np.arctan2(matrix[:, 1, 0], matrix[:, 0, 0])
+    return np.degrees(np.stack([roll, -np.arcsin(matrix[:, 2, 0]), yaw], axis=1))
+
+
+def xyzw(log: pd.DataFrame) -> pd.DataFrame:
+    return renamed(log, QUATERNION, [f"quat[{i}]" for i in range(4)], np.roll(log[QUATERNION].to_numpy(), -1, axis=1))
+
+
+def wxyz(log: pd.DataFrame) -> pd.DataFrame:
+    return renamed(log, QUATERNION, [f"q_{i}" for i in range(1, 5)])
+
+
+def degrees(log: pd.DataFrame) -> pd.DataFrame:
+    log = renamed(log, QUATERNION, ["roll", "pitch", "yaw"], euler_degrees(log))
+    return renamed(log, RATE, ["gyro.x", "gyro.y", "gyro.z"], np.degrees(log[RATE].to_numpy()))
+
+
+def radians(log: pd.DataFrame) -> pd.DataFrame:
+    return renamed(log, QUATERNION, ["phi", "theta", "psi"], np.radians(euler_degrees(log)))
+
+
+def legacy_pitch(log: pd.DataFrame) -> pd.DataFrame:
+    return degrees(log).assign(pitch=lambda frame: -frame["pitch"])
+
+
+def ned(log: pd.DataFrame) -> pd.DataFrame:
+    for columns in (POSITION, VELOCITY, RATE):
+        log[columns] *= DOWN
+    log[QUATERNION] *= np.array([1.0, 1.0, -1.0, -1.0])
+    return log.assign(ref_py=-log["ref_py"], ref_pz=-log["ref_pz"])
+
+
+def inverse(log: pd.DataFrame) -> pd.DataFrame:
+    log[QUATERNION] *= np.array([1.0, -1.0, -1.0, -1.0])
+    return log
+
+
+def body_velocity(log: pd.DataFrame) -> pd.DataFrame:
+    attitude = rotation.conjugate(rotation.normalise(torch.tensor(log[QUATERNION].to_numpy())))
+    log[VELOCITY] = rotation.rotate(attitude, torch.tensor(log[VELOCITY].to_numpy())).numpy()
+    return log
+
+
+def millimetres(log: pd.DataFrame) -> pd.DataFrame:
+    log[POSITION] *= 1e3
+    return log
+
+
+def only_millimetres(log: pd.DataFrame) -> pd.DataFrame:
+    return millimetres(log).drop(columns=VELOCITY)
+
+
+def microseconds(log: pd.DataFrame) -> pd.DataFrame:
+    return log.assign(timestamp=np.round(log["t"] * 1e6) + 7e9).drop(columns="t")
+
+
+def sixteen_bits(log: pd.DataFrame) -> pd.DataFrame:
+    motors = [f"motor{i}_cmd" for i in range(1, 5)]
+    return renamed(log, motors, [f"motor.m{i}" for i in range(1, 5)], np.round(log[motors].to_numpy() * 65535))
+
+
+def reversed_gyro(*columns: str) -> Disguise:
+    def apply(log: pd.DataFrame) -> pd.DataFrame:
+        log[list(columns)] *= -1.0
+        return log
+
+    return apply
+
+
+CASES: dict[str, tuple[Disguise, tuple[str, ...]]] = {
+    "xyzw": (xyzw, ()),
+    "wxyz": (wxyz, ()),
+    "degrees": (degrees, ()),
+    "radians": (radians, ()),
+    "legacy pitch": (legacy_pitch, ("pitch",)),
+    "north-east-down": (ned, ()),
+    "inverse": (inverse, ()),
+    "body velocity": (body_velocity, ()),
+    "mm": (millimetres, ()),
+    "mm without velocity": (only_millimetres, ()),
+    "us": (microseconds, ()),
+    "16 bits": (sixteen_bits, ()),
+    "gyro x": (reversed_gyro("wx"), ("wx",)),
+    "gyro y": (reversed_gyro("wy"), ("wy",)),
+    "gyro x z": (reversed_gyro("wx", "wz"), ("wx", "wz")),
+    "velocity y": (reversed_gyro("vy"), ("vy",)),
+}
+
+
+@pytest.fixture(scope="module")
+def flight() -> Trajectory:
+    return read_log(example_flight(), "crazyflie_battery_drag")
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_disguised_flight_is_recognised(tmp_path: Path, flight: Trajectory, case: str) -> None:
+    disguise, flips = CASES[case]
+    path = tmp_path / "log.csv"
+    disguise(pd.read_csv(example_flight())).to_csv(path, index=False)
+    found = inspect_logs(path)
+    assert set(found.suspected_flips) == set(flips)
+    accepted = LogSpec.parse(found.toml().replace("# flip", "flip"))
+    log = read_log(path, accepted, flight.layouts)
+    for field in flight.layouts.state.fields:
+        columns = flight.layouts.state.slice(field.name)
+        error = flight.layouts.state.normalise(torch.tensor(log.state))[:, columns].numpy() - flight.state[:, columns]
+        assert np.sqrt(np.mean(error**2)) < {"position": 1e-6, "attitude": 1e-5}.get(field.name, 5e-3), field.name
+    assert np.allclose(log.action, flight.action, atol=1e-5)
+
+
+def car(rows: int = 600, step: float = 0.05) -> tuple[Array, Array, Array, Array, Array]:
+    """Kinematic bicycle (wheel base 0.3 m) whose steering answers 3 steps late: time, x y, yaw, speed, steer."""
+    time = step * np.arange(rows)
+    steer, speed = 0.3 * np.sin(0.9 * time), 1.0 + 0.4 * np.sin(0.37 * time)
+    yaw = np.cumsum(np.concatenate([[0.0], speed * np.tan(np.roll(steer, 3)) / 0.3 * step])[:-1])
+    x = np.cumsum(speed * np.cos(yaw) * step)
+    y = np.cumsum(speed * np.sin(yaw) * step)
+    return time, np.stack([x, y], axis=1), yaw, speed, steer
+
+
+def test_a_car_in_degrees_with_body_velocity_and_no_yaw_rate(tmp_path: Path) -> None:
+    time, position, yaw, speed, steer = car()
+    wrapped = np.degrees((yaw + np.pi) % (2 * np.pi) - np.pi)
+    columns = {
+        "Time[ms]": 1e3 * time, "x": position[:, 0], "y": position[:, 1], "theta": wrapped,
+        "vel_x": speed, "vel_y": 0 * time, "steering_angle_deg": np.degrees(steer), "cmd_speed": speed,
+    }  # fmt: skip
+    pd.DataFrame(columns).to_csv(tmp_path / "car.csv", index=False)
+    found = inspect_logs(tmp_path / "car.csv")
+    assert found.spec.time.unit == "ms"
+    assert {name: source.unit for name, source in found.spec.columns.items() if source.unit} == {
+        "yaw": "deg", "steer": "deg",
+    }  # fmt: skip
+    assert found.spec.derive == ("rate",)
+    assert found.spec.velocity_frame == "body"
+    log = read_log(tmp_path / "car.csv", found.spec)
+    assert log.layouts.state.columns == ("x", "y", "sin_yaw", "cos_yaw", "vx", "vy", "wz")
+    assert np.allclose(np.unwrap(np.arctan2(log.column("sin_yaw"), log.column("cos_yaw"))), yaw, atol=1e-9)
+    assert np.allclose(log.column("vx"), speed * np.cos(yaw), atol=1e-9)
+    assert np.allclose(log.column("steer"), steer, atol=1e-12)
+
+
+@pytest.mark.parametrize(("turn", "gyro"), [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0)])
+def test_a_car_with_a_quaternion(tmp_path: Path, turn: float, gyro: float) -> None:
+    """An inverse rotation and a reversed gyro look alike but for the way the car drives."""
+    time, position, yaw, speed, steer = car()
+    columns = {
+        "t": time, "x": position[:, 0], "y": position[:, 1],
+        "qx": 0 * yaw, "qy": 0 * yaw, "qz": turn * np.sin(yaw / 2), "qw": np.cos(yaw / 2),
+        "gyro_z": gyro * np.gradient(yaw, time), "steer": steer, "speed": speed,
+    }  # fmt: skip
+    pd.DataFrame(columns).to_csv(tmp_path / "car.csv", index=False)
+    found = inspect_logs(tmp_path / "car.csv")
+    assert found.spec.attitude.direction == ("world_to_body" if turn < 0 else "body_to_world")
+    assert found.suspected_flips == (("gyro_z",) if gyro < 0 else ())
+    layouts = Layouts(Layout.of(["x", "y", "sin_yaw", "cos_yaw"]), Layout.of(["steer", "speed"]))
+    log = read_log(tmp_path / "car.csv", found.spec, layouts)
+    assert np.allclose(log.column("sin_yaw"), np.sin(yaw), atol=1e-9)
+
+
+def test_stamps_that_stand_are_refused(tmp_path: Path) -> None:
+    log = pd.read_csv(example_flight())
+    log.loc[40, "t"] = log.loc[39, "t"]
+    log.to_csv(tmp_path / "log.csv", index=False)
+    with pytest.raises(DataError, match=r"row 42, column 't'.*the same stamp again"):
+        inspect_logs(tmp_path / "log.csv")
+
+
+def test_the_delay_of_the_steering_is_seen(tmp_path: Path) -> None:
+    time, position, yaw, speed, steer = car()
+    columns = {
+        "t": time, "x": position[:, 0], "y": position[:, 1], "yaw": yaw, "yaw_rate": np.gradient(yaw, time),
+        "steer": steer, "speed": speed,
+    }  # fmt: skip
+    pd.DataFrame(columns).to_csv(tmp_path / "car.csv", index=False)
+    found = inspect_logs(tmp_path / "car.csv")
+    assert {"steer", "speed", "yaw", "wz"} <= found.spec.columns.keys()
+    evidence = next(row.evidence for row in found.rows if row.column == "steer")
+    assert any(f"{late} ms later" in evidence for late in (150, 200))
+
+
+def test_counts_of_thrust_are_left_to_the_user(tmp_path: Path) -> None:
+    log = pd.read_csv(example_flight())
+    total = log[[f"motor{i}_cmd" for i in range(1, 5)]].sum(axis=1)
+    log.assign(**{"stabilizer.thrust": np.round(total / 4 * 65535)}).to_csv(tmp_path / "log.csv", index=False)
+    found = inspect_logs(tmp_path / "log.csv")
+    assert "thrust" not in found.spec.columns
+    row = next(row for row in found.rows if row.column == "stabilizer.thrust")
+    assert (row.unit, row.confidence) == ("?", "unknown")
+    line = next(line for line in found.toml().splitlines() if line.startswith("# thrust ="))
+    accepted = LogSpec.parse(found.toml().replace(line, line[2:]))
+    assert accepted.columns["thrust"].column == "stabilizer.thrust"
+
+
+def test_without_stamps_the_rate_is_unknown(tmp_path: Path) -> None:
+    pd.read_csv(example_flight()).drop(columns="t").to_csv(tmp_path / "log.csv", index=False)
+    found = inspect_logs(tmp_path / "log.csv")
+    assert found.spec.time.column == ""
+    assert next(row for row in found.rows if row.meaning == "time").confidence == "unknown"
+    assert LogSpec.parse(found.toml()) == found.spec
+
+
+def test_remarks_on_columns(tmp_path: Path) -> None:
+    log = pd.read_csv(example_flight())
+    held = np.repeat(log["vbat"].to_numpy()[::10], 10)[: len(log)]
+    log.assign(
+        zero=0.0, copy=log["px"], held=held, clipped=log["vx"].clip(-0.5, 0.5), mode="HOVER"
+    ).to_csv(tmp_path / "log.csv", index=False)  # fmt: skip
+    rows = inspect_logs(tmp_path / "log.csv").rows
+    remarks = {row.column: row.evidence for row in rows if row.meaning == "remark"}
+    assert "constant at 0" in remarks["zero"]
+    assert "the same numbers as 'px'" in remarks["copy"]
+    assert "held: 9" in remarks["held"]
+    assert "saturates at -0.5 (" in remarks["clipped"]
+    assert "and 0.5 (" in remarks["clipped"]
+    assert next(row.evidence for row in rows if row.column == "mode") == "text, left out"
+    assert next(row for row in rows if row.column == "zero").confidence == "unknown"
+
+
+def test_a_gap_and_a_late_start_are_named(tmp_path: Path) -> None:
+    log = pd.read_csv(example_flight())
+    late = log["t"].to_numpy().copy()
+    late[1:] += 0.07
+    late[400:] += 0.3
+    log.assign(t=late).to_csv(tmp_path / "log.csv", index=False)
+    found = inspect_logs(tmp_path / "log.csv")
+    assert found.spec.drop_first == 1
+    assert "0.32 s before row 402 of log.csv" in next(row.evidence for row in found.rows if "gap" in row.meaning)
+
+
+def test_logs_of_different_kinds_are_not_mixed(tmp_path: Path) -> None:
+    log = pd.read_csv(example_flight())
+    log.to_csv(tmp_path / "a.csv", index=False)
+    log.drop(columns="vbat").to_csv(tmp_path / "b.csv", index=False)
+    with pytest.raises(DataError, match=r"b\.csv: expected the same columns as a\.csv, found a difference in vbat"):
+        inspect_logs(tmp_path)
+    log.head(5).to_csv(tmp_path / "b.csv", index=False)
+    with pytest.raises(DataError, match="at least 20 rows"):
+        inspect_logs(tmp_path / "b.csv")
+
+
+NAMES = {
+    "stateEstimate.vx": ("velocity", "x", "state"),
+    "stateEstimateZ.ratePitch": ("rate", "y", "state"),
+    "pm.vbatMV": ("battery", "", "state"),
+    "pwm.m1_pwm": ("motor", "1", "command"),
+    "controller.rollRate": ("rate", "x", "command"),
+    "ctrltarget.x": ("position", "x", "reference"),
+    "vehicle_attitude.q[0]": ("quaternion", "0", "state"),
+    "vehicle_attitude_setpoint.q_d[3]": ("quaternion", "3", "command"),
+    "vehicle_angular_velocity.xyz[1]": ("rate", "y", "state"),
+    "trajectory_setpoint.position[0]": ("position", "x", "reference"),
+    "/mavros/local_position/pose/pose.orientation.x": ("quaternion", "x", "state"),
+    "twist.twist.angular.z": ("rate", "z", "state"),
+    "imu.linear_acceleration.z": ("acceleration", "z", "state"),
+    "ang_vel_x": ("rate", "x", "state"),
+    "x_dot": ("velocity", "x", "state"),
+    "psi_dot": ("rate", "z", "state"),
+    "drive.steering_angle": ("steer", "", "command"),
+    "%time": ("time", "", "state"),
+}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_names(name: str) -> None:
+    found = read_name(name)
+    assert found is not None
+    assert (found.quantity, found.axis, found.role) == NAMES[name]
+
+
+@pytest.mark.parametrize("name", ["battery_current", "foo", "id", "temperature", "rssi"])
+def test_names_that_say_nothing(name: str) -> None:
+    assert read_name(name) is None

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import sympy
 
-from sym2real.errors import DataError, ModelError
+from sym2real.errors import DataError, ModelError, UnknownNameError
 from sym2real.layout import Layouts
 from sym2real.symbolic import Equations, complexity, parse_expression
 
@@ -62,6 +62,7 @@ def expression_of(entry: Entry, names: Sequence[str], nodes: int) -> sympy.Expr:
     """The equation as an expression over these names.
 
     Raises:
+        UnknownNameError: when it uses another name.
         ModelError: when the text is not such an expression or has more than ``nodes`` nodes.
     """
     expression = parse_expression(JULIA_FLOAT.sub(r"\1e\2", entry.equation).replace("^", "**"), names)
@@ -123,7 +124,7 @@ def load_hall_of_fame(
         entry = best_entry(read_hall_of_fame(files[column]))
         try:
             expressions[column] = expression_of(entry, names, nodes)
-        except ModelError as error:
+        except (ModelError, UnknownNameError) as error:
             raise ModelError(f"{files[column]}, equation of {column!r}: {error}") from error
     notes = ("loaded from a PySR hall of fame; wrench effects on it are approximate",)
     return Equations(next=expressions, layouts=layouts, dt=dt, notes=notes)

@@ -1,0 +1,200 @@
+"""PySR's engine: its settings against the installed source, its worker against a stub, saved halls of fame."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+from regression_data import QUADROTOR, concatenated, drawn, flights
+
+from sym2real.errors import DataError, MissingDependencyError, ModelError
+from sym2real.layout import Layout, Layouts
+from sym2real.regression import PySR, load_hall_of_fame
+from sym2real.regression.hall_of_fame import Entry, best_entry
+from sym2real.regression.pysr import SETTINGS, julia_is_there
+from sym2real.regression.worker_loop import decode, encode
+from sym2real.symbolic import symbol
+
+TESTS = Path(__file__).parent
+PLANE = Layouts(Layout.of("ab"), Layout.of("u"))
+
+
+def linear(seed: int = 0):  # type: ignore[no-untyped-def]
+    return drawn("ab", "u", lambda v: {"a": 0.1 * v["b"], "b": -0.3 * v["a"] + 0.5 * v["u"]}, seed=seed)
+
+
+@pytest.fixture
+def log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("PYTHONPATH", str(TESTS))
+    monkeypatch.setenv("STUB_LOG", str(tmp_path / "fits.jsonl"))
+    return tmp_path / "fits.jsonl"
+
+
+def fits(log: Path) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
+
+
+def test_every_setting_is_an_argument_of_the_installed_pysr() -> None:
+    found = importlib.util.find_spec("pysr")
+    if found is None or found.origin is None:
+        pytest.skip("PySR is not installed: pip install 'sym2real[pysr]'")
+    tree = ast.parse((Path(found.origin).parent / "sr.py").read_text(encoding="utf-8"))
+    (regressor,) = [n for n in tree.body if isinstance(n, ast.ClassDef) and n.name == "PySRRegressor"]
+    methods = {node.name: node.args for node in regressor.body if isinstance(node, ast.FunctionDef)}
+    made = {argument.arg for argument in (*methods["__init__"].args, *methods["__init__"].kwonlyargs)}
+    assert {*SETTINGS, "random_state"} <= made
+    fitted = {argument.arg for argument in (*methods["fit"].args, *methods["fit"].kwonlyargs)}
+    assert "variable_names" in fitted
+
+
+def test_the_settings_are_the_papers() -> None:
+    assert set(SETTINGS["binary_operators"]) == {"+", "-", "*"}
+    assert set(SETTINGS["unary_operators"]) == {"cos", "sin"}
+    assert (SETTINGS["maxsize"], SETTINGS["niterations"], SETTINGS["warm_start"]) == (85, 5, True)
+    assert SETTINGS["elementwise_loss"] == "L1DistLoss()"
+
+
+def test_one_process_keeps_one_regressor_per_column_for_the_whole_loop(log: Path) -> None:
+    engine = PySR(factory="stub_regressor:Logged")
+    first = engine.fit(linear(1))
+    second = engine.fit(concatenated(linear(1), linear(2)), first)
+    engine.fit(linear(3), second)
+    engine.close()
+    lines = fits(log)
+    assert [line["number"] for line in lines] == [1, 2, 1, 2, 1, 2]
+    assert [line["fits"] for line in lines] == [1, 1, 2, 2, 3, 3]
+    assert len({line["process"] for line in lines}) == 1
+    assert all(line["settings"] == {**SETTINGS, "random_state": 0} for line in lines)
+
+
+def test_a_fit_without_start_begins_afresh(log: Path) -> None:
+    engine = PySR(factory="stub_regressor:Logged")
+    engine.fit(linear(1))
+    engine.fit(linear(2))
+    engine.close()
+    assert [(line["number"], line["fits"]) for line in fits(log)] == [(1, 1), (2, 1), (3, 1), (4, 1)]
+
+
+def test_torch_never_enters_the_worker(log: Path) -> None:
+    engine = PySR(factory="stub_regressor:Logged")
+    engine.fit(linear())
+    engine.close()
+    assert not any(line["torch"] for line in fits(log))
+    script = "import sys, sym2real.regression.pysr_worker; sys.exit('torch' in sys.modules or 'sympy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", script], check=False, cwd=TESTS.parent).returncode == 0
+
+
+def test_equations_come_back_as_the_stub_found_them(log: Path) -> None:
+    told: list[str] = []
+    engine = PySR(factory="stub_regressor:Logged", on_equation=told.append)
+    equations = engine.fit(linear())
+    engine.close()
+    difference = sympy.expand(equations.next["b"] - (symbol("b") - 0.3 * symbol("a") + 0.5 * symbol("u")))
+    assert all(abs(float(number)) < 1e-9 for number in difference.as_coefficients_dict().values())
+    assert told == ["a", "b"]
+
+
+def test_pushed_rows_add_wrench_terms(log: Path) -> None:
+    engine = PySR(factory="stub_regressor:Logged")
+    equations = engine.fit(concatenated(flights(1, count=2, steps=60), flights(2, count=2, steps=60, pushed=True)))
+    engine.close()
+    assert equations.depends("vx", "fx")
+    assert not any(set(line["names"]) & set(QUADROTOR.inputs) for line in fits(log))
+    assert all({"vx", "thrust", "qw"} <= set(line["names"]) for line in fits(log))
+    assert max(equations.complexity().values()) <= 85
+
+
+def test_a_failing_search_is_told_and_the_worker_lives(log: Path) -> None:
+    engine = PySR(factory="stub_regressor:Failing")
+    for _ in range(2):
+        with pytest.raises(ModelError, match="ArithmeticError: the search diverged"):
+            engine.fit(linear())
+    engine.close()
+
+
+def test_a_dead_worker_leaves_its_last_words(log: Path) -> None:
+    engine = PySR(factory="stub_regressor:Dying")
+    with pytest.raises(ModelError, match=r"exit code 3(.|\n)*segmentation fault in libjulia"):
+        engine.fit(linear())
+    engine.close()
+
+
+def test_a_factory_that_cannot_be_imported_names_the_install_commands(log: Path) -> None:
+    with pytest.raises(MissingDependencyError, match="pip install"):
+        PySR(factory="no_such_module:Regressor").fit(linear())
+
+
+@pytest.mark.skipif(julia_is_there(), reason="Julia is installed")
+def test_without_julia_one_message_says_what_to_install() -> None:
+    with pytest.raises(MissingDependencyError, match=r"pip install(.|\n)*import pysr"):
+        PySR()
+
+
+@pytest.mark.skipif(not julia_is_there(), reason="needs Julia: pip install 'sym2real[pysr]', python -c 'import pysr'")
+def test_pysr_itself_finds_a_line() -> None:
+    engine = PySR()
+    equations = engine.fit(linear())
+    engine.close()
+    assert equations.depends("b", "u")
+
+
+def test_arrays_survive_the_line_exactly() -> None:
+    values = np.random.default_rng(0).normal(size=(7, 3)) * 1e-300
+    np.testing.assert_array_equal(decode(json.loads(json.dumps(encode(values)))), values)
+
+
+def test_the_rule_best_is_pysrs() -> None:
+    entries = [
+        Entry(1, 1.0, "a"),
+        Entry(3, 0.5, "b"),
+        Entry(5, 0.01, "c"),
+        Entry(9, 0.008, "d"),
+        Entry(20, 0.0079, "e"),
+    ]
+    assert best_entry(entries).equation == "c"
+    assert best_entry([*entries, Entry(21, 0.004, "f")]).equation == "f"
+    with pytest.raises(ModelError, match="finite loss"):
+        best_entry([Entry(1, float("nan"), "a")])
+
+
+def test_a_saved_hall_of_fame_loads(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text('Complexity,Loss,Equation\n1,0.5,"a"\n7,1.0f-5,"a + (b * 1.0f-1)"\n', "utf-8")
+    (tmp_path / "b.csv").write_text('Complexity,Loss,Equation\n9,0.01,"(b - (a * 0.3)) + sin(u * 0.5)"\n', "utf-8")
+    with pytest.raises(DataError, match="row 3"):
+        load_hall_of_fame(tmp_path, PLANE, 0.1)
+    (tmp_path / "a.csv").write_text('Complexity,Loss,Equation\n1,0.5,"a"\n7,1.0e-5,"a + (b * 1.0f-1)"\n', "utf-8")
+    equations = load_hall_of_fame(tmp_path, PLANE, 0.1)
+    assert sympy.expand(equations.next["a"] - symbol("a") - 0.1 * symbol("b")) == 0
+    assert equations.next["b"].has(sympy.sin)
+    assert any("approximate" in note for note in equations.notes)
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        ("", DataError),
+        ("Complexity,Loss\n1,2\n", DataError),
+        ("Complexity,Loss,Equation\nfour,0.1,a\n", DataError),
+        ("Complexity,Loss,Equation\n4,0.1,\"__import__('os').getcwd()\"\n", ModelError),
+        ("Complexity,Loss,Equation\n4,0.1,a + nonsense\n", ModelError),
+    ],
+)
+def test_a_broken_hall_of_fame_is_refused(tmp_path: Path, text: str, error: type[Exception]) -> None:
+    (tmp_path / "a.csv").write_text(text, "utf-8")
+    with pytest.raises(error, match=r"a\.csv"):
+        load_hall_of_fame({"a": tmp_path / "a.csv", "b": tmp_path / "a.csv"}, PLANE, 0.1)
+
+
+def test_a_missing_hall_of_fame_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match="b"):
+        load_hall_of_fame({"a": tmp_path / "a.csv"}, PLANE, 0.1)
+    with pytest.raises(DataError, match=r"a\.csv"):
+        load_hall_of_fame(tmp_path, PLANE, 0.1)

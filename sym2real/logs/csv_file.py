@@ -34,8 +34,8 @@ def read(path: Path) -> tuple[list[str], list[Array | Sequence[str]], int, None]
 
 def _as_numbers(cells: list[str]) -> Array | list[str]:
     try:
-        # NumPy parses as Python does, to the nearest float64.
-        return np.array(cells, dtype=np.float64)
+        # float() reads to the nearest float64, so that nothing is lost.
+        return np.array(list(map(float, cells)), dtype=np.float64)
     except ValueError:
         return cells
 

@@ -30,7 +30,7 @@ def forward_speed(drives: Dataset) -> Array:
 
 
 def test_flights_in_distribution_are_moderate() -> None:
-    flights = quadrotor_flights(8, seed=0, steps=200)
+    flights = quadrotor_flights(8, seed=0)
     tilts, speeds, _ = quadrotor_spread(flights)
     assert 20.0 < tilts < 40.0
     assert 1.2 < speeds < 4.0
@@ -41,7 +41,7 @@ def test_flights_in_distribution_are_moderate() -> None:
         start = float(tilt(torch.as_tensor(flight.state[0, 3:7])))
         assert start <= 0.2
         if "rates" not in flight.name:
-            assert len(flight) == 200
+            assert len(flight) == 400
 
 
 def test_flights_out_of_distribution_are_wild() -> None:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Protocol
+from typing import Annotated, Any, NoReturn, Protocol
 
 import tyro
 from rich.console import Console
+from rich.markup import escape
 
 from sym2real.cli.compare import Compare
 from sym2real.cli.demo import Demo
@@ -20,7 +21,7 @@ from sym2real.cli.output import console_for, write_json
 from sym2real.cli.run import Run
 from sym2real.cli.show import Show
 from sym2real.cli.simulate import Simulate
-from sym2real.errors import Sym2RealError
+from sym2real.errors import Sym2RealError, UnknownNameError
 
 DESCRIPTION = """\
 From a robot description to a flying model, and from a model that is wrong to the physics it lacks.
@@ -33,6 +34,8 @@ The usual path:
 A robot that is neither of the two starts from numbers alone: sym2real nominal quadrotor --help
 Every verb answers --help, and --json FILE writes its result (- is standard output).
 """
+
+VERBS = ("demo", "simulate", "learn", "nominal", "run", "show", "export", "inspect", "compare")
 
 Verb = (
     Annotated[Demo, tyro.conf.subcommand("demo")]
@@ -62,13 +65,20 @@ class Runnable(Protocol):
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run one verb; exit with 2 and one clear message on bad input, with 130 on Ctrl-C."""
-    verb: Runnable = tyro.cli(Verb, prog="sym2real", description=DESCRIPTION, args=arguments)
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    if given and not given[0].startswith("-") and given[0] not in VERBS:
+        _stop(Console(), UnknownNameError("verb", given[0], VERBS))
+    verb: Runnable = tyro.cli(Verb, prog="sym2real", description=DESCRIPTION, args=given)
     console = console_for(verb.json)
     try:
         write_json(verb.run(console), verb.json)
     except Sym2RealError as error:
-        console.print(f"[bold red]error:[/] {error}", soft_wrap=True, markup=True)
-        sys.exit(2)
+        _stop(console, error)
     except KeyboardInterrupt:
         console.print("interrupted; what was done is kept")
         sys.exit(130)
+
+
+def _stop(console: Console, error: Sym2RealError) -> NoReturn:
+    console.print(f"[bold red]error:[/] {escape(str(error))}", soft_wrap=True)
+    sys.exit(2)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -130,7 +130,7 @@ def compare(
     table = dict(zip(steps, _errors(predictor, dataset, steps, start), strict=True))
     return Comparison(
         one_step=table[1],
-        horizons=tuple(table[round(horizon / dataset.dt)] for horizon in reachable),
+        horizons=tuple(replace(table[round(horizon / dataset.dt)], horizon=horizon) for horizon in reachable),
         free_run=table[free],
         start=start,
         notes=tuple(notes),
@@ -174,7 +174,7 @@ def _summary(windows: Sequence[Windows], step: int, dataset: Dataset) -> Horizon
         )
         for channel, unit in units.items()
     }
-    return HorizonErrors(step * dataset.dt, sum(len(window.rows) for window in windows), channels)
+    return HorizonErrors(round(step * dataset.dt, 6), sum(len(window.rows) for window in windows), channels)
 
 
 def _channel_error(errors: Array, hold: Array, unit: str) -> ChannelError:

@@ -1,0 +1,162 @@
+"""The command line as a user types it: results, files, and errors that help."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+from sym2real.cli import main
+from sym2real.data import example_flight
+from sym2real.logs import read_log
+from sym2real.symbolic import load_model
+
+SPEC = "crazyflie_battery_drag"
+
+
+def result_of(arguments: list[str], folder: Path) -> dict[str, Any]:
+    """Run a verb in this process; what it wrote as JSON."""
+    file = folder / "result.json"
+    main([*arguments, "--json", str(file)])
+    result: dict[str, Any] = json.loads(file.read_text())
+    return result
+
+
+@pytest.fixture(scope="module")
+def bicycle(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("bicycle")
+    main(["nominal", "car", "--wheelbase", "0.2955", "--out", str(folder / "model")])
+    return folder / "model"
+
+
+@pytest.fixture(scope="module")
+def learned(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("learned") / "model"
+    main(
+        ["learn", "mushr", "--out", str(folder), "--episodes", "2", "--steps", "150", "--samples", "64", "--no-wrench"]
+    )
+    return folder
+
+
+def test_a_learned_model_shows_flies_and_exports(learned: Path, tmp_path: Path) -> None:
+    shown = result_of(["show", str(learned)], tmp_path)
+    assert max(shown["nodes"].values()) <= 85
+    assert {row["action"] for row in shown["dependence"]} == {"steer", "speed"}
+    flown = result_of(
+        ["run", str(learned), "circle", "--samples", "128", "--seconds", "4", "--out", str(tmp_path)], tmp_path
+    )
+    assert flown["tracking"] < 0.3
+    log = read_log(Path(flown["log"]))
+    assert len(log) == 80
+    assert "ref_x" in log.extra
+    result_of(["export", str(learned), "torchscript", "--out", str(tmp_path / "model.pt")], tmp_path)
+    module = torch.jit.load(str(tmp_path / "model.pt"))
+    after = module(torch.as_tensor(log.state[10]).float(), torch.as_tensor(log.action[10]).float())
+    np.testing.assert_allclose(after.numpy()[:2], log.state[11, :2], atol=0.01)
+
+
+def test_an_interrupted_run_goes_on_and_another_is_refused(learned: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = (learned / "episodes" / "episode_001.parquet").stat().st_mtime_ns
+    options = ["--episodes", "2", "--steps", "150", "--samples", "64", "--no-wrench"]
+    main(["learn", "mushr", "--out", str(learned), *options])
+    assert (learned / "episodes" / "episode_001.parquet").stat().st_mtime_ns == before
+    with pytest.raises(SystemExit) as stopped:
+        main(["learn", "mushr", "--out", str(learned), *options, "--seed", "3"])
+    assert stopped.value.code == 2
+    assert "seed: 0 there, 3 now" in capsys.readouterr().out.replace("\n", " ")
+
+
+def test_simulated_drive_against_first_principles(bicycle: Path, tmp_path: Path) -> None:
+    log = tmp_path / "drive.csv"
+    simulated = result_of(["simulate", "mushr", "circle", "--out", str(log), "--seconds", "8"], tmp_path)
+    assert simulated["rows"] == 160
+    compared = result_of(["compare", str(bicycle), str(log), "--out", str(tmp_path / "figures")], tmp_path)
+    errors = {entry["horizon"]: entry["errors"] for entry in compared["horizons"]}
+    assert errors[0.8]["position"]["value"] < 0.1 * errors[0.8]["position"]["hold"]
+    assert errors[0.8]["yaw"]["unit"] == "rad"
+    assert all(Path(figure).stat().st_size > 10_000 for figure in compared["figures"])
+
+
+def test_a_push_shows_in_the_comparison(tmp_path: Path) -> None:
+    main(["nominal", "quadrotor", "--mass", "0.027", "--out", str(tmp_path / "model")])
+    position = {}
+    for name, options in (("plain", []), ("windy", ["--force", "0.02", "0", "0"])):
+        log = tmp_path / f"{name}.csv"
+        main(["simulate", "crazyflie", "hover", "--seconds", "4", "--out", str(log), *options])
+        compared = result_of(["compare", str(tmp_path / "model"), str(log), "--start", "measured"], tmp_path)
+        position[name] = compared["horizons"][3]["errors"]["position"]["value"]
+    # Half of F/m times the horizon squared.
+    assert position["windy"] == pytest.approx(0.5 * 0.02 / 0.027 * 0.8**2, rel=0.1)
+    assert position["plain"] < 0.02 * position["windy"]
+
+
+def test_motor_level_equations_of_a_real_flight(tmp_path: Path) -> None:
+    options = ["--interface", "motors", "--attitude", "measured", "--fit-thrust", str(example_flight()), "--spec", SPEC]
+    main(["nominal", "quadrotor", *options, "--out", str(tmp_path / "model")])
+    assert load_model(tmp_path / "model").layouts.action.columns == ("motor1", "motor2", "motor3", "motor4")
+    compared = result_of(["compare", str(tmp_path / "model"), str(example_flight()), "--spec", SPEC], tmp_path)
+    assert compared["one_step"]["errors"]["position"]["value"] < 0.001
+
+
+def test_inspect_proposes_a_specification_that_reads_the_log(tmp_path: Path) -> None:
+    proposal = tmp_path / "flight.toml"
+    result_of(["inspect", str(example_flight()), "--out", str(proposal)], tmp_path)
+    proposed = read_log(example_flight(), spec=str(proposal))
+    shipped = read_log(example_flight(), spec=SPEC)
+    assert proposed.layouts == shipped.layouts
+    np.testing.assert_array_equal(proposed.state, shipped.state)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["learn", "crazyfly", "--out", "unused"], "did you mean 'crazyflie'"),
+        (["run", "no-such-folder", "hover"], "neither a folder nor a robot"),
+        (["compare", "{model}", "missing.csv"], "missing.csv"),
+        (["compare", "{model}", "{flight}"], "column"),
+        (["run", "{model}", "circle"], "registered robot"),
+        (["nominal", "quadrotor", "--mass", "-1", "--out", "unused"], "mass in kg"),
+        (["simulate", "mushr", "hover", "--out", "unused.csv"], "attitude"),
+    ],
+)
+def test_bad_input_gets_one_clear_error(  # noqa: PLR0917 — pytest's fixtures
+    arguments: list[str],
+    message: str,
+    bicycle: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    filled = [text.format(model=bicycle, flight=example_flight()) for text in arguments]
+    with pytest.raises(SystemExit) as stopped:
+        main(filled)
+    assert stopped.value.code == 2
+    printed = capsys.readouterr().out.replace("\n", " ")
+    assert printed.count("error:") == 1
+    assert message in printed
+    assert not list(tmp_path.iterdir())
+
+
+def test_json_has_standard_output_to_itself(bicycle: Path) -> None:
+    shown = subprocess.run(
+        [sys.executable, "-m", "sym2real", "show", str(bicycle), "--json", "-"], capture_output=True, check=True
+    )
+    assert json.loads(shown.stdout)["dt"] == 0.05
+
+
+def test_help_teaches_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
+    for verb in ("demo", "simulate", "learn", "nominal", "run", "show", "export", "inspect", "compare"):
+        with pytest.raises(SystemExit) as stopped:
+            main([verb, "--help"])
+        assert stopped.value.code == 0
+        assert len(capsys.readouterr().out) > 300
+    with pytest.raises(SystemExit):
+        main(["comparre"])
+    assert "did you mean 'compare'" in capsys.readouterr().out

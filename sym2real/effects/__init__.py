@@ -1,0 +1,21 @@
+"""Physical effects: hypotheses that substitute into equations, and their truth in a simulator."""
+
+from sym2real.effects.body import Body
+from sym2real.effects.catalogue import EFFECTS, applicable, effect
+from sym2real.effects.compose import compose
+from sym2real.effects.effect import Effect, Kind, Parameter
+from sym2real.effects.groups import GROUPS, equivalents, same_group
+
+__all__ = [
+    "EFFECTS",
+    "GROUPS",
+    "Body",
+    "Effect",
+    "Kind",
+    "Parameter",
+    "applicable",
+    "compose",
+    "effect",
+    "equivalents",
+    "same_group",
+]

@@ -1,0 +1,48 @@
+"""More mass than the nominal robot's: thrust and forces times m₀/(m₀ + Δm). Gravity is an acceleration and stays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sym2real.effects.body import Body
+from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.thrust import acting_thrust
+from sym2real.effects.truth import set_inertial
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations, symbol
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    mass = body.numbers.get("mass", 1.0)
+    return (Parameter("value", "kg", null=0.0, low=-0.5 * mass, high=2.0 * mass, scale=0.1 * mass),)
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    factor = body.mass / (body.mass + values["value"])
+    pushes = [name for name in ("fx", "fy", "fz") if name in equations.layouts.inputs]
+    names = [acting_thrust(equations).name, *pushes]
+    return equations.substitute({name: symbol(name) * factor for name in names})
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    def edit(spec: Any) -> None:
+        set_inertial(spec, extra_mass=values["value"])
+
+    return Change("", edit=edit if values["value"] else None)
+
+
+ADDED_MASS = Kind(
+    name="added_mass",
+    stage="mass",
+    parameters=_parameters,
+    formula=r"T, F \to \frac{m_0}{m_0 + \Delta m}\,(T, F)",
+    summary="The robot is heavier than the nominal one, at its centre.",
+    confused_with="a thrust gain below one, always; near one thrust also a thrust offset",
+    shown_by="no flight tells it from a thrust gain: weigh the robot",
+    fix="weigh the robot and set its mass; if the mass is right, correct the thrust map by this factor instead",
+    inject=_inject,
+    substitute=_substitute,
+    needs=("thrust",),
+    numbers=("mass",),
+    robot="quadrotor",
+)

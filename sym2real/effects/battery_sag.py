@@ -1,0 +1,52 @@
+"""Thrust that fades as the battery empties: T (1 - s·t), or T (1 - s·(V₀ - V)) where the voltage is an input."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sym2real.effects import truth
+from sym2real.effects.body import Body
+from sym2real.effects.clock import with_time
+from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.thrust import scaled
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations, symbol
+
+FULL_BATTERY = 4.2  # V, one lithium-polymer cell
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    if "vbat" in body.layouts.inputs:
+        return (Parameter("value", "1/V", null=0.0, low=0.0, high=1.0, scale=0.1),)
+    return (Parameter("value", "1/s", null=0.0, low=0.0, high=0.1, scale=0.005),)
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    if "vbat" in body.layouts.inputs:
+        full = body.numbers.get("full_battery", FULL_BATTERY)
+        return scaled(equations, 1 - values["value"] * (full - symbol("vbat")))
+    equations, time = with_time(equations)
+    return scaled(equations, 1 - values["value"] * time)
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    def fade(data: Any) -> None:
+        truth.add_thrust(data, -values["value"] * data.time * truth.thrust(data))
+
+    return truth.forced(fade)
+
+
+BATTERY_SAG = Kind(
+    name="battery_sag",
+    stage="thrust",
+    parameters=_parameters,
+    formula=r"T \to T\,(1 - s\,t) \;\text{or}\; T\,(1 - s\,(V_0 - V))",
+    summary="Thrust fades while the battery empties.",
+    confused_with="a thrust gain in short logs",
+    shown_by="logs of at least 8 s, better with the battery's voltage in them",
+    fix="switch the firmware's battery compensation on, log the voltage, or charge more often",
+    inject=_inject,
+    substitute=_substitute,
+    needs=("thrust",),
+    robot="quadrotor",
+)

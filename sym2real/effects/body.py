@@ -1,0 +1,103 @@
+"""What effects may know about a robot: its columns, the quantities that equations name, and its nominal numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from sym2real.errors import ModelError
+from sym2real.layout import Layouts
+
+GRAVITY = 9.81  # m/s²
+
+# How far a column of that unit may be expected to be off; forces go by the robot's weight.
+SCALES = {"rad/s": 0.5, "rad": 0.05, "m/s": 0.1, "m": 0.05, "1": 0.05}
+
+
+class Describable(Protocol):
+    """A robot or equations: columns and numbers."""
+
+    @property
+    def layouts(self) -> Layouts: ...
+
+    @property
+    def numbers(self) -> Mapping[str, float]: ...
+
+    @property
+    def dt(self) -> float: ...
+
+
+@dataclass(frozen=True)
+class Body:
+    """A robot as its effects see it.
+
+    Args:
+        layouts: its columns.
+        numbers: SI units, by name: ``mass``, inertia ``jx jy jz`` (car: ``jz`` about the centre of mass), gains of the
+            rate loop ``kx ky kz``; rotors: ``arm``, ``torque_per_thrust`` (m), ``rotor_thrust`` (N s²/rad²); car:
+            ``wheelbase``, ``track``, ``centre`` (of mass, ahead of the rear axle), ``wheel_drive`` (N s/m).
+        quantities: names that equations derive (thrust of four motors).
+        column: that an effect is bound to, or "".
+        dt: control period in s.
+    """
+
+    layouts: Layouts
+    numbers: Mapping[str, float] = field(default_factory=dict)
+    quantities: tuple[str, ...] = ()
+    column: str = ""
+    dt: float = 0.02
+
+    @classmethod
+    def of(cls, described: Describable, column: str = "") -> Body:
+        """The body that equations or a robot describe."""
+        quantities = tuple(getattr(described, "quantities", ()))
+        return cls(described.layouts, described.numbers, quantities, column, described.dt)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Columns and quantities."""
+        groups = (self.layouts.state, self.layouts.action, self.layouts.inputs)
+        return (*(column for group in groups for column in group), *self.quantities)
+
+    @property
+    def planar(self) -> bool:
+        """True for a robot that moves in a plane."""
+        return "z" not in self.layouts.state
+
+    @property
+    def mass(self) -> float:
+        return self.number("mass")
+
+    @property
+    def unit(self) -> str:
+        """Unit of the column that an effect is bound to."""
+        if self.column in self.quantities:
+            return "N"
+        for group in (self.layouts.action, self.layouts.state):
+            if self.column in group:
+                return group.units[self.column]
+        return "1"
+
+    @property
+    def scale(self) -> float:
+        """How large a deviation of the column is to be expected beforehand, in its unit."""
+        if self.unit == "N":
+            return 0.1 * GRAVITY * self.numbers.get("mass", 0.1)
+        return SCALES.get(self.unit, 0.1)
+
+    def number(self, name: str) -> float:
+        """One of the robot's numbers.
+
+        Raises:
+            ModelError: when nobody has given it.
+        """
+        if name not in self.numbers:
+            known = ", ".join(self.numbers) or "none"
+            raise ModelError(f"this effect needs the robot's number {name!r}; the equations carry {known}")
+        return self.numbers[name]
+
+    def action_indices(self) -> list[int]:
+        """Positions of the bound action column, or of all of them."""
+        action = self.layouts.action
+        return [action.index(self.column)] if self.column else list(range(action.size))

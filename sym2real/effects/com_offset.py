@@ -1,0 +1,47 @@
+"""The centre of mass beside the thrust line: τ = -r × T e₃ = T (-r_y, r_x, 0)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sym2real.effects.body import Body
+from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.thrust import acting_thrust
+from sym2real.effects.truth import set_inertial
+from sym2real.effects.wrench import push
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    along = (Parameter(name, "m", null=0.0, low=-0.03, high=0.03, scale=0.002) for name in ("rx", "ry"))
+    # Thrust passes through a centre of mass that is only higher or lower.
+    return (*along, Parameter("rz", "m", null=0.0, low=-0.03, high=0.03, scale=0.002, fitted=False))
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    thrust = acting_thrust(equations)
+    return push(equations, body, torque=(-values["ry"] * thrust, values["rx"] * thrust))
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    def edit(spec: Any) -> None:
+        set_inertial(spec, offset=(values["rx"], values["ry"], values["rz"]))
+
+    return Change("", edit=edit if any(values.values()) else None)
+
+
+COM_OFFSET = Kind(
+    name="com_offset",
+    stage="wrench",
+    parameters=_parameters,
+    formula=r"\tau = -r \times T e_3",
+    summary="The centre of mass lies beside the thrust line, so that thrust turns the body.",
+    confused_with="a constant torque or an offset of the rate commands, where thrust hardly varies",
+    shown_by="thrust that varies: climbs and descents, fast turns",
+    fix="move the battery or the load by minus this offset, or trim the mixer",
+    inject=_inject,
+    substitute=_substitute,
+    needs=("thrust", "wx", "wy"),
+    robot="quadrotor",
+)

@@ -1,0 +1,92 @@
+"""Several effects into equations, in the one order that physics allows.
+
+From the dynamics outwards: mass (scales what pushes), rate loop and motors (turn commands into thrust and torque),
+wrench (adds forces), thrust (what a thrust command gives), command (static maps), then filters, through which a
+command goes first; measurements last, outside the motion. Every substitution replaces a symbol wherever it stands, so
+that the mass scales a wind, a centre of mass turns the thrust that the battery gives, and so on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+
+from sympy import Expr
+
+from sym2real.effects.body import Body
+from sym2real.effects.effect import Effect, Stage
+from sym2real.errors import ModelError
+from sym2real.symbolic import Equations
+
+ORDER: tuple[Stage, ...] = ("mass", "loop", "wrench", "thrust", "command", "filter", "measurement")
+# The way of a command, and after it of a measurement, through effects with memory.
+FILTER_ORDER = ("delay", "lag", "rate_limit", "dead_band", "sensor_lag", "time_shift")
+
+# A command meets gain, offset and limit in this order, so that they go in from behind; else by name.
+BEHIND = ("limit", "offset", "gain")
+
+Chosen = tuple[Effect, Mapping[str, Expr | float]]
+
+
+def compose(equations: Equations, effects: Iterable[Chosen]) -> Equations:
+    """The equations with all the effects in them, whatever the order they are given in.
+
+    Compose from equations without effects: what stands in equations already is nearer to the dynamics than what
+    comes. Effects whose values are all null change nothing.
+
+    Args:
+        equations: the base.
+        effects: each with its values by parameter name: numbers, or expressions; symbols that the equations do not
+            have become parameters, whose value is the null value.
+
+    Raises:
+        ModelError: when an effect does not apply, with the reason.
+        UnknownNameError: for a parameter that an effect does not have.
+    """
+    for effect, values in sorted(_parts(effects), key=lambda chosen: _depth(chosen[0])):
+        reason = effect.why_not(equations)
+        if reason:
+            raise ModelError(reason)
+        if any(values[parameter.name] != parameter.null for parameter in effect.parameters):
+            equations = _put_in(_with_parameters(equations, effect, values), effect, values)
+    return equations
+
+
+def _depth(effect: Effect) -> tuple[int, int, str]:
+    behind = BEHIND.index(effect.kind) if effect.kind in BEHIND else len(BEHIND)
+    return ORDER.index(effect.stage), behind, effect.key
+
+
+def _parts(effects: Iterable[Chosen]) -> Sequence[tuple[Effect, dict[str, Expr]]]:
+    whole: list[tuple[Effect, dict[str, Expr]]] = []
+    for effect, given in effects:
+        values = effect.values(given)
+        if effect.of.parts is None:
+            whole.append((effect, values))
+        else:
+            whole += [
+                (Effect(kind, effect.body), dict(part_values))
+                for kind, part_values in effect.of.parts(values, effect.body)
+            ]
+    return whole
+
+
+def _with_parameters(equations: Equations, effect: Effect, values: Mapping[str, Expr]) -> Equations:
+    new: dict[str, float] = {}
+    for parameter in effect.parameters:
+        value = values[parameter.name]
+        for found in value.free_symbols:
+            if found.name not in equations.names:
+                new.setdefault(found.name, parameter.null if value == found else 0.0)
+    return replace(equations, parameters={**equations.parameters, **new}) if new else equations
+
+
+def _put_in(equations: Equations, effect: Effect, values: Mapping[str, Expr]) -> Equations:
+    if effect.of.substitute is not None:
+        return effect.of.substitute(equations, values, Body.of(equations, effect.column))
+    filters = (*equations.filters, (effect.key, values))
+    return replace(equations, filters=tuple(sorted(filters, key=lambda one: _place(one[0]))))
+
+
+def _place(key: str) -> int:
+    return FILTER_ORDER.index(key.partition(":")[0])

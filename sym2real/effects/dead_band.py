@@ -1,0 +1,47 @@
+"""Commands within a band do nothing: play in a linkage, or rest around zero (commands of speed)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sym2real.effects.body import Body
+from sym2real.effects.effect import Kind, Numbers, Parameter
+from sym2real.effects.memory import Memory, play_step, stepping, zero_step
+from sym2real.effects.truth import following
+from sym2real.protocols import Change
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    return (Parameter("value", body.unit, null=0.0, low=0.0, high=5 * body.scale, scale=body.scale),)
+
+
+def _memory(body: Body) -> Memory:
+    return stepping(zero_step if body.unit == "m/s" else play_step)
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    half = 0.5 * values["value"]
+
+    def play(position: float, command: float) -> tuple[float, float]:
+        position = float(np.clip(position, command - half, command + half))
+        return position, position
+
+    def quiet(position: float, command: float) -> tuple[float, float]:
+        return position, 0.0 if abs(command) <= half else command
+
+    return following(body, quiet if body.unit == "m/s" else play)
+
+
+DEAD_BAND = Kind(
+    name="dead_band",
+    stage="filter",
+    parameters=_parameters,
+    formula=r"a' = \mathrm{clip}(a', a - w/2, a + w/2) \;\text{or}\; a' = a\,[|a| > w/2]",
+    summary="Commands within a band do nothing: play in a linkage (speed commands: rest around zero).",
+    confused_with="a lag of the servo",
+    shown_by="slow reversals of the command",
+    fix="take the play out of the linkage, or raise the motor driver's lowest duty",
+    inject=_inject,
+    memory=_memory,
+    columns="action",
+)

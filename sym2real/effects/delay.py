@@ -1,0 +1,44 @@
+"""Commands act late: a(t) → a(t - d)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sym2real.effects.body import Body
+from sym2real.effects.effect import Kind, Numbers, Parameter
+from sym2real.effects.memory import shift
+from sym2real.effects.truth import actuators
+from sym2real.protocols import Change
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    return (Parameter("value", "s", null=0.0, low=0.0, high=0.5, scale=2 * body.dt),)
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    """MuJoCo's own delayed controls, at the resolution of a physics step."""
+
+    def edit(spec: Any) -> None:
+        for actuator in actuators(spec, body):
+            actuator.delay = values["value"]
+            actuator.nsample = int(np.ceil(values["value"] / spec.option.timestep)) + 2
+
+    return Change("", edit=edit if values["value"] else None)
+
+
+DELAY = Kind(
+    name="delay",
+    stage="filter",
+    parameters=_parameters,
+    formula=r"a(t) \to a(t - d)",
+    summary="Commands act some time after they were sent.",
+    confused_with="a lag, and motor lag in hover",
+    shown_by="fast changes of the command: dither of the rate commands above 0.15 rad/s, steps of steering and speed",
+    fix="shorten the way (radio, driver, queue), or let the controller plan with the commands still under way",
+    inject=_inject,
+    memory=lambda body: shift(),
+    columns="action",
+    column_needed=False,
+)

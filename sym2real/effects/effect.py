@@ -1,0 +1,274 @@
+"""A physical effect: what it is, what it substitutes in equations, and how a simulator gets it for real.
+
+A *kind* is one entry of the registry (``gain``); an *effect* is a kind bound to a robot and, where it has one, to a
+column (``gain:thrust``). Substitution is the hypothesis. Injection is the independent truth: it uses the simulator's
+own means and none of the substitution's formulas.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Literal
+
+from sympy import Expr, Symbol
+from torch import Tensor
+
+from sym2real.effects.body import Body
+from sym2real.effects.memory import Memory, series
+from sym2real.errors import ModelError, UnknownNameError
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations, symbol
+from sym2real.symbolic.expressions import canonical
+
+Stage = Literal["mass", "loop", "wrench", "thrust", "filter", "command", "measurement"]
+Values = Mapping[str, Expr]
+Numbers = Mapping[str, float]
+
+# Bounds and null of what is not limited; finite, so that it can be a parameter's value and stand in a file.
+UNLIMITED = 1e15
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of an effect.
+
+    Args:
+        name: as the user types it.
+        unit: SI unit.
+        null: value at which the effect does nothing.
+        low, high: bounds.
+        scale: size that is to be expected beforehand: standard deviation of a prior, unit of a fit.
+        per_log: true where every log has a value of its own (a phase).
+        fitted: false where the motion hardly shows it, so that a fit had better leave it alone.
+    """
+
+    name: str
+    unit: str
+    null: float
+    low: float
+    high: float
+    scale: float
+    per_log: bool = False
+    fitted: bool = True
+
+
+Substitute = Callable[[Equations, Values, Body], Equations]
+Inject = Callable[[Body, Numbers], Change]
+Correct = Callable[[Tensor, Numbers, Body], Tensor]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """An entry of the registry.
+
+    Args:
+        name: registry key.
+        stage: where it acts; a composition substitutes from the dynamics outwards.
+        parameters: its numbers for a body.
+        formula: LaTeX.
+        summary: what it is, one sentence.
+        confused_with: what it looks like, one sentence.
+        shown_by: which manoeuvre shows it, one sentence.
+        fix: what to change on the robot or in the model, one sentence.
+        inject: the truth.
+        substitute: the hypothesis; None for effects with memory, which act as filters.
+        memory: makes the recursion over a series, for effects with memory.
+        correct: measured state ``# (..., n)`` → state without the effect, for measurements that can be undone.
+        needs: names that must exist as columns or quantities.
+        numbers: the robot's numbers that it cannot do without.
+        robot: the robots that have it.
+        columns: group whose columns it binds to; "" for none.
+        column_needed: false where no column means all of them.
+        parts: for effects that are two others: their kinds and values.
+    """
+
+    name: str
+    stage: Stage
+    parameters: Callable[[Body], tuple[Parameter, ...]]
+    formula: str
+    summary: str
+    confused_with: str
+    shown_by: str
+    fix: str
+    inject: Inject
+    substitute: Substitute | None = None
+    memory: Callable[[Body], Memory] | None = None
+    correct: Correct | None = None
+    needs: tuple[str, ...] = ()
+    numbers: tuple[str, ...] = ()
+    robot: Literal["quadrotor", "car", "both"] = "both"
+    columns: Literal["", "action", "state"] = ""
+    column_needed: bool = True
+    parts: Callable[[Values, Body], tuple[tuple[Kind, Values], ...]] | None = None
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A kind, bound to a body and perhaps a column."""
+
+    of: Kind
+    body: Body
+    group: tuple[str, ...] = field(default=())
+
+    @property
+    def kind(self) -> str:
+        return self.of.name
+
+    @property
+    def column(self) -> str:
+        return self.body.column
+
+    @property
+    def key(self) -> str:
+        """What a user types and a report prints."""
+        return f"{self.kind}:{self.column}" if self.column else self.kind
+
+    @property
+    def stage(self) -> Stage:
+        return self.of.stage
+
+    @property
+    def summary(self) -> str:
+        return self.of.summary
+
+    @property
+    def confused_with(self) -> str:
+        return self.of.confused_with
+
+    @property
+    def shown_by(self) -> str:
+        return self.of.shown_by
+
+    @property
+    def fix(self) -> str:
+        return self.of.fix
+
+    @property
+    def formula(self) -> str:
+        """LaTeX; the column stands for a where there is one."""
+        return self.of.formula
+
+    @property
+    def has_memory(self) -> bool:
+        return self.of.memory is not None
+
+    @cached_property
+    def memory(self) -> Memory:
+        """The recursion of an effect with memory.
+
+        Raises:
+            ModelError: when the effect has none.
+        """
+        if self.of.memory is None:
+            raise ModelError(f"{self.key} has no memory: it is in the equations, not a filter")
+        return self.of.memory(self.body)
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return self.of.parameters(self.body)
+
+    @property
+    def null(self) -> dict[str, float]:
+        """Values at which the effect does nothing."""
+        return {parameter.name: parameter.null for parameter in self.parameters}
+
+    def symbols(self) -> dict[str, Symbol]:
+        """One symbol per parameter, named after effect, column and parameter: what a fit puts in."""
+        stem = f"{self.kind}_{self.column}" if self.column else self.kind
+        return {parameter.name: symbol(f"{stem}_{parameter.name}") for parameter in self.parameters}
+
+    def why_not(self, equations: Equations) -> str:
+        """Why the effect cannot be had on these equations; "" where it can."""
+        body = Body.of(equations, self.column)
+        robot = "car" if body.planar else "quadrotor"
+        if self.of.robot not in (robot, "both"):
+            return f"{self.kind} is an effect of a {self.of.robot}"
+        missing = [name for name in self.of.needs if name not in body.names]
+        if missing:
+            return f"{self.key} needs {', '.join(missing)}, which the equations do not have"
+        missing = [name for name in self.of.numbers if name not in body.numbers]
+        if missing:
+            return f"{self.key} needs the robot's {', '.join(missing)}, which the equations do not carry"
+        return ""
+
+    def applies(self, equations: Equations) -> bool:
+        """Whether the quantities and numbers that the effect needs exist; :meth:`why_not` says which do not."""
+        return not self.why_not(equations)
+
+    def values(self, given: Mapping[str, Expr | float]) -> dict[str, Expr]:
+        """An expression for every parameter, null where none is given.
+
+        Raises:
+            UnknownNameError: for a parameter that the effect does not have.
+        """
+        names = [parameter.name for parameter in self.parameters]
+        for name in given:
+            if name not in names:
+                raise UnknownNameError(f"parameter of {self.key!r}", name, names)
+        return {parameter.name: canonical(given.get(parameter.name, parameter.null)) for parameter in self.parameters}
+
+    def substitute(self, equations: Equations, values: Mapping[str, Expr | float]) -> Equations:
+        """The equations with the effect in them; an effect with memory goes to their filters.
+
+        Args:
+            equations: without effects that stand further from the dynamics (see
+                :func:`sym2real.effects.compose.compose`, which orders several).
+            values: by parameter name, numbers or expressions over the equations' names; symbols that the equations
+                do not have become parameters, of the null value where the expression is that symbol alone.
+
+        Raises:
+            ModelError: when the effect does not apply, with the reason.
+        """
+        from sym2real.effects.compose import compose  # noqa: PLC0415 — parts are composed, and compose substitutes
+
+        return compose(equations, [(self, values)])
+
+    def filter(self, rows: Tensor, dt: float, values: Mapping[str, Tensor | float]) -> Tensor:
+        """A whole series of commands, or of measurements, through an effect with memory.
+
+        Args:
+            rows: action or measured state columns ``# (..., T, columns)``; the series starts in rest at its first row.
+            dt: in s.
+            values: tensors of any batch shape ``# (...)``, which broadcasts with that of the rows.
+
+        Raises:
+            ModelError: when the effect has no memory.
+        """
+        wanted = {parameter.name: values.get(parameter.name, parameter.null) for parameter in self.parameters}
+        return series(self.memory, rows, dt, wanted, self.filtered_columns)
+
+    @property
+    def filtered_columns(self) -> list[int]:
+        """Positions of the columns that an effect with memory acts on."""
+        if self.of.columns == "state":
+            return [self.body.layouts.state.index(self.column)]
+        return self.body.action_indices()
+
+    @property
+    def correctable(self) -> bool:
+        return self.of.correct is not None
+
+    def correct(self, measured: Tensor, values: Numbers) -> Tensor:
+        """The state that was measured as ``measured`` ``# (..., n)``, in the layout that the effect is bound to.
+
+        Raises:
+            ModelError: when the effect has no static inverse; control with it is refused.
+        """
+        if self.of.correct is None:
+            raise ModelError(f"{self.key} has no static inverse: it serves the diagnosis, and control cannot undo it")
+        return self.of.correct(measured, {**self.null, **values}, self.body)
+
+    def inject(self, **values: float) -> Change:
+        """The effect as a change of a simulated robot, by MuJoCo's own means.
+
+        Raises:
+            UnknownNameError: for a parameter that the effect does not have.
+            ModelError: when the robot's numbers do not suffice.
+        """
+        known = self.values(dict(values))
+        numbers = {name: float(value) for name, value in known.items()}
+        shown = ", ".join(f"{name} {value:g}" for name, value in values.items())
+        change = self.of.inject(self.body, numbers)
+        return replace(change, name=f"{self.key} {shown}".strip())

@@ -1,0 +1,39 @@
+"""A command is answered with a multiple of it: a → k·a."""
+
+from __future__ import annotations
+
+from sym2real.effects.body import Body
+from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.thrust import scaled
+from sym2real.effects.truth import on_column
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations, symbol
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    return (Parameter("value", "1", null=1.0, low=0.2, high=3.0, scale=0.1),)
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    if body.column in equations.quantities:
+        return scaled(equations, values["value"])
+    return equations.substitute({body.column: values["value"] * symbol(body.column)})
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    return on_column(body, lambda command: command * values["value"])
+
+
+GAIN = Kind(
+    name="gain",
+    stage="command",
+    parameters=_parameters,
+    formula=r"a \to k\,a",
+    summary="The robot answers a command with a fixed multiple of it.",
+    confused_with="an offset while the command hardly varies; for thrust also added mass, which weighing tells apart",
+    shown_by="commands over a wide range, through zero where the robot allows it",
+    fix="correct the map from command to actuator (thrust per unit, servo travel, speed per unit) by this factor",
+    inject=_inject,
+    substitute=_substitute,
+    columns="action",
+)

@@ -1,0 +1,41 @@
+"""An actuator approaches its command as a first-order filter: τ da'/dt = a - a'."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sym2real.effects.body import Body
+from sym2real.effects.effect import Kind, Numbers, Parameter
+from sym2real.effects.memory import lag_step, stepping
+from sym2real.effects.truth import actuators, set_lag
+from sym2real.protocols import Change
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    return (Parameter("value", "s", null=0.0, low=0.0, high=1.0, scale=2 * body.dt),)
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    """MuJoCo's actuator dynamics."""
+
+    def edit(spec: Any) -> None:
+        for actuator in actuators(spec, body):
+            set_lag(actuator, values["value"])
+
+    return Change("", edit=edit if values["value"] else None)
+
+
+LAG = Kind(
+    name="lag",
+    stage="filter",
+    parameters=_parameters,
+    formula=r"\tau \dot a' = a - a'",
+    summary="The actuator approaches its command as a first-order filter.",
+    confused_with="a delay; a common lag of the rate commands also with motor lag",
+    shown_by="steps of the command that are held longer than the time constant",
+    fix="stiffen the actuator's own loop, or let the controller plan with the lag",
+    inject=_inject,
+    memory=lambda body: stepping(lag_step),
+    columns="action",
+    column_needed=False,
+)

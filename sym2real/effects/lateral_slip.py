@@ -1,0 +1,53 @@
+"""A lateral force at the centre of mass, c ahead of the rear axle: F = -k·m·v_lat, v_lat = v + c·ω_z."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sym2real.effects import truth
+from sym2real.effects.body import Body
+from sym2real.effects.car_turning import push_turning
+from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.frames import body_velocity
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations, symbol
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    return (Parameter("value", "1/s", null=0.0, low=0.0, high=50.0, scale=5.0),)
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    centre = body.number("centre")
+    sideways = body_velocity(body)[1] + centre * symbol("wz")
+    return push_turning(equations, body, -values["value"] * body.mass * centre * sideways)
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    centre = np.array([body.number("centre"), 0.0, 0.0])
+
+    def brake(data: Any) -> None:
+        turned = truth.rotation(data)
+        along = turned.T @ truth.velocity(data) + np.cross(truth.rates(data), centre)
+        truth.add_force(data, -values["value"] * body.mass * along[1] * turned[:, 1])
+
+    return truth.forced(brake)
+
+
+LATERAL_SLIP = Kind(
+    name="lateral_slip",
+    stage="wrench",
+    parameters=_parameters,
+    formula=r"F_\mathrm{lateral} = -c\,m\,v_\mathrm{lateral}",
+    summary="Something drags against sideways motion of the centre of mass; while the tyres hold, turns cost speed.",
+    confused_with="yaw drag while the tyres hold",
+    shown_by="turns both ways at several speeds, beside straight driving",
+    fix="find what drags (cables, a loose wheel), or keep the term in the model",
+    inject=_inject,
+    substitute=_substitute,
+    needs=("steer", "wz", "vx", "vy", "sin_yaw", "cos_yaw"),
+    numbers=("mass", "wheelbase", "centre"),
+    robot="car",
+)

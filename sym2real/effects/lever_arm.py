@@ -1,0 +1,76 @@
+"""The measured point is not the rear axle's middle: p_measured = p + R(ψ) r, and its velocity with it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from sym2real.effects.body import Body
+from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.measured import reported, reporting
+from sym2real.effects.truth import measured
+from sym2real.protocols import Array, Change
+from sym2real.symbolic import Equations, symbol
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    return tuple(Parameter(name, "m", null=0.0, low=-1.0, high=1.0, scale=0.05) for name in ("rx", "ry"))
+
+
+def _arm(sine: Any, cosine: Any, values: Any) -> tuple[Any, Any]:
+    return cosine * values["rx"] - sine * values["ry"], sine * values["rx"] + cosine * values["ry"]
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    along, across = _arm(symbol("sin_yaw"), symbol("cos_yaw"), values)
+    moved = {"x": along, "y": across}
+    if "wz" in body.layouts.state:
+        moved |= {"vx": -symbol("wz") * across, "vy": symbol("wz") * along}
+    return reporting(equations, {name: reported(equations, name) + step for name, step in moved.items()})
+
+
+def _correct(state: Tensor, values: Numbers, body: Body) -> Tensor:
+    layout, result = body.layouts.state, state.clone()
+    sine, cosine = state[..., layout.indices(("sin_yaw", "cos_yaw"))].unbind(-1)
+    along, across = _arm(sine, cosine, values)
+    result[..., layout.indices(("x", "y"))] -= torch.stack([along, across], dim=-1)
+    if "wz" in layout:
+        turning = state[..., layout.index("wz")]
+        result[..., layout.indices(("vx", "vy"))] -= torch.stack([-turning * across, turning * along], dim=-1)
+    return result
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    """The point of the body, as rigid-body kinematics move it."""
+    layout, arm = body.layouts.state, np.array([values["rx"], values["ry"], 0.0])
+
+    def report(state: Array) -> Array:
+        result = state.copy()
+        yaw = float(np.arctan2(state[layout.index("sin_yaw")], state[layout.index("cos_yaw")]))
+        turned = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]]) @ arm
+        result[layout.indices(("x", "y"))] += turned[:2]
+        moved = np.cross([0.0, 0.0, state[layout.index("wz")]], turned)
+        result[layout.indices(("vx", "vy"))] += moved[:2]
+        return result
+
+    return measured(report)
+
+
+LEVER_ARM = Kind(
+    name="lever_arm",
+    stage="measurement",
+    parameters=_parameters,
+    formula=r"p_m = p + R(\psi)\,r",
+    summary="The motion capture measures a point away from the rear axle's middle.",
+    confused_with="a yaw bias on one circle",
+    shown_by="straight driving beside turns both ways",
+    fix="move the rigid body's origin in the motion capture by minus this arm",
+    inject=_inject,
+    substitute=_substitute,
+    correct=_correct,
+    needs=("x", "y", "sin_yaw", "cos_yaw"),
+    robot="car",
+)

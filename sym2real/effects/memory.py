@@ -1,0 +1,154 @@
+"""Effects with memory as recursions over a series of commands or measurements.
+
+A row of commands is held for one period, so what reaches the robot is averaged over the period: a lag or delay of
+zero is then the identity, with a derivative that is not zero (an exact lag's response at the period's end has none).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+Given = Mapping[str, Tensor]
+Begin = Callable[[Tensor, float, Given], Tensor]
+Run = Callable[[Tensor, Tensor, float, Given], tuple[Tensor, Tensor]]
+Step = Callable[[Tensor, Tensor, float, Given], tuple[Tensor, Tensor]]
+
+
+@dataclass(frozen=True)
+class Memory:
+    """A recursion.
+
+    Args:
+        begin: (first row ``# (..., C)``, dt, values ``# (..., 1)``) → memory of having had that row for ever.
+        run: (memory, rows ``# (..., T, C)``, dt, values ``# (..., 1)``) → memory after them, what comes out of them.
+    """
+
+    begin: Begin
+    run: Run
+
+
+def first_row(row: Tensor, dt: float, values: Given) -> Tensor:
+    """Memory that is the row itself, in the shape it has with the values."""
+    shape = torch.broadcast_shapes(row.shape, *(value.shape for value in values.values()))
+    return row.expand(shape)
+
+
+def stepping(step: Step, begin: Begin = first_row) -> Memory:
+    """The recursion of one row's rule: (memory, row ``# (..., C)``, dt, values) → memory, output."""
+
+    def run(memory: Tensor, rows: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
+        outputs = []
+        for row in rows.unbind(-2):
+            memory, output = step(memory, row, dt, values)
+            outputs.append(output)
+        return memory, torch.stack(torch.broadcast_tensors(*outputs), dim=-2)
+
+    return Memory(begin, run)
+
+
+def series(
+    memory: Memory, rows: Tensor, dt: float, values: Mapping[str, Tensor | float], columns: Sequence[int]
+) -> Tensor:
+    """Rows ``# (..., T, columns)`` with some columns put through a recursion that starts in rest at the first row."""
+    chosen = rows[..., list(columns)]
+    given = as_given(values, rows)
+    _, output = memory.run(memory.begin(chosen[..., 0, :], dt, given), chosen, dt, given)
+    return replaced(rows, columns, output)
+
+
+def as_given(values: Mapping[str, Tensor | float], like: Tensor) -> Given:
+    """Values ``# (...)`` as tensors that broadcast with a row ``# (..., C)``."""
+    return {
+        name: torch.as_tensor(value, dtype=like.dtype, device=like.device)[..., None] for name, value in values.items()
+    }
+
+
+def replaced(rows: Tensor, columns: Sequence[int], output: Tensor) -> Tensor:
+    """Rows with those columns exchanged, in the batch shape of both."""
+    batch = torch.broadcast_shapes(rows.shape[:-1], output.shape[:-1])
+    result = rows.expand(*batch, rows.shape[-1]).clone()
+    result[..., list(columns)] = output.expand(*batch, len(columns))
+    return result
+
+
+def shift() -> Memory:
+    """a(t - ``value``): whole rows by look-up, fractions of a row blended."""
+
+    def depth(dt: float, values: Given) -> int:
+        return max(0, int(torch.floor(values["value"].max() / dt + 1e-9))) + 1
+
+    def begin(row: Tensor, dt: float, values: Given) -> Tensor:
+        row = first_row(row, dt, values)
+        return row[..., None, :].expand(*row.shape[:-1], depth(dt, values), row.shape[-1])
+
+    def run(memory: Tensor, rows: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
+        before, steps = memory.shape[-2], rows.shape[-2]
+        batch = torch.broadcast_shapes(memory.shape[:-2], rows.shape[:-2])
+        whole = torch.cat([part.expand(*batch, *part.shape[-2:]) for part in (memory, rows)], dim=-2)
+        late = values["value"][..., 0] / dt  # (...)
+        late = torch.where((late - late.round()).abs() < 1e-9, late.round(), late)
+        full = torch.floor(late)
+        position = before + torch.arange(steps, device=rows.device) - full[..., None].long()  # (..., T)
+        position = position.expand(*batch, steps)
+        ends = before + steps - 1
+        part = (late - full)[..., None, None]
+        newer, older = (
+            torch.gather(whole, -2, place.clamp(0, ends)[..., None].expand(*batch, steps, rows.shape[-1]))
+            for place in (position, position - 1)
+        )
+        # No blending where there is nothing to blend: a whole shift copies rows bit by bit.
+        blended = torch.where(part == 0, newer, (1 - part) * newer + part * older)
+        return whole[..., steps:, :], blended
+
+    return Memory(begin, run)
+
+
+def kept(time: Tensor, dt: float) -> tuple[Tensor, Tensor]:
+    """Of a first-order filter's distance: what is left after dt, and its mean over dt."""
+    left = torch.exp(-dt / time)
+    return left, time / dt * (1 - left)
+
+
+def lag_step(memory: Tensor, row: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
+    """First-order lag of a held command: its mean over the period."""
+    left, mean = kept(values["value"], dt)
+    away = memory - row
+    return row + away * left, row + away * mean
+
+
+def rate_step(memory: Tensor, row: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
+    """A ramp towards a held command, then the command: its mean over the period."""
+    rate = values["value"]
+    away = row - memory
+    after = memory + torch.maximum(torch.minimum(away, rate * dt), -rate * dt)
+    ramp = torch.minimum(away.abs() / rate, torch.full_like(away, dt))
+    return after, after - (after - memory) * ramp / (2 * dt)
+
+
+def play_step(memory: Tensor, row: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
+    """Hysteresis of a gear with play: the output moves once the command has crossed the play."""
+    half = values["value"] / 2
+    after = torch.maximum(torch.minimum(memory, row + half), row - half)
+    return after, after
+
+
+def zero_step(memory: Tensor, row: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
+    """Nothing while the command is within the band around zero."""
+    return memory, torch.where(row.abs() > values["value"] / 2, row, torch.zeros_like(row))
+
+
+def sampled_begin(row: Tensor, dt: float, values: Given) -> Tensor:
+    row = first_row(row, dt, values)
+    return torch.cat([row, row], dim=-1)
+
+
+def sampled_lag_step(memory: Tensor, row: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
+    """First-order lag of a signal that moves in straight lines between its samples, sampled."""
+    filtered, before = memory.chunk(2, dim=-1)
+    left, mean = kept(values["value"], dt)
+    after = row - (row - before) * mean + (filtered - before) * left
+    return torch.cat(torch.broadcast_tensors(after, row), dim=-1), after

@@ -1,0 +1,132 @@
+r"""Rotors that follow their commands as a first-order filter, inside the rate loop.
+
+Thrust: τ dT'/dt = T - T'. Each axis of the rate loop, with α its angular acceleration::
+
+    ω̇ = α        τ α̇ = K (ω_cmd - ω) + τ_ext/J - α
+
+Memory: hidden states for the thrust, which starts at its first command, and for α, which starts at zero. Both
+are exact over a held step; x = ω - ω_cmd - τ_ext/(J K) obeys, with r = √(1 - 4Kτ) and D = (e₁ - e₂)/r::
+
+    x' = x (C + D/2) + α τ D        α' = α (C - D/2) - x K D        C = (e₁ + e₂)/2
+
+where e₁, e₂ = exp(-(1 ∓ r) dt/(2τ)); for a complex r the same in sine and cosine. At τ = 0 this is the plain loop.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from sympy import Abs, Expr, Integer, Max, Piecewise, cos, exp, sin, sqrt
+
+from sym2real.effects import truth
+from sym2real.effects.body import Body
+from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.hidden import with_hidden
+from sym2real.effects.rate_loop import NUMBERS, RateLoop, other_torque, rate_loops
+from sym2real.effects.thrust import LAGGED, MOTOR_TORQUES, defined
+from sym2real.effects.wrench import AXES, push
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations, symbol
+
+LOOP = (*NUMBERS, "wx_cmd", "wy_cmd", "wz_cmd", "wx", "wy", "wz")
+FEEDBACK, FIRST_FEEDBACK = ("wx", "wy", "wz"), 4
+NEAR_CRITICAL = 1e-6  # of |1 - 4Kτ|, where both branches divide by its root
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    return (Parameter("value", "s", null=0.0, low=0.0, high=0.3, scale=0.03),)
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    time = values["value"]
+    if "thrust" in equations.quantities:
+        for name in MOTOR_TORQUES:
+            if name in equations.quantities:
+                equations = _lagging(equations, name, f"rotor_{name}", "N m", time)
+    elif all(name in (*body.names, *body.numbers) for name in LOOP):
+        for loop in rate_loops(body, equations.dt):
+            equations = _lagging_loop(equations, body, loop, time)
+    return _lagging(equations, "thrust", LAGGED, "N", time)
+
+
+def _lagging(equations: Equations, name: str, mean_name: str, unit: str, time: Expr) -> Equations:
+    """A symbol, wherever it is used, by the mean over the step of a filter that follows it."""
+    wanted, memory = symbol(name), symbol(f"{mean_name}_memory")
+    left = exp(-equations.dt / time)
+    away = memory - wanted
+    equations = defined(equations, {mean_name: Integer(0)}).substitute({name: symbol(mean_name)})
+    equations = with_hidden(equations, memory.name, unit, wanted + away * left, start=wanted)
+    return defined(equations, {mean_name: wanted + away * (time / equations.dt * (1 - left))})
+
+
+def _lagging_loop(equations: Equations, body: Body, loop: RateLoop, time: Expr) -> Equations:
+    """One axis of the rate loop as an oscillator of second order, by the torque that ends at its rate."""
+    memory = symbol(f"rotor_turn_{loop.axis}_memory")
+    torque = other_torque(equations, loop.axis)
+    away = loop.rate - loop.command - torque / (loop.inertia * loop.gain)
+    middle, difference = symbol(f"lag_c_{loop.axis}"), symbol(f"lag_d_{loop.axis}")
+    exponentials = _exponentials(loop, time)
+    after = away * (middle + difference / 2) + memory * time * difference
+    change = loop.torque_that_ends_at(loop.command + torque / (loop.inertia * loop.gain) + after) - torque
+    turning = memory * (middle - difference / 2) - away * loop.gain * difference
+    equations = defined(equations, dict(zip((middle.name, difference.name), exponentials, strict=True)))
+    equations = with_hidden(equations, memory.name, "rad/s²", Integer(0), start=Integer(0))
+    components = [change if axis == loop.axis else Integer(0) for axis in AXES]
+    equations = push(equations, body, torque=components)
+    return replace(equations, next={**equations.next, memory.name: turning})
+
+
+def _exponentials(loop: RateLoop, time: Expr) -> tuple[Expr, Expr]:
+    """C and D of the module's formula."""
+    discriminant = 1 - 4 * loop.gain * time
+    root = sqrt(Max(Abs(discriminant), NEAR_CRITICAL))
+    slow, fast = exp(-2 * loop.gain * loop.dt / (1 + root)), exp(-(1 + root) * loop.dt / (2 * time))
+    decay, angle = exp(-loop.dt / (2 * time)), root * loop.dt / (2 * time)
+    return (
+        Piecewise(((slow + fast) / 2, discriminant > 0), (decay * cos(angle), True)),
+        Piecewise(((slow - fast) / root, discriminant > 0), (2 * decay * sin(angle) / root, True)),
+    )
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    """MuJoCo's actuator filters: on thrust, on the loop's command, and on its feedback as an actuator of its own."""
+    time = values["value"]
+    if time == 0:
+        return Change("")
+
+    def edit(spec: Any) -> None:
+        for actuator in list(spec.actuators):
+            truth.set_lag(actuator, time)
+            if actuator.name in FEEDBACK:
+                feedback = spec.add_actuator(name=f"{actuator.name}_feedback", target=actuator.target)
+                feedback.trntype, feedback.gear = actuator.trntype, actuator.gear
+                feedback.gainprm = [actuator.biasprm[2], *([0.0] * 9)]
+                truth.set_lag(feedback, time)
+                actuator.biasprm = [0.0] * 10
+                actuator.biastype = type(actuator.biastype)(0)
+
+    def feed(model: Any, data: Any) -> None:
+        data.ctrl[FIRST_FEEDBACK : FIRST_FEEDBACK + 3] = truth.rates(data)
+        if data.time == 0.0:
+            # In rest the loop's torque is zero: command and feedback have been equal.
+            first = data.act[1:4].copy()
+            data.act[FIRST_FEEDBACK : FIRST_FEEDBACK + 3] = first
+
+    return Change("", edit=edit, force=feed)
+
+
+MOTOR_LAG = Kind(
+    name="motor_lag",
+    stage="loop",
+    parameters=_parameters,
+    formula=r"\tau \dot T' = T - T', \quad \tau \dot\alpha = K(\omega_\mathrm{cmd} - \omega) - \alpha",
+    summary="The rotors spin up and down slowly, inside the rate loop.",
+    confused_with="a delay in hover, and a common lag of the rate commands without dither",
+    shown_by="dither of the rate commands above 0.15 rad/s, steps of thrust",
+    fix="put the lag into the model; lighter propellers or a softer rate loop make it matter less",
+    inject=_inject,
+    substitute=_substitute,
+    needs=("thrust",),
+    robot="quadrotor",
+)

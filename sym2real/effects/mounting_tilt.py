@@ -1,0 +1,158 @@
+"""A sensor board that is mounted at an angle: attitude, rates and rate commands are those of the tilted board.
+
+The board's axes are the body's turned by roll φ about x, then by pitch θ about the new y. With δ that rotation::
+
+    q_measured = q ⊗ δ        ω_measured = δ⁻¹ ω        ω_cmd = δ ω_cmd, sent
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+from sympy import Expr, cos, sin
+from torch import Tensor
+
+from sym2real import rotation
+from sym2real.effects.body import Body
+from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.frames import QUATERNION
+from sym2real.effects.measured import reported, reporting
+from sym2real.effects.truth import measured, turned_command
+from sym2real.protocols import Array, Change
+from sym2real.symbolic import Equations, symbol
+
+RATES, COMMANDS = ("wx", "wy", "wz"), ("wx_cmd", "wy_cmd", "wz_cmd")
+ATTITUDE_COMMANDS = ("qw_cmd", "qx_cmd", "qy_cmd", "qz_cmd")
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    return tuple(Parameter(name, "rad", null=0.0, low=-0.5, high=0.5, scale=0.03) for name in ("roll", "pitch"))
+
+
+def _matrix(roll: Expr, pitch: Expr) -> list[list[Expr]]:
+    """δ as a matrix: rows are body axes."""
+    return [
+        [cos(pitch), 0 * pitch, sin(pitch)],
+        [sin(roll) * sin(pitch), cos(roll), -sin(roll) * cos(pitch)],
+        [-cos(roll) * sin(pitch), sin(roll), cos(roll) * cos(pitch)],
+    ]
+
+
+def _turned(quaternion: list[Expr], roll: Expr, pitch: Expr, sign: int) -> list[Expr]:
+    """q ⊗ δ, or q ⊗ δ⁻¹ for a sign of -1."""
+    w1, x1, y1, z1 = quaternion
+    w2 = cos(roll / 2) * cos(pitch / 2)
+    x2, y2 = sign * sin(roll / 2) * cos(pitch / 2), sign * cos(roll / 2) * sin(pitch / 2)
+    z2 = sign * sin(roll / 2) * sin(pitch / 2)
+    return [
+        w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
+        w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
+        w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
+        w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
+    ]
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    roll, pitch = values["roll"], values["pitch"]
+    changes: dict[str, Expr] = {}
+    for names in (QUATERNION, ATTITUDE_COMMANDS):
+        if names[0] in body.names and names[0] not in body.layouts.state:  # measured on the way in
+            changes |= dict(zip(names, _turned([symbol(name) for name in names], roll, pitch, -1), strict=True))
+    if COMMANDS[0] in body.names:
+        rows = _matrix(roll, pitch)
+        changes |= {
+            name: sum(a * symbol(sent) for a, sent in zip(row, COMMANDS, strict=True))
+            for name, row in zip(COMMANDS, rows, strict=True)
+        }
+    return reporting(equations.substitute(changes), _outputs(equations, roll, pitch))
+
+
+def _outputs(equations: Equations, roll: Expr, pitch: Expr) -> dict[str, Expr]:
+    outputs: dict[str, Expr] = {}
+    if QUATERNION[0] in equations.next:
+        quaternion = [reported(equations, name) for name in QUATERNION]
+        outputs |= dict(zip(QUATERNION, _turned(quaternion, roll, pitch, 1), strict=True))
+    if RATES[0] in equations.next:
+        for name, column in zip(RATES, zip(*_matrix(roll, pitch), strict=True), strict=True):
+            outputs[name] = sum(a * reported(equations, rate) for a, rate in zip(column, RATES, strict=True))
+    return outputs
+
+
+def _correct(state: Tensor, values: Numbers, body: Body) -> Tensor:
+    half = torch.tensor([values["roll"], values["pitch"]], dtype=state.dtype) / 2
+    (cr, cp), (sr, sp) = half.cos(), half.sin()
+    board = torch.stack([cr * cp, sr * cp, cr * sp, sr * sp])
+    result, layout = state.clone(), body.layouts.state
+    if QUATERNION[0] in layout:
+        places = layout.indices(QUATERNION)
+        result[..., places] = rotation.multiply(state[..., places], rotation.conjugate(board))
+    if RATES[0] in layout:
+        places = layout.indices(RATES)
+        result[..., places] = rotation.rotate(board, state[..., places])
+    return result
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    matrix = _rotation_x(values["roll"]) @ _rotation_y(values["pitch"])
+    layout, action = body.layouts.state, body.layouts.action
+    attitude, rates = layout.indices(QUATERNION), layout.indices(RATES)
+
+    def report(state: Array) -> Array:
+        result = state.copy()
+        world = np.array([_rotate(state[attitude], axis) for axis in matrix.T]).T  # the board's axes as columns
+        result[attitude] = _nearest(_quaternion(world), state[attitude])
+        result[rates] = matrix.T @ state[rates]
+        return result
+
+    command = turned_command(action.indices(COMMANDS), matrix)
+    return Change("", command=command.command, measure=measured(report).measure)
+
+
+def _rotation_x(angle: float) -> Array:
+    return np.array([[1, 0, 0], [0, np.cos(angle), -np.sin(angle)], [0, np.sin(angle), np.cos(angle)]])
+
+
+def _rotation_y(angle: float) -> Array:
+    return np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
+
+
+def _rotate(quaternion: Array, vector: Array) -> Array:
+    twice = 2.0 * np.cross(quaternion[1:], vector)
+    result: Array = vector + quaternion[0] * twice + np.cross(quaternion[1:], twice)
+    return result
+
+
+def _quaternion(matrix: Array) -> Array:
+    """Largest eigenvector of Bar-Itzhack's matrix (J. Guid. Control Dyn. 23, 2000), w first."""
+    m = matrix
+    symmetric = np.array(
+        [
+            [m[0, 0] + m[1, 1] + m[2, 2], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]],
+            [m[2, 1] - m[1, 2], m[0, 0] - m[1, 1] - m[2, 2], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0]],
+            [m[0, 2] - m[2, 0], m[0, 1] + m[1, 0], m[1, 1] - m[0, 0] - m[2, 2], m[1, 2] + m[2, 1]],
+            [m[1, 0] - m[0, 1], m[0, 2] + m[2, 0], m[1, 2] + m[2, 1], m[2, 2] - m[0, 0] - m[1, 1]],
+        ]
+    )
+    vector: Array = np.linalg.eigh(symmetric)[1][:, -1]
+    return vector
+
+
+def _nearest(quaternion: Array, like: Array) -> Array:
+    return quaternion if quaternion @ like >= 0 else -quaternion
+
+
+MOUNTING_TILT = Kind(
+    name="mounting_tilt",
+    stage="measurement",
+    parameters=_parameters,
+    formula=r"q_m = q \otimes \delta, \quad \omega_m = \delta^{-1}\omega",
+    summary="The sensor board is mounted at an angle to the thrust line.",
+    confused_with="wind, while yaw stays",
+    shown_by="yaw that turns at 0.5 to 0.8 rad/s",
+    fix="level the board, set the trim of roll and pitch, or redo the rigid body's zero in the motion capture",
+    inject=_inject,
+    substitute=_substitute,
+    correct=_correct,
+    needs=QUATERNION,
+    robot="quadrotor",
+)

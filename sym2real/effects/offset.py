@@ -1,0 +1,36 @@
+"""A constant is added to a command: a → a + b."""
+
+from __future__ import annotations
+
+from sym2real.effects.body import Body
+from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.truth import on_column
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations, symbol
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    return (Parameter("value", body.unit, null=0.0, low=-10 * body.scale, high=10 * body.scale, scale=body.scale),)
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    return equations.substitute({body.column: symbol(body.column) + values["value"]})
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    return on_column(body, lambda command: command + values["value"])
+
+
+OFFSET = Kind(
+    name="offset",
+    stage="command",
+    parameters=_parameters,
+    formula=r"a \to a + b",
+    summary="The robot adds a constant to a command.",
+    confused_with="a gain while the command hardly varies; for rate commands a torque bias or centre-of-mass offset",
+    shown_by="commands of both signs, or of several sizes",
+    fix="trim the actuator by minus this offset (servo centre, thrust trim), or subtract it from the command",
+    inject=_inject,
+    substitute=_substitute,
+    columns="action",
+)

@@ -1,0 +1,63 @@
+"""Air that brakes rotation: τ = -d∘ω.
+
+On a closed rate loop it is a loop of gain K + d/J whose command is K/(K + d/J) of the command.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sym2real.effects import truth
+from sym2real.effects.body import GRAVITY, Body
+from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.rate_loop import NUMBERS, other_torque, rate_loops
+from sym2real.effects.wrench import push
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations, symbol
+
+NAMES = ("dx", "dy", "dz")
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    # The weight at 0.3 mm brakes 1 rad/s; for a Crazyflie a tenth of what its rate loop does.
+    scale = 3e-4 * GRAVITY * body.numbers.get("mass", 1.0)
+    return tuple(Parameter(name, "N m s", null=0.0, low=0.0, high=50 * scale, scale=scale) for name in NAMES)
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    dampings = [values[name] for name in NAMES]
+    if not all(name in body.numbers and f"w{name[1]}_cmd" in body.names for name in NUMBERS):
+        rates = (symbol(name) for name in ("wx", "wy", "wz"))
+        return push(equations, body, torque=[-d * rate for d, rate in zip(dampings, rates, strict=True)])
+    torque = []
+    for loop, damping in zip(rate_loops(body, equations.dt), dampings, strict=True):
+        factor = 1 + damping / (loop.inertia * loop.gain)
+        torque.append(loop.with_gain(factor, 1 / factor, other_torque(equations, loop.axis)))
+    return push(equations, body, torque=torque)
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    damping = np.array([values[name] for name in NAMES])
+
+    def brake(data: Any) -> None:
+        truth.add_torque(data, -damping * truth.rates(data))
+
+    return truth.forced(brake)
+
+
+RATE_DAMPING = Kind(
+    name="rate_damping",
+    stage="loop",
+    parameters=_parameters,
+    formula=r"\tau = -d \circ \omega",
+    summary="Air brakes the body's rotation.",
+    confused_with="a rate loop gain together with gains of the rate commands: on a closed rate loop it is these two",
+    shown_by="rates that are held: flips, fast yaw",
+    fix="put the damping into the model, or an integral part into the rate loop",
+    inject=_inject,
+    substitute=_substitute,
+    needs=("wx", "wy", "wz"),
+    robot="quadrotor",
+)

@@ -1,0 +1,49 @@
+"""An actuator follows its command no faster than a fixed rate: |da'/dt| ≤ r."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sym2real.effects.body import Body
+from sym2real.effects.effect import UNLIMITED, Kind, Numbers, Parameter
+from sym2real.effects.memory import rate_step, stepping
+from sym2real.effects.truth import following
+from sym2real.protocols import Change
+
+# The truth integrates a control period in so many pieces.
+PIECES = 200
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    unit = f"{body.unit}/s".replace("/s/s", "/s²")
+    low, high, scale = (factor * body.scale for factor in (0.1, 1000, 10))
+    return (Parameter("value", unit, null=UNLIMITED, low=low, high=high, scale=scale),)
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    step = values["value"] * body.dt / PIECES
+
+    def follow(position: float, command: float) -> tuple[float, float]:
+        passed = []
+        for _ in range(PIECES):
+            before = position
+            position += float(np.clip(command - position, -step, step))
+            passed.append(0.5 * (before + position))
+        return position, float(np.mean(passed))
+
+    return following(body, follow) if values["value"] < UNLIMITED else Change("")
+
+
+RATE_LIMIT = Kind(
+    name="rate_limit",
+    stage="filter",
+    parameters=_parameters,
+    formula=r"|\dot a'| \le r",
+    summary="The actuator follows its command no faster than a fixed rate.",
+    confused_with="a lag, whose speed grows with the step",
+    shown_by="small and large steps of the command",
+    fix="raise the limit in the firmware (servo speed, acceleration limit), or limit the commands' rate",
+    inject=_inject,
+    memory=lambda body: stepping(rate_step),
+    columns="action",
+)

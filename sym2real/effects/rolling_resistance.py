@@ -1,0 +1,48 @@
+"""A constant deceleration against the motion: F = -r·m·sign(u) along the heading."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from sympy import sign
+
+from sym2real.effects import truth
+from sym2real.effects.body import Body
+from sym2real.effects.car_turning import forward_speed, push_ahead
+from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    return (Parameter("value", "m/s²", null=0.0, low=0.0, high=5.0, scale=0.5),)
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    return push_ahead(equations, body, -values["value"] * body.mass * sign(forward_speed(body)))
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    def brake(data: Any) -> None:
+        ahead = truth.rotation(data)[:, 0]
+        truth.add_force(data, -values["value"] * body.mass * np.sign(ahead @ truth.velocity(data)) * ahead)
+
+    return truth.forced(brake)
+
+
+ROLLING_RESISTANCE = Kind(
+    name="rolling_resistance",
+    stage="wrench",
+    parameters=_parameters,
+    formula=r"F = -r\,m\,\mathrm{sign}(u)",
+    summary="Bearings, gears or a soft floor brake the car by a constant force.",
+    confused_with="an offset of the speed command, always; a speed gain at one speed",
+    shown_by="four speeds, forwards and backwards",
+    fix="free the drive train, or raise the speed loop's integral part",
+    inject=_inject,
+    substitute=_substitute,
+    needs=("vx", "vy", "sin_yaw", "cos_yaw"),
+    numbers=("mass",),
+    robot="car",
+)

@@ -1,0 +1,46 @@
+"""A measurement is off by a constant: y → y + b."""
+
+from __future__ import annotations
+
+from torch import Tensor
+
+from sym2real.effects.body import Body
+from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.measured import reported, reporting
+from sym2real.effects.truth import on_measurement
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    return (Parameter("value", body.unit, null=0.0, low=-20 * body.scale, high=20 * body.scale, scale=body.scale),)
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    return reporting(equations, {body.column: reported(equations, body.column) + values["value"]})
+
+
+def _correct(state: Tensor, values: Numbers, body: Body) -> Tensor:
+    result = state.clone()
+    result[..., body.layouts.state.index(body.column)] -= values["value"]
+    return result
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    return on_measurement(body, lambda measured: measured + values["value"])
+
+
+SENSOR_BIAS = Kind(
+    name="sensor_bias",
+    stage="measurement",
+    parameters=_parameters,
+    formula=r"y_m = y + b",
+    summary="A sensor adds a constant.",
+    confused_with="a trim of the command that drives the same column",
+    shown_by="the robot at rest, where the true value is known",
+    fix="calibrate the sensor at rest",
+    inject=_inject,
+    substitute=_substitute,
+    correct=_correct,
+    columns="state",
+)

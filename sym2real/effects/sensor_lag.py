@@ -1,0 +1,59 @@
+"""A measurement is filtered: τ dy_m/dt = y - y_m. It serves the diagnosis; control with it is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sym2real.effects.body import Body
+from sym2real.effects.effect import Kind, Numbers, Parameter
+from sym2real.effects.memory import Memory, sampled_begin, sampled_lag_step, stepping
+from sym2real.effects.truth import with_state
+from sym2real.protocols import Array, Change, Filter
+
+PIECES = 200  # in which the truth integrates a period
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    return (Parameter("value", "s", null=0.0, low=0.0, high=1.0, scale=2 * body.dt),)
+
+
+def _memory(body: Body) -> Memory:
+    return stepping(sampled_lag_step, sampled_begin)
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    """Integrated in small steps along the straight line between two samples."""
+    column = body.layouts.state.index(body.column)
+    step = body.dt / PIECES
+
+    def begin() -> Filter:
+        kept: list[float] = []
+
+        def report(state: Array) -> Array:
+            result, now = state.copy(), float(state[column])
+            before, filtered = kept or (now, now)
+            for middle in (np.arange(PIECES) + 0.5) / PIECES:
+                line = before + (now - before) * middle
+                filtered += (line - filtered) * step / (values["value"] + 0.5 * step)
+            kept[:] = [now, filtered]
+            result[column] = filtered
+            return result
+
+        return report
+
+    return with_state(begin) if values["value"] else Change("")
+
+
+SENSOR_LAG = Kind(
+    name="sensor_lag",
+    stage="measurement",
+    parameters=_parameters,
+    formula=r"\tau \dot y_m = y - y_m",
+    summary="A sensor or estimator smooths what it reports.",
+    confused_with="a lag of the command that drives the same column",
+    shown_by="fast motion that another channel measures too",
+    fix="lower the filter's time constant in the driver or estimator, or log the raw signal",
+    inject=_inject,
+    memory=_memory,
+    columns="state",
+)

@@ -1,0 +1,49 @@
+"""A measurement is a multiple of the truth: y → k·y. A factor of -1 is ``sensor_sign``."""
+
+from __future__ import annotations
+
+from torch import Tensor
+
+from sym2real.effects.body import Body
+from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.measured import reported, reporting
+from sym2real.effects.truth import on_measurement
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    return (Parameter("value", "1", null=1.0, low=0.01, high=100.0, scale=0.1),)
+
+
+def multiplied(equations: Equations, values: Values, body: Body) -> Equations:
+    """The measured column times a factor."""
+    return reporting(equations, {body.column: reported(equations, body.column) * values["value"]})
+
+
+def divided(state: Tensor, values: Numbers, body: Body) -> Tensor:
+    """Its inverse."""
+    result = state.clone()
+    result[..., body.layouts.state.index(body.column)] /= values["value"]
+    return result
+
+
+def multiplying(body: Body, values: Numbers) -> Change:
+    """Its truth."""
+    return on_measurement(body, lambda measured: measured * values["value"])
+
+
+SENSOR_SCALE = Kind(
+    name="sensor_scale",
+    stage="measurement",
+    parameters=_parameters,
+    formula=r"y_m = k\,y",
+    summary="A sensor's unit is off by a factor.",
+    confused_with="a gain of the command that drives the same column",
+    shown_by="motion that another channel measures too: rates against the attitude's derivative",
+    fix="correct the unit in the log's specification (deg for rad, mm for m), or calibrate the sensor",
+    inject=multiplying,
+    substitute=multiplied,
+    correct=divided,
+    columns="state",
+)

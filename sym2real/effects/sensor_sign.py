@@ -1,0 +1,27 @@
+"""A measurement has the wrong sign: y → -y, a factor of -1; 1 is none."""
+
+from __future__ import annotations
+
+from sym2real.effects.body import Body
+from sym2real.effects.effect import Kind, Parameter
+from sym2real.effects.sensor_scale import divided, multiplied, multiplying
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    return (Parameter("value", "1", null=1.0, low=-1.0, high=1.0, scale=2.0, fitted=False),)
+
+
+SENSOR_SIGN = Kind(
+    name="sensor_sign",
+    stage="measurement",
+    parameters=_parameters,
+    formula=r"y_m = -y",
+    summary="A sensor's axis points the other way.",
+    confused_with="nothing, once the column is compared with the attitude's derivative",
+    shown_by="any motion of that axis",
+    fix="turn the sign in the log's specification, or the axis in the driver",
+    inject=multiplying,
+    substitute=multiplied,
+    correct=divided,
+    columns="state",
+)

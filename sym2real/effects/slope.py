@@ -1,0 +1,48 @@
+"""A floor that is not level: a constant force m·g in the plane."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sym2real.effects.body import GRAVITY, Body
+from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.wrench import push
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    return tuple(Parameter(name, "m/s²", null=0.0, low=-3.0, high=3.0, scale=0.3) for name in ("gx", "gy"))
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    return push(equations, body, force=(body.mass * values["gx"], body.mass * values["gy"]))
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    """Gravity tilted, its size unchanged."""
+    along = np.array([values["gx"], values["gy"]])
+
+    def edit(spec: Any) -> None:
+        spec.option.gravity = [*along, -np.sqrt(GRAVITY**2 - along @ along)]
+
+    return Change("", edit=edit if along.any() else None)
+
+
+SLOPE = Kind(
+    name="slope",
+    stage="wrench",
+    parameters=_parameters,
+    formula=r"F = m\,g_{xy}",
+    summary="The floor is not level.",
+    confused_with="wind, always",
+    shown_by="driving in all directions",
+    fix="level the floor, or keep the term in the model",
+    inject=_inject,
+    substitute=_substitute,
+    needs=("vx", "vy"),
+    numbers=("mass",),
+    robot="car",
+)

@@ -1,0 +1,39 @@
+"""Thrust in equations: an action, the sum of four motors, or what motor lag has made of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from sympy import Expr, Symbol
+
+from sym2real.effects.body import GRAVITY, Body
+from sym2real.symbolic import Equations, symbol
+
+LAGGED = "rotor_thrust"
+MOTOR_TORQUES = ("torque_x", "torque_y", "torque_z")
+
+
+def acting_thrust(equations: Equations) -> Symbol:
+    """The symbol of the thrust that really acts on the body, N: behind motor lag where there is some."""
+    return symbol(LAGGED if LAGGED in equations.quantities else "thrust")
+
+
+def hover_thrust(body: Body) -> float:
+    """Thrust that carries the nominal robot, N."""
+    return body.mass * GRAVITY
+
+
+def scaled(equations: Equations, factor: Expr) -> Equations:
+    """The equations with thrust times a factor.
+
+    Where the thrust is that of motors, their torques scale alike: it is the rotors that push more or less.
+    """
+    names = ["thrust"]
+    if "thrust" in equations.quantities:
+        names += [name for name in MOTOR_TORQUES if name in equations.quantities]
+    return equations.substitute({name: symbol(name) * factor for name in names})
+
+
+def defined(equations: Equations, quantities: dict[str, Expr]) -> Equations:
+    """The equations with quantities defined anew or added."""
+    return replace(equations, quantities={**equations.quantities, **quantities})

@@ -1,0 +1,45 @@
+"""A constant torque about body axes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sym2real.effects.body import GRAVITY, Body
+from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.truth import add_torque, forced
+from sym2real.effects.wrench import push
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations
+
+NAMES = ("tx", "ty", "tz")
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    # Sized as the weight at a tenth of a millimetre.
+    scale = 1e-4 * GRAVITY * body.numbers.get("mass", 1.0)
+    return tuple(Parameter(name, "N m", null=0.0, low=-100 * scale, high=100 * scale, scale=scale) for name in NAMES)
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    return push(equations, body, torque=[values[name] for name in NAMES])
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    torque = np.array([values[name] for name in NAMES])
+    return forced(lambda data: add_torque(data, torque))
+
+
+TORQUE_BIAS = Kind(
+    name="torque_bias",
+    stage="wrench",
+    parameters=_parameters,
+    formula=r"\tau = \mathrm{const}",
+    summary="A constant torque turns the body.",
+    confused_with="an offset of the rate commands, always; a centre of mass that is off where thrust hardly varies",
+    shown_by="thrust that varies, against a centre of mass",
+    fix="replace the weak motor or the bent propeller, or trim the mixer",
+    inject=_inject,
+    substitute=_substitute,
+    needs=("wx", "wy", "wz"),
+    robot="quadrotor",
+)

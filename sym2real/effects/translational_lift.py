@@ -1,0 +1,46 @@
+"""Rotors that lift more in moving air: T (1 + k (u² + v²)), u and v the velocity along body x and y."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sym2real.effects import truth
+from sym2real.effects.body import Body
+from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.frames import QUATERNION, body_velocity
+from sym2real.effects.thrust import scaled
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    return (Parameter("value", "s²/m²", null=0.0, low=-0.2, high=0.5, scale=0.02),)
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    ahead, left, _ = body_velocity(body)
+    return scaled(equations, 1 + values["value"] * (ahead**2 + left**2))
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    def lift(data: Any) -> None:
+        along = truth.rotation(data).T @ truth.velocity(data)
+        truth.add_thrust(data, values["value"] * float(along[:2] @ along[:2]) * truth.thrust(data))
+
+    return truth.forced(lift)
+
+
+TRANSLATIONAL_LIFT = Kind(
+    name="translational_lift",
+    stage="thrust",
+    parameters=_parameters,
+    formula=r"T \to T\,(1 + k\,(u^2 + v^2))",
+    summary="Rotors lift more when air flows across them.",
+    confused_with="a thrust gain at one speed",
+    shown_by="level flight at several speeds beside hover",
+    fix="put the term into the model",
+    inject=_inject,
+    substitute=_substitute,
+    needs=("thrust", "vx", "vy", "vz", *QUATERNION),
+    robot="quadrotor",
+)

@@ -1,0 +1,176 @@
+"""Means of injection: what a simulated robot's own quantities are, and pushes at its points.
+
+The robot is body 1 of the description, a free body; its first actuator is a quadrotor's thrust along body z, the
+next three its rate loop. ``MjSpec`` bodies, actuators and geoms are edited before compilation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from sym2real.effects.body import Body
+from sym2real.errors import ModelError
+from sym2real.protocols import Array, Change, Filter
+
+ROBOT = 1
+FILTER_EXACT = 3  # mujoco.mjtDyn.mjDYN_FILTEREXACT
+
+
+def rotation(data: Any) -> Array:
+    """Body→world matrix ``# (3, 3)``."""
+    matrix: Array = np.array(data.xmat[ROBOT]).reshape(3, 3)
+    return matrix
+
+
+def velocity(data: Any) -> Array:
+    """Velocity of the body frame's origin in world axes ``# (3,)``."""
+    linear: Array = np.array(data.qvel[:3])
+    return linear
+
+
+def rates(data: Any) -> Array:
+    """Rates about body axes ``# (3,)``."""
+    turning: Array = np.array(data.qvel[3:6])
+    return turning
+
+
+def thrust(data: Any) -> float:
+    """What the thrust actuator gives now, N."""
+    return float(data.actuator_force[0])
+
+
+def add_force(data: Any, force: Array) -> None:
+    """A force along world axes at the centre of mass of the robot's first body."""
+    data.xfrc_applied[ROBOT, :3] += force
+
+
+def add_torque(data: Any, torque: Array) -> None:
+    """A torque about body axes."""
+    data.xfrc_applied[ROBOT, 3:] += rotation(data) @ torque
+
+
+def add_thrust(data: Any, size: float, place: Array | None = None) -> None:
+    """A force along body z in N at a place of the body frame ``# (3,)``: at the rotors' centre, its origin, if None."""
+    turned = rotation(data)
+    force = size * turned[:, 2]
+    point = data.xpos[ROBOT] + (0.0 if place is None else turned @ place)
+    data.xfrc_applied[ROBOT, :3] += force
+    data.xfrc_applied[ROBOT, 3:] += np.cross(point - data.xipos[ROBOT], force)
+
+
+def forced(push: Callable[[Any], None]) -> Change:
+    """A change that pushes the body before every physics step."""
+    return Change("", force=lambda _, data: push(data))
+
+
+def commanded(change: Callable[[Array], Array]) -> Change:
+    """A change of the commands that needs no memory."""
+    return Change("", command=lambda: change)
+
+
+def measured(change: Callable[[Array], Array]) -> Change:
+    """A change of the measured state that needs no memory."""
+    return Change("", measure=lambda: change)
+
+
+def set_inertial(spec: Any, extra_mass: float = 0.0, offset: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
+    """Mass of the robot's first body and its centre; inertia about the centre of mass stays."""
+    plain, body = spec.copy().compile(), spec.worldbody.first_body()
+    body.explicitinertial = True
+    body.mass = plain.body_mass[ROBOT] + extra_mass
+    body.inertia = plain.body_inertia[ROBOT]
+    body.iquat = plain.body_iquat[ROBOT]
+    body.ipos = plain.body_ipos[ROBOT] + np.array(offset)
+
+
+def set_lag(actuator: Any, time: float) -> None:
+    """A first-order filter of time constant ``time`` in s in front of an actuator's gain.
+
+    Raises:
+        ModelError: when it has one: a MuJoCo actuator has room for one.
+    """
+    kind = type(actuator.dyntype)
+    if int(actuator.dyntype) != 0:
+        raise ModelError(f"the actuator {actuator.name!r} has a filter already, and MuJoCo gives it one")
+    actuator.dyntype = kind(FILTER_EXACT)
+    actuator.dynprm = [time, *([0.0] * (len(actuator.dynprm) - 1))]
+    actuator.actearly = True
+
+
+def turned_command(columns: list[int], matrix: Array) -> Change:
+    """Commands of those columns times a matrix."""
+
+    def turn(action: Array) -> Array:
+        result = action.copy()
+        result[columns] = matrix @ action[columns]
+        return result
+
+    return commanded(turn)
+
+
+def with_state(make: Callable[[], Filter]) -> Change:
+    """A change of the measured state with memory, made anew at every reset."""
+    return Change("", measure=make)
+
+
+# Actuators of the descriptions by action column.
+ACTUATORS = {
+    "thrust": ("thrust",),
+    "wx_cmd": ("wx",),
+    "wy_cmd": ("wy",),
+    "wz_cmd": ("wz",),
+    "steer": ("front_left_steer", "front_right_steer"),
+    "speed": ("front_left_spin", "front_right_spin", "rear_left_spin", "rear_right_spin"),
+}
+
+
+def actuators(spec: Any, body: Body) -> list[Any]:
+    """Actuators of an ``MjSpec`` that the bound action column drives, or all of them."""
+    columns = (body.column,) if body.column else tuple(body.layouts.action)
+    names = [name for column in columns for name in ACTUATORS[column]]
+    return [actuator for actuator in spec.actuators if actuator.name in names]
+
+
+def on_column(body: Body, change: Callable[[float], float]) -> Change:
+    """A static map of the bound command."""
+    column = body.layouts.action.index(body.column)
+
+    def apply(action: Array) -> Array:
+        result = action.copy()
+        result[column] = change(float(action[column]))
+        return result
+
+    return commanded(apply)
+
+
+def following(body: Body, follow: Callable[[float, float], tuple[float, float]]) -> Change:
+    """A command with memory: (where the actuator was, command) → where it is after the period, its mean in it."""
+    column = body.layouts.action.index(body.column)
+
+    def begin() -> Filter:
+        last: list[float] = []
+
+        def apply(action: Array) -> Array:
+            result, command = action.copy(), float(action[column])
+            after, result[column] = follow(last[0] if last else command, command)
+            last[:] = [after]
+            return result
+
+        return apply
+
+    return Change("", command=begin)
+
+
+def on_measurement(body: Body, change: Callable[[float], float]) -> Change:
+    """A static map of the bound measurement."""
+    column = body.layouts.state.index(body.column)
+
+    def report(state: Array) -> Array:
+        result = state.copy()
+        result[column] = change(float(state[column]))
+        return result
+
+    return measured(report)

@@ -1,0 +1,61 @@
+"""Tyres that hold less: the lateral force is limited to μ·m·g.
+
+With it the yaw rate: |ω_z| ≤ μ g / (|u| + u₀). Wheels that are driven alike resist a turn, which the front tyres must
+overcome as well: u₀ = 2 k w²/(L m) with k the drive's N s/m a wheel, w the track. The plain robot has μ = 1.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sympy import Abs, Max, Min, Piecewise, atan, tan
+
+from sym2real.effects.body import GRAVITY, Body
+from sym2real.effects.car_turning import forward_speed
+from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations, symbol
+
+PLAIN = 1.0
+SLOWEST = 1e-3  # m/s; slower cars are not limited
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    return (Parameter("value", "1", null=PLAIN, low=0.05, high=PLAIN, scale=0.3),)
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    wheelbase, steer, friction = body.number("wheelbase"), symbol("steer"), values["value"]
+    drive, track = body.numbers.get("wheel_drive", 0.0), body.numbers.get("track", 0.0)
+    resisting = 2 * drive * track**2 / (wheelbase * body.mass)
+    speed = Max(Abs(forward_speed(body)), SLOWEST)
+    steepest = friction * GRAVITY * wheelbase / (speed * (speed + resisting))
+    limited = atan(Max(-steepest, Min(steepest, tan(steer))))
+    return equations.substitute({"steer": Piecewise((limited, friction < PLAIN), (steer, True))})
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    """Friction of all geoms: MuJoCo takes the larger of the two that touch."""
+
+    def edit(spec: Any) -> None:
+        for geom in spec.geoms:
+            geom.friction = [values["value"], *list(geom.friction)[1:]]
+
+    return Change("", edit=edit if values["value"] < PLAIN else None)
+
+
+TYRE_FRICTION = Kind(
+    name="tyre_friction",
+    stage="thrust",
+    parameters=_parameters,
+    formula=r"|F_\mathrm{lateral}| \le \mu\,m\,g",
+    summary="The tyres let go in fast turns, and the car runs wide.",
+    confused_with="a steering gain below one, where every turn is fast",
+    shown_by="turns at a lateral acceleration of 2.7 m/s² or more, beside slow ones",
+    fix="clean or change the tyres or the floor, or slow down in turns",
+    inject=_inject,
+    substitute=_substitute,
+    needs=("steer", "vx", "vy", "sin_yaw", "cos_yaw"),
+    numbers=("mass", "wheelbase"),
+    robot="car",
+)

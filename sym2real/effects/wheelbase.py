@@ -1,0 +1,47 @@
+"""Another distance between the axles: L → k·L, so that tan(steer) turns the car 1/k times as much."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sympy import atan, tan
+
+from sym2real.effects.body import Body
+from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations, symbol
+
+FRONT = 0.1  # m: wheels further ahead than this are the front axle
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    return (Parameter("value", "1", null=1.0, low=0.5, high=2.0, scale=0.1),)
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    return equations.substitute({"steer": atan(tan(symbol("steer")) / values["value"])})
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    def edit(spec: Any) -> None:
+        for wheel in spec.worldbody.first_body().bodies:
+            if wheel.pos[0] > FRONT:
+                wheel.pos = [values["value"] * wheel.pos[0], *list(wheel.pos)[1:]]
+
+    return Change("", edit=edit if values["value"] != 1 else None)
+
+
+WHEELBASE = Kind(
+    name="wheelbase",
+    stage="thrust",
+    parameters=_parameters,
+    formula=r"L \to k\,L",
+    summary="The axles are further apart, or closer, than nominal.",
+    confused_with="a steering gain at low speed, always",
+    shown_by="small and large steering angles; better: a ruler",
+    fix="measure the wheelbase and set it in the model",
+    inject=_inject,
+    substitute=_substitute,
+    needs=("steer",),
+    robot="car",
+)

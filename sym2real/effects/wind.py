@@ -1,0 +1,45 @@
+"""A constant force along world axes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sym2real.effects.body import GRAVITY, Body
+from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.frames import velocity
+from sym2real.effects.truth import add_force, forced
+from sym2real.effects.wrench import push
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations
+
+
+def force_parameters(body: Body) -> tuple[Parameter, ...]:
+    """Components of a force in N: two in a plane."""
+    scale = 0.1 * GRAVITY * body.numbers.get("mass", 1.0)
+    names = ("fx", "fy", "fz")[: len(velocity(body))]
+    return tuple(Parameter(name, "N", null=0.0, low=-10 * scale, high=10 * scale, scale=scale) for name in names)
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    return push(equations, body, force=tuple(values.values()))
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    force = np.array([values.get(name, 0.0) for name in ("fx", "fy", "fz")])
+    return forced(lambda data: add_force(data, force))
+
+
+WIND = Kind(
+    name="wind",
+    stage="wrench",
+    parameters=force_parameters,
+    formula=r"F = \mathrm{const} \;\text{(world)}",
+    summary="A steady force along world axes: wind, a pulling cable.",
+    confused_with="a tilted mounting of the sensor while yaw stays; a slope under a car",
+    shown_by="yaw that turns at 0.5 to 0.8 rad/s",
+    fix="shield the room or fly with the force in the model; where it follows the weather, estimate it in flight",
+    inject=_inject,
+    substitute=_substitute,
+    needs=("vx", "vy"),
+    numbers=("mass",),
+)

@@ -1,0 +1,75 @@
+"""Forces and torques into equations: through their wrench inputs, or approximately where they have none."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from sympy import Expr, Integer, Rational
+
+from sym2real.effects.body import Body
+from sym2real.errors import ModelError
+from sym2real.symbolic import Equations, symbol
+
+AXES = ("x", "y", "z")
+
+
+def push(equations: Equations, body: Body, force: Sequence[Expr] = (), torque: Sequence[Expr] = ()) -> Equations:
+    """The equations with a force in N along world axes and a torque in N m about body axes.
+
+    A wrench input that the equations use takes it exactly. Else velocity and position take ``dt F/m`` and
+    ``½ dt² F/m``, and a rate command takes ``τ/(J K)``: approximate, which the notes say.
+
+    Raises:
+        ModelError: when the equations have no place for a component that is not zero.
+    """
+    changes: dict[str, Expr] = {}
+    for axis, value in zip(AXES, force, strict=False):
+        if value != 0:
+            equations, change = _force(equations, body, axis, value)
+            changes |= change
+    for axis, value in zip(AXES, torque, strict=False):
+        if value != 0:
+            equations, change = _torque(equations, body, axis, value)
+            changes |= change
+    return equations.substitute(changes)
+
+
+def uses(equations: Equations, name: str) -> bool:
+    """Whether any equation of motion depends on a name."""
+    return name in equations.names and any(equations.depends(column, name) for column in equations.next)
+
+
+def _force(equations: Equations, body: Body, axis: str, value: Expr) -> tuple[Equations, dict[str, Expr]]:
+    name, velocity = f"f{axis}", f"v{axis}"
+    if uses(equations, name):
+        return equations, {name: symbol(name) + value}
+    if velocity not in equations.next:
+        raise ModelError(f"the equations have neither the input {name} nor the state {velocity}: a force has no place")
+    change = equations.dt * value / body.mass
+    steps = {velocity: change, axis: Rational(1, 2) * equations.dt * change}
+    moved = {column: equations.next[column] + step for column, step in steps.items() if column in equations.next}
+    return _approximate(replace(equations, next={**equations.next, **moved}), name), {}
+
+
+def _torque(equations: Equations, body: Body, axis: str, value: Expr) -> tuple[Equations, dict[str, Expr]]:
+    name, rate, command = f"t{axis}", f"w{axis}", f"w{axis}_cmd"
+    if uses(equations, name):
+        return equations, {name: symbol(name) + value}
+    if uses(equations, command):
+        gain = body.number(f"j{axis}") * body.number(f"k{axis}")
+        return _approximate(equations, name), {command: symbol(command) + value / gain}
+    if rate not in equations.next:
+        raise ModelError(f"the equations have neither {name} nor {command} nor {rate}: a torque has no place")
+    moved = {rate: equations.next[rate] + equations.dt * value / body.number(f"j{axis}")}
+    return _approximate(replace(equations, next={**equations.next, **moved}), name), {}
+
+
+def _approximate(equations: Equations, name: str) -> Equations:
+    note = f"approximate: the equations have no wrench input {name}"
+    return equations if note in equations.notes else replace(equations, notes=(*equations.notes, note))
+
+
+def none() -> Expr:
+    """A component that is not there."""
+    return Integer(0)

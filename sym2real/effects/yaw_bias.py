@@ -1,0 +1,67 @@
+"""Measured yaw is off by a constant: ψ_measured = ψ + b."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import torch
+from sympy import cos, sin
+from torch import Tensor
+
+from sym2real.effects.body import Body
+from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.frames import HEADING
+from sym2real.effects.measured import reported, reporting
+from sym2real.effects.truth import measured
+from sym2real.protocols import Array, Change
+from sym2real.symbolic import Equations
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    return (Parameter("value", "rad", null=0.0, low=-math.pi, high=math.pi, scale=0.05),)
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    sine, cosine = (reported(equations, name) for name in HEADING)
+    turn_s, turn_c = sin(values["value"]), cos(values["value"])
+    turned = {"sin_yaw": sine * turn_c + cosine * turn_s, "cos_yaw": cosine * turn_c - sine * turn_s}
+    return reporting(equations, turned)
+
+
+def _correct(state: Tensor, values: Numbers, body: Body) -> Tensor:
+    places = body.layouts.state.indices(HEADING)
+    sine, cosine = state[..., places].unbind(-1)
+    yaw = torch.atan2(sine, cosine) - values["value"]
+    result = state.clone()
+    result[..., places] = torch.stack([yaw.sin(), yaw.cos()], dim=-1)
+    return result
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    places = body.layouts.state.indices(HEADING)
+
+    def report(state: Array) -> Array:
+        result = state.copy()
+        yaw = np.arctan2(*state[places]) + values["value"]
+        result[places] = np.sin(yaw), np.cos(yaw)
+        return result
+
+    return measured(report)
+
+
+YAW_BIAS = Kind(
+    name="yaw_bias",
+    stage="measurement",
+    parameters=_parameters,
+    formula=r"\psi_m = \psi + b",
+    summary="The measured heading is turned against the car's axis.",
+    confused_with="a lever arm of the markers on one circle",
+    shown_by="straight driving beside turns both ways",
+    fix="turn the rigid body's axes in the motion capture by minus this angle",
+    inject=_inject,
+    substitute=_substitute,
+    correct=_correct,
+    needs=HEADING,
+    robot="car",
+)

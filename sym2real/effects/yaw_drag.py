@@ -1,0 +1,52 @@
+"""A torque against turning: τ_z = -c·J·ω_z, J the yaw inertia about the rear axle."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sym2real.effects import truth
+from sym2real.effects.body import Body
+from sym2real.effects.car_turning import push_turning
+from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations, symbol
+
+
+def _inertia(body: Body) -> float:
+    return body.number("jz") + body.mass * body.number("centre") ** 2
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    return (Parameter("value", "1/s", null=0.0, low=0.0, high=50.0, scale=4.0),)
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    return push_turning(equations, body, -values["value"] * _inertia(body) * symbol("wz"))
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    size = values["value"] * _inertia(body)
+
+    def brake(data: Any) -> None:
+        truth.add_torque(data, np.array([0.0, 0.0, -size * truth.rates(data)[2]]))
+
+    return truth.forced(brake)
+
+
+YAW_DRAG = Kind(
+    name="yaw_drag",
+    stage="wrench",
+    parameters=_parameters,
+    formula=r"\tau_z = -c\,J\,\omega_z",
+    summary="The car resists turning (scrubbing tyres); while the tyres hold, turns cost speed.",
+    confused_with="lateral slip while the tyres hold; a steering gain or offset on one circle",
+    shown_by="turns both ways at several speeds, beside straight driving",
+    fix="free the differential or the steering's geometry, or keep the term in the model",
+    inject=_inject,
+    substitute=_substitute,
+    needs=("steer", "wz", "vx", "vy", "sin_yaw", "cos_yaw"),
+    numbers=("mass", "wheelbase", "jz", "centre"),
+    robot="car",
+)

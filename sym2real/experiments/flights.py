@@ -29,6 +29,7 @@ Draw = Callable[[np.random.Generator], Setting]
 
 NOISE = np.array([0.03, 1.0, 1.0, 1.0])  # N, rad/s
 NOISE_CORRELATION = 0.08  # s
+TURNING = 0.5  # rad/s, of the heading in tracking flights
 SPEED_LIMIT = 2.0  # m/s, of drives in distribution
 
 
@@ -110,7 +111,9 @@ def _track(
         return path(time) + lift
 
     robot = CRAZYFLIE
-    tracking = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference)
+    # A heading that never turns leaves every term with qz to chance.
+    turning = rng.uniform(-TURNING, TURNING)
+    tracking = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference, yaw_rate=turning)
     coloured = ColouredNoise(noise * NOISE, NOISE_CORRELATION, robot.dt, rng)
     position = reference(torch.zeros((), dtype=torch.float64)).numpy()[:3]
     return Disturbed(tracking, coloured, robot.low, robot.high), _tilted(rng, tilt, position)

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from sympy import Symbol
+from sympy import Expr
 
 from sym2real.layout import Layout
 from sym2real.symbolic import Equations, symbol
 
 
-def with_time(equations: Equations) -> tuple[Equations, Symbol]:
-    """The equations with the input ``t`` (s since the log's start), added last where they have none, and its symbol."""
+def with_time(equations: Equations) -> tuple[Equations, Expr]:
+    """The equations with the input ``t`` (s since the log's start), added last where they have none; mid-step time."""
     if "t" not in equations.layouts.inputs:
         inputs = equations.layouts.inputs + Layout.of(("t",))
         equations = replace(equations, layouts=replace(equations.layouts, inputs=inputs))
-    return equations, symbol("t")
+    return equations, symbol("t") + equations.dt / 2

@@ -10,7 +10,7 @@ from sym2real.effects.body import Body
 from sym2real.effects.effect import Kind, Numbers, Parameter
 from sym2real.effects.memory import shift
 from sym2real.effects.truth import actuators
-from sym2real.protocols import Change
+from sym2real.protocols import Array, Change, Filter
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
@@ -18,14 +18,28 @@ def _parameters(body: Body) -> tuple[Parameter, ...]:
 
 
 def _inject(body: Body, values: Numbers) -> Change:
-    """MuJoCo's own delayed controls, at the resolution of a physics step."""
+    """Whole periods in a queue before the actuators, the rest by MuJoCo's own delayed controls."""
+    columns = body.action_indices()
+    periods = int(values["value"] / body.dt + 1e-9)
+    rest = values["value"] - periods * body.dt
+
+    def begin() -> Filter:
+        queue: list[Array] = []
+
+        def wait(action: Array) -> Array:
+            queue.extend([action] * (1 if queue else periods + 1))
+            late = action.copy()
+            late[columns] = queue.pop(0)[columns]
+            return late
+
+        return wait
 
     def edit(spec: Any) -> None:
         for actuator in actuators(spec, body):
-            actuator.delay = values["value"]
-            actuator.nsample = int(np.ceil(values["value"] / spec.option.timestep)) + 2
+            actuator.delay = rest
+            actuator.nsample = int(np.ceil(rest / spec.option.timestep)) + 2
 
-    return Change("", edit=edit if values["value"] else None)
+    return Change("", edit=edit if rest > 1e-9 else None, command=begin if periods else None)
 
 
 DELAY = Kind(

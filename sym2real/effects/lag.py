@@ -20,7 +20,7 @@ def _inject(body: Body, values: Numbers) -> Change:
 
     def edit(spec: Any) -> None:
         for actuator in actuators(spec, body):
-            set_lag(actuator, values["value"])
+            set_lag(spec, actuator, values["value"])
 
     return Change("", edit=edit if values["value"] else None)
 

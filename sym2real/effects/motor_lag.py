@@ -97,17 +97,19 @@ def _inject(body: Body, values: Numbers) -> Change:
 
     def edit(spec: Any) -> None:
         for actuator in list(spec.actuators):
-            truth.set_lag(actuator, time)
+            truth.set_lag(spec, actuator, time)
             if actuator.name in FEEDBACK:
                 feedback = spec.add_actuator(name=f"{actuator.name}_feedback", target=actuator.target)
                 feedback.trntype, feedback.gear = actuator.trntype, actuator.gear
                 feedback.gainprm = [actuator.biasprm[2], *([0.0] * 9)]
-                truth.set_lag(feedback, time)
+                truth.set_lag(spec, feedback, time)
                 actuator.biasprm = [0.0] * 10
                 actuator.biastype = type(actuator.biastype)(0)
 
     def feed(model: Any, data: Any) -> None:
-        data.ctrl[FIRST_FEEDBACK : FIRST_FEEDBACK + 3] = truth.rates(data)
+        # A control is held for a physics step: the rate in its middle.
+        middle = truth.rates(data) + 0.5 * model.opt.timestep * data.qacc[3:6]
+        data.ctrl[FIRST_FEEDBACK : FIRST_FEEDBACK + 3] = middle
         if data.time == 0.0:
             # In rest the loop's torque is zero: command and feedback have been equal.
             first = data.act[1:4].copy()

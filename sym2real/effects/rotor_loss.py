@@ -44,11 +44,10 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
             name: equations.quantities[name] - loss * alone(equations, name, rotor) for name in motor_sums(equations)
         }
         return defined(equations, sums)
-    lost = loss * shares(equations, body)[rotor]
-    thrust = acting_thrust(equations)
-    equations = push(equations, body, torque=[-lever * lost for lever in levers(body, rotor)])
-    # The torque just put in counts on the thrust that was meant; its own change of it is of second order.
-    return equations.substitute({thrust.name: thrust - loss * thrust / 4})
+    lost, thrust = loss * shares(equations, body)[rotor], acting_thrust(equations)
+    # Thrust first: what the torque is made of is the thrust that was meant.
+    equations = equations.substitute({thrust.name: thrust - lost})
+    return push(equations, body, torque=[-lever * lost for lever in levers(body, rotor)])
 
 
 def _inject(body: Body, values: Numbers) -> Change:

@@ -1,7 +1,12 @@
-"""Rotors that speed up turn the body the other way: τ_z = J_r Σ± dω_i/dt.
+r"""Rotors that speed up turn the body the other way: τ_z = J_r Σ± dω_i/dt.
 
-Rotor speeds are √(T_i/k_f). The derivative is that of the step means, with the last one as a hidden state that starts
-at the first row's.
+Rotor speeds are √(T_i/k_f). Of motors, their sum with signs changes at once when a command changes; its last value is
+a hidden state. A rate loop moves it by G per torque, G = 1/(2 κ √(k_f T/4)), κ the
+reaction torque per thrust, so that::
+
+    (1 + ρ) ω̇ = K (ω_cmd - ω) + ρ dω_cmd/dt + τ/J        ρ = J_r G K
+
+which is solved exactly over a held step; the last yaw rate command is a hidden state.
 """
 
 from __future__ import annotations
@@ -9,32 +14,52 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from sympy import Expr, Integer, Max, sqrt
+from sympy import Expr, Integer, Max, exp, sqrt
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
 from sym2real.effects.effect import Kind, Numbers, Parameter, Values
 from sym2real.effects.hidden import with_hidden
-from sym2real.effects.rotors import SPIN, driven_by_motors, motor_forces, shares
-from sym2real.effects.thrust import defined
+from sym2real.effects.rate_loop import other_torque, rate_loops
+from sym2real.effects.rotors import SPIN, driven_by_motors, motor_forces
+from sym2real.effects.thrust import acting_thrust, defined, hover_thrust
 from sym2real.effects.wrench import push
 from sym2real.protocols import Array, Change, Filter
 from sym2real.symbolic import Equations, symbol
 
-SUM, MEMORY = "rotor_speed_sum", "rotor_speed_memory"
+SUM, SUM_MEMORY, COMMAND_MEMORY = "rotor_speed_sum", "rotor_speed_memory", "yaw_command_memory"
+LOWEST = 0.1  # of the hover thrust: rotors that hardly turn would react without bound
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "kg m²", null=0.0, low=0.0, high=1e-5, scale=3e-8),)
+    return (Parameter("value", "kg m²", null=0.0, low=0.0, high=1e-8, scale=2e-9),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    forces = motor_forces(equations) if driven_by_motors(equations) else shares(equations, body)
-    speeds: list[Expr] = [sqrt(Max(force, 0) / body.number("rotor_thrust")) for force in forces]
+    if driven_by_motors(equations):
+        return _of_motors(equations, values["value"], body)
+    return _of_loop(equations, values["value"], body)
+
+
+def _of_motors(equations: Equations, inertia: Expr, body: Body) -> Equations:
+    speeds = [sqrt(Max(force, 0) / body.number("rotor_thrust")) for force in motor_forces(equations)]
     equations = defined(equations, {SUM: sum(sign * speed for sign, speed in zip(SPIN, speeds, strict=True))})
-    equations = with_hidden(equations, MEMORY, "rad/s", symbol(SUM), start=symbol(SUM))
-    torque = values["value"] * (symbol(SUM) - symbol(MEMORY)) / equations.dt
+    equations = with_hidden(equations, SUM_MEMORY, "rad/s", symbol(SUM), start=symbol(SUM))
+    torque = inertia * (symbol(SUM) - symbol(SUM_MEMORY)) / equations.dt
     return push(equations, body, torque=(Integer(0), Integer(0), torque))
+
+
+def _of_loop(equations: Equations, inertia: Expr, body: Body) -> Equations:
+    loop, torque = rate_loops(body, equations.dt)[2], other_torque(equations, "z")
+    thrust = Max(acting_thrust(equations), LOWEST * hover_thrust(body))
+    speeds = 1 / (2 * body.number("torque_per_thrust") * sqrt(body.number("rotor_thrust") * thrust / 4))
+    share = inertia * speeds * loop.gain
+    equations = with_hidden(equations, COMMAND_MEMORY, "rad/s", loop.command, start=loop.command)
+    jump = share / (1 + share) * (loop.command - symbol(COMMAND_MEMORY))
+    kept = exp(-loop.gain * loop.dt / (1 + share))
+    end = loop.command + (loop.rate + jump - loop.command) * kept
+    end += torque / loop.inertia * (1 - kept) / loop.gain
+    return push(equations, body, torque=(Integer(0), Integer(0), loop.torque_that_ends_at(end) - torque))
 
 
 def _inject(body: Body, values: Numbers) -> Change:
@@ -60,7 +85,7 @@ def _inject(body: Body, values: Numbers) -> Change:
 
 ROTOR_REACTION = Kind(
     name="rotor_reaction",
-    stage="wrench",
+    stage="loop",
     parameters=_parameters,
     formula=r"\tau_z = J_r \sum \pm \dot\omega_i",
     summary="Rotors that speed up or slow down turn the body about yaw.",
@@ -70,6 +95,6 @@ ROTOR_REACTION = Kind(
     inject=_inject,
     substitute=_substitute,
     needs=("thrust", "wz"),
-    numbers=("rotor_thrust",),
+    numbers=("rotor_thrust", "torque_per_thrust"),
     robot="quadrotor",
 )

@@ -16,7 +16,8 @@ from sym2real.errors import ModelError
 from sym2real.protocols import Array, Change, Filter
 
 ROBOT = 1
-FILTER_EXACT = 3  # mujoco.mjtDyn.mjDYN_FILTEREXACT
+FILTER, FILTER_EXACT = 2, 3  # mujoco.mjtDyn: for integrators of higher order, and for those of first order
+RUNGE_KUTTA = 1  # mujoco.mjtIntegrator.mjINT_RK4
 
 
 def rotation(data: Any) -> Array:
@@ -86,18 +87,20 @@ def set_inertial(spec: Any, extra_mass: float = 0.0, offset: tuple[float, float,
     body.ipos = plain.body_ipos[ROBOT] + np.array(offset)
 
 
-def set_lag(actuator: Any, time: float) -> None:
+def set_lag(spec: Any, actuator: Any, time: float) -> None:
     """A first-order filter of time constant ``time`` in s in front of an actuator's gain.
 
     Raises:
         ModelError: when it has one: a MuJoCo actuator has room for one.
     """
-    kind = type(actuator.dyntype)
     if int(actuator.dyntype) != 0:
         raise ModelError(f"the actuator {actuator.name!r} has a filter already, and MuJoCo gives it one")
-    actuator.dyntype = kind(FILTER_EXACT)
+    kind = FILTER
+    if int(spec.option.integrator) != RUNGE_KUTTA:
+        # The force of a step is that of its start, half a step late.
+        kind, time = FILTER_EXACT, max(time - 0.5 * spec.option.timestep, 1e-6)
+    actuator.dyntype = type(actuator.dyntype)(kind)
     actuator.dynprm = [time, *([0.0] * (len(actuator.dynprm) - 1))]
-    actuator.actearly = True
 
 
 def turned_command(columns: list[int], matrix: Array) -> Change:

@@ -1,0 +1,150 @@
+"""Filters that equations carry: over a whole log, and step by step in a controller.
+
+A controller that plans with such equations puts its candidates through :meth:`FilterState.apply` before the model sees
+them, and calls :meth:`FilterState.remember` with what was sent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import torch
+from sympy import Expr
+from torch import Tensor
+
+from sym2real.effects.catalogue import effect
+from sym2real.effects.effect import Effect
+from sym2real.effects.memory import as_given, replaced
+from sym2real.errors import ModelError
+from sym2real.symbolic import Equations, compile_function
+
+
+def command_filters(equations: Equations) -> list[tuple[Effect, Mapping[str, Expr]]]:
+    """Filters that commands go through, in this order."""
+    return [found for found in _filters(equations) if found[0].of.columns == "action"]
+
+
+def measurement_filters(equations: Equations) -> list[tuple[Effect, Mapping[str, Expr]]]:
+    """Filters that measurements go through, in this order; a controller cannot undo them."""
+    return [found for found in _filters(equations) if found[0].of.columns == "state"]
+
+
+def _filters(equations: Equations) -> list[tuple[Effect, Mapping[str, Expr]]]:
+    return [(effect(key, equations), values) for key, values in equations.filters]
+
+
+def filter_commands(equations: Equations, actions: Tensor, parameters: Tensor | None = None) -> Tensor:
+    """What of the commands of a whole log reaches the robot.
+
+    Args:
+        equations: with filters.
+        actions: ``# (..., T, action)``.
+        parameters: values of ``equations.parameters`` in their order ``# (..., P)``; None for the equations' own.
+    """
+    for found, values in command_filters(equations):
+        actions = found.filter(actions, equations.dt, numbers(equations, values, parameters))
+    return actions
+
+
+def filter_measurements(equations: Equations, measured: Tensor, parameters: Tensor | None = None) -> Tensor:
+    """What sensors with memory make of outputs ``# (..., T, state)``; parameters as in :func:`filter_commands`."""
+    for found, values in measurement_filters(equations):
+        measured = found.filter(measured, equations.dt, numbers(equations, values, parameters))
+    return measured
+
+
+def numbers(equations: Equations, values: Mapping[str, Expr], parameters: Tensor | None) -> dict[str, Tensor | float]:
+    """Values of an effect as numbers, or one per parameter set ``# (...)``.
+
+    Raises:
+        ModelError: for an expression that is neither a number nor a parameter.
+    """
+    names = list(equations.parameters)
+    result: dict[str, Tensor | float] = {}
+    for name, value in values.items():
+        if value.is_number:
+            result[name] = float(value)
+        elif value.is_Symbol and value.name in names:
+            own = equations.parameters[value.name]
+            result[name] = own if parameters is None else parameters[..., names.index(value.name)]
+        else:
+            raise ModelError(f"a filter's value must be a number or a parameter, found {name} = {value}")
+    return result
+
+
+class FilterState:
+    """Memory of the command filters of equations while commands are sent one by one.
+
+    Args:
+        equations: with filters; without, :meth:`apply` gives back what it gets.
+    """
+
+    def __init__(self, equations: Equations) -> None:
+        self._dt = equations.dt
+        self._filters = [(found, numbers(equations, values, None)) for found, values in command_filters(equations)]
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget what was sent: the next command is taken to have been held for ever."""
+        self._memories: list[Tensor] = []
+
+    def remember(self, sent: Tensor) -> None:
+        """Advance by one command ``# (action,)``."""
+        self._memories, _ = self._run(sent[None, :])
+
+    def apply(self, actions: Tensor) -> Tensor:
+        """What of the commands that might follow ``# (..., H, action)`` would reach the robot; nothing is advanced."""
+        return self._run(actions)[1]
+
+    def _run(self, actions: Tensor) -> tuple[list[Tensor], Tensor]:
+        memories = []
+        for position, (found, values) in enumerate(self._filters):
+            given, columns = as_given(values, actions), found.filtered_columns
+            rows = actions[..., columns]
+            if self._memories:
+                memory = self._memories[position].to(actions)
+            else:
+                memory = found.memory.begin(rows[..., 0, :], self._dt, given)
+            memory, output = found.memory.run(memory, rows, self._dt, given)
+            memories.append(memory)
+            actions = replaced(actions, columns, output)
+        return memories, actions
+
+
+def with_hidden_start(equations: Equations, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
+    """States of the equations ``# (..., n)`` for states without their hidden columns.
+
+    Args:
+        equations: hidden columns last, as effects add them.
+        state: measured columns ``# (..., n - hidden)``.
+        action: the first action ``# (..., action)``.
+        inputs: ``# (..., inputs)``; None for zeros.
+    """
+    if not equations.start:
+        return state
+    layouts = equations.layouts
+    if inputs is None:
+        inputs = state.new_zeros(*state.shape[:-1], len(layouts.inputs))
+    columns = [layouts.state.columns[: state.shape[-1]], layouts.action.columns, layouts.inputs.columns]
+    given = [(names, values) for names, values in zip(columns, (state, action, inputs), strict=True) if len(names)]
+    first = [_spelled_out(equations, expression) for expression in equations.start.values()]
+    function = compile_function(first, [names for names, _ in given])
+    hidden = function(*(values for _, values in given))
+    batch = torch.broadcast_shapes(state.shape[:-1], hidden.shape[:-1])
+    return torch.cat([state.expand(*batch, -1), hidden.expand(*batch, -1)], dim=-1)
+
+
+def _spelled_out(equations: Equations, expression: Expr) -> Expr:
+    """The expression over columns alone: quantities put in, parameters at their values."""
+    quantities = dict(equations.quantities)
+    while any(symbol.name in quantities for symbol in expression.free_symbols):
+        expression = expression.xreplace(
+            {symbol: quantities[symbol.name] for symbol in expression.free_symbols if symbol.name in quantities}
+        )
+    return expression.xreplace(
+        {
+            symbol: equations.parameters[symbol.name]
+            for symbol in expression.free_symbols
+            if symbol.name in equations.parameters
+        }
+    )

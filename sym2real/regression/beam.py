@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import sympy
+from threadpoolctl import threadpool_limits
 
 from sym2real.regression.features import Variables
 from sym2real.regression.monomials import Monomials
@@ -36,7 +37,7 @@ class BeamSearch:
     Args:
         angles: columns whose sine and cosine may stand in equations (rad).
         loss: that the numbers are fitted with: "l1" (the paper's) or "l2".
-        seed: its parity says which of the interleaved blocks validate; nothing else is random.
+        seed: shifts the blocks of rows that validate each other; nothing else is random.
         wrench: learn the wrench inputs from rows where the wrench is not zero.
         degree: of the candidates, before growth.
         nodes: most nodes in an equation.
@@ -71,6 +72,11 @@ class BeamSearch:
         Raises:
             ModelError: when fewer than 20 rows are without wrench.
         """
+        # The matrices are so small that BLAS threads cost ten times what they gain.
+        with threadpool_limits(limits=1, user_api="blas"):
+            return self._fit(transitions, start)
+
+    def _fit(self, transitions: Transitions, start: Equations | None) -> Fit:
         variables = Variables.of(transitions.layouts, self.angles)
         base = self._base_stage(transitions, variables)
         push = wrench_stage(transitions, variables, self.search, self.loss, self.seed) if self.wrench else None
@@ -88,7 +94,6 @@ class BeamSearch:
             transitions.where(~pushed_rows(transitions, variables)),
             variables,
             Monomials(np.pad(plain.powers, ((0, 0), (0, len(variables.wrench))))),
-            multipliers=range(variables.plain),
             search=self.search,
             loss=self.loss,
             seed=self.seed,

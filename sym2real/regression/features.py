@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations_with_replacement
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sym2real.errors import ShapeError
 from sym2real.layout import Layouts
+from sym2real.regression.monomials import Monomials
 from sym2real.trajectory import Transitions
 
 Array = NDArray[np.float64]
@@ -68,6 +70,18 @@ class Variables:
     def wrench_of(self, transitions: Transitions) -> Array:
         """Values of the wrench columns ``# (rows, wrench)``."""
         return transitions.inputs[:, transitions.layouts.inputs.indices(self.wrench)]
+
+    @property
+    def multipliers(self) -> Monomials:
+        """What terms grow by: a variable that is no wrench, or two columns of one quaternion."""
+        size = self.plain + len(self.wrench)
+        single = np.eye(size, dtype=np.int64)[: self.plain]
+        pairs = [
+            single[self.columns.index(one)] + single[self.columns.index(other)]
+            for names in self.quaternions
+            for one, other in combinations_with_replacement(names, 2)
+        ]
+        return Monomials.of([*single.tolist(), *pairs], size)
 
     def signs(self, powers: NDArray[np.int64]) -> NDArray[np.int64]:
         """Whether each product changes sign with each quaternion: 1 or 0 ``# (terms, quaternions)``.

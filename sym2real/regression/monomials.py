@@ -53,11 +53,11 @@ class Monomials:
         index = np.array(chosen, dtype=np.int64) if isinstance(chosen, list) else chosen
         return Monomials(self.powers[index])
 
-    def times(self, variables: Sequence[int]) -> Monomials:
-        """Every product multiplied by each of these variables, each result once."""
-        factors = np.eye(self.powers.shape[1], dtype=np.int64)[list(variables)]
-        grown = self.powers[:, None, :] + factors[None]
-        return Monomials.of(grown.reshape(-1, factors.shape[1]).tolist(), factors.shape[1])
+    def times(self, factors: Monomials) -> Monomials:
+        """Every product multiplied by each of these factors, each result once."""
+        variables = self.powers.shape[1]
+        grown = self.powers[:, None, :] + factors.powers[None]
+        return Monomials.of(grown.reshape(-1, variables).tolist(), variables)
 
     def without(self, others: Monomials, degree: int) -> Monomials:
         """The products to ``degree`` that are not among the others."""

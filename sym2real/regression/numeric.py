@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import sympy
+import torch
 from numpy.typing import NDArray
 
 from sym2real.symbolic import Equations, symbol
@@ -45,9 +46,8 @@ def evaluate(expression: sympy.Expr, columns: Mapping[str, Array]) -> Array:
 
 
 def one_step_errors(equations: Equations, transitions: Transitions) -> dict[str, Array]:
-    """True minus predicted next value of every state column ``# (rows,)``."""
-    columns = columns_of(transitions)
-    return {
-        column: transitions.next_state[:, position] - evaluate(resolved(equations, column), columns)
-        for position, column in enumerate(transitions.layouts.state)
-    }
+    """True minus predicted next value of every state column ``# (rows,)``; predictions are put on the manifold."""
+    columns, state = columns_of(transitions), transitions.layouts.state
+    predicted = np.stack([evaluate(resolved(equations, column), columns) for column in state], axis=1)
+    wrong = transitions.next_state - state.normalise(torch.tensor(predicted)).numpy()
+    return dict(zip(state, wrong.T, strict=True))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sym2real.regression.monomials import Monomials
+from sym2real.regression.monomials import Monomials, Powers
+from sym2real.regression.refit import refit
 from sym2real.regression.search import beam_search
 from sym2real.trajectory import Transitions
 
@@ -21,15 +22,15 @@ FLOOR = 1e-9
 
 
 def validation_rows(transitions: Transitions, seed: int) -> Mask:
-    """Every other block of 20 steps ``# (rows,)``; the parity of ``seed`` says which ones.
+    """Every other block of 20 steps ``# (rows,)``; ``seed`` shifts the blocks, by 10 steps each.
 
     Neighbouring rows are nearly alike, so whole blocks are held back. A table shorter than two blocks is split row
     by row.
     """
-    block = transitions.step // BLOCK + transitions.trajectory
+    block = (transitions.step + seed * (BLOCK // 2)) // BLOCK + transitions.trajectory
     if len(np.unique(block % 2)) < 2:
         block = np.arange(len(transitions))
-    held: Mask = (block + seed) % 2 == 1
+    held: Mask = block % 2 == 1
     return held
 
 
@@ -39,7 +40,7 @@ class Choice:
 
     Args:
         terms: the products.
-        error: root mean square validation error, in the unit of the target.
+        error: validation error, in the unit of the target.
         score: what the choice was made by; lower is better.
     """
 
@@ -58,80 +59,85 @@ class SearchSettings:
         terms: most terms in an equation.
         parsimony: what a term of degree 3 must lower ln(validation error) by.
         growth: degree that chosen terms are multiplied up to.
+        rounds: how often they are, as long as that lowers the score.
     """
 
     width: int = 8
     branch: int = 6
     terms: int = 14
-    parsimony: float = 0.1
+    parsimony: float = 0.05
     growth: int = 4
+    rounds: int = 3
+
+
+def validation_error(columns: Array, target: Array, held: Mask) -> float:
+    """Error on rows that coefficients were not fitted to: geometric mean of both halves' root mean squares.
+
+    The geometric mean, because one half may hold the only wild rows and its error would drown the other's.
+    """
+    logarithms = []
+    for other in (held, ~held):
+        coefficients = refit(columns[~other], target[~other], "l2")
+        logarithms.append(np.log(np.mean((target[other] - columns[other] @ coefficients) ** 2) + np.finfo(float).tiny))
+    return float(np.exp(np.mean(logarithms) / 2))
+
+
+def score(error: float, terms: Monomials, parsimony: float) -> float:
+    """ln(validation error) + parsimony · Σ max(1, degree) / 3; lower is better."""
+    return float(np.log(max(error, FLOOR)) + parsimony * np.maximum(1, terms.degrees).sum() / 3)
 
 
 @dataclass(frozen=True, eq=False)
 class Pool:
-    """Candidates with their values and the Gram matrix of the training rows.
+    """Candidates with their values and Gram matrix.
 
     Args:
         terms: the candidates.
-        columns: their values ``# (rows, candidates)``.
-        norms: norms over the training rows ``# (candidates,)``.
-        gram: products of the normed columns over the training rows ``# (candidates, candidates)``.
-        held: which rows validate ``# (rows,)``.
+        columns: their values, each column of norm 1 ``# (rows, candidates)``.
+        gram: products of the columns ``# (candidates, candidates)``.
+        held: the half of the rows that validates the other ``# (rows,)``.
     """
 
     terms: Monomials
     columns: Array
-    norms: Array
     gram: Array
     held: Mask
 
     @classmethod
     def of(cls, terms: Monomials, values: Array, held: Mask) -> Pool:
-        """Candidates that are not zero on the training rows."""
+        """Candidates that are not zero everywhere."""
         columns = terms.evaluate(values)
-        norms = np.linalg.norm(columns[~held], axis=0)
+        norms = np.linalg.norm(columns, axis=0)
         alive = norms > 1e-12 * norms.max(initial=0.0)
-        terms, columns, norms = terms.where(alive), columns[:, alive], norms[alive]
-        normed = columns[~held] / norms
-        return cls(terms, columns, norms, normed.T @ normed, held)
+        columns = columns[:, alive] / norms[alive]
+        return cls(terms.where(alive), columns, columns.T @ columns, held)
 
     def grown(self, terms: Monomials, values: Array) -> Pool:
         """This pool and further candidates."""
         more = Pool.of(terms, values, self.held)
-        across = (self.columns[~self.held] / self.norms).T @ (more.columns[~self.held] / more.norms)
+        across = self.columns.T @ more.columns
         return Pool(
             Monomials(np.vstack([self.terms.powers, more.terms.powers])),
             np.hstack([self.columns, more.columns]),
-            np.concatenate([self.norms, more.norms]),
             np.block([[self.gram, across], [across.T, more.gram]]),
             self.held,
         )
 
     def choose(self, target: Array, settings: SearchSettings) -> Choice:
         """The best set of terms for a target ``# (rows,)`` whose spread is 1."""
-        train, held = target[~self.held], target[self.held]
-        correlation = self.columns[~self.held].T @ train / self.norms
         found = beam_search(
             self.gram,
-            correlation,
-            float(train @ train),
+            self.columns.T @ target,
+            float(target @ target),
             width=settings.width,
             branch=settings.branch,
             limit=settings.terms,
         )
-        choices = [self._judged(list(support), train, held, settings.parsimony) for support in found]
+        choices = []
+        for support in map(list, found):
+            terms, error = self.terms.where(support), validation_error(self.columns[:, support], target, self.held)
+            choices.append(Choice(terms, error, score(error, terms, settings.parsimony)))
         return min(choices, key=lambda choice: choice.score)
-
-    def _judged(self, support: list[int], train: Array, held: Array, parsimony: float) -> Choice:
-        terms, columns = self.terms.where(support), self.columns[:, support] / self.norms[support]
-        coefficients = np.linalg.lstsq(columns[~self.held], train, rcond=None)[0]
-        error = float(np.sqrt(np.mean((held - columns[self.held] @ coefficients) ** 2)))
-        return Choice(terms, error, score(error, terms, parsimony))
-
-
-def score(error: float, terms: Monomials, parsimony: float) -> float:
-    """ln(validation error) + parsimony · Σ max(1, degree) / 3; lower is better."""
-    return float(np.log(max(error, FLOOR)) + parsimony * np.maximum(1, terms.degrees).sum() / 3)
 
 
 class Table:
@@ -141,8 +147,8 @@ class Table:
         values: scaled values of the variables ``# (rows, variables)``.
         candidates: the products to choose from.
         signs: sign pattern of products' powers (see ``Variables.signs``).
-        multipliers: positions of the variables that chosen terms may be multiplied by.
-        held: rows that validate ``# (rows,)``.
+        multipliers: products that chosen terms may be multiplied by.
+        held: the half of the rows that validates the other ``# (rows,)``.
     """
 
     def __init__(
@@ -150,38 +156,39 @@ class Table:
         values: Array,
         candidates: Monomials,
         *,
-        signs: Callable[[NDArray[np.int64]], NDArray[np.int64]],
-        multipliers: Iterable[int],
+        signs: Callable[[Powers], Powers],
+        multipliers: Monomials,
         held: Mask,
         settings: SearchSettings,
     ) -> None:
         self.values, self.candidates, self.signs = values, candidates, signs
-        self.multipliers, self.held, self.settings = list(multipliers), held, settings
+        self.multipliers, self.held, self.settings = multipliers, held, settings
         self._pools: dict[bytes, Pool] = {}
 
-    def _of_sign(self, terms: Monomials, sign: NDArray[np.int64]) -> Monomials:
+    def _of_sign(self, terms: Monomials, sign: Powers) -> Monomials:
         return terms.where((self.signs(terms.powers) == sign).all(axis=1))
 
-    def pool(self, sign: NDArray[np.int64]) -> Pool:
+    def pool(self, sign: Powers) -> Pool:
         """The candidates with this sign pattern; built once."""
         key = sign.tobytes()
         if key not in self._pools:
             self._pools[key] = Pool.of(self._of_sign(self.candidates, sign), self.values, self.held)
         return self._pools[key]
 
-    def choose(self, target: Array, sign: NDArray[np.int64]) -> Choice:
-        """Terms for a target ``# (rows,)``, grown by multiplying what was chosen first."""
+    def choose(self, target: Array, sign: Powers) -> Choice:
+        """Terms for a target ``# (rows,)``; what is chosen is multiplied by further factors and chosen from again."""
         spread = float(target.std())
         if spread <= 1e-14 * float(np.abs(target).max(initial=0.0)) or spread == 0.0:
             spread = 1.0
-        pool = self.pool(sign)
-        choice = pool.choose(target / spread, self.settings)
-        grown = self._of_sign(choice.terms.times(self.multipliers), sign)
-        fresh = grown.without(pool.terms, self.settings.growth)
-        if len(fresh):
-            choice = min(
-                choice,
-                pool.grown(fresh, self.values).choose(target / spread, self.settings),
-                key=lambda one: one.score,
-            )
+        target, pool = target / spread, self.pool(sign)
+        choice = pool.choose(target, self.settings)
+        for _ in range(self.settings.rounds):
+            fresh = self._of_sign(choice.terms.times(self.multipliers), sign).without(pool.terms, self.settings.growth)
+            if not len(fresh):
+                break
+            pool = pool.grown(fresh, self.values)
+            better = pool.choose(target, self.settings)
+            if better.score >= choice.score:
+                break
+            choice = better
         return Choice(choice.terms, choice.error * spread, choice.score)

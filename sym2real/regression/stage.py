@@ -12,13 +12,15 @@ from sym2real.regression.features import Variables
 from sym2real.regression.monomials import Monomials
 from sym2real.regression.polynomial import Polynomial
 from sym2real.regression.refit import Loss, refit
-from sym2real.regression.selection import SearchSettings, Table, validation_rows
+from sym2real.regression.selection import SearchSettings, Table, validation_error, validation_rows
 from sym2real.trajectory import Transitions
 
 Array = NDArray[np.float64]
 
 # A warm start is searched again where the newest trajectory is predicted so much worse than the ones before.
 SURPRISE = 2.0
+# Of q·q′: below it a step turns by more than 90° (a quaternion) and the scaled target would blow up.
+SMALLEST_ALONG = 0.7
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +29,7 @@ class Part:
 
     Args:
         polynomial: its terms.
-        error: root mean square one-step error on the validation rows.
+        error: one-step error on rows that its numbers were not fitted to.
         searched: false where only the numbers were fitted.
     """
 
@@ -43,8 +45,7 @@ class Stage:
         transitions: the rows.
         variables: what the terms are made of.
         candidates: products to choose from.
-        multipliers: positions of the variables that chosen products may be multiplied by.
-        seed: its parity says which blocks of rows validate.
+        seed: shifts the blocks of rows that validate each other.
     """
 
     def __init__(
@@ -53,7 +54,6 @@ class Stage:
         variables: Variables,
         candidates: Monomials,
         *,
-        multipliers: range,
         search: SearchSettings,
         loss: Loss,
         seed: int,
@@ -68,15 +68,29 @@ class Stage:
             self.values / self.scale,
             candidates,
             signs=variables.signs,
-            multipliers=multipliers,
+            multipliers=variables.multipliers,
             held=self.held,
             settings=search,
         )
 
     def increments(self, column: str) -> Array:
-        """What a step adds to a state column ``# (rows,)``."""
-        position = self.transitions.layouts.state.index(column)
-        return self.transitions.next_state[:, position] - self.transitions.state[:, position]
+        """What a step adds to a state column ``# (rows,)``.
+
+        Models put quaternions q and unit circles back on their manifold after every step, so an equation may give
+        q′ times any positive number. Of all these, q′ / (q·q′) is nearest to q: it leaves out the second-order
+        terms along q, which are the most of those that a turn needs.
+        """
+        layout = self.transitions.layouts.state
+        position = layout.index(column)
+        state, following = self.transitions.state, self.transitions.next_state
+        field = next(field for field in layout.fields if column in field.columns)
+        after = following[:, position]
+        if field.kind != "vector":
+            columns = layout.indices(field.columns)
+            along = np.einsum("rc,rc->r", state[:, columns], following[:, columns])
+            if (np.abs(along) > SMALLEST_ALONG).all():
+                after = after * np.einsum("rc,rc->r", state[:, columns], state[:, columns]) / along
+        return after - state[:, position]
 
     def solve(self, column: str, target: Array, earlier: Polynomial | None, fits: Callable[[Polynomial], bool]) -> Part:
         """Terms and numbers for a target ``# (rows,)``.
@@ -105,8 +119,7 @@ class Stage:
             kept = np.arange(len(terms)) != _least_useful(columns, target)
             terms, columns, units = terms.where(kept), columns[:, kept], units[kept]
         polynomial = Polynomial(terms, refit(columns, target, self.loss) / units)
-        train = refit(columns[~self.held], target[~self.held], "l2")
-        error = float(np.sqrt(np.mean((target - columns @ train)[self.held] ** 2)))
+        error = validation_error(columns, target, self.held)
         return Part(polynomial, error, searched)
 
 

@@ -47,7 +47,6 @@ def wrench_stage(
         transitions.where(pushed),
         variables,
         _candidates(variables),
-        multipliers=range(variables.plain),
         search=search,
         loss=loss,
         seed=seed,

@@ -187,7 +187,8 @@ class _Loop:
         if self.settings.pushed:
             for number in range(len(reports)):
                 pushed += self._episode("pushed", number, equations)
-            equations = self._fit("equations_pushed", [*episodes, *pushed], equations)
+        # A warm start keeps terms that were chosen from fewer rows; the last fit chooses among all of them anew.
+        equations = self._fit("equations", [*episodes, *pushed], None)
         require_dependence(equations, Dataset(episodes).transitions(), self.plant.robot.dependencies)
         return BaseModel(equations, tuple(episodes), tuple(pushed), tuple(reports))
 

@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from sym2real.adaptation import EpisodeReport, Progress, StageOne, stage_one
 from sym2real.layout import Layouts
@@ -17,8 +18,12 @@ from sym2real.symbolic import Equations, save_model
 from sym2real.tasks import Task, make_task
 from sym2real.trajectory import Dataset
 
-# The paper's training tasks, and the most episodes that its bases took.
-TRAINING_TASKS = {"crazyflie": ("hover", "circle", "lemniscate"), "mushr": ("circle", "park")}
+# The paper's training tasks; the car's second circle is its first the other way round, smaller and faster.
+TRAINING_TASKS: dict[str, tuple[tuple[str, dict[str, Any]], ...]] = {
+    "crazyflie": (("hover", {}), ("circle", {}), ("lemniscate", {})),
+    "mushr": (("circle", {}), ("park", {}), ("circle", {"radius": 1.2, "speed": 1.6, "clockwise": True})),
+}
+# The most episodes that the paper's bases took.
 MOST_EPISODES = {"crazyflie": 10, "mushr": 20}
 
 
@@ -53,7 +58,7 @@ class Learned:
 
 def training_tasks(robot: Robot) -> list[Task]:
     """The tasks that a robot's base model is learned on."""
-    return [make_task(name, robot) for name in TRAINING_TASKS[robot.name]]
+    return [make_task(name, robot, **options) for name, options in TRAINING_TASKS[robot.name]]
 
 
 def learn_in_simulation(

@@ -1,7 +1,9 @@
-"""Tyres that hold less: the lateral force is limited to μ·m·g.
+"""Tyres that hold less: the force on the ground is limited to μ·m·g.
 
-With it the yaw rate: |ω_z| ≤ μ g / (|u| + u₀). Wheels that are driven alike resist a turn, which the front tyres must
-overcome as well: u₀ = 2 k w²/(L m) with k the drive's N s/m a wheel, w the track. The plain robot has μ = 1.
+Across the motion it limits the yaw rate: |ω_z| ≤ μ g / (|u| + u₀). Wheels that are driven alike resist a turn, which
+the front tyres must overcome as well: u₀ = 2 k w²/(L m), k the drive's N s/m a wheel, w the track; front tyres that
+slide sideways with v_s resist less, by 1/(1 + 4 k v_s/(μ m g)). Along the motion the drive is limited:
+4 k |u_cmd - u| ≤ μ m g. The plain robot has μ = 1.
 """
 
 from __future__ import annotations
@@ -25,13 +27,21 @@ def _parameters(body: Body) -> tuple[Parameter, ...]:
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    wheelbase, steer, friction = body.number("wheelbase"), symbol("steer"), values["value"]
-    drive, track = body.numbers.get("wheel_drive", 0.0), body.numbers.get("track", 0.0)
-    resisting = 2 * drive * track**2 / (wheelbase * body.mass)
-    speed = Max(Abs(forward_speed(body)), SLOWEST)
-    steepest = friction * GRAVITY * wheelbase / (speed * (speed + resisting))
+    friction, steer, command = values["value"], symbol("steer"), symbol("speed")
+    drive, forward = 4 * body.numbers.get("wheel_drive", 0.0) / body.mass, forward_speed(body)
+    grip = friction * GRAVITY
+    changes = {}
+    if drive > 0 and "speed" in body.layouts.action:
+        wanted = Max(-grip, Min(grip, drive * (command - forward)))
+        changes["speed"] = Piecewise((forward + wanted / drive, friction < PLAIN), (command, True))
+    wheelbase, track = body.number("wheelbase"), body.numbers.get("track", 0.0)
+    speed, resisting = Max(Abs(forward), SLOWEST), drive * track**2 / (2 * wheelbase)
+    sliding = Max(speed * Abs(tan(steer)) - wheelbase * grip / (speed + resisting), 0)
+    resisting = resisting / 2 * (1 + grip / (grip + drive * sliding))
+    steepest = grip * wheelbase / (speed * (speed + resisting))
     limited = atan(Max(-steepest, Min(steepest, tan(steer))))
-    return equations.substitute({"steer": Piecewise((limited, friction < PLAIN), (steer, True))})
+    changes["steer"] = Piecewise((limited, friction < PLAIN), (steer, True))
+    return equations.substitute(changes)
 
 
 def _inject(body: Body, values: Numbers) -> Change:

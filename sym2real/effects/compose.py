@@ -47,9 +47,14 @@ def compose(equations: Equations, effects: Iterable[Chosen]) -> Equations:
         reason = effect.why_not(equations)
         if reason:
             raise ModelError(reason)
-        if any(values[parameter.name] != parameter.null for parameter in effect.parameters):
+        if any(not _is(values[parameter.name], parameter.null) for parameter in effect.parameters):
             equations = _put_in(_with_parameters(equations, effect, values), effect, values)
     return equations
+
+
+def _is(value: Expr, number: float) -> bool:
+    """Equality of numbers: SymPy's own holds 0 and 0.0 for two things."""
+    return bool(value.is_number) and float(value) == number
 
 
 def _depth(effect: Effect) -> tuple[int, int, str]:

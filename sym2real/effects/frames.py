@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from sympy import Expr, sqrt
+from sympy import Expr, Integer, sqrt
 
 from sym2real.effects.body import Body
 from sym2real.symbolic import symbol
@@ -43,7 +43,7 @@ def to_world(body: Body, along: Sequence[Expr]) -> tuple[Expr, ...]:
 
 
 def dot(left: Sequence[Expr], right: Sequence[Expr]) -> Expr:
-    return sum((a * b for a, b in zip(left, right, strict=True) if a != 0), start=left[0] * 0)
+    return sum((a * b for a, b in zip(left, right, strict=True)), start=Integer(0))
 
 
 def norm(vector: Sequence[Expr]) -> Expr:

@@ -22,10 +22,11 @@ def _parameters(body: Body) -> tuple[Parameter, ...]:
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     bounded = symbol(body.column)
-    if values["upper"] != UNLIMITED:
-        bounded = Min(bounded, values["upper"])
-    if values["lower"] != -UNLIMITED:
-        bounded = Max(bounded, values["lower"])
+    upper, lower = values["upper"], values["lower"]
+    if not (upper.is_number and upper >= UNLIMITED):
+        bounded = Min(bounded, upper)
+    if not (lower.is_number and lower <= -UNLIMITED):
+        bounded = Max(bounded, lower)
     return equations.substitute({body.column: bounded})
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from sympy import Expr, Integer, Rational
+from sympy import Expr, Rational
 
 from sym2real.effects.body import Body
 from sym2real.errors import ModelError
@@ -25,11 +25,11 @@ def push(equations: Equations, body: Body, force: Sequence[Expr] = (), torque: S
     """
     changes: dict[str, Expr] = {}
     for axis, value in zip(AXES, force, strict=False):
-        if value != 0:
+        if not value.is_zero:
             equations, change = _force(equations, body, axis, value)
             changes |= change
     for axis, value in zip(AXES, torque, strict=False):
-        if value != 0:
+        if not value.is_zero:
             equations, change = _torque(equations, body, axis, value)
             changes |= change
     return equations.substitute(changes)
@@ -68,8 +68,3 @@ def _torque(equations: Equations, body: Body, axis: str, value: Expr) -> tuple[E
 def _approximate(equations: Equations, name: str) -> Equations:
     note = f"approximate: the equations have no wrench input {name}"
     return equations if note in equations.notes else replace(equations, notes=(*equations.notes, note))
-
-
-def none() -> Expr:
-    """A component that is not there."""
-    return Integer(0)

@@ -1,0 +1,129 @@
+"""The registry: every name of the design, described; keys; groups; corrections."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+from effects_cases import CASES, nominal, one_key_per_kind
+
+from sym2real.effects import EFFECTS, GROUPS, applicable, effect, equivalents, same_group
+from sym2real.errors import ModelError, UnknownNameError
+from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
+
+COMMAND = {"gain", "offset", "limit", "rate_limit", "delay", "lag", "dead_band"}
+QUADROTOR = {
+    *("added_mass", "payload", "thrust_curve", "battery_sag", "com_offset", "rotor_loss", "ground_effect"),
+    *("torque_bias", "motor_lag", "rate_loop_gain", "rate_damping", "flapping_moment", "translational_lift"),
+    *("rotor_reaction", "mounting_tilt"),
+}
+CAR = {
+    *("tyre_friction", "lateral_slip", "rolling_resistance", "slope", "wheelbase", "yaw_drag", "yaw_bias"),
+    "lever_arm",
+}
+BOTH = {"wind", "linear_drag", "quadratic_drag", "periodic_force"}
+SENSOR = {"sensor_sign", "sensor_bias", "sensor_scale", "sensor_lag", "time_shift"}
+UNITS = {
+    *("1", "N", "rad", "rad/s", "rad/s²", "m/s", "m/s²", "m", "s", "kg", "kg m²", "N m", "N m s", "N s", "N/s"),
+    *("N s/m", "N s²/m²", "1/s", "1/V", "s²/m²"),
+}
+
+
+def test_the_registry_has_the_names_of_the_design() -> None:
+    assert set(EFFECTS) == COMMAND | QUADROTOR | CAR | BOTH | SENSOR
+    for name, kind in EFFECTS.items():
+        assert kind.name == name
+
+
+@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+def test_robots_have_their_effects(robot: Robot) -> None:
+    own = QUADROTOR if robot is CRAZYFLIE else CAR
+    assert {found.kind for found in applicable(nominal(robot))} == COMMAND | own | BOTH | SENSOR
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_an_effect_is_described(name: str) -> None:
+    kind = EFFECTS[name]
+    texts = (kind.summary, kind.confused_with, kind.shown_by, kind.fix, kind.formula)
+    assert all(len(text) > 5 and not text.endswith(" ") for text in texts)
+    assert kind.summary.endswith(".")
+    assert (kind.memory is None) != (kind.substitute is None and kind.parts is None)
+
+
+@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+def test_parameters_have_units_bounds_and_scale(robot: Robot) -> None:
+    for key in one_key_per_kind(robot):
+        for parameter in effect(key, robot).parameters:
+            assert parameter.unit in UNITS, (key, parameter)
+            assert parameter.scale > 0, (key, parameter)
+            assert parameter.low < parameter.high, (key, parameter)
+            unlimited = abs(parameter.null) >= 1e15
+            assert unlimited or parameter.low <= parameter.null <= parameter.high, (key, parameter)
+    names = [parameter.name for parameter in effect("wind", robot).parameters]
+    assert names == (["fx", "fy", "fz"] if robot is CRAZYFLIE else ["fx", "fy"])
+
+
+def test_keys_bind_columns_and_faults_name_the_nearest() -> None:
+    assert effect("gain:thrust", CRAZYFLIE).parameters[0].unit == "1"
+    assert effect("offset:thrust", CRAZYFLIE).parameters[0].unit == "N"
+    assert effect("rate_limit:wx_cmd", CRAZYFLIE).parameters[0].unit == "rad/s²"
+    assert effect("delay", MUSHR).filtered_columns == [0, 1]
+    assert effect("delay:speed", MUSHR).filtered_columns == [1]
+    for key, hint in (
+        ("widn", "'wind'"),
+        ("gain:trust", "'gain:thrust'"),
+        ("gain", "gain:thrust"),
+        ("wind:x", "wind"),
+        ("sensor_bias:thrust", "sensor_bias:x"),
+    ):
+        with pytest.raises(UnknownNameError, match=hint):
+            effect(key, CRAZYFLIE)
+
+
+def test_groups_are_symmetric_and_name_real_effects() -> None:
+    for group in GROUPS:
+        assert len(group.while_) > 3
+        for member in group.members:
+            assert member.partition(":")[0] in EFFECTS
+            assert set(group.members) - {member} <= {*equivalents(member), member}
+    assert effect("added_mass", CRAZYFLIE).group == ("gain:thrust", "offset:thrust")
+    assert same_group("wind", "mounting_tilt")
+    assert same_group("offset:wy_cmd", "com_offset")
+    assert not same_group("wind", "added_mass")
+    assert set(equivalents("payload")) == {"added_mass", "com_offset"}
+
+
+@pytest.mark.parametrize(
+    ("robot", "key", "values"),
+    [case[:3] for case in CASES if effect(case[1], case[0]).correctable],
+    ids=lambda part: part if isinstance(part, str) else "",
+)
+def test_correcting_undoes_what_the_sensor_did(robot: Robot, key: str, values: dict[str, float]) -> None:
+    found = effect(key, robot)
+    rng = np.random.default_rng(2)
+    truth = robot.layouts.state.normalise(torch.as_tensor(rng.standard_normal((5, len(robot.layouts.state)))))
+    change = found.inject(**values)
+    assert change.measure is not None
+    measure = change.measure()
+    measured = torch.as_tensor(np.array([measure(row) for row in truth.numpy()]))
+    assert not torch.allclose(measured, truth)
+    returned = found.correct(measured, values)
+    assert float(robot.layouts.state.difference(returned, truth).abs().max()) < 1e-9
+    torch.testing.assert_close(found.correct(truth, found.null), truth)
+
+
+@pytest.mark.parametrize("key", ["sensor_lag:x", "time_shift:x", "wind"])
+def test_what_has_no_static_inverse_is_refused(key: str) -> None:
+    found = effect(key, CRAZYFLIE)
+    assert not found.correctable
+    with pytest.raises(ModelError, match="no static inverse"):
+        found.correct(torch.as_tensor(CRAZYFLIE.start), {})
+
+
+def test_impossible_truths_are_refused() -> None:
+    with pytest.raises(ModelError, match="future"):
+        effect("time_shift:x", CRAZYFLIE).inject(value=-0.1)
+    with pytest.raises(ModelError, match="rotor must be"):
+        effect("rotor_loss", CRAZYFLIE).inject(rotor=5, value=0.1)
+    with pytest.raises(UnknownNameError, match="value"):
+        effect("added_mass", CRAZYFLIE).inject(mass=0.1)

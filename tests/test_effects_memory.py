@@ -1,0 +1,141 @@
+"""Effects with memory against closed forms, and in a controller against the whole series."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import torch
+from torch import Tensor
+
+from sym2real.effects import compose, effect
+from sym2real.effects.filters import FilterState, filter_commands
+from sym2real.errors import ModelError
+from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.symbolic import symbol
+
+DT = CRAZYFLIE.dt
+
+
+@pytest.fixture
+def commands() -> Tensor:
+    """# (30, action)"""
+    return torch.as_tensor(np.random.default_rng(3).standard_normal((30, 4)))
+
+
+MEMORIES = ("delay", "lag", "rate_limit:wx_cmd", "dead_band:wx_cmd", "sensor_lag:vz", "time_shift:vz")
+
+
+@pytest.mark.parametrize("key", MEMORIES)
+def test_the_null_value_is_the_identity(key: str) -> None:
+    found = effect(key, CRAZYFLIE)
+    columns = 13 if found.of.columns == "state" else 4
+    rows = torch.as_tensor(np.random.default_rng(0).standard_normal((20, columns)))
+    torch.testing.assert_close(found.filter(rows, DT, found.null), rows, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("key", ["delay", "lag", "sensor_lag:vz", "time_shift:vz"])
+def test_small_times_shift_in_proportion(key: str) -> None:
+    """A derivative at zero that is finite and not zero, so that a fit can leave zero."""
+    found = effect(key, CRAZYFLIE)
+    rows = torch.linspace(0, 1, 20, dtype=torch.float64)[:, None].expand(20, 13 if "v" in key else 4).clone()
+    slope = (rows[1, 0] - rows[0, 0]) / DT
+    moved = found.filter(rows, DT, {"value": 1e-6}) - rows
+    column = found.filtered_columns[0]
+    torch.testing.assert_close(moved[5:, column], torch.full_like(moved[5:, column], -1e-6 * slope), rtol=1e-3, atol=0)
+
+
+def test_whole_delays_shift_bit_by_bit_and_hold_the_first_row(commands: Tensor) -> None:
+    late = effect("delay:thrust", CRAZYFLIE).filter(commands, DT, {"value": 3 * DT})
+    assert torch.equal(late[3:, 0], commands[:-3, 0])
+    assert torch.equal(late[:3, 0], commands[0, 0].expand(3))
+    assert torch.equal(late[:, 1:], commands[:, 1:])
+
+
+def test_fractions_of_a_period_are_blended(commands: Tensor) -> None:
+    late = effect("delay", CRAZYFLIE).filter(commands, DT, {"value": 1.25 * DT})
+    torch.testing.assert_close(late[2:], 0.75 * commands[1:-1] + 0.25 * commands[:-2])
+
+
+def test_a_batch_of_values_gives_what_they_give_one_by_one(commands: Tensor) -> None:
+    for key in MEMORIES[:4]:
+        found = effect(key, CRAZYFLIE)
+        sizes = torch.tensor([0.013, 0.0, 0.05, 0.3], dtype=torch.float64) + (1.0 if "rate" in key else 0.0)
+        together = found.filter(commands, DT, {"value": sizes})
+        assert together.shape == (4, 30, 4)
+        for size, one in zip(sizes, together, strict=True):
+            torch.testing.assert_close(one, found.filter(commands, DT, {"value": float(size)}))
+
+
+def test_a_lag_is_the_mean_of_a_first_order_response() -> None:
+    step, time = torch.zeros(12, 4, dtype=torch.float64), 0.05
+    step[2:] = 1.0
+    lagging = effect("lag", CRAZYFLIE).filter(step, DT, {"value": time})
+    fine = np.linspace(0, 10 * DT, 100001)
+    response = 1 - np.exp(-fine / time)
+    means = [response[(fine >= k * DT) & (fine <= (k + 1) * DT)].mean() for k in range(10)]
+    np.testing.assert_allclose(lagging[2:, 2], means, atol=1e-4)
+
+
+def test_a_rate_limit_ramps_then_holds() -> None:
+    step = torch.zeros(6, 2, dtype=torch.float64)
+    step[1:, 0] = 0.075
+    slow = effect("rate_limit:steer", MUSHR).filter(step, 0.05, {"value": 1.0})
+    np.testing.assert_allclose(slow[:, 0], [0, 0.025, 0.06875, 0.075, 0.075, 0.075], atol=1e-12)
+
+
+def test_dead_bands_are_play_in_a_linkage_and_rest_around_zero_speed() -> None:
+    rows = torch.tensor([[0.0, 0.5], [0.1, 0.1], [0.05, -0.1], [-0.1, -0.5]], dtype=torch.float64)
+    play = effect("dead_band:steer", MUSHR).filter(rows, 0.05, {"value": 0.1})
+    np.testing.assert_allclose(play[:, 0], [0.0, 0.05, 0.05, -0.05], atol=1e-12)
+    rest = effect("dead_band:speed", MUSHR).filter(rows, 0.05, {"value": 0.4})
+    np.testing.assert_allclose(rest[:, 1], [0.5, 0.0, 0.0, -0.5], atol=1e-12)
+
+
+def test_a_controller_that_remembers_sees_what_the_whole_series_gives(commands: Tensor) -> None:
+    chosen = [
+        (effect("lag:wx_cmd", CRAZYFLIE), {"value": 0.07}),
+        (effect("delay", CRAZYFLIE), {"value": 0.047}),
+        (effect("dead_band:wz_cmd", CRAZYFLIE), {"value": 0.5}),
+        (effect("rate_limit:thrust", CRAZYFLIE), {"value": 20.0}),
+    ]
+    equations = compose(CRAZYFLIE.nominal(), chosen)
+    assert [key for key, _ in equations.filters] == ["delay", "lag:wx_cmd", "rate_limit:thrust", "dead_band:wz_cmd"]
+    whole = filter_commands(equations, commands)
+    state = FilterState(equations)
+    for row in commands[:20]:
+        state.remember(row)
+    candidates = torch.stack([commands[20:], -commands[20:]])
+    ahead = state.apply(candidates)
+    torch.testing.assert_close(ahead[0], whole[20:])
+    torch.testing.assert_close(ahead, state.apply(candidates))  # planning advances nothing
+    state.reset()
+    torch.testing.assert_close(state.apply(commands), whole)
+
+
+def test_values_of_filters_may_be_parameters(commands: Tensor) -> None:
+    found = effect("lag", CRAZYFLIE)
+    equations = found.substitute(CRAZYFLIE.nominal(), found.symbols())
+    assert equations.parameters == {"lag_value": 0.0}
+    sets = torch.tensor([[0.0], [0.05]], dtype=torch.float64)
+    batch = filter_commands(equations, commands, sets)
+    torch.testing.assert_close(batch[0], commands)
+    torch.testing.assert_close(batch[1], filter_commands(equations.at(lag_value=0.05), commands))
+    mixed = found.substitute(CRAZYFLIE.nominal(), {"value": 2 * symbol("mine")})
+    with pytest.raises(ModelError, match="number or a parameter"):
+        filter_commands(mixed, commands)
+
+
+def test_a_measured_lag_follows_a_ramp_by_its_time_constant() -> None:
+    rows = torch.linspace(0, 4, 201, dtype=torch.float64)[:, None].expand(201, 13)
+    lagging = effect("sensor_lag:x", CRAZYFLIE).filter(rows, DT, {"value": 0.1})
+    assert float(rows[-1, 0] - lagging[-1, 0]) == pytest.approx(0.1 * 0.02 / DT, rel=1e-9)
+    early = effect("time_shift:x", CRAZYFLIE).filter(rows, DT, {"value": -0.03})
+    torch.testing.assert_close(early[:-3, 0], rows[:-3, 0] + 0.03)
+
+
+def test_a_static_effect_is_no_filter(commands: Tensor) -> None:
+    with pytest.raises(ModelError, match="no memory"):
+        effect("gain:thrust", CRAZYFLIE).filter(commands, DT, {"value": 2.0})
+    assert math.isfinite(effect("rate_limit:thrust", CRAZYFLIE).null["value"])

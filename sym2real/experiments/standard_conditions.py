@@ -1,0 +1,138 @@
+"""What every run of the standard set suffers beside its effects: noise, disturbances, trim, and an ignorant analyst.
+
+Sensors are noisy, and velocity is the difference of noisy positions. Disturbances are Ornstein–Uhlenbeck processes.
+Trim differs from run to run. Some numbers of the plant differ from the nominal ones over the whole data set.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import torch
+
+from sym2real.effects import effect
+from sym2real.experiments.disturbed import ColouredNoise
+from sym2real.layout import Layout
+from sym2real.protocols import Array, Change, Filter
+from sym2real.robots import Robot
+from sym2real.rotation import exponential, multiply
+from sym2real.tasks.task import flies
+
+POSITION_NOISE = 0.5e-3  # m
+ANGLE_NOISE = float(np.deg2rad(0.3))
+GYRO_NOISE = 0.02  # rad/s
+FORCE = np.array([1.5e-3, 1.5e-3, 1e-3])  # N, world axes
+FORCE_TIME, TORQUE_TIME = 0.3, 0.1  # s
+TORQUE = np.full(3, 1e-6)  # N m, body axes
+COMMANDS = np.array([0.006, 0.01])  # rad, m/s: steering, speed
+COMMANDS_TIME = 0.3  # s
+FLIGHT_TRIM = {"gain:thrust": {"value": 0.004}, "mounting_tilt": {"roll": np.deg2rad(0.1), "pitch": np.deg2rad(0.1)}}
+DRIVE_TRIM = {
+    "offset:steer": {"value": 0.004},
+    "gain:speed": {"value": 0.004},
+    "yaw_bias": {"value": np.deg2rad(0.15)},
+}
+UNKNOWN = 0.1
+LOOP = ("wx", "wy", "wz")
+
+
+def unknown(robot: Robot, rng: np.random.Generator) -> Change:
+    """Numbers of the plant that the analyst's nominal has wrong, once per data set."""
+    first, second = 1.0 + rng.uniform(-UNKNOWN, UNKNOWN, 2)
+
+    def edit_flight(spec: Any) -> None:
+        body = spec.worldbody.first_body()
+        body.inertia = first * np.array(body.inertia)
+        for actuator in spec.actuators:
+            if actuator.name in LOOP:
+                actuator.gainprm = second * np.array(actuator.gainprm)
+                actuator.biasprm = second * np.array(actuator.biasprm)
+
+    def edit_drive(spec: Any) -> None:
+        for geom in spec.geoms:
+            geom.solref = [first * geom.solref[0], geom.solref[1]]
+
+    return Change("", edit=edit_flight if flies(robot) else edit_drive)
+
+
+def trim(robot: Robot, rng: np.random.Generator) -> tuple[Change, ...]:
+    """What differs from run to run, uniform."""
+    table = FLIGHT_TRIM if flies(robot) else DRIVE_TRIM
+    changes = []
+    for key, widths in table.items():
+        one = effect(key, robot)
+        drawn = {name: one.null[name] + rng.uniform(-width, width) for name, width in widths.items()}
+        changes.append(one.inject(**drawn))
+    return tuple(changes)
+
+
+def disturbance(robot: Robot, rng: np.random.Generator) -> Change:
+    """Force and torque on a quadrotor; noise of steering and speed on a car, behind its commands."""
+    if flies(robot):
+        return Change("", force=_push(robot, rng))
+    noise = ColouredNoise(COMMANDS, COMMANDS_TIME, robot.dt, rng)
+    return Change("", command=lambda: lambda action: action + noise.next())
+
+
+def _push(robot: Robot, rng: np.random.Generator) -> Callable[[Any, Any], None]:
+    """Held over a control period, which is short beside the processes' time constants."""
+    force = ColouredNoise(FORCE, FORCE_TIME, robot.dt, rng)
+    torque = ColouredNoise(TORQUE, TORQUE_TIME, robot.dt, rng)
+    held = [force.next(), torque.next()]
+    calls = 0
+
+    def push(_: Any, data: Any) -> None:
+        nonlocal calls
+        calls += 1
+        if calls % robot.substeps == 0:
+            held[:] = force.next(), torque.next()
+        data.xfrc_applied[1, :3] += held[0]
+        data.xfrc_applied[1, 3:] += data.xmat[1].reshape(3, 3) @ held[1]
+
+    return push
+
+
+def sensors(robot: Robot, rng: np.random.Generator) -> Change:
+    """Measured states: white noise on position, attitude and gyro; velocity by differences of measured positions."""
+    layout, add_angle = robot.layouts.state, _angle_noise(robot)
+    position, velocity, rate = layout.slice("position"), layout.slice("velocity"), layout.slice("rate")
+
+    def begin() -> Filter:
+        before: list[Array] = []
+
+        def measure(state: Array) -> Array:
+            result = add_angle(state, rng)
+            result[position] += POSITION_NOISE * rng.standard_normal(position.stop - position.start)
+            result[rate] += GYRO_NOISE * rng.standard_normal(rate.stop - rate.start)
+            # Before the first row there is one more, where a constant velocity would have it.
+            noise = POSITION_NOISE * rng.standard_normal(position.stop - position.start)
+            earlier = before[0] if before else state[position] - robot.dt * state[velocity] + noise
+            result[velocity] = (result[position] - earlier) / robot.dt
+            before[:] = [result[position].copy()]
+            return result
+
+        return measure
+
+    return Change("", measure=begin)
+
+
+def _angle_noise(robot: Robot) -> Callable[[Array, np.random.Generator], Array]:
+    layout: Layout = robot.layouts.state
+
+    def turn(state: Array, rng: np.random.Generator) -> Array:
+        result = state.copy()
+        place = layout.slice("attitude")
+        small = exponential(torch.from_numpy(ANGLE_NOISE * rng.standard_normal(3)))
+        result[place] = multiply(torch.from_numpy(state[place].copy()), small).numpy()
+        return result
+
+    def steer(state: Array, rng: np.random.Generator) -> Array:
+        result = state.copy()
+        place = layout.slice("heading")
+        yaw = np.arctan2(*state[place]) + ANGLE_NOISE * rng.standard_normal()
+        result[place] = np.sin(yaw), np.cos(yaw)
+        return result
+
+    return turn if flies(robot) else steer

@@ -1,0 +1,218 @@
+"""The standard set: flights and drives of a simulated robot with known effects, on which the diagnosis is judged.
+
+Controllers are geometric, know only the nominal robot and see the noisy measurements; the quadrotor's height loop has
+an integrator, trimmed before the log starts, without which no robot that is too heavy flies 0.1 m above the ground.
+The effects of a case are in its plant alone: nothing in the data names them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from numpy.typing import ArrayLike
+from torch import Tensor
+
+from sym2real.control import GeometricQuadrotor, PurePursuit
+from sym2real.control.geometric_quadrotor import Gains
+from sym2real.effects import effect
+from sym2real.errors import ModelError
+from sym2real.experiments import standard_conditions as conditions
+from sym2real.experiments.disturbed import ColouredNoise, Disturbed
+from sym2real.experiments.standard_references import DRIVES, FLIGHTS, MODULATION_PERIOD, Manoeuvre, drive, flight
+from sym2real.plants import MujocoPlant, run_episode
+from sym2real.protocols import Change, Controller
+from sym2real.robots import ROBOTS, Robot
+from sym2real.tasks.cost import tracking_cost
+from sym2real.tasks.task import Reference, Task, flies
+from sym2real.trajectory import Array, Dataset, Trajectory
+
+DITHER = {"crazyflie": np.array([0.005, 0.15, 0.15, 0.15]), "mushr": np.array([0.03, 0.1])}
+DITHER_TIME = 0.1  # s
+YAW_RATES = (0.5, 0.8)  # rad/s
+# Slow enough for a delay of three periods and rotors that lag by 70 ms.
+GAINS = Gains(position=5.0, velocity=3.6, attitude=7.0)
+INTEGRAL = 5.0  # 1/s³ of acceleration per m s
+CATCHING_UP = 1.15  # largest speed command as a multiple of the path's largest speed
+LATE, LOST = 0.1, 0.5  # m behind its place at which the path begins to wait, and stands
+TAKE_OFF, TAKE_OFF_HEIGHT = 2.0, 1.0  # s, m above the log's start
+START_SPREAD = {"flight": 0.02, "drive": 0.03}  # m
+RUN_DRAWS, SET_DRAWS = 0, 1
+
+
+@dataclass(frozen=True)
+class Case:
+    """One data set with its truth.
+
+    Args:
+        robot: name.
+        effects: key and values of each effect that the plant has; none for a null case.
+        seed: of everything that is drawn; equal seeds give equal data.
+        yaw: a quadrotor turns its heading all the time.
+    """
+
+    robot: str
+    effects: tuple[tuple[str, Mapping[str, float]], ...] = ()
+    seed: int = 0
+    yaw: bool = False
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The true effects."""
+        return tuple(key for key, _ in self.effects)
+
+    @property
+    def name(self) -> str:
+        """One line that tells cases apart."""
+        shown = [f"{key}({', '.join(f'{n}={v:.4g}' for n, v in values.items())})" for key, values in self.effects]
+        return " ".join([self.robot, " + ".join(shown) or "null", *(["yaw"] if self.yaw else []), f"#{self.seed}"])
+
+
+def simulate_case(case: Case, trajectories: int = 8, rows: int = 400) -> Dataset:
+    """The data of a case, as a log would hold it: measured states, sent commands, references in ``ref_…``.
+
+    Args:
+        case: what is simulated.
+        trajectories: number of runs; the table of references is gone through again after eight.
+        rows: of a run; fewer where it ends in a crash.
+
+    Raises:
+        UnknownNameError: for a robot or an effect that does not exist.
+    """
+    robot = ROBOTS[case.robot]
+    shared = conditions.unknown(robot, np.random.default_rng([case.seed, SET_DRAWS]))
+    changes = tuple(effect(key, robot).inject(**values) for key, values in case.effects)
+    runs = [_run(case, robot, (shared, *changes), index, rows) for index in range(trajectories)]
+    return Dataset(runs)
+
+
+def _run(case: Case, robot: Robot, changes: tuple[Change, ...], index: int, rows: int) -> Trajectory:
+    rng = np.random.default_rng([case.seed, RUN_DRAWS, index])
+    reference = _reference(robot, index, case.yaw, rng)
+    suffered = (
+        *changes,
+        *conditions.trim(robot, rng),
+        conditions.disturbance(robot, rng),
+        conditions.sensors(robot, rng),
+    )
+    plant = MujocoPlant(robot, suffered)
+    wanted = reference(robot.dt * torch.arange(rows, dtype=torch.float64)).numpy()
+    start = wanted[0].copy()
+    controller = _controller(plant, reference, wanted)
+    place = robot.layouts.state.slice("position")
+    start[place] += rng.uniform(-1, 1, place.stop - place.start) * START_SPREAD["flight" if flies(robot) else "drive"]
+    dither = ColouredNoise(DITHER[robot.name], DITHER_TIME, robot.dt, rng)
+    task = Task("standard", reference, tracking_cost(robot), lambda _: start, rows * robot.dt)
+    sent = Disturbed(controller, dither, robot.low, robot.high)
+    run = run_episode(plant, sent, task, steps=rows, name=f"run_{index + 1}")
+    if isinstance(controller, AtItsPace):
+        columns = zip(robot.layouts.state, controller.wanted(len(run)).T, strict=True)
+        run = replace(run, extra={f"ref_{column}": values for column, values in columns})
+    return run
+
+
+def _reference(robot: Robot, index: int, yaw: bool, rng: np.random.Generator) -> Reference:
+    phase = rng.uniform(0.0, 2.0 * np.pi)
+    turning = rng.choice([-1.0, 1.0]) * rng.uniform(*YAW_RATES)
+    if flies(robot):
+        return flight(_row(FLIGHTS, index), phase, float(turning) if yaw else 0.0)
+    return drive(_row(DRIVES, index), phase)
+
+
+def _row(table: tuple[Manoeuvre, ...], index: int) -> Manoeuvre:
+    return table[index % len(table)]
+
+
+def _controller(plant: MujocoPlant, reference: Reference, wanted: Array) -> Controller:
+    robot = plant.robot
+    if flies(robot):
+        inner = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference, gains=GAINS)
+        return LevelFlight(inner, wanted[:, 2], _trimmed(plant, inner, wanted[0]))
+    return AtItsPace(robot, reference)
+
+
+@dataclass
+class LevelFlight:
+    """Geometric flight whose thrust also holds the height in the mean.
+
+    The integral outlives a reset, as it does on a robot between take-off and the start of a log.
+
+    Args:
+        inner: the controller.
+        heights: wanted, by step, in m ``# (steps,)``.
+        missing: the integral in m s.
+    """
+
+    inner: GeometricQuadrotor
+    heights: Array
+    missing: float = 0.0
+
+    def reset(self) -> None:
+        self.inner.reset()
+
+    def remember(self, sent: ArrayLike) -> None:
+        self.inner.remember(sent)
+
+    def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
+        self.missing += self.inner.dt * float(self.heights[step] - np.asarray(state)[2])
+        action = self.inner.act(state, step, inputs)
+        action[0] += self.inner.mass * INTEGRAL * self.missing
+        clipped: Array = np.clip(action, self.inner.low, self.inner.high)
+        return clipped
+
+
+class AtItsPace:
+    """Pure pursuit of a path that waits for a car which cannot keep up (sliding, delays).
+
+    Args:
+        robot: a car.
+        reference: the path.
+    """
+
+    def __init__(self, robot: Robot, reference: Reference) -> None:
+        self._robot, self._reference = robot, reference
+        fastest = CATCHING_UP * _fastest(reference)
+        low, high = np.array([robot.low[0], 0.0]), np.array([robot.high[0], min(robot.high[1], fastest)])
+        self._pursuit = PurePursuit(robot.constants["wheelbase"], low, high, robot.dt, self._ahead)
+        self.reset()
+
+    def _ahead(self, time: Tensor) -> Tensor:
+        return self._reference(time + self.times[-1])
+
+    def reset(self) -> None:
+        self.times = [0.0]
+
+    def remember(self, sent: ArrayLike) -> None: ...
+
+    def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
+        action = self._pursuit.act(state, 0)
+        wanted = self._reference(torch.tensor(self.times[-1], dtype=torch.float64)).numpy()
+        behind = (wanted[:2] - np.asarray(state)[:2]) @ wanted[[3, 2]]
+        pace = np.clip(1.0 - (behind - LATE) / (LOST - LATE), 0.0, 1.0)
+        self.times.append(self.times[-1] + float(pace) * self._robot.dt)
+        return action
+
+    def wanted(self, rows: int) -> Array:
+        """What was pursued, by row ``# (rows, state)``."""
+        return self._reference(torch.tensor(self.times[:rows], dtype=torch.float64)).numpy()
+
+
+def _fastest(reference: Reference) -> float:
+    speeds = reference(torch.linspace(0.0, MODULATION_PERIOD, 100, dtype=torch.float64))[:, 4:6].norm(dim=-1)
+    return float(speeds.max())
+
+
+def _trimmed(plant: MujocoPlant, inner: GeometricQuadrotor, start: Array) -> float:
+    """Integral of the height after hovering well above the start, with the plant left as it was found."""
+    above = torch.from_numpy(start.copy())
+    above[2] += TAKE_OFF_HEIGHT
+    above[7:] = 0.0
+    steps = round(TAKE_OFF / plant.dt)
+    still = replace(inner, reference=lambda time: above.expand(*time.shape, -1))
+    hover = LevelFlight(still, np.full(steps, float(above[2])))
+    rows = len(run_episode(plant, hover, start=above.numpy(), steps=steps))
+    if plant.crashed:
+        raise ModelError(f"the robot crashed in take-off after {rows} rows: the effects are too strong to fly")
+    return hover.missing

@@ -196,7 +196,9 @@ class _Loop:
         self.on_progress(Progress(f"fitting {len(episodes)} trajectories", 0, 0))
 
         def fit() -> Equations:
-            return replace(self.engine.fit(Dataset(episodes).transitions(), start), robot=self.plant.robot.name)
+            robot = self.plant.robot
+            fitted = self.engine.fit(Dataset(episodes).transitions(), start)
+            return replace(fitted, robot=robot.name, numbers=robot.numbers)
 
         return self.record.equations(name, fit)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -68,6 +69,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     given = list(sys.argv[1:] if arguments is None else arguments)
     if given and not given[0].startswith("-") and given[0] not in VERBS:
         _stop(Console(), UnknownNameError("verb", given[0], VERBS))
+    # The tensors are small: threads that wait for each other make an action five times slower. Set it to override.
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
     verb: Runnable = tyro.cli(Verb, prog="sym2real", description=DESCRIPTION, args=given)
     console = console_for(verb.json)
     try:

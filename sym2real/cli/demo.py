@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
 EPISODES = {"crazyflie": 3, "mushr": 5}
 FLOWN = {"crazyflie": ("hover", "circle", "lemniscate"), "mushr": ("circle", "park")}
-SECONDS = 6.0
+STEPS = 300
+SECONDS = 5.0
 SPEC = "crazyflie_battery_drag"
 
 
@@ -52,7 +53,7 @@ class Demo:
 
         robot = ROBOTS[name]
         console.rule(f"{robot.title}: from description file to equations")
-        settings = StageOne(EPISODES[name], samples=self.samples, until_settled=False, seed=self.seed)
+        settings = StageOne(EPISODES[name], STEPS, samples=self.samples, until_settled=False, seed=self.seed)
         folder = self.out / name / "model"
         with stage_one_progress(console) as on_progress:
             learned = learn_in_simulation(robot, "beam", settings, folder / "episodes", on_progress)

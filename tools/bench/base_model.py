@@ -45,16 +45,18 @@ ZERO_SHOT = 20
 SUBSTEPS = {"crazyflie": 2, "mushr": None}
 
 
+Section = Literal[
+    "quadrotor_from_flights", "quadrotor_from_stage_one", "car_from_stage_one", "zero_shot", "closed_loop"
+]
+
+
 @dataclass(frozen=True)
 class Options:
     """Measure the base model's figures."""
 
     quick: bool = False
     """Leave out closed loop and zero-shot."""
-    only: tuple[
-        Literal["quadrotor_from_flights", "quadrotor_from_stage_one", "car_from_stage_one", "zero_shot", "closed_loop"],
-        ...,
-    ] = ()
+    only: tuple[Section, ...] = ()
     """Measure these sections alone."""
     json: Path | None = None
     """Write the figures to this file (- is standard output)."""
@@ -250,14 +252,14 @@ def zero_shot() -> list[Figure]:
     ]
 
 
-SECTIONS: dict[str, Callable[[], list[Figure]]] = {
-    "quadrotor_from_flights": quadrotor_from_flights,
-    "quadrotor_from_stage_one": quadrotor_from_stage_one,
-    "car_from_stage_one": car_from_stage_one,
-    "zero_shot": zero_shot,
-    "closed_loop": closed_loop,
+SECTIONS: dict[Section, Callable[[], list[Figure]]] = {
+    "quadrotor-flights": quadrotor_from_flights,
+    "quadrotor-stage-one": quadrotor_from_stage_one,
+    "car-stage-one": car_from_stage_one,
+    "zero-shot": zero_shot,
+    "closed-loop": closed_loop,
 }
-SLOW = ("zero_shot", "closed_loop")
+SLOW = ("zero-shot", "closed-loop")
 
 
 def main(options: Options) -> None:

@@ -1,0 +1,142 @@
+"""Which effects compete, which of their parameters move together, and where fits of them start."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass
+from fnmatch import fnmatch
+
+import numpy as np
+
+from sym2real.diagnosis.sensitivity import Library
+from sym2real.diagnosis.start import noise_level
+from sym2real.effects import Effect, applicable, effect
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Dataset
+
+# Settled by the checks of the data before the search, or without a meaning for a fit of their own.
+NOT_SEARCHED = (
+    "sensor_*",
+    "time_shift*",
+    "payload",
+    "rotor_loss",
+    "rotor_reaction",
+    "periodic_force",
+    "rate_limit:w*",
+    "rate_limit:thrust",
+    "dead_band:w*",
+    "dead_band:thrust",
+    "rate_limit",
+    "dead_band",
+    "limit:w*",
+    "limit:motor*",
+    "rate_limit:motor*",
+    "dead_band:motor*",
+    "rate_damping",
+    "lag:motor*",
+    "delay:motor*",
+    "gain:motor*",
+    "offset:motor*",
+    "*:q?_cmd",
+)
+# Equal to another on every flight: the other stands for them.
+STANDS_FOR = {
+    "added_mass": ("gain:thrust",),
+    "torque_bias": ("offset:w?_cmd",),
+    "wind": ("slope",),
+    "gain:steer": ("wheelbase",),
+}
+PAIR = ("wx_cmd", "wy_cmd")
+# Of the standard deviation over the noise that a command must show to be tried.
+EXCITED = 3.0
+GRIDS: dict[str, tuple[float, ...]] = {
+    "delay": (1.0, 2.0, 4.0),
+    "lag": (2.5,),
+    "motor_lag": (1.5, 3.0),
+    "tyre_friction": (0.25, 0.4, 0.6),
+    "dead_band": (0.5, 1.0),
+    "rate_limit": (1.0, 3.0),
+}
+LIMIT_QUANTILES = (0.5, 0.75, 0.9)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A hypothesis that competes.
+
+    Args:
+        name: key of its effect; of the first of several that move together.
+        keys: its effects.
+        free: slots, those that move together in one tuple.
+        starts: further starting values of the first free parameter; the null value is always one.
+        needs_start: the null value is no start, because nothing changes there.
+    """
+
+    name: str
+    keys: tuple[str, ...]
+    free: tuple[tuple[int, ...], ...]
+    starts: tuple[float, ...] = ()
+    needs_start: bool = False
+
+
+def library_for(equations: Equations, data: Dataset, exclude: Collection[str] = ()) -> Library:
+    """The equations with every effect that is to be tried on this data."""
+    found = [one for one in applicable(equations) if not _skipped(one, data, exclude)]
+    keys = {one.key for one in found}
+    for key, others in STANDS_FOR.items():
+        if key in keys:
+            found = [one for one in found if not any(fnmatch(one.key, other) for other in others)]
+    return Library.of(equations, found)
+
+
+def _skipped(one: Effect, data: Dataset, exclude: Collection[str]) -> bool:
+    if any(fnmatch(one.key, pattern) for pattern in (*NOT_SEARCHED, *exclude)):
+        return True
+    if one.column and one.column in data.layouts.action:
+        columns = [trajectory.column(one.column) for trajectory in data]
+        deviation = float(np.std(np.concatenate(columns)))
+        return deviation < EXCITED * float(np.median([noise_level(c[:, None])[0] for c in columns])) * 0 + 1e-9
+    return False
+
+
+def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
+    """What competes: one candidate per effect; the two lateral rate commands as one."""
+    found: list[Candidate] = []
+    for key, one in library.effects.items():
+        slots = library.indices(key)
+        if not slots or one.column == PAIR[1]:
+            continue
+        keys: tuple[str, ...] = (key,)
+        free: tuple[tuple[int, ...], ...] = tuple((slot,) for slot in slots)
+        if one.column == PAIR[0]:
+            twin = f"{one.kind}:{PAIR[1]}"
+            if twin in library.effects:
+                keys, other = (key, twin), library.indices(twin)
+                free = (
+                    tuple(zip(slots, other, strict=True)) if one.kind != "offset" else (*free, *((s,) for s in other))
+                )
+        if one.kind == "limit":
+            free = tuple(f for f in free if library.slots[f[0]].name == "upper")
+        starts, needs = _starts(library, one, data)
+        found.append(Candidate(key, keys, free, starts, needs))
+    return tuple(found)
+
+
+def _starts(library: Library, one: Effect, data: Dataset) -> tuple[tuple[float, ...], bool]:
+    dt = library.equations.dt
+    if one.kind in ("delay", "lag", "motor_lag"):
+        return tuple(dt * step for step in GRIDS[one.kind]), False
+    if one.kind == "tyre_friction":
+        return GRIDS["tyre_friction"], True
+    if one.kind in ("limit", "rate_limit", "dead_band"):
+        values = np.concatenate([trajectory.column(one.column) for trajectory in data])
+        if one.kind == "limit":
+            levels: Iterable[float] = np.quantile(values[values > 0], LIMIT_QUANTILES) if (values > 0).any() else ()
+            return tuple(float(level) for level in levels), True
+        spread = float(np.std(values))
+        unit = spread / dt * 0.2 if one.kind == "rate_limit" else spread * 0.5
+        return tuple(unit * step for step in GRIDS[one.kind]), True
+    return (), False
+
+
+__all__ = ["Candidate", "candidates", "effect", "library_for", "noise_level"]

@@ -1,0 +1,229 @@
+"""Name the physical effect that a model misses, from logs: the method of DIAGNOSIS.md, step by step."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import torch
+
+from sym2real.diagnosis import calibrate
+from sym2real.diagnosis.candidates import Candidate, candidates, library_for
+from sym2real.diagnosis.findings import Finding, by_importance, findings, parameter_set
+from sym2real.diagnosis.fit import Problems
+from sym2real.diagnosis.groups import groups_of
+from sym2real.diagnosis.ladder import Stage, ladder
+from sym2real.diagnosis.leftover import Leftover, find_leftover
+from sym2real.diagnosis.sanity import Checked, Fault, check
+from sym2real.diagnosis.select import FEWEST_BLOCKS, Selection
+from sym2real.diagnosis.sensitivity import Library, Problem
+from sym2real.diagnosis.verdict import Verdict, summary, verdict
+from sym2real.diagnosis.whitening import Spread, Whitening, estimate
+from sym2real.effects import compose, effect
+from sym2real.plants import MujocoPlant
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Dataset, Trajectory
+
+OnProgress = Callable[[str], None]
+
+# Over-fit before the whitening (DIAGNOSIS.md step 4).
+OVERFIT_GAIN, OVERFIT_MOST, OVERFIT_ROUNDS, OVERFIT_REFITTED = 0.01, 7, 2, 2
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What was found.
+
+    Args:
+        verdict, summary: the answer in a word and in a sentence.
+        faults: of the data, undone before the search.
+        findings: effects that are there, in order of importance.
+        leftover: what no effect explains.
+        where: regions in which the model fails.
+        ladder: errors of the base and of the first k findings, on held-out data.
+        floor: errors of a fully explained model.
+        held_out: names of the logs that scored the ladder.
+        seconds: time it took.
+        tried: number of hypotheses that competed.
+        notes: remarks on data and method.
+        misfit: whitened squares per degree of freedom, of the base and of the result; 1 is fully explained.
+    """
+
+    verdict: Verdict
+    summary: str
+    faults: tuple[Fault, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    leftover: Leftover | None = None
+    where: tuple[Any, ...] = ()
+    ladder: tuple[Stage, ...] = ()
+    floor: tuple[dict[str, Any], ...] = ()
+    held_out: tuple[str, ...] = ()
+    seconds: float = 0.0
+    tried: int = 0
+    notes: tuple[str, ...] = ()
+    misfit: tuple[float, float] = field(default=(float("nan"), float("nan")))
+
+    def apply(self, equations: Equations) -> Equations:
+        """The equations with every finding in them."""
+        return compose(equations, [(effect(one.effect, equations), one.values) for one in self.findings])
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``--json`` prints (DESIGN.md, "Names that stay")."""
+        return {
+            "verdict": self.verdict,
+            "summary": self.summary,
+            "faults": [fault.to_dict() for fault in self.faults],
+            "findings": [finding.to_dict() for finding in self.findings],
+            "leftover": None if self.leftover is None else self.leftover.to_dict(),
+            "where": list(self.where),
+            "ladder": [stage.to_dict() for stage in self.ladder],
+            "floor": list(self.floor),
+            "held_out": list(self.held_out),
+            "seconds": self.seconds,
+            "tried": self.tried,
+            "notes": list(self.notes),
+        }
+
+
+def diagnose(
+    model: Equations,
+    data: Dataset | Trajectory,
+    plant: MujocoPlant | None = None,
+    *,
+    held_out: Dataset | None = None,
+    exclude: Collection[str] = (),
+    horizon: float | None = None,
+    on_progress: OnProgress = lambda _: None,
+) -> Diagnosis:
+    """Find the effects that a model misses.
+
+    Args:
+        model: the base's equations.
+        data: logs with the model's columns and time step.
+        plant: the plain simulator that the base was learned from, to calibrate it; without one that step is skipped.
+        held_out: logs that score the ladder; by default every log by the fit without it.
+        exclude: keys or patterns of effects that are not to be tried.
+        horizon: only horizons up to this many seconds in the ladder.
+        on_progress: told what is being done.
+
+    Raises:
+        ShapeError: when no log is long enough, or columns differ.
+    """
+    started = time.perf_counter()
+    on_progress("checking the data")
+    checked = check(model, data if isinstance(data, Dataset) else Dataset([data]))
+    library = library_for(model, checked.data, exclude)
+    tried = candidates(library, checked.data)
+    problem = Problem(library, checked.data)
+    on_progress("weighing errors")
+    spread, whitening = whiten(problem, tried)
+    notes = list(checked.notes)
+    origin = library.null
+    if plant is None:
+        notes.append("no plain simulator: the base's own errors were not calibrated and may look like effects")
+    else:
+        on_progress("calibrating the base in the plain simulator")
+        flown = calibrate.simulated(plant, checked.data)
+        if flown is None:
+            notes.append("the logs' manoeuvres cannot be flown in the plain simulator: the base is not calibrated")
+        else:
+            origin = calibrate.origin(library, tried, flown, whitening)
+    on_progress("searching")
+    selection = search(Problems.of(problem, whitening), tried, origin)
+    on_progress("scoring on held-out data")
+    return _answer(model, checked, selection, spread, held_out=held_out, notes=notes, started=started)
+
+
+def whiten(problem: Problem, tried: tuple[Candidate, ...]) -> tuple[Spread, Whitening]:
+    """The covariance of what a fully explained model leaves, from over-fitted residuals."""
+    null, segments = problem.library.null, problem.segments
+    spread = Spread.of(problem, null)
+    whitening = estimate(spread, problem.residuals(null[None])[0], segments.noise, segments.channel)
+    for _ in range(OVERFIT_ROUNDS):
+        selection = Selection(Problems.of(problem, whitening), tried, null)
+        selection.grow(OVERFIT_GAIN, OVERFIT_MOST, tested=False, refitted=OVERFIT_REFITTED)
+        residuals = problem.residuals(selection.fit.values[None])[0]
+        whitening = estimate(spread, residuals, segments.noise, segments.channel)
+    return spread, whitening
+
+
+def search(problems: Problems, tried: tuple[Candidate, ...], origin: torch.Tensor) -> Selection:
+    """Additions, then every one against dropping and against its rivals."""
+    selection = Selection(problems, tried, origin)
+    selection.grow()
+    selection.prune()
+    if selection.chosen:
+        selection.swap()
+        selection.prune()
+    return selection
+
+
+def _answer(
+    model: Equations,
+    checked: Checked,
+    selection: Selection,
+    spread: Spread,
+    *,
+    held_out: Dataset | None,
+    notes: list[str],
+    started: float,
+) -> Diagnosis:
+    problems, library = selection.problems, selection.problems.problem.library
+    freedom = problems.whitening.freedom
+    groups = groups_of(selection)
+    provisional = problems.block_count < FEWEST_BLOCKS
+    found = tuple(findings(selection, groups, freedom, provisional)) if selection.chosen else ()
+    leftover = find_leftover(problems.problem, spread, problems.whitening, selection.fit.values)
+    scored = checked.data if held_out is None else check(model, held_out).data
+    stages = tuple(_ladder(library, selection, scored, held_out is None))
+    base = float(problems.whitening.loss(problems.problem.residuals(library.null[None])).sum())
+    answer = verdict(checked.faults, found, leftover, problems)
+    return Diagnosis(
+        verdict=answer,
+        summary=summary(answer, checked.faults, found, leftover, stages),
+        faults=checked.faults,
+        findings=found,
+        leftover=leftover,
+        ladder=stages,
+        held_out=tuple(trajectory.name for trajectory in scored),
+        seconds=time.perf_counter() - started,
+        tried=selection.tried,
+        notes=tuple(notes),
+        misfit=(base / freedom, selection.fit.total / freedom),
+    )
+
+
+def _ladder(library: Library, selection: Selection, data: Dataset, same: bool) -> list[Stage]:
+    """Base and first k findings, each log by parameters that it took no part in where the logs are the fit's own."""
+    stages = [("base", library.null[None])]
+    done: list[Candidate] = []
+    for one, fit in by_importance(selection):
+        done.append(one)
+        steps = _fold_steps(selection, fit) if same else [torch.zeros(len(fit.free), dtype=torch.float64)]
+        sets = [parameter_set(selection, done, selection.problems.moved(fit, step)) for step in steps]
+        stages.append((f"+ {one.name}", torch.stack(sets)))
+    fold_of = _fold_of_log(selection) if same else None
+    return ladder(library, data, stages, fold_of)
+
+
+def _fold_of_log(selection: Selection) -> np.ndarray:
+    log = selection.problems.problem.segments.log
+    count = len(selection.problems.problem.data)
+    return np.array([int((log[log <= index]).size and np.unique(log[log <= index]).size - 1) for index in range(count)])
+
+
+def _fold_steps(selection: Selection, fit: Any) -> list[torch.Tensor]:
+    """Per log, the step from the fit of all logs to that of the others."""
+    log = torch.as_tensor(selection.problems.problem.segments.log)
+    steps = []
+    for index in log.unique():
+        rest = log != index
+        if not rest.any():
+            steps.append(torch.zeros(len(fit.free), dtype=torch.float64))
+            continue
+        part = type(fit)(fit.free, fit.values, fit.loss[rest], fit.gradient[rest], fit.curvature[rest])
+        steps.append(selection.problems.best_step(part))
+    return steps

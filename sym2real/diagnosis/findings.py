@@ -1,0 +1,174 @@
+"""What a diagnosis says of one effect: values with intervals, share, rivals that the data cannot exclude."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import torch
+from scipy import stats
+from torch import Tensor
+
+from sym2real.diagnosis.candidates import Candidate
+from sym2real.diagnosis.select import Selection
+from sym2real.effects import Effect
+
+# Model form dominates quoted intervals (DIAGNOSIS.md): relative floor of their half-width.
+INTERVAL_FLOOR = 0.03
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A parameter's value with its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+    def to_dict(self) -> dict[str, float | str]:
+        return dict(vars(self))
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One effect that is there.
+
+    Args:
+        effect: its key.
+        parameters: by name.
+        share: part of the base's excess whitened loss that it removes in its order.
+        group: itself and the effects that this data cannot tell from it.
+        separate_by: the manoeuvre that would.
+        provisional: too few independent pieces of data for a test.
+        fix: what to change on the robot or in the model.
+    """
+
+    effect: str
+    parameters: dict[str, Estimate]
+    share: float
+    group: tuple[str, ...] = ()
+    separate_by: str = ""
+    provisional: bool = False
+    fix: str = ""
+    log_spread: dict[str, float] = field(default_factory=dict)
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "effect": self.effect,
+            "parameters": {name: estimate.to_dict() for name, estimate in self.parameters.items()},
+            "share": self.share,
+            "group": list(self.group),
+            "separate_by": self.separate_by,
+            "provisional": self.provisional,
+            "fix": self.fix,
+            "spread_over_logs": self.log_spread,
+        }
+
+    @property
+    def values(self) -> dict[str, float]:
+        return {name: estimate.value for name, estimate in self.parameters.items()}
+
+
+def reported(value: float, origin: float, null: float) -> float:
+    """A fitted value as a deviation from what calibration says of the base, counted from the null value."""
+    if null == 0.0:
+        return value - origin
+    return value / origin if null == 1.0 and origin > 0 else value
+
+
+def estimates(selection: Selection, one: Candidate) -> dict[str, dict[str, Estimate]]:
+    """Values of a chosen candidate by effect and parameter."""
+    fit, library = selection.fit, selection.problems.problem.library
+    spread = selection.problems.covariance(fit).diagonal().clamp_min(0).sqrt()
+    quantile = float(stats.t.ppf(0.975, max(1, selection.problems.block_count - 1)))
+    found: dict[str, dict[str, Estimate]] = {}
+    for place, tied in zip(selection.places(selection.chosen, one), one.free, strict=True):
+        for index in tied:
+            slot = library.slots[index]
+            origin = float(selection.origin[index])
+            value = reported(float(fit.values[index]), origin, slot.null)
+            half = float(spread[place]) * slot.scale * quantile
+            reference = value - slot.null if slot.null in (0.0, 1.0) else value
+            half = (half**2 + (INTERVAL_FLOOR * reference) ** 2) ** 0.5
+            found.setdefault(slot.effect, {})[slot.name] = Estimate(value, value - half, value + half, slot.unit)
+    return found
+
+
+def spread_over_logs(selection: Selection, one: Candidate) -> dict[str, float]:
+    """Standard deviation over logs of each parameter when every log fits its own, in its unit."""
+    problems, fit = selection.problems, selection.fit
+    log = torch.as_tensor(problems.problem.segments.log)
+    steps = []
+    for index in log.unique():
+        mine = log == index
+        part = type(fit)(fit.free, fit.values, fit.loss[mine], fit.gradient[mine], fit.curvature[mine])
+        steps.append(problems.best_step(part))
+    if len(steps) < 2:
+        return {}
+    deviation = torch.stack(steps).std(dim=0)
+    slots = problems.problem.library.slots
+    return {
+        slots[tied[0]].name: float(deviation[place]) * slots[tied[0]].scale
+        for place, tied in zip(selection.places(selection.chosen, one), one.free, strict=True)
+    }
+
+
+def findings(
+    selection: Selection, groups: dict[str, tuple[str, ...]], freedom: int, provisional: bool
+) -> list[Finding]:
+    """All chosen effects, in order of importance, each with its share in that order."""
+    library, problems = selection.problems.problem.library, selection.problems
+    ordered = by_importance(selection)
+    base = float(problems.whitening.loss(problems.problem.residuals(selection.origin[None])).sum())
+    losses = [base, *(stage.total for _, stage in ordered)]
+    excess = max(base - min(freedom, losses[-1]), 1e-9)
+    found = []
+    for number, (one, _) in enumerate(ordered):
+        share = max(0.0, (losses[number] - losses[number + 1]) / excess)
+        logs = spread_over_logs(selection, one)
+        for key, parameters in estimates(selection, one).items():
+            effect: Effect = library.effects[key]
+            group = tuple(dict.fromkeys((key, *groups.get(one.name, ()))))
+            found.append(
+                Finding(
+                    effect=key,
+                    parameters=parameters,
+                    share=share / len(one.keys),
+                    group=group,
+                    separate_by=effect.shown_by if len(group) > 1 else "",
+                    provisional=provisional,
+                    fix=effect.fix,
+                    log_spread=logs,
+                )
+            )
+    return found
+
+
+def by_importance(selection: Selection) -> list[tuple[Candidate, Any]]:
+    """Chosen effects in the order in which each removes most of what is left, with the fit of all so far."""
+    rest, values = list(selection.chosen), selection.origin
+    done: list[Candidate] = []
+    ordered: list[tuple[Candidate, Any]] = []
+    while rest:
+        trials = selection.ranked(done, values, rest, refitted=len(rest)) if len(rest) > 1 else []
+        if trials:
+            one, fit = trials[0].candidate, trials[0].fit
+        else:
+            one, fit = rest[0], selection.fit
+        done, values = [*done, one], fit.values
+        rest = [other for other in rest if other is not one]
+        ordered.append((one, fit))
+    return ordered
+
+
+def parameter_set(selection: Selection, chosen: list[Candidate], values: Tensor) -> Tensor:
+    """The library's parameter set of a model with some effects at their reported values, and nothing else."""
+    library = selection.problems.problem.library
+    result = library.null
+    for one in chosen:
+        for tied in one.free:
+            for index in tied:
+                slot = library.slots[index]
+                result[index] = reported(float(values[index]), float(selection.origin[index]), slot.null)
+    return result

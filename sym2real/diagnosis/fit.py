@@ -1,0 +1,232 @@
+"""Joint Gauss–Newton fits of many hypotheses at once, and what their normal equations say of logs left out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import ceil
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from scipy import stats
+from torch import Tensor
+
+from sym2real.diagnosis.sensitivity import Problem
+from sym2real.diagnosis.whitening import Whitening
+
+Free = tuple[tuple[int, ...], ...]
+
+LINE_SEARCH = (1.0, 0.4, 0.1)
+CONVERGED = 1e-4
+# Folds of the cross-validation where there are fewer logs.
+FEWEST_FOLDS = 4
+BLOCK_SECONDS, GAP_SECONDS = 1.0, 0.5
+RIDGE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """Parameters that are free, and where a fit of them starts.
+
+    Args:
+        free: slots, those that move together in one tuple.
+        values: a whole parameter set ``# (P,)``.
+    """
+
+    free: Free
+    values: Tensor
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A hypothesis with its quadratic model per segment, in units of the parameters' scales.
+
+    Args:
+        free, values: as of a hypothesis.
+        loss: whitened squares ``# (S,)``.
+        gradient: half its derivative ``# (S, A)``.
+        curvature: half its second derivative ``# (S, A, A)``.
+    """
+
+    free: Free
+    values: Tensor
+    loss: Tensor
+    gradient: Tensor
+    curvature: Tensor
+
+    @property
+    def total(self) -> float:
+        return float(self.loss.sum())
+
+    def part(self, places: Sequence[int]) -> Fit:
+        """The same with some of the free parameters only."""
+        index = list(places)
+        return replace(
+            self,
+            free=tuple(self.free[i] for i in index),
+            gradient=self.gradient[:, index],
+            curvature=self.curvature[:, index][:, :, index],
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Problems:
+    """A problem with what weighs it: whitening, folds of the cross-validation, blocks of the cluster-robust test."""
+
+    problem: Problem
+    whitening: Whitening
+    folds: NDArray[np.int64]
+    blocks: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, problem: Problem, whitening: Whitening) -> Problems:
+        return cls(problem, whitening, _folds(problem), _blocks(problem))
+
+    @property
+    def block_count(self) -> int:
+        return int(self.blocks.max()) + 1
+
+    def quadratics(self, hypotheses: Sequence[Hypothesis]) -> list[Fit]:
+        """Losses and derivatives where the hypotheses stand."""
+        if not hypotheses:
+            return []
+        sets = torch.stack([one.values for one in hypotheses])
+        residuals, jacobians = self.problem.jacobian(sets, [one.free for one in hypotheses])
+        fits: list[Fit] = []
+        for one, residual, jacobian in zip(hypotheses, residuals, jacobians, strict=True):
+            products = self.whitening.products(torch.cat([residual[..., None], jacobian], dim=-1))
+            fits.append(Fit(one.free, one.values, products[:, 0, 0], products[:, 1:, 0], products[:, 1:, 1:]))
+        return fits
+
+    def fit(self, hypotheses: Sequence[Hypothesis], steps: int) -> list[Fit]:
+        """Gauss–Newton with a line search, all hypotheses in one rollout per step."""
+        fits = self.quadratics(hypotheses)
+        open_fits = [bool(one.free) for one in fits]
+        for _ in range(steps):
+            waiting = [i for i, is_open in enumerate(open_fits) if is_open]
+            if not waiting:
+                break
+            trials = [self._moved(fits[i], part) for i in waiting for part in LINE_SEARCH]
+            losses = self.whitening.loss(self.problem.residuals(torch.stack(trials))).sum(1).reshape(len(waiting), -1)
+            better: list[tuple[int, Tensor]] = []
+            for row, i in enumerate(waiting):
+                best = int(losses[row].argmin())
+                gain = fits[i].total - float(losses[row, best])
+                open_fits[i] = gain > CONVERGED * fits[i].total
+                if gain > 0:
+                    better.append((i, trials[row * len(LINE_SEARCH) + best]))
+            renewed = self.quadratics([Hypothesis(fits[i].free, values) for i, values in better])
+            for (i, _), fit in zip(better, renewed, strict=True):
+                fits[i] = fit
+        return fits
+
+    def _moved(self, fit: Fit, part: float) -> Tensor:
+        step = solve(fit.curvature.sum(0), -fit.gradient.sum(0))
+        return self.moved(fit, step * part)
+
+    def moved(self, fit: Fit, step: Tensor) -> Tensor:
+        """Parameter set after a step ``# (A,)`` in units of scale, within bounds."""
+        values, (low, high) = fit.values.clone(), self.problem.library.bounds
+        for tied, size in zip(fit.free, step, strict=True):
+            index = list(tied)
+            values[index] = values[index] + size * self.problem.library.scale[index]
+        free = [slot for tied in fit.free for slot in tied]
+        values[free] = torch.minimum(torch.maximum(values[free], low[free]), high[free])
+        return values
+
+    def held_out(self, fit: Fit) -> Tensor:
+        """Loss of every fold under the parameters that the other folds give ``# (folds,)``.
+
+        Args:
+            fit: where its parameters are best, or the quadratic model's best is taken (bounds are heeded).
+        """
+        index = torch.as_tensor(self.folds)
+        count = int(index.max()) + 1
+        loss = torch.zeros(count, dtype=torch.float64).index_add(0, index, fit.loss)
+        if not fit.free:
+            return loss
+        size = len(fit.free)
+        gradient = torch.zeros(count, size, dtype=torch.float64).index_add(0, index, fit.gradient)
+        curvature = torch.zeros(count, size, size, dtype=torch.float64).index_add(0, index, fit.curvature)
+        others_g, others_h = gradient.sum(0) - gradient, curvature.sum(0) - curvature
+        step = torch.stack([self._within(fit, solve(h, -g)) for h, g in zip(others_h, others_g, strict=True)])
+        quadratic = torch.einsum("fa,fab,fb->f", step, curvature, step)
+        return loss + 2 * (gradient * step).sum(1) + quadratic
+
+    def _within(self, fit: Fit, step: Tensor) -> Tensor:
+        """The step, cut where it leaves the bounds."""
+        low, high = self.problem.library.bounds
+        scale, index = self.problem.library.scale, [tied[0] for tied in fit.free]
+        values, unit = fit.values[index], scale[index]
+        return torch.minimum(torch.maximum(step, (low[index] - values) / unit), (high[index] - values) / unit)
+
+    def best_step(self, fit: Fit) -> Tensor:
+        """Step to the quadratic model's minimum within bounds ``# (A,)``."""
+        return self._within(fit, solve(fit.curvature.sum(0), -fit.gradient.sum(0)))
+
+    def covariance(self, fit: Fit) -> Tensor:
+        """Cluster-robust covariance of the free parameters in units of their scale ``# (A, A)``."""
+        used = torch.as_tensor(self.blocks >= 0)
+        index = torch.as_tensor(self.blocks)[used]
+        scores = torch.zeros(self.block_count, len(fit.free), dtype=torch.float64)
+        scores = scores.index_add(0, index, fit.gradient[used])
+        inflation = len(self.blocks) / max(1, int(used.sum()))
+        count = self.block_count
+        inverse = torch.linalg.pinv(fit.curvature.sum(0), hermitian=True)
+        meat = (scores - scores.mean(0)).T @ (scores - scores.mean(0)) * inflation * count / max(1, count - 1)
+        result: Tensor = inverse @ meat @ inverse
+        return result
+
+    def p_value(self, fit: Fit, places: Sequence[int], null: Tensor) -> float:
+        """Probability of parameters this far from null by chance: Hotelling's test on blocks.
+
+        Args:
+            fit: at its best.
+            places: which of its free parameters.
+            null: their values without effect ``# (len(places),)``.
+        """
+        index = list(places)
+        slots = [fit.free[i][0] for i in index]
+        away = (fit.values[slots] - null) / self.problem.library.scale[slots]
+        size, count = len(index), self.block_count
+        if count <= size + 1:
+            return 1.0
+        spread = self.covariance(fit)[index][:, index]
+        squared = float(away @ torch.linalg.pinv(spread, hermitian=True) @ away)
+        freedom = count - size
+        return float(stats.f.sf(squared * freedom / (size * (count - 1)), size, freedom))
+
+
+def solve(matrix: Tensor, vector: Tensor) -> Tensor:
+    """Solution with a hair of ridge, so that directions without weight stay put."""
+    scale = matrix.diagonal().clamp_min(1e-300)
+    ridge = torch.diag(RIDGE * scale + 1e-12 * scale.max().clamp_min(1e-300))
+    result: Tensor = torch.linalg.solve(matrix + ridge, vector)
+    return result
+
+
+def _folds(problem: Problem) -> NDArray[np.int64]:
+    """Leave one log out; few logs are parted further in time."""
+    log = problem.segments.log
+    parts = max(1, ceil(FEWEST_FOLDS / len(np.unique(log))))
+    folds = np.zeros(len(log), dtype=np.int64)
+    for index in np.unique(log):
+        mine = np.flatnonzero(log == index)
+        folds[mine] = index * parts + np.arange(len(mine)) * parts // len(mine)
+    return np.unique(folds, return_inverse=True)[1].astype(np.int64)
+
+
+def _blocks(problem: Problem) -> NDArray[np.int64]:
+    """Block of every segment, -1 in the gaps between them ``# (S,)``."""
+    segments = problem.segments
+    seconds = segments.length * problem.library.equations.dt
+    inside, gap = ceil(BLOCK_SECONDS / seconds - 1e-9), ceil(GAP_SECONDS / seconds - 1e-9)
+    blocks = np.full(len(segments), -1, dtype=np.int64)
+    count = 0
+    for index in np.unique(segments.log):
+        mine = np.flatnonzero(segments.log == index)
+        for first in range(0, len(mine), inside + gap):
+            blocks[mine[first : first + inside]] = count
+            count += 1
+    return blocks

@@ -1,0 +1,123 @@
+"""Prediction errors on held-out logs: the base, then one effect after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from sym2real.diagnosis.segments import WARM_UP, Segments
+from sym2real.diagnosis.sensitivity import Library, Problem
+from sym2real.diagnosis.start import ROWS, start_states
+from sym2real.diagnosis.windows import STRIDE, channel_errors, channel_units
+from sym2real.trajectory import Array, Dataset
+
+HORIZONS = (0.1, 0.2, 0.5, 0.8, 1.0)
+RESAMPLES = 200
+
+
+@dataclass(frozen=True)
+class StageError:
+    """Root mean square and mean of a channel's error norm over windows, with a 95 % interval over logs' blocks."""
+
+    value: float
+    mean: float
+    low: float
+    high: float
+    unit: str
+
+    def to_dict(self) -> dict[str, float | str]:
+        return dict(vars(self))
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A model of the ladder: errors by horizon and channel."""
+
+    model: str
+    horizons: dict[float, dict[str, StageError]]
+
+    def to_dict(self) -> dict[str, Any]:
+        rows = [
+            {"horizon": horizon, "errors": {channel: error.to_dict() for channel, error in errors.items()}}
+            for horizon, errors in self.horizons.items()
+        ]
+        return {"model": self.model, "horizons": rows}
+
+
+def windows_of(data: Dataset, steps: int) -> Segments | None:
+    """Windows of so many steps that start every 0.1 s from what the rows before them say; None for short logs."""
+    layout, stride = data.layouts.state, max(1, round(STRIDE / data.dt))
+    pieces = []
+    for index, trajectory in enumerate(data):
+        rows = np.arange(ROWS - 1 + WARM_UP, len(trajectory) - steps, stride)
+        if len(rows):
+            measured = trajectory.state[rows[:, None] + np.arange(steps + 1)]
+            starts = start_states(trajectory, rows), start_states(trajectory, np.maximum(rows - WARM_UP, ROWS - 1))
+            pieces.append((np.full(len(rows), index), rows, *starts, measured))
+    if not pieces:
+        return None
+    log, rows, start, before, measured = (np.concatenate(parts) for parts in zip(*pieces, strict=True))
+    compared = tuple(range(layout.tangent_size))
+    return Segments(
+        log=log,
+        row=rows,
+        start=torch.as_tensor(start),
+        before=torch.as_tensor(before),
+        measured=torch.as_tensor(measured),
+        layout=layout,
+        compared=compared,
+        channel=compared,
+        noise=np.ones(1),
+    )
+
+
+def ladder(library: Library, data: Dataset, stages: Sequence[tuple[str, Tensor]], fold_of: Array | None) -> list[Stage]:
+    """Errors of every stage at the horizons that the logs are long enough for.
+
+    Args:
+        library: effects in the base's equations.
+        data: held-out logs.
+        stages: name, and a parameter set per fold ``# (folds, P)``; one fold where the logs took no part in the fit.
+        fold_of: fold of each log; None for one fold.
+    """
+    longest = max(len(trajectory) for trajectory in data) - ROWS - WARM_UP
+    steps = {horizon: round(horizon / library.equations.dt) for horizon in HORIZONS}
+    steps = {horizon: count for horizon, count in steps.items() if count <= longest}
+    if not steps:
+        return []
+    windows = windows_of(data, max(steps.values()))
+    if windows is None:
+        return []
+    problem = Problem(library, data, windows)
+    folds = torch.zeros(len(windows), dtype=torch.long)
+    if fold_of is not None:
+        folds = torch.as_tensor(fold_of)[torch.as_tensor(windows.log)].long()
+    found = []
+    for name, sets in stages:
+        predicted = torch.cat([problem.states(one[None]) for one in sets])  # (folds, W, N, state)
+        mine = predicted[folds if len(sets) > 1 else torch.zeros_like(folds), torch.arange(len(windows))]
+        table = {horizon: _errors(mine[:, count], windows, count) for horizon, count in steps.items()}
+        found.append(Stage(name, table))
+    return found
+
+
+def _errors(predicted: Tensor, windows: Segments, step: int) -> dict[str, StageError]:
+    units = channel_units(windows.layout)
+    errors = channel_errors(windows.layout, predicted, windows.measured[:, step])
+    return {channel: _summary(values, windows.log, units[channel]) for channel, values in errors.items()}
+
+
+def _summary(values: Array, log: NDArray[np.int64], unit: str) -> StageError:
+    """With an interval from resampling blocks of ten windows (1 s)."""
+    blocks = np.unique(log * 10_000 + np.arange(len(log)) // 10, return_inverse=True)[1]
+    sums = np.bincount(blocks, values**2)
+    counts = np.bincount(blocks).astype(float)
+    draws = np.random.default_rng(0).integers(0, len(sums), (RESAMPLES, len(sums)))
+    low, high = np.quantile(np.sqrt(sums[draws].sum(1) / counts[draws].sum(1)), (0.025, 0.975))
+    return StageError(float(np.sqrt(np.mean(values**2))), float(values.mean()), float(low), float(high), unit)

@@ -1,0 +1,151 @@
+"""Short pieces of logs that a model is fitted to: where they start, what was sent, what was measured in them.
+
+A segment compares positions, attitude and body rates with the prediction from a start that is free; velocities are
+left out, because logs have them by differencing what is compared already.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from sym2real.diagnosis.start import ROWS, noise_level, start_states
+from sym2real.errors import ShapeError
+from sym2real.layout import Layout
+from sym2real.trajectory import Array, Dataset, Trajectory
+
+# Rows of a segment, and rows of a log before the first one: filters and smoothers settle in them.
+LENGTH = {"attitude": 25, "heading": 20}
+OTHER_LENGTH = 25
+SETTLING = 12
+# Rows before a segment from which hidden states are brought to its start.
+WARM_UP = 8
+COMPARED = ("position", "attitude", "heading", "rate")
+# A segment with this share of rows in which nothing moves by a bit holds frozen measurements.
+FROZEN = 0.3
+
+
+@dataclass(frozen=True, eq=False)
+class Segments:
+    """Pieces of a data set.
+
+    Args:
+        log: which log each is from ``# (S,)``.
+        row: its first row there ``# (S,)``.
+        start: estimated state at the first row ``# (S, state)``.
+        before: estimated state :data:`WARM_UP` rows earlier ``# (S, state)``.
+        measured: ``# (S, N, state)``.
+        layout: state columns of the log.
+        compared: positions in the tangent of what is compared ``# (C,)``.
+        channel: number of the field of each compared component ``# (C,)``.
+        noise: standard deviation of each compared component from third differences ``# (C,)``.
+    """
+
+    log: NDArray[np.int64]
+    row: NDArray[np.int64]
+    start: Tensor
+    before: Tensor
+    measured: Tensor
+    layout: Layout
+    compared: tuple[int, ...]
+    channel: tuple[int, ...]
+    noise: Array
+
+    def __len__(self) -> int:
+        return len(self.log)
+
+    @property
+    def length(self) -> int:
+        """Rows of a segment."""
+        return self.measured.shape[1]
+
+    def ahead(self, before: int = 0) -> NDArray[np.int64]:
+        """Rows whose actions lead through each segment, from so many rows before it ``# (S, N - 1 + before)``."""
+        return self.row[:, None] + np.arange(-before, self.length - 1)
+
+
+def cut(data: Dataset) -> Segments:
+    """Segments of all logs, without overlap.
+
+    Raises:
+        ShapeError: when no log is long enough for one.
+    """
+    layout = data.layouts.state
+    length = next((LENGTH[field] for field in LENGTH if layout.has_field(field)), OTHER_LENGTH)
+    logs, rows = [], []
+    for index, trajectory in enumerate(data):
+        for first in range(SETTLING + WARM_UP, len(trajectory) - length, length):
+            if not _frozen(trajectory, first, length):
+                logs.append(index)
+                rows.append(first)
+    if not rows:
+        longest = max(len(trajectory) for trajectory in data)
+        needed = SETTLING + WARM_UP + length + 1
+        raise ShapeError(f"a diagnosis needs a log of at least {needed} moving rows; the longest has {longest} rows")
+    log, row = np.array(logs, dtype=np.int64), np.array(rows, dtype=np.int64)
+    compared, channel = compared_components(layout)
+    return Segments(
+        log=log,
+        row=row,
+        start=_states(data, log, row),
+        before=_states(data, log, row - WARM_UP),
+        measured=torch.as_tensor(np.stack([data[i].state[k : k + length] for i, k in zip(logs, rows, strict=True)])),
+        layout=layout,
+        compared=compared,
+        channel=channel,
+        noise=component_noise(data)[list(compared)],
+    )
+
+
+def compared_components(layout: Layout) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Tangent positions of what is compared, and the number of the field of each."""
+    compared: list[int] = []
+    channel: list[int] = []
+    position = 0
+    for number, field in enumerate(layout.fields):
+        if field.name in COMPARED and not field.hidden:
+            compared += range(position, position + field.tangent_size)
+            channel += [number] * field.tangent_size
+        position += field.tangent_size
+    return tuple(compared), tuple(channel)
+
+
+def component_noise(data: Dataset) -> Array:
+    """Noise of every tangent component, median over logs ``# (tangent,)``."""
+    return np.median([noise_level(tangents(trajectory)) for trajectory in data], axis=0)
+
+
+def tangents(trajectory: Trajectory) -> Array:
+    """States as tangent vectors from the first, added up step by step ``# (rows - 1, tangent)``."""
+    states = torch.as_tensor(trajectory.state)
+    steps: Array = trajectory.layouts.state.difference(states[1:], states[:-1]).cumsum(0).numpy()
+    return steps
+
+
+def _states(data: Dataset, log: NDArray[np.int64], row: NDArray[Any]) -> Tensor:
+    states = np.empty((len(row), data.layouts.state.size))
+    for index, trajectory in enumerate(data):
+        mine = log == index
+        if mine.any():
+            states[mine] = start_states(trajectory, np.maximum(row[mine], ROWS - 1))
+    return torch.as_tensor(states)
+
+
+def _frozen(trajectory: Trajectory, row: int, length: int) -> bool:
+    piece = trajectory.state[row : row + length]
+    return bool((np.diff(piece, axis=0) == 0).all(axis=1).mean() > FROZEN)
+
+
+def padded(arrays: Iterable[Array]) -> Tensor:
+    """Arrays of different lengths, the last row repeated, as one tensor ``# (logs, rows, columns)``."""
+    arrays = list(arrays)
+    longest = max(len(array) for array in arrays)
+    return torch.as_tensor(
+        np.stack([np.concatenate([array, np.repeat(array[-1:], longest - len(array), axis=0)]) for array in arrays])
+    )

@@ -1,0 +1,199 @@
+"""Which effects are there: greedy additions, then every addition must hold against dropping and against its rivals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from torch import Tensor
+
+from sym2real.diagnosis.candidates import Candidate
+from sym2real.diagnosis.fit import Fit, Free, Hypothesis, Problems
+
+# Relative fall of the held-out loss, and chance of a false alarm per data set, that a finding needs (DIAGNOSIS.md).
+GAIN = 0.03
+FALSE_ALARMS = 0.002
+MOST_FINDINGS = 8
+# Candidates that are refitted in full after screening, and Gauss–Newton steps of that.
+REFITTED = 6
+STEPS = 4
+FEWEST_BLOCKS = 10
+
+OnProgress = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Scored:
+    """A candidate joined to what was chosen before, fitted.
+
+    Args:
+        candidate: what was added.
+        fit: of all chosen and this.
+        held_out: loss per fold ``# (folds,)``.
+    """
+
+    candidate: Candidate
+    fit: Fit
+    held_out: Tensor
+
+    @property
+    def loss(self) -> float:
+        return float(self.held_out.sum())
+
+
+@dataclass(eq=False)
+class Selection:
+    """The state of a search.
+
+    Args:
+        problems: data, whitening, folds.
+        candidates: what competes.
+        origin: parameter set without effects (null, or what calibration says of the base) ``# (P,)``.
+        chosen: what is in, in order.
+        fit: of what is in.
+        held_out: its loss per fold.
+        tried: number of hypotheses that had a chance.
+    """
+
+    problems: Problems
+    candidates: Sequence[Candidate]
+    origin: Tensor
+    chosen: list[Candidate] = field(default_factory=list)
+    fit: Fit = None  # type: ignore[assignment]  # set by __post_init__
+    held_out: Tensor = None  # type: ignore[assignment]
+    tried: int = 0
+
+    def __post_init__(self) -> None:
+        self.tried = len(self.candidates)
+        self.put([], self.problems.fit([Hypothesis((), self.origin)], 0)[0])
+
+    def put(self, chosen: Sequence[Candidate], fit: Fit) -> None:
+        """Make this the present state."""
+        self.chosen, self.fit = list(chosen), fit
+        self.held_out = self.problems.held_out(fit)
+
+    @property
+    def loss(self) -> float:
+        return float(self.held_out.sum())
+
+    def free(self, chosen: Sequence[Candidate]) -> Free:
+        return tuple(tied for one in chosen for tied in one.free)
+
+    def places(self, chosen: Sequence[Candidate], one: Candidate) -> list[int]:
+        """Where a candidate's parameters stand among those of all chosen."""
+        free = self.free(chosen)
+        return [free.index(tied) for tied in one.free]
+
+    def ranked(
+        self, chosen: Sequence[Candidate], values: Tensor, rivals: Sequence[Candidate], refitted: int = REFITTED
+    ) -> list[Scored]:
+        """Rivals, each joined to what is chosen, best first: all screened on quadratic models, the best refitted."""
+        taken = {slot for tied in self.free(chosen) for slot in tied}
+        open_rivals = [one for one in rivals if not any(slot in taken for tied in one.free for slot in tied)]
+        if not open_rivals:
+            return []
+        screened = self._screened(chosen, values, open_rivals)[:refitted]
+        fits = self.problems.fit([Hypothesis(self.free([*chosen, one]), start) for one, start in screened], STEPS)
+        found = [Scored(one, fit, self.problems.held_out(fit)) for (one, _), fit in zip(screened, fits, strict=True)]
+        return sorted(found, key=lambda scored: scored.loss)
+
+    def _screened(
+        self, chosen: Sequence[Candidate], values: Tensor, rivals: Sequence[Candidate]
+    ) -> list[tuple[Candidate, Tensor]]:
+        """Rivals by their predicted held-out loss, each with the parameter set at which its fit starts."""
+        before = self.free(chosen)
+        at_null = [one for one in rivals if not one.needs_start]
+        whole = tuple(dict.fromkeys((*before, *(tied for one in at_null for tied in one.free))))
+        parts: list[tuple[Candidate, Fit]] = []
+        if at_null:
+            everything = self.problems.quadratics([Hypothesis(whole, values)])[0]
+            for one in at_null:
+                parts.append((one, everything.part([whole.index(tied) for tied in (*before, *one.free)])))
+        started = [(one, level) for one in rivals for level in one.starts]
+        hypotheses = []
+        for one, level in started:
+            moved = values.clone()
+            moved[list(one.free[0])] = level
+            hypotheses.append(Hypothesis((*before, *one.free), moved))
+        if hypotheses:
+            fits = self.problems.quadratics(hypotheses)
+            parts += [(one, fit) for (one, _), fit in zip(started, fits, strict=True)]
+        scored = []
+        for one, fit in parts:
+            start = self.problems.moved(fit, self.problems.best_step(fit))
+            scored.append((float(self.problems.held_out(fit).sum()), one, start))
+        best: dict[str, tuple[float, Candidate, Tensor]] = {}
+        for entry in sorted(scored, key=lambda entry: entry[0]):
+            best.setdefault(entry[1].name, entry)
+        return [(one, start) for _, one, start in best.values()]
+
+    def gain(self, scored: Scored) -> float:
+        """Relative fall of the held-out loss against the present state."""
+        return 1.0 - scored.loss / self.loss
+
+    def significant(self, chosen: Sequence[Candidate], fit: Fit, one: Candidate) -> bool:
+        """Whether a candidate's parameters differ from none beyond chance; with few blocks nobody can say."""
+        if self.problems.block_count < FEWEST_BLOCKS:
+            return True
+        slots = [tied[0] for tied in one.free]
+        chance = self.problems.p_value(fit, self.places(chosen, one), self._neutral(slots))
+        return chance < FALSE_ALARMS / max(1, self.tried)
+
+    def _neutral(self, slots: Sequence[int]) -> Tensor:
+        """Values without effect: origin, but for limits, whose null is so far away that any value differs from it."""
+        return self.origin[list(slots)]
+
+    def grow(
+        self, least: float = GAIN, most: int = MOST_FINDINGS, *, tested: bool = True, refitted: int = REFITTED
+    ) -> None:
+        """Add the best candidate while it is worth it."""
+        while len(self.chosen) < most:
+            ranking = self.ranked(self.chosen, self.fit.values, self.candidates, refitted)
+            for scored in ranking:
+                if self.gain(scored) <= least:
+                    return
+                chosen = [*self.chosen, scored.candidate]
+                if not tested or self.significant(chosen, scored.fit, scored.candidate):
+                    self.put(chosen, scored.fit)
+                    break
+            else:
+                return
+
+    def without(self, one: Candidate) -> tuple[list[Candidate], Fit]:
+        """The fit of all chosen but one."""
+        rest = [other for other in self.chosen if other is not one]
+        values = self.fit.values.clone()
+        slots = [slot for tied in one.free for slot in tied]
+        values[slots] = self.origin[slots]
+        return rest, self.problems.fit([Hypothesis(self.free(rest), values)], STEPS)[0]
+
+    def prune(self) -> None:
+        """Drop what is not worth its place beside the others."""
+        for one in list(self.chosen):
+            if len(self.chosen) < 2:
+                return
+            rest, fit = self.without(one)
+            kept = 1.0 - self.loss / float(self.problems.held_out(fit).sum())
+            if kept <= GAIN or not self.significant(self.chosen, self.fit, one):
+                self.put(rest, fit)
+
+    def swap(self) -> dict[str, list[tuple[Scored, float, Tensor]]]:
+        """Exchange what a rival explains better; returns each finding's rivals with their share of its gain."""
+        rivals: dict[str, list[tuple[Scored, float, Tensor]]] = {}
+        for one in list(self.chosen):
+            present = one
+            rest, fit = self.without(one)
+            without = self.problems.held_out(fit)
+            ranking = self.ranked(rest, fit.values, [c for c in self.candidates if c is not one])
+            if ranking and ranking[0].loss < self.loss * (1 - 0.002):
+                best = ranking[0]
+                if self.significant([*rest, best.candidate], best.fit, best.candidate):
+                    self.put([*rest, best.candidate], best.fit)
+                    present = best.candidate
+            gain = float((without - self.held_out).sum())
+            rivals[present.name] = [
+                (scored, float((without - scored.held_out).sum()) / max(gain, 1e-12), scored.held_out - self.held_out)
+                for scored in ranking
+                if scored.candidate.name != present.name
+            ]
+        return rivals

@@ -1,0 +1,341 @@
+"""Predictions of all segments under many parameter sets in one rollout, and their derivatives by differences.
+
+All candidate effects stand in one set of equations, each at its null value until a parameter set says otherwise.
+Effects with memory filter whole logs of commands first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import torch
+from sympy import Expr, Integer, Symbol
+from torch import Tensor
+
+from sym2real.diagnosis.segments import WARM_UP, Segments, cut, padded
+from sym2real.effects import Effect, compose
+from sym2real.symbolic import Equations, compile_function, compile_model, rollout, symbol
+from sym2real.trajectory import Array, Dataset, Trajectory
+
+# Parameter sets that go through one rollout, and difference steps in units of a parameter's scale.
+BATCH = 48
+STEP = 1e-3
+# Difference steps of the start state, in the tangent's units.
+START_STEP = 1e-5
+WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
+# Filtered logs that are kept, by the values of their filters.
+MOST_CACHED = 400
+
+
+@dataclass(frozen=True)
+class Slot:
+    """One parameter of the problem: of which effect, and its numbers."""
+
+    effect: str
+    name: str
+    unit: str
+    null: float
+    low: float
+    high: float
+    scale: float
+
+
+@dataclass(frozen=True, eq=False)
+class Library:
+    """Equations with every candidate effect in them.
+
+    Args:
+        equations: all effects at their null values.
+        effects: the candidates by key.
+        slots: the parameters that can be fitted, in the order of a parameter set.
+    """
+
+    equations: Equations
+    effects: dict[str, Effect]
+    slots: tuple[Slot, ...]
+
+    @classmethod
+    def of(cls, base: Equations, effects: Sequence[Effect]) -> Library:
+        chosen = []
+        slots: list[Slot] = []
+        for effect in effects:
+            fitted = [p for p in effect.parameters if p.fitted and not p.per_log]
+            symbols = effect.symbols()
+            chosen.append((effect, {p.name: symbols[p.name] for p in fitted}))
+            slots += [Slot(effect.key, p.name, p.unit, p.null, p.low, p.high, p.scale) for p in fitted]
+        return cls(compose(shielded(base), chosen), {effect.key: effect for effect in effects}, tuple(slots))
+
+    @cached_property
+    def columns(self) -> tuple[int, ...]:
+        """Place of every slot among the parameters of the equations."""
+        names = list(self.equations.parameters)
+        return tuple(names.index(self.effects[s.effect].symbols()[s.name].name) for s in self.slots)
+
+    def indices(self, key: str) -> tuple[int, ...]:
+        """Slots of an effect."""
+        return tuple(i for i, slot in enumerate(self.slots) if slot.effect == key)
+
+    @property
+    def null(self) -> Tensor:
+        """``# (P,)``."""
+        return torch.tensor([slot.null for slot in self.slots], dtype=torch.float64)
+
+    @property
+    def scale(self) -> Tensor:
+        """``# (P,)``."""
+        return torch.tensor([slot.scale for slot in self.slots], dtype=torch.float64)
+
+    @property
+    def bounds(self) -> tuple[Tensor, Tensor]:
+        """``# (P,)`` each."""
+        low = torch.tensor([slot.low for slot in self.slots], dtype=torch.float64)
+        return low, torch.tensor([slot.high for slot in self.slots], dtype=torch.float64)
+
+    @cached_property
+    def model(self) -> torch.jit.ScriptModule:
+        return compile_model(self.equations, dtype=torch.float64)
+
+    @cached_property
+    def _columns_of(self) -> list[tuple[str, ...]]:
+        layouts = self.equations.layouts
+        groups = [layouts.state.columns, layouts.action.columns, layouts.inputs.columns]
+        return [group for group in (*groups, tuple(self.equations.parameters)) if group]
+
+    @cached_property
+    def output(self) -> torch.jit.ScriptModule | None:
+        """(state, parameters) → what is measured, where an effect changes that."""
+        if not self.equations.output:
+            return None
+        state = self.equations.layouts.state
+        expressions = [self.equations.output.get(column, symbol(column)) for column in state]
+        return compile_function(expressions, [state.columns, tuple(self.equations.parameters)])
+
+    @cached_property
+    def hidden_start(self) -> torch.jit.ScriptModule | None:
+        """(state, action, inputs, parameters) → first values of hidden states."""
+        if not self.equations.start:
+            return None
+        return compile_function(list(self.equations.start.values()), self._columns_of)
+
+
+def shielded(base: Equations) -> Equations:
+    """The equations with a quantity in place of every action and wrench input: substitutions then stay small."""
+    inputs = [name for name in base.layouts.inputs if name in WRENCH]
+    names = [name for name in (*base.layouts.action, *inputs) if name not in base.quantities]
+    aliases = {name: symbol(f"acting_{name}") for name in names}
+    blank = replace(base, quantities={**base.quantities, **{alias.name: Integer(0) for alias in aliases.values()}})
+    changed = blank.substitute(aliases)
+    return replace(
+        changed,
+        quantities={**{alias.name: symbol(name) for name, alias in aliases.items()}, **_others(changed, aliases)},
+    )
+
+
+def _others(equations: Equations, aliases: dict[str, Symbol]) -> dict[str, Expr]:
+    own = {alias.name for alias in aliases.values()}
+    return {name: value for name, value in equations.quantities.items() if name not in own}
+
+
+class Problem:
+    """A library of effects against a data set.
+
+    Args:
+        library: the candidates.
+        data: logs with the base's columns.
+        segments: pieces of the logs; all of them, cut without overlap, by default.
+    """
+
+    def __init__(self, library: Library, data: Dataset, segments: Segments | None = None) -> None:
+        self.library = library
+        self.data = data
+        self.segments: Segments = cut(data) if segments is None else segments
+        self._actions = padded(trajectory.action for trajectory in data)  # (logs, T, m)
+        self._inputs = padded(_inputs(library.equations, trajectory) for trajectory in data)
+        defaults = torch.tensor(list(library.equations.parameters.values()), dtype=torch.float64)
+        self._defaults = defaults
+        self._visible = data.layouts.state.size
+        self._filtered: dict[bytes, Tensor] = {}
+
+    @property
+    def trajectories(self) -> int:
+        return len(self.data)
+
+    def residuals(self, sets: Tensor) -> Tensor:
+        """Predicted less measured ``# (B, S, N·C)`` under parameter sets ``# (B, P)``."""
+        return torch.cat([self._residuals(part) for part in sets.split(BATCH)])
+
+    def jacobian(self, sets: Tensor, active: Sequence[Sequence[tuple[int, ...]]]) -> tuple[Tensor, list[Tensor]]:
+        """Residuals ``# (B, S, R)`` and, per set, their derivative by its active parameters ``# (S, R, A)``.
+
+        Args:
+            sets: parameter sets ``# (B, P)``.
+            active: per set, its free parameters: slots that move together, in units of their scale.
+        """
+        rows, steps = [], []
+        _, high = self.library.bounds
+        for values, free in zip(sets, active, strict=True):
+            rows.append(values)
+            for tied in free:
+                index = list(tied)
+                sign = torch.where(values[index] + STEP * self.library.scale[index] > high[index], -1.0, 1.0)
+                moved = values.clone()
+                moved[index] += sign[0] * STEP * self.library.scale[index]
+                rows.append(moved)
+                steps.append(float(sign[0]) * STEP)
+        everything = self.residuals(torch.stack(rows))
+        found, jacobians, place, step = [], [], 0, 0
+        for free in active:
+            here, moved = everything[place], everything[place + 1 : place + 1 + len(free)]
+            width = torch.tensor(steps[step : step + len(free)], dtype=torch.float64)
+            found.append(here)
+            jacobians.append(((moved - here) / width[:, None, None]).permute(1, 2, 0))
+            place, step = place + 1 + len(free), step + len(free)
+        return torch.stack(found), jacobians
+
+    def start_jacobian(self, values: Tensor) -> Tensor:
+        """Derivative of residuals by the start state's tangent ``# (S, R, tangent)`` at one set ``# (P,)``."""
+        size = self.segments.layout.tangent_size
+        moves = torch.cat([torch.zeros(1, size), torch.eye(size)]).double() * START_STEP
+        found = self._residuals(values.expand(size + 1, -1), moves=moves)
+        return ((found[1:] - found[0]) / START_STEP).permute(1, 2, 0)
+
+    def push_jacobian(self, values: Tensor, pushes: Sequence[tuple[str, float]], pieces: int) -> Tensor:
+        """Derivative by pushes, each held over one of so many pieces of a segment ``# (S, R, pushes, pieces)``.
+
+        Args:
+            values: parameter set ``# (P,)``.
+            pushes: input or action column and the size that counts as one.
+            pieces: per segment.
+        """
+        layouts, steps = self.library.equations.layouts, self.segments.length - 1
+        edges = np.linspace(0, steps, pieces + 1).round().astype(int)
+        count = len(pushes) * pieces + 1
+        actions, inputs = (
+            torch.zeros(count, 1, steps, len(layouts.action)),
+            torch.zeros(count, 1, steps, len(layouts.inputs)),
+        )
+        for i, (column, size) in enumerate(pushes):
+            target, layout = (inputs, layouts.inputs) if column in layouts.inputs else (actions, layouts.action)
+            for j in range(pieces):
+                target[1 + i * pieces + j, 0, edges[j] : edges[j + 1], layout.index(column)] = size * STEP
+        found = self._residuals(values.expand(count, -1), actions=actions.double(), inputs=inputs.double())
+        return ((found[1:] - found[0]) / STEP).reshape(len(pushes), pieces, *found.shape[1:]).permute(2, 3, 0, 1)
+
+    def _residuals(
+        self, sets: Tensor, moves: Tensor | None = None, actions: Tensor | None = None, inputs: Tensor | None = None
+    ) -> Tensor:
+        segments = self.segments
+        states = self._states(sets, moves, actions, inputs)
+        difference = segments.layout.difference(states, segments.measured)[..., list(segments.compared)]
+        return torch.nan_to_num(difference, nan=1e3, posinf=1e3, neginf=-1e3).clamp(-1e3, 1e3).flatten(-2)
+
+    def states(self, sets: Tensor) -> Tensor:
+        """Predicted measurements of every row of the segments ``# (B, S, N, state)``."""
+        return self._states(sets, None, None, None)
+
+    def _states(self, sets: Tensor, moves: Tensor | None, actions: Tensor | None, inputs: Tensor | None) -> Tensor:
+        library, segments = self.library, self.segments
+        parameters = self._defaults.repeat(len(sets), 1, 1)  # (B, 1, all)
+        parameters[:, 0, list(library.columns)] = sets
+        log, ahead = torch.as_tensor(segments.log)[:, None], torch.as_tensor(segments.ahead())
+        commands = self._commands(sets)  # (U, logs, T, m), row of each set
+        sent = commands[0][:, log, ahead][commands[1]]
+        known = self._inputs[log, ahead].expand(len(sets), -1, -1, -1)
+        start = self._start(segments.start, parameters, moves)
+        if library.hidden_start is not None:
+            start = self._with_hidden(start, commands, parameters)
+        with torch.no_grad():
+            predicted = rollout(
+                library.model,
+                start,
+                sent if actions is None else sent + actions,
+                known if inputs is None else known + inputs,
+                parameters,
+            )
+        states = torch.cat([start[..., None, :], predicted], dim=-2)  # (B, S, N, state)
+        return self._measured(states, parameters[..., None, :])[..., : self._visible]
+
+    def _start(self, measured: Tensor, parameters: Tensor, moves: Tensor | None) -> Tensor:
+        """State whose measurement is ``measured``, moved by a tangent step ``# (B, S, state)``."""
+        layout = self.segments.layout
+        start = measured.expand(len(parameters), -1, -1)
+        if self.library.output is not None:
+            hidden = self.library.equations.layouts.state.size - self._visible
+            for _ in range(2):
+                whole = torch.cat([start, start.new_zeros(*start.shape[:-1], hidden)], dim=-1)
+                reported = self._measured(whole, parameters)[..., : self._visible]
+                start = layout.retract(start, -layout.difference(reported, measured))
+        return start if moves is None else layout.retract(start, moves[:, None].expand(-1, start.shape[1], -1))
+
+    def _measured(self, states: Tensor, parameters: Tensor) -> Tensor:
+        output = self.library.output
+        if output is None:
+            return states
+        found: Tensor = output(states, parameters.expand(*states.shape[:-1], -1))
+        return found
+
+    def _with_hidden(self, start: Tensor, commands: tuple[Tensor, Tensor], parameters: Tensor) -> Tensor:
+        """Hidden states at the start: they run through the rows before it, from a start in rest."""
+        segments, first = self.segments, self.library.hidden_start
+        log = torch.as_tensor(segments.log)[:, None]
+        rows = torch.as_tensor(segments.row)[:, None] + torch.arange(-WARM_UP, 0)
+        sent, known = commands[0][:, log, rows][commands[1]], self._inputs[log, rows]
+        before = self._start(segments.before, parameters, None)
+        size = self.library.equations.layouts.state.size - self._visible
+        whole = torch.cat([before, before.new_zeros(*before.shape[:-1], size)], dim=-1)
+        groups = [whole, sent[..., 0, :], known[:, 0], parameters]
+        groups = [g.expand(*whole.shape[:-1], -1) for g in groups if g.shape[-1]]
+        assert first is not None
+        whole[..., self._visible :] = first(*groups)
+        with torch.no_grad():
+            moved = rollout(self.library.model, whole, sent, known.expand(len(parameters), -1, -1, -1), parameters)
+        return torch.cat([start, moved[..., -1, self._visible :]], dim=-1)
+
+    def _commands(self, sets: Tensor) -> tuple[Tensor, Tensor]:
+        """Filtered commands for every different set of filters ``# (U, logs, T, m)``, and which set has which."""
+        library = self.library
+        columns = [i for key, _ in library.equations.filters for i in library.indices(key)]
+        if not columns:
+            return self._actions[None], torch.zeros(len(sets), dtype=torch.long)
+        unique, which = torch.unique(sets[:, columns], dim=0, return_inverse=True)
+        names = [values.numpy().tobytes() for values in unique]
+        missing = [i for i, name in enumerate(names) if name not in self._filtered]
+        if missing:
+            if len(self._filtered) + len(missing) > MOST_CACHED:
+                self._filtered.clear()
+                missing = list(range(len(names)))
+            self._filtered.update(zip([names[i] for i in missing], self._filter(unique[missing]), strict=True))
+        return torch.stack([self._filtered[name] for name in names]), which
+
+    def _filter(self, unique: Tensor) -> Tensor:
+        """Commands of all logs ``# (U, logs, T, m)`` through filters of these values ``# (U, filter slots)``."""
+        library = self.library
+        rows = self._actions.expand(len(unique), -1, -1, -1)
+        place = 0
+        for key, _ in library.equations.filters:
+            effect, slots = library.effects[key], library.indices(key)
+            values = unique[:, place : place + len(slots)]
+            null = torch.tensor([library.slots[i].null for i in slots], dtype=torch.float64)
+            place += len(slots)
+            busy = (values != null).any(dim=1)
+            if busy.any():
+                given = {library.slots[i].name: values[busy, j, None] for j, i in enumerate(slots)}
+                rows = rows.clone()
+                rows[busy] = effect.filter(rows[busy], library.equations.dt, given)
+        return rows
+
+
+def _inputs(equations: Equations, trajectory: Trajectory) -> Array:
+    """Inputs of the equations along a log: what it has, time from its start, zeros for pushes."""
+    columns = []
+    for name in equations.layouts.inputs:
+        if name in trajectory.layouts.inputs or name in trajectory.extra:
+            columns.append(trajectory.column(name))
+        elif name == "t":
+            columns.append(trajectory.time - trajectory.time[0])
+        else:
+            columns.append(np.zeros(len(trajectory)))
+    return np.stack(columns, axis=1) if columns else np.zeros((len(trajectory), 0))

@@ -1,0 +1,162 @@
+"""What a fully explained model would still miss: sensor noise, an unknown start, and small pushes of every kind.
+
+Per segment the residual's covariance is C = Σ σ_c² I_c + J_x P_x J_xᵀ + Σ q_d J_d J_dᵀ: noise of every channel, a start
+that is hardly known (its directions carry no weight then), and disturbances that are constant over a fifth of a
+segment. The variances σ², q maximise the likelihood of residuals that an over-fitted model leaves, by the
+multiplicative minorise–maximise step of H. Zhou et al., "MM algorithms for variance components models", J. Comp.
+Graph. Stat. 28 (2019): θ ← θ √(rᵀC⁻¹A C⁻¹r / tr C⁻¹A).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from sym2real.diagnosis.sensitivity import Problem
+from sym2real.symbolic import Equations
+
+PIECES = 5
+STEPS = 15
+# Standard deviation of the free start in the tangent's units, far above any error of its estimate.
+FREE_START = {"position": 0.05, "attitude": 0.2, "heading": 0.3, "velocity": 0.5, "rate": 2.0}
+FREE_OTHERWISE = 1.0
+# What counts as one push, and its first guess: share of the weight, angular acceleration, command.
+PUSH_SIZES = {"steer": 0.05, "speed": 0.1}
+FORCE_SHARE, TORQUE_ACCELERATION = 0.01, 1.0
+LEAST = 1e-8
+# Segments that variances are estimated from.
+MOST_SEGMENTS = 60
+
+
+@dataclass(frozen=True, eq=False)
+class Whitening:
+    """Covariance of a data set's segments.
+
+    Args:
+        sensor: standard deviation of each compared component ``# (C,)``.
+        pushes: name of each disturbance and its standard deviation.
+        weight, lost: the inverse covariance is diag(weight) - lost lostᵀ ``# (R,), (S, R, K)``.
+        freedom: number of residual components that the free start leaves, all segments together.
+    """
+
+    sensor: Tensor
+    pushes: dict[str, float]
+    weight: Tensor
+    lost: Tensor
+    freedom: int
+
+    def products(self, columns: Tensor) -> Tensor:
+        """Products under C⁻¹ of columns ``# (S, R, A)`` with each other ``# (S, A, A)``."""
+        return columns.mT @ (columns * self.weight[:, None]) - _square(self.lost.mT @ columns)
+
+    def loss(self, residuals: Tensor) -> Tensor:
+        """Whitened squares per segment ``# (B, S)`` of ``# (B, S, R)``."""
+        columns = residuals.permute(1, 2, 0)  # (S, R, B)
+        whole = (columns.square() * self.weight[:, None]).sum(dim=1)
+        return (whole - (self.lost.mT @ columns).square().sum(dim=1)).T
+
+    def inverse_times(self, columns: Tensor) -> Tensor:
+        """C⁻¹ times columns ``# (S, R, A)``."""
+        return columns * self.weight[:, None] - self.lost @ (self.lost.mT @ columns)
+
+
+def _square(columns: Tensor) -> Tensor:
+    return columns.mT @ columns
+
+
+@dataclass(frozen=True, eq=False)
+class Spread:
+    """What shapes the covariance, before its variances are known: ``start # (S, R, n)``, ``pushes # (S, R, D, P)``."""
+
+    start: Tensor
+    pushes: Tensor
+    names: tuple[str, ...]
+    sizes: Tensor
+    components: int
+
+    @classmethod
+    def of(cls, problem: Problem, values: Tensor) -> Spread:
+        """Sensitivities at one parameter set ``# (P,)``."""
+        layout = problem.segments.layout
+        free = [FREE_START.get(f.name, FREE_OTHERWISE) for f in layout.fields for _ in range(f.tangent_size)]
+        names = disturbances(problem.library.equations)
+        jacobian = problem.push_jacobian(values, names, PIECES)
+        return cls(
+            start=problem.start_jacobian(values) * torch.tensor(free, dtype=torch.float64),
+            pushes=jacobian,
+            names=tuple(name for name, _ in names),
+            sizes=torch.tensor([size for _, size in names], dtype=torch.float64),
+            components=len(problem.segments.compared),
+        )
+
+    def of_segments(self, index: Tensor) -> Spread:
+        return replace(self, start=self.start[index], pushes=self.pushes[index])
+
+    def whitening(self, sensor: Tensor, power: Tensor) -> Whitening:
+        """The inverse covariance by Woodbury's identity.
+
+        Args:
+            sensor: variances of components ``# (C,)``.
+            power: variances of pushes in units of their size ``# (D,)``.
+        """
+        segments, rows = self.start.shape[:2]
+        weight = 1.0 / sensor.repeat(rows // self.components)
+        columns = torch.cat([self.start, (self.pushes * power.sqrt()[:, None]).reshape(segments, rows, -1)], dim=-1)
+        weighted = columns * weight[:, None]
+        inner = torch.eye(columns.shape[-1], dtype=columns.dtype) + columns.mT @ weighted
+        lower = torch.linalg.cholesky(inner)
+        lost = torch.linalg.solve_triangular(lower, weighted.mT, upper=False).mT
+        freedom = segments * (rows - int(torch.linalg.matrix_rank(self.start[0])))
+        deviations = power.sqrt() * self.sizes
+        pushes = dict(zip(self.names, deviations.tolist(), strict=True))
+        return Whitening(sensor.sqrt(), pushes, weight, lost, freedom)
+
+
+def disturbances(equations: Equations) -> list[tuple[str, float]]:
+    """Columns whose pushes stand for what no model knows, each with its unit size: wrench inputs, or commands."""
+    inputs, numbers = equations.layouts.inputs, equations.numbers
+    weight = 9.81 * numbers.get("mass", 1.0)
+    sizes = dict.fromkeys(("fx", "fy", "fz"), FORCE_SHARE * weight)
+    sizes |= {f"t{a}": TORQUE_ACCELERATION * numbers.get(f"j{a}", 1e-5) for a in "xyz"}
+    planar = "z" not in equations.layouts.state
+    used = [n for n in sizes if n in inputs and any(equations.depends(c, n) for c in equations.next)]
+    if used and not planar:
+        return [(name, sizes[name]) for name in used]
+    others = {"thrust": FORCE_SHARE * weight, "wx_cmd": 0.1, "wy_cmd": 0.1, "wz_cmd": 0.1, **PUSH_SIZES}
+    return [(name, others.get(name, 0.05)) for name in equations.layouts.action]
+
+
+def estimate(spread: Spread, residuals: Tensor, noise: np.ndarray, channel: tuple[int, ...]) -> Whitening:
+    """The whitening that makes residuals ``# (S, R)`` most likely.
+
+    Args:
+        spread: sensitivities.
+        residuals: of an over-fitted model.
+        noise: first guess of the sensors' standard deviation ``# (C,)``.
+        channel: channel of each component; components of a channel share one variance ``# (C,)``.
+    """
+    few = torch.linspace(0, len(residuals) - 1, min(len(residuals), MOST_SEGMENTS)).round().long()
+    whole, spread, residuals = spread, spread.of_segments(few), residuals[few]
+    channels = torch.tensor(channel)
+    groups = [channels == number for number in dict.fromkeys(channel)]
+    sensor = torch.as_tensor(noise, dtype=torch.float64).square()
+    for group in groups:
+        sensor[group] = sensor[group].mean()
+    power = torch.full((len(spread.names),), 0.25, dtype=torch.float64)
+    repeat, flat = residuals.shape[1] // spread.components, spread.pushes.flatten(-2)
+    for _ in range(STEPS):
+        now = spread.whitening(sensor, power)
+        weighted = now.inverse_times(residuals[..., None])[..., 0]  # (S, R)
+        diagonal = now.weight * len(residuals) - now.lost.square().sum(dim=(0, 2))
+        trace = diagonal.reshape(repeat, -1).sum(0)
+        squares = weighted.square().sum(0).reshape(repeat, -1).sum(0)
+        for group in groups:
+            sensor[group] *= (squares[group].sum() / trace[group].sum()).sqrt()
+        hits = torch.einsum("srk,sr->sk", flat, weighted).square().sum(0).reshape(-1, PIECES).sum(1)
+        masses = (flat.square() * now.weight[:, None]).sum(dim=(0, 1)) - (now.lost.mT @ flat).square().sum(dim=(0, 1))
+        masses = masses.reshape(-1, PIECES).sum(1)
+        power = (power * (hits / masses.clamp_min(1e-300)).sqrt()).clamp(LEAST, 1e6)
+    return whole.whitening(sensor, power)

@@ -1,0 +1,86 @@
+"""What a person would say of a moment in a flight or drive: how fast, how high, how tilted, how late in the log."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from sym2real import rotation
+from sym2real.layout import Layout
+from sym2real.trajectory import Array, Trajectory
+
+UNITS = {
+    "height": "m",
+    "speed": "m/s",
+    "tilt": "rad",
+    "body rate": "rad/s",
+    "thrust": "N",
+    "steering": "rad",
+    "speed command": "m/s",
+    "distance from the reference": "m",
+    "time": "s",
+    "battery": "V",
+}
+DIRECT = {"z": "height", "thrust": "thrust", "steer": "steering", "speed": "speed command", "vbat": "battery"}
+NORMS = {"speed": ("vx", "vy", "vz"), "body rate": ("wx", "wy", "wz")}
+TILTED = ("qx", "qy")
+Region = Mapping[str, tuple[float, float]]
+
+
+def features(trajectory: Trajectory) -> dict[str, Array]:
+    """Features of every row by name, in the units of :data:`UNITS`, ``# (rows,)`` each."""
+    layouts = trajectory.layouts
+    known = {*layouts.state, *layouts.action, *layouts.inputs, *trajectory.extra}
+    found = {name: trajectory.column(column) for column, name in DIRECT.items() if column in known}
+    for name, columns in NORMS.items():
+        there = [trajectory.column(column) for column in columns if column in layouts.state]
+        if there:
+            found[name] = np.linalg.norm(there, axis=0)
+    if layouts.state.has_field("attitude"):
+        attitude = torch.as_tensor(trajectory.state[:, layouts.state.slice("attitude")])
+        found["tilt"] = rotation.tilt(attitude).numpy()
+    apart = _off_reference(trajectory, layouts.state)
+    if apart is not None:
+        found["distance from the reference"] = apart
+    found["time"] = trajectory.time - trajectory.time[0]
+    return found
+
+
+def _off_reference(trajectory: Trajectory, layout: Layout) -> Array | None:
+    if not layout.has_field("position"):
+        return None
+    columns = layout.field("position").columns
+    if any(f"ref_{column}" not in trajectory.extra for column in columns):
+        return None
+    apart = [trajectory.column(column) - trajectory.extra[f"ref_{column}"] for column in columns]
+    distance: Array = np.linalg.norm(apart, axis=0)
+    return distance
+
+
+def over_windows(values: Array, rows: NDArray[np.int64], steps: int) -> Array:
+    """Mean of a feature over windows of ``steps`` rows that start at ``rows`` ``# (windows,)``."""
+    sums = np.concatenate([[0.0], np.cumsum(values)])
+    means: Array = (sums[rows + steps] - sums[rows]) / steps
+    return means
+
+
+def training_range(feature: str, region: Region) -> tuple[float, float] | None:
+    """Range of a feature in training, from the ranges of the columns; None where they do not tell.
+
+    Args:
+        feature: its name.
+        region: smallest and largest value of every column in the training rows (``training.json``).
+    """
+    for column, name in DIRECT.items():
+        if name == feature and column in region:
+            return region[column]
+    if feature in NORMS:
+        largest = [max(map(abs, region[column])) for column in NORMS[feature] if column in region]
+        return (0.0, float(np.linalg.norm(largest))) if largest else None
+    if feature == "tilt" and all(column in region for column in TILTED):
+        sine = float(np.linalg.norm([max(map(abs, region[column])) for column in TILTED]))
+        return 0.0, 2.0 * float(np.arcsin(min(1.0, sine)))
+    return None

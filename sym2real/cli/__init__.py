@@ -12,8 +12,10 @@ import tyro
 from rich.console import Console
 from rich.markup import escape
 
+from sym2real.cli.add import Add
 from sym2real.cli.compare import Compare
 from sym2real.cli.demo import Demo
+from sym2real.cli.effects import Effects
 from sym2real.cli.export import Export
 from sym2real.cli.inspect import Inspect
 from sym2real.cli.learn import Learn
@@ -36,7 +38,7 @@ A robot that is neither of the two starts from numbers alone: sym2real nominal q
 Every verb answers --help, and --json FILE writes its result (- is standard output).
 """
 
-VERBS = ("demo", "simulate", "learn", "nominal", "run", "show", "export", "inspect", "compare")
+VERBS = ("demo", "simulate", "learn", "nominal", "run", "show", "export", "inspect", "compare", "effects", "add")
 
 Verb = (
     Annotated[Demo, tyro.conf.subcommand("demo")]
@@ -52,6 +54,8 @@ Verb = (
     | Annotated[Export, tyro.conf.subcommand("export")]
     | Annotated[Inspect, tyro.conf.subcommand("inspect")]
     | Annotated[Compare, tyro.conf.subcommand("compare")]
+    | Annotated[Effects, tyro.conf.subcommand("effects")]
+    | Annotated[Add, tyro.conf.subcommand("add")]
 )
 
 

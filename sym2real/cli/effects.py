@@ -1,0 +1,61 @@
+"""``sym2real effects``: the catalogue of physical effects, and the page of one."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import tyro
+from rich.console import Console
+
+
+@dataclass(frozen=True)
+class Effects:
+    """List the physical effects that a robot may have and a model may lack, or print the page of one.
+
+    Examples:
+      sym2real effects --robot mushr
+      sym2real effects wind
+    """
+
+    name: tyro.conf.Positional[str | None] = None
+    """KIND or KIND:COLUMN; the whole catalogue by default."""
+    robot: str = "crazyflie"
+    """Robot whose effects are listed and whose numbers give units, bounds and scales."""
+    json: Path | None = None
+    """Write the result to this file (- is standard output)."""
+
+    def run(self, console: Console) -> dict[str, Any]:
+        """Print the catalogue or the page."""
+        from sym2real.effects import EFFECTS, effect
+        from sym2real.report.effects import catalogue_table, effect_page
+        from sym2real.robots import ROBOTS
+
+        robot = ROBOTS[self.robot]
+        if self.name is None:
+            kinds = [kind for kind in EFFECTS.values() if kind.robot in ("both", robot_kind(robot))]
+            console.print(catalogue_table(kinds, robot.title))
+            return {"effects": [{"name": kind.name, "stage": kind.stage, "summary": kind.summary} for kind in kinds]}
+        name = self.name
+        kind = EFFECTS[name.partition(":")[0]]
+        if ":" not in name and kind.columns and kind.column_needed:
+            group = robot.layouts.action if kind.columns == "action" else robot.layouts.state
+            name = f"{name}:{group.columns[0]}"
+        chosen = effect(name, robot)
+        console.print(effect_page(chosen))
+        return {
+            "name": chosen.key,
+            "formula": kind.formula,
+            "summary": kind.summary,
+            "confused_with": kind.confused_with,
+            "shown_by": kind.shown_by,
+            "fix": kind.fix,
+            "parameters": [asdict(parameter) for parameter in chosen.parameters],
+            "group": list(chosen.group),
+        }
+
+
+def robot_kind(robot: Any) -> str:
+    """What the catalogue calls a robot of this shape."""
+    return "quadrotor" if robot.layouts.state.has_field("attitude") else "car"

@@ -1,0 +1,46 @@
+"""The catalogue of effects, and the page of one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.table import Table
+
+from sym2real.effects import Effect, Kind
+from sym2real.effects.effect import UNLIMITED
+
+
+def catalogue_table(kinds: Sequence[Kind], title: str) -> Table:
+    """One row per kind of effect."""
+    table = Table(title=f"physical effects: {title}", title_justify="left")
+    for heading in ("effect", "acts on", "what it is"):
+        table.add_column(heading, overflow="fold")
+    for kind in kinds:
+        table.add_row(f"{kind.name}:" if kind.columns else kind.name, kind.stage, escape(kind.summary))
+    return table
+
+
+def effect_page(effect: Effect) -> RenderableType:
+    """Everything that the catalogue says of one effect."""
+    kind = effect.of
+    table = Table(title="parameters", title_justify="left")
+    for heading in ("name", "unit", "null", "lowest", "highest", "expected size"):
+        table.add_column(heading, justify="left" if heading in ("name", "unit") else "right")
+    for parameter in effect.parameters:
+        numbers = (parameter.null, parameter.low, parameter.high, parameter.scale)
+        table.add_row(parameter.name, parameter.unit, *(_number(value) for value in numbers))
+    lines = (
+        f"[bold]{effect.key}[/]: {escape(kind.summary)}",
+        f"formula: {escape(kind.formula)}",
+        f"confused with: {escape(kind.confused_with)}",
+        f"shown by: {escape(kind.shown_by)}",
+        f"fix: {escape(kind.fix)}",
+        *([f"cannot be told from: {', '.join(effect.group)}"] if effect.group else []),
+    )
+    return Group(*lines, table)
+
+
+def _number(value: float) -> str:
+    return "none" if abs(value) >= UNLIMITED else f"{value:.3g}"

@@ -55,7 +55,40 @@ _OWNERS = {
     "Layouts": "layout",
 }
 
-__all__ = [*_OWNERS]
+__all__ = [
+    "ENGINES",
+    "MPPI",
+    "ROBOTS",
+    "TASKS",
+    "BeamSearch",
+    "Dataset",
+    "Equations",
+    "Layout",
+    "Layouts",
+    "LogSpec",
+    "ModelPlant",
+    "MujocoPlant",
+    "Operon",
+    "PySR",
+    "Robot",
+    "StageOne",
+    "Task",
+    "Trajectory",
+    "car",
+    "compare",
+    "compile_model",
+    "inspect_logs",
+    "learn_base",
+    "load_model",
+    "make_task",
+    "quadrotor",
+    "read_log",
+    "read_logs",
+    "rollout",
+    "run_episode",
+    "save_model",
+    "write_log",
+]
 
 
 def __getattr__(name: str) -> Any:

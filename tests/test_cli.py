@@ -152,7 +152,19 @@ def test_json_has_standard_output_to_itself(bicycle: Path) -> None:
 
 
 def test_help_teaches_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
-    for verb in ("demo", "simulate", "learn", "nominal", "run", "show", "export", "inspect", "compare"):
+    for verb in (
+        "demo",
+        "simulate",
+        "learn",
+        "nominal",
+        "run",
+        "show",
+        "export",
+        "inspect",
+        "compare",
+        "effects",
+        "add",
+    ):
         with pytest.raises(SystemExit) as stopped:
             main([verb, "--help"])
         assert stopped.value.code == 0
@@ -160,3 +172,31 @@ def test_help_teaches_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["comparre"])
     assert "did you mean 'compare'" in capsys.readouterr().out
+
+
+def test_an_effect_in_the_model_explains_a_log_that_has_it(tmp_path: Path) -> None:
+    main(["nominal", "quadrotor", "--mass", "0.027", "--out", str(tmp_path / "plain")])
+    added = result_of(["add", str(tmp_path / "plain"), "wind", "fx=0.02", "--out", str(tmp_path / "windy")], tmp_path)
+    assert added["effect"] == "wind"
+    log = tmp_path / "log.csv"
+    main(["simulate", "crazyflie", "circle", "--seconds", "4", "--force", "0.02", "0", "0", "--out", str(log)])
+    errors = {}
+    for model in ("plain", "windy"):
+        compared = result_of(["compare", str(tmp_path / model), str(log), "--start", "measured"], tmp_path)
+        errors[model] = compared["horizons"][3]["errors"]["position"]["value"]
+    assert errors["windy"] < 0.05 * errors["plain"]
+
+
+def test_a_delay_in_the_model_delays_its_predictions(tmp_path: Path) -> None:
+    model = tmp_path / "plain"
+    main(["nominal", "quadrotor", "--mass", "0.027", "--out", str(model)])
+    main(["add", str(model), "delay", "value=0.06", "--out", str(tmp_path / "late")])
+    log = tmp_path / "log.csv"
+    main(["simulate", "crazyflie", "circle", "--seconds", "3", "--controller", "random", "--out", str(log)])
+    on_time, late = (
+        result_of(["compare", str(folder), str(log), "--start", "measured"], tmp_path)["horizons"][0]["errors"]["rate"]
+        for folder in (model, tmp_path / "late")
+    )
+    assert late["value"] > 5 * on_time["value"]
+    page = result_of(["effects", "delay", "--robot", "crazyflie"], tmp_path)
+    assert page["parameters"][0]["unit"] == "s"

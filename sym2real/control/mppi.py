@@ -25,6 +25,7 @@ from torch import Tensor
 from sym2real.control.noise import covariance_factor, sample, smoothing
 from sym2real.control.timing import samples_within
 from sym2real.control.weights import control_cost, weigh
+from sym2real.effects.filters import FilterState
 from sym2real.protocols import DynamicsModel
 from sym2real.robots.robot import MPPISettings, Robot
 from sym2real.symbolic import compile_function, rollout
@@ -78,6 +79,7 @@ class MPPI:
         device: where the model lives.
         dtype: of the rollouts.
         seed: of the noise; :meth:`reset` goes back to it.
+        filters: what commands go through on the way to the robot (delay, lag); none by default.
         period: seconds an action may take. Fewer samples are drawn where this machine cannot hold it, and the log
             says so.
     """
@@ -94,12 +96,13 @@ class MPPI:
         device: str | torch.device = "cpu",
         dtype: torch.dtype = torch.float32,
         seed: int = 0,
+        filters: FilterState | None = None,
         period: float | None = None,
     ) -> None:
         self.model, self.robot, self.task = with_inputs(model), robot, task
         self.settings = settings or robot.mppi
         self.device, self.dtype, self.seed = torch.device(device), dtype, seed
-        self.price_noise = price_noise
+        self.price_noise, self.filters = price_noise, filters
         self.horizon = max(1, round(self.settings.horizon / robot.dt))
         self.cost = running_cost(task, robot)
         self._factor = covariance_factor(self.settings.noise if noise_covariance is None else noise_covariance).to(
@@ -117,12 +120,16 @@ class MPPI:
     def reset(self) -> None:
         """Forget the last plan and start the noise anew."""
         self._generator.manual_seed(self.seed)
+        if self.filters is not None:
+            self.filters.reset()
         self.mean = self._rest.repeat(self.horizon, 1)  # (H, action)
         self.plan: Plan | None = None
         self._step: int | None = None
 
     def remember(self, sent: ArrayLike) -> None:
-        """Nothing to note: the equations have no memory of commands."""
+        """Advance the memory of the command filters; without any there is nothing to note."""
+        if self.filters is not None:
+            self.filters.remember(self._tensor(sent))
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Action ``# (action,)`` within the limits, for a state ``# (state,)`` at time ``step · dt``.
@@ -160,6 +167,8 @@ class MPPI:
     def _rollout(self, state: ArrayLike, actions: Tensor, inputs: ArrayLike | None) -> Tensor:
         start = self._tensor(state).expand(len(actions), -1)
         known = None if inputs is None else self._tensor(inputs)
+        if self.filters is not None:
+            actions = self.filters.apply(actions)
         return rollout(self.model, start, actions, known, normalise=self.robot.layouts.state.normalise)
 
     def _reference(self, step: int) -> Tensor:

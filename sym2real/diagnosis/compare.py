@@ -9,12 +9,17 @@ from typing import Any
 import numpy as np
 import torch
 
+from sym2real.diagnosis.data_report import DataReport, data_report
+from sym2real.diagnosis.features import Region
+from sym2real.diagnosis.locate import Where, locate
 from sym2real.diagnosis.start import ROWS, Start
 from sym2real.diagnosis.windows import Windows, channel_units, predict_windows
+from sym2real.effects.filters import filter_commands
+from sym2real.effects.visible import VisibleModel, visible_state
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout
 from sym2real.protocols import DynamicsModel
-from sym2real.symbolic import Equations, compile_model
+from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Dataset, Trajectory
 
 HORIZONS = (0.1, 0.2, 0.5, 0.8, 1.0)
@@ -72,6 +77,8 @@ class Comparison:
         free_run: errors after 2 s (car 5 s), or what the longest log allows.
         start: how start states were found.
         notes: what was done to the logs on the way in, and what was left out.
+        where: regions in which the errors are larger.
+        data: what the logs are fit for.
     """
 
     one_step: HorizonErrors
@@ -79,6 +86,8 @@ class Comparison:
     free_run: HorizonErrors
     start: Start
     notes: tuple[str, ...] = ()
+    where: tuple[Where, ...] = ()
+    data: DataReport | None = None
 
     def at(self, horizon: float) -> HorizonErrors:
         """Errors at the horizon nearest to ``horizon`` s."""
@@ -92,6 +101,8 @@ class Comparison:
             "free_run": self.free_run.to_dict(),
             "start": self.start,
             "notes": list(self.notes),
+            "where": [one.to_dict() for one in self.where],
+            "data": None if self.data is None else self.data.to_dict(),
         }
 
 
@@ -100,6 +111,7 @@ def compare(
     data: Dataset | Trajectory,
     horizons: Sequence[float] = HORIZONS,
     start: Start = "smoothed",
+    region: Region | None = None,
 ) -> Comparison:
     """Compare a model's predictions with measured trajectories.
 
@@ -111,12 +123,13 @@ def compare(
         data: logs whose columns and time step are those of the model (``read_log(…, layouts=…, dt=…)``).
         horizons: in s; those longer than every log are left out, and ``notes`` says so.
         start: "smoothed" from the ten rows up to the start, or the "measured" row.
+        region: range of every column in the model's training, to say whether it fails inside or outside.
 
     Raises:
         ShapeError: when columns or time steps differ, or no log is long enough for a window.
     """
     dataset = data if isinstance(data, Dataset) else Dataset([data])
-    predictor = _predictor(model, dataset)
+    predictor, dataset = _prepared(model, dataset)
     longest = max(len(trajectory) for trajectory in dataset) - ROWS
     if longest < 1:
         raise ShapeError(f"no log is longer than {ROWS} rows: there is no window to compare")
@@ -134,6 +147,8 @@ def compare(
         free_run=table[free],
         start=start,
         notes=tuple(notes),
+        where=locate(predictor, dataset, region),
+        data=data_report(dataset),
     )
 
 
@@ -141,17 +156,22 @@ def _free_run_seconds(layout: Layout) -> float:
     return FREE_RUN["heading" if layout.has_field("heading") else "otherwise"]
 
 
-def _predictor(model: Equations | DynamicsModel, dataset: Dataset) -> DynamicsModel:
+def _prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[DynamicsModel, Dataset]:
+    """The model to predict with, and the logs with the commands that reach the robot."""
     if not isinstance(model, Equations):
-        return model
-    if model.layouts != dataset.layouts:
-        raise ShapeError(f"the model's columns are {model.layouts}, the log's are {dataset.layouts}")
+        return model, dataset
+    wanted = replace(model.layouts, state=visible_state(model))
+    if wanted != dataset.layouts:
+        raise ShapeError(f"the model's columns are {wanted}, the log's are {dataset.layouts}")
     if abs(model.dt - dataset.dt) > DT_TOLERANCE * model.dt:
         raise ShapeError(
             f"the model's time step is {model.dt:g} s, the log's is {dataset.dt:g} s: read it with dt={model.dt:g}"
         )
-    predictor: DynamicsModel = compile_model(model, dtype=torch.float64)
-    return predictor
+    filtered = (
+        replace(trajectory, action=filter_commands(model, torch.as_tensor(trajectory.action)).numpy())
+        for trajectory in dataset
+    )
+    return VisibleModel(model, dtype=torch.float64), Dataset(filtered)
 
 
 def _errors(model: DynamicsModel, dataset: Dataset, steps: Sequence[int], start: Start) -> Iterable[HorizonErrors]:

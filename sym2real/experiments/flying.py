@@ -11,10 +11,13 @@ from numpy.typing import ArrayLike
 
 from sym2real.adaptation import tracking_error
 from sym2real.control import MPPI, GeometricQuadrotor, PurePursuit
+from sym2real.effects.filters import FilterState, command_filters, measurement_filters
+from sym2real.effects.visible import VisibleModel
+from sym2real.errors import ModelError
 from sym2real.plants import ModelPlant, MujocoPlant, run_episode
 from sym2real.protocols import Controller
 from sym2real.robots import Robot
-from sym2real.symbolic import Equations, compile_model
+from sym2real.symbolic import Equations
 from sym2real.tasks import Task
 from sym2real.trajectory import Array, Trajectory
 
@@ -57,9 +60,16 @@ def mppi_controller(
     seed: int = 0,
     period: float | None = None,
 ) -> MPPI:
-    """MPPI with these equations and the robot's sampling, with another number of samples where one is given."""
+    """MPPI with these equations and the robot's sampling, with another number of samples where one is given.
+
+    Raises:
+        ModelError: for equations with measurement effects, whose corrected state no plant here gives.
+    """
+    if equations.output or measurement_filters(equations):
+        raise ModelError("these equations hold a measurement effect: control needs the state without it")
     settings = robot.mppi if samples is None else replace(robot.mppi, samples=samples)
-    return MPPI(compile_model(equations), robot, task, settings=settings, seed=seed, period=period)
+    filters = FilterState(equations) if command_filters(equations) else None
+    return MPPI(VisibleModel(equations), robot, task, settings=settings, seed=seed, filters=filters, period=period)
 
 
 def fly(

@@ -10,7 +10,8 @@ import torch
 from matplotlib.figure import Figure
 
 from sym2real.diagnosis import ROWS, Comparison, Windows, predict_windows
-from sym2real.symbolic import Equations, compile_model
+from sym2real.effects.visible import VisibleModel
+from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset, Trajectory
 
 MEASURED, PREDICTED, REFERENCE = "#1b6ca8", "#d1495b", "#8d99ae"
@@ -83,7 +84,7 @@ def prediction_figure(trajectory: Trajectory, windows: Windows) -> Figure:
 
 def draw_comparison(equations: Equations, data: Dataset, comparison: Comparison, folder: Path) -> list[Path]:
     """Write the figures of a comparison; one of predictions for every log."""
-    model = compile_model(equations, dtype=torch.float64)
+    model = VisibleModel(equations, dtype=torch.float64)
     paths = [save(comparison_figure(comparison), folder / "error_over_horizon.png")]
     for trajectory in data:
         steps = min(round(PREDICTED_SECONDS / trajectory.dt), len(trajectory) - ROWS)

@@ -1,0 +1,45 @@
+"""A compiled model as logs and controllers see it: hidden states start where the equations say and stay inside."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from sym2real.effects.filters import with_hidden_start
+from sym2real.layout import Layout
+from sym2real.symbolic import Equations, compile_model, rollout
+
+
+def visible_state(equations: Equations) -> Layout:
+    """The state columns that a log holds."""
+    return Layout(tuple(field for field in equations.layouts.state.fields if not field.hidden))
+
+
+class VisibleModel:
+    """A model of the visible columns.
+
+    Hidden states (motor lag) begin anew with every rollout, and with every single step.
+
+    Args:
+        equations: with or without hidden states; their command filters are not applied here.
+        dtype: of the rollouts.
+    """
+
+    def __init__(self, equations: Equations, dtype: torch.dtype = torch.float32) -> None:
+        self.equations = equations
+        self.columns = visible_state(equations).size
+        self.compiled = compile_model(equations, dtype=dtype)
+
+    def __call__(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
+        """State ``# (..., visible)`` after one action ``# (..., action)``."""
+        return self.rollout(state, action[..., None, :], None if inputs is None else inputs[..., None, :])[..., 0, :]
+
+    def rollout(
+        self, state: Tensor, actions: Tensor, inputs: Tensor | None = None, parameters: Tensor | None = None
+    ) -> Tensor:
+        """States ``# (..., H, visible)`` after each action ``# (..., H, action)``; inputs as of ``rollout``."""
+        first = inputs
+        if inputs is not None and inputs.dim() >= actions.dim():
+            first = inputs[..., 0, :]
+        start = with_hidden_start(self.equations, state, actions[..., 0, :], first)
+        return rollout(self.compiled, start, actions, inputs, parameters)[..., : self.columns]

@@ -112,7 +112,7 @@ def _channels(layout: Layout) -> dict[str, list[int]]:
 def _noise(dataset: Dataset, places: Sequence[int]) -> float:
     layout = dataset.layouts.state
     levels = []
-    for trajectory in dataset:
+    for trajectory in (one for one in dataset if len(one) > ROWS):
         state = torch.as_tensor(trajectory.state)
         steps = layout.difference(state[1:], state[:-1]).cumsum(0).numpy()[:, list(places)]
         levels.append(np.linalg.norm(noise_level(steps)))

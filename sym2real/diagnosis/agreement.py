@@ -1,0 +1,116 @@
+"""Whether measured rates and velocities are the derivatives of measured attitudes and positions.
+
+Both are averaged over a few rows before they are compared, so that noise does not decide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+
+from sym2real import rotation
+from sym2real.trajectory import Array, Trajectory
+
+RATES, VELOCITIES = ("wx", "wy", "wz"), ("vx", "vy", "vz")
+SMOOTHING = 5  # rows
+LEAST_MOTION = {"rad/s": 0.05, "m/s": 0.02}  # standard deviation below which a sign is not judged
+AGREES, REVERSED = 0.5, -0.5
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """A measured derivative against the derivative of what was measured.
+
+    Args:
+        correlation: −1 is a wrong sign; None where there is too little motion to judge.
+        in_other_frame: the same correlation with the velocity turned from body to world; None where it does not apply.
+    """
+
+    correlation: float | None
+    in_other_frame: float | None = None
+
+    @property
+    def verdict(self) -> str:
+        """agrees, reversed, other frame, unclear or too little motion."""
+        if self.correlation is None:
+            return "too little motion"
+        if self.correlation <= REVERSED:
+            return "reversed"
+        if self.in_other_frame is not None and self.in_other_frame > max(self.correlation + 0.2, AGREES):
+            return "other frame"
+        return "agrees" if self.correlation >= AGREES else "unclear"
+
+
+def rate_agreement(logs: Sequence[Trajectory]) -> dict[str, Agreement]:
+    """Every body rate against the derivative of the attitude or heading."""
+    layout = logs[0].layouts.state
+    if not (layout.has_field("attitude") or layout.has_field("heading")):
+        return {}
+    found = {}
+    for column in (name for name in RATES if name in layout):
+        pairs = [(_middle(trajectory.column(column)), _turning(trajectory, column)) for trajectory in logs]
+        found[column] = Agreement(_correlation(pairs, LEAST_MOTION["rad/s"]))
+    return found
+
+
+def _turning(trajectory: Trajectory, column: str) -> Array:
+    """Rate between rows about a body axis in rad/s ``# (rows - 1,)``, from the attitude."""
+    layout, steps = trajectory.layouts.state, np.diff(trajectory.time)
+    if layout.has_field("heading"):
+        yaw = np.unwrap(np.arctan2(trajectory.column("sin_yaw"), trajectory.column("cos_yaw")))
+        turned: Array = np.diff(yaw) / steps
+        return turned
+    attitude = torch.as_tensor(trajectory.state[:, layout.slice("attitude")])
+    turn = rotation.logarithm(rotation.multiply(rotation.conjugate(attitude[:-1]), attitude[1:])).numpy()
+    about: Array = turn[:, RATES.index(column)] / steps
+    return about
+
+
+def velocity_agreement(logs: Sequence[Trajectory]) -> dict[str, Agreement]:
+    """Every velocity against the derivative of the position, as it stands and turned from body axes."""
+    layout = logs[0].layouts.state
+    least, found = LEAST_MOTION["m/s"], {}
+    for place, column in enumerate(VELOCITIES):
+        position = column.removeprefix("v")
+        if column not in layout or position not in layout:
+            continue
+        moved = [np.diff(one.column(position)) / np.diff(one.time) for one in logs]
+        own = _correlation([(_middle(one.column(column)), m) for one, m in zip(logs, moved, strict=True)], least)
+        turned = [_to_world(one) for one in logs]
+        other = [(_middle(t[:, place]), m) for t, m in zip(turned, moved, strict=True) if t is not None]
+        found[column] = Agreement(own, _correlation(other, least) if other else None)
+    return found
+
+
+def _to_world(trajectory: Trajectory) -> Array | None:
+    """Velocities as if they had been logged in body axes, in world axes ``# (rows, 2 or 3)``."""
+    layout = trajectory.layouts.state
+    velocity = np.column_stack([trajectory.column(name) for name in VELOCITIES if name in layout])
+    if layout.has_field("attitude") and velocity.shape[1] == len(VELOCITIES):
+        attitude = torch.as_tensor(trajectory.state[:, layout.slice("attitude")])
+        turned: Array = rotation.rotate(attitude, torch.as_tensor(velocity)).numpy()
+        return turned
+    if layout.has_field("heading") and velocity.shape[1] == 2:
+        s, c = trajectory.column("sin_yaw"), trajectory.column("cos_yaw")
+        return np.column_stack([c * velocity[:, 0] - s * velocity[:, 1], s * velocity[:, 0] + c * velocity[:, 1]])
+    return None
+
+
+def _middle(values: Array) -> Array:
+    """Between rows ``# (rows - 1,)``."""
+    return 0.5 * (values[1:] + values[:-1])
+
+
+def _correlation(pairs: Sequence[tuple[Array, Array]], least: float) -> float | None:
+    """Correlation of two series over all logs, each smoothed; None where one of them hardly moves."""
+    kernel = np.ones(SMOOTHING) / SMOOTHING
+    usable = [pair for pair in pairs if len(pair[0]) >= SMOOTHING]
+    if not usable:
+        return None
+    one, other = (np.concatenate([np.convolve(pair[i], kernel, "valid") for pair in usable]) for i in (0, 1))
+    if len(one) < 2 or min(one.std(), other.std()) < least:
+        return None
+    return float(np.corrcoef(one, other)[0, 1])

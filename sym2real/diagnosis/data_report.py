@@ -1,0 +1,172 @@
+"""What the data are fit for, before a model is blamed: timing, saturation, excitation, signs, frames, feedback.
+
+Feedback is the part of a command's variance that a linear function of the
+measured state and the distance from the reference explains: where it is large, state and command are not independent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from sym2real.diagnosis.agreement import Agreement, rate_agreement, velocity_agreement
+from sym2real.trajectory import Array, Dataset, Trajectory
+
+JITTER, GAP = 0.05, 1.5  # relative spread of the time step; steps longer than this many are gaps
+SATURATED = 0.05  # part of the rows at one extreme
+WEAK = 0.01  # of a command's largest size: less variation says little about it
+CLOSED_LOOP = 0.5
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """How much a command varied.
+
+    Args:
+        deviation: standard deviation, in its unit.
+        low, high: range.
+        at_low, at_high: parts of the rows at the ends of it.
+        feedback: part of its variance that the measured state explains linearly.
+    """
+
+    deviation: float
+    low: float
+    high: float
+    at_low: float
+    at_high: float
+    feedback: float
+    unit: str
+
+    @property
+    def weak(self) -> bool:
+        return self.deviation <= WEAK * max(abs(self.low), abs(self.high))
+
+    @property
+    def saturated(self) -> bool:
+        return max(self.at_low, self.at_high) > SATURATED and not self.weak
+
+
+@dataclass(frozen=True)
+class DataReport:
+    """What :func:`data_report` found.
+
+    Args:
+        logs, rows: how much there is.
+        dt: median time step in s.
+        jitter: spread of the time steps over their median, gaps left out.
+        gaps: number of time steps that are longer than one and a half.
+        longest_gap: in s; 0 without gaps.
+        commands: by action column.
+        rates, velocities: by state column.
+    """
+
+    logs: int
+    rows: int
+    dt: float
+    jitter: float
+    gaps: int
+    longest_gap: float
+    commands: dict[str, Excitation]
+    rates: dict[str, Agreement]
+    velocities: dict[str, Agreement]
+
+    @property
+    def feedback(self) -> bool:
+        """Whether a command follows the measured state."""
+        return any(one.feedback > CLOSED_LOOP for one in self.commands.values())
+
+    def lines(self) -> list[str]:
+        """What a person should know, a sentence each; remarks only on what is not as it should be."""
+        found = [f"{self.logs} log{'s' if self.logs > 1 else ''}, {self.rows} rows, time step {self.dt:.4g} s"]
+        if self.jitter > JITTER:
+            found.append(f"the time step varies by {100 * self.jitter:.0f} %")
+        if self.gaps:
+            found.append(f"{self.gaps} gaps, the longest {self.longest_gap:.3g} s")
+        for name, one in self.commands.items():
+            if one.weak:
+                found.append(f"{name} hardly varies (±{one.deviation:.2g} {one.unit}): effects on it cannot be seen")
+            elif one.saturated:
+                share, edge = max((one.at_low, one.low), (one.at_high, one.high))
+                found.append(f"{name} is at its limit {edge:.3g} {one.unit} in {100 * share:.0f} % of the rows")
+        found += [_said(name, one, "attitude") for name, one in self.rates.items() if _remarkable(one)]
+        found += [_said(name, one, "position") for name, one in self.velocities.items() if _remarkable(one)]
+        if self.feedback:
+            following = [name for name, one in self.commands.items() if one.feedback > CLOSED_LOOP]
+            found.append(f"closed loop: {', '.join(following)} follow the measured state")
+        return found
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object ``data`` that ``compare --json`` prints."""
+        commands = {
+            name: {**asdict(one), "weak": one.weak, "saturated": one.saturated} for name, one in self.commands.items()
+        }
+        checks = {
+            key: {name: {**asdict(one), "verdict": one.verdict} for name, one in found.items()}
+            for key, found in (("rates", self.rates), ("velocities", self.velocities))
+        }
+        return {**asdict(self), "commands": commands, **checks, "feedback": self.feedback}
+
+
+def _remarkable(one: Agreement) -> bool:
+    return one.verdict in ("reversed", "other frame", "unclear")
+
+
+def _said(name: str, one: Agreement, integral: str) -> str:
+    said = f"{name} and the derivative of the {integral} correlate by {one.correlation:.2f}"
+    return said + {"reversed": ": wrong sign", "other frame": ": body axes, not world", "unclear": ""}[one.verdict]
+
+
+def data_report(data: Dataset | Trajectory) -> DataReport:
+    """Look at the data alone, without a model."""
+    logs = list(data) if isinstance(data, Dataset) else [data]
+    steps = np.concatenate([np.diff(trajectory.time) for trajectory in logs])
+    dt = float(np.median(steps)) if len(steps) else 0.0
+    gaps = steps[steps > GAP * dt]
+    regular = steps[steps <= GAP * dt]
+    return DataReport(
+        logs=len(logs),
+        rows=sum(len(trajectory) for trajectory in logs),
+        dt=dt,
+        jitter=float(regular.std() / dt) if len(regular) else 0.0,
+        gaps=len(gaps),
+        longest_gap=float(gaps.max()) if len(gaps) else 0.0,
+        commands=_commands(logs),
+        rates=rate_agreement(logs),
+        velocities=velocity_agreement(logs),
+    )
+
+
+def _commands(logs: Sequence[Trajectory]) -> dict[str, Excitation]:
+    layout = logs[0].layouts.action
+    values = np.concatenate([trajectory.action for trajectory in logs])
+    followed = _feedback(logs, values)
+    found = {}
+    for name, column, feedback in zip(layout, values.T, followed, strict=True):
+        low, high = float(column.min()), float(column.max())
+        at_low, at_high = float((column == low).mean()), float((column == high).mean())
+        found[name] = Excitation(float(column.std()), low, high, at_low, at_high, float(feedback), layout.units[name])
+    return found
+
+
+def _feedback(logs: Sequence[Trajectory], commands: Array) -> Array:
+    """Adjusted R² of a linear fit of every command on the state of its row ``# (action,)``."""
+    rows = np.concatenate([_known(trajectory) for trajectory in logs])
+    design = np.column_stack([rows, np.ones(len(rows))])
+    solution = np.linalg.lstsq(design, commands, rcond=None)[0]
+    left, all_of_it = np.square(commands - design @ solution).sum(0), np.square(commands - commands.mean(0)).sum(0)
+    free = len(commands) - design.shape[1]
+    if free <= 0:
+        return np.zeros(commands.shape[1])
+    explained: Array = 1.0 - (left / free) / np.maximum(all_of_it / max(len(commands) - 1, 1), 1e-300)
+    return np.where(all_of_it > 0, np.maximum(explained, 0.0), 0.0)
+
+
+def _known(trajectory: Trajectory) -> Array:
+    """State, and its distance from the reference where there is one ``# (rows, k)``."""
+    layout = trajectory.layouts.state
+    there = [name for name in layout if f"ref_{name}" in trajectory.extra]
+    apart = [trajectory.column(name) - trajectory.extra[f"ref_{name}"] for name in there]
+    return np.column_stack([trajectory.state, *apart])

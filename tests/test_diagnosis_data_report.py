@@ -1,0 +1,130 @@
+"""The report on the data: planted faults of timing, sign, frame and excitation are named; sound data give none."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from sym2real.control import RandomCommands
+from sym2real.diagnosis.agreement import rate_agreement, velocity_agreement
+from sym2real.diagnosis.data_report import data_report
+from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.plants import MujocoPlant, run_episode
+from sym2real.robots import MUSHR
+from sym2real.rotation import conjugate, rotate
+from sym2real.trajectory import Array, Dataset, Trajectory
+
+
+@pytest.fixture(scope="module")
+def flights() -> Dataset:
+    """A circle with swinging height, and a figure of eight."""
+    return Dataset(list(simulate_case(Case("crazyflie", seed=3, yaw=True), 6, 150))[3:6:2])
+
+
+def with_columns(data: Dataset, change: dict[str, float]) -> Dataset:
+    """State columns times a factor."""
+
+    def changed(log: Trajectory) -> Trajectory:
+        state = log.state.copy()
+        for column, factor in change.items():
+            state[:, log.layouts.state.index(column)] *= factor
+        return replace(log, state=state)
+
+    return Dataset(changed(log) for log in data)
+
+
+def with_time(data: Dataset, time: Array) -> Dataset:
+    return Dataset(replace(log, time=time) for log in data)
+
+
+def test_sound_data_give_no_remark_on_signs_and_timing(flights: Dataset) -> None:
+    report = data_report(flights)
+    assert report.dt == pytest.approx(0.02)
+    assert (report.gaps, report.longest_gap) == (0, 0.0)
+    assert report.jitter < 1e-9
+    assert {one.verdict for one in (*report.rates.values(), *report.velocities.values())} == {"agrees"}
+    assert not any("sign" in line or "axes" in line or "gap" in line for line in report.lines())
+
+
+@pytest.mark.parametrize("column", ["wx", "wy", "wz"])
+def test_a_reversed_rate_is_named_and_no_other(flights: Dataset, column: str) -> None:
+    found = rate_agreement(list(with_columns(flights, {column: -1.0})))
+    assert {name for name, one in found.items() if one.verdict == "reversed"} == {column}
+    (line,) = (line for line in data_report(with_columns(flights, {column: -1.0})).lines() if "wrong sign" in line)
+    assert line.startswith(column)
+
+
+def test_a_reversed_velocity_is_named(flights: Dataset) -> None:
+    found = velocity_agreement(list(with_columns(flights, {"vy": -1.0})))
+    assert found["vy"].verdict == "reversed"
+    assert found["vx"].verdict == found["vz"].verdict == "agrees"
+
+
+def test_velocity_in_body_axes_is_recognised() -> None:
+    """A car on a circle: in body axes the velocity does not turn, in world axes it does."""
+    drive = simulate_case(Case("mushr", seed=4), 1, 300)[0]
+    sine, cosine, vx, vy = (drive.column(name) for name in ("sin_yaw", "cos_yaw", "vx", "vy"))
+    state = drive.state.copy()
+    place = drive.layouts.state.slice("velocity")
+    state[:, place] = np.column_stack([cosine * vx + sine * vy, cosine * vy - sine * vx])
+    assert {one.verdict for one in velocity_agreement([drive]).values()} == {"agrees"}
+    verdicts = {one.verdict for one in velocity_agreement([replace(drive, state=state)]).values()}
+    assert "agrees" not in verdicts
+    assert velocity_agreement([replace(drive, state=state)])["vx"].in_other_frame == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_quadrotors_velocity_in_body_axes_is_recognised(flights: Dataset) -> None:
+    def turned(log: Trajectory) -> Trajectory:
+        layout, state = log.layouts.state, log.state.copy()
+        attitude, velocity = (torch.as_tensor(state[:, layout.slice(name)]) for name in ("attitude", "velocity"))
+        state[:, layout.slice("velocity")] = rotate(conjugate(attitude), velocity).numpy()
+        return replace(log, state=state)
+
+    turning = [turned(log) for log in flights]
+    assert all(
+        one.in_other_frame is not None and one.in_other_frame > 0.9 for one in velocity_agreement(turning).values()
+    )
+
+
+def test_gaps_and_jitter_are_counted(flights: Dataset) -> None:
+    rows = len(flights[0])
+    gap = 0.02 * np.arange(rows) + 0.3 * (np.arange(rows) >= 50)
+    report = data_report(with_time(flights, gap))
+    assert report.gaps == len(flights)
+    assert report.longest_gap == pytest.approx(0.32)
+    assert report.jitter < 1e-6
+    shaken = np.cumsum(0.02 * (1.0 + 0.2 * np.random.default_rng(0).uniform(-1, 1, rows)))
+    assert data_report(with_time(flights, shaken)).jitter == pytest.approx(0.2 / np.sqrt(3), rel=0.2)
+
+
+def test_saturation_and_a_command_that_never_moves_are_named(flights: Dataset) -> None:
+    def limited(log: Trajectory) -> Trajectory:
+        action = log.action.copy()
+        action[:, 1] = np.clip(action[:, 1], -0.1, 0.1)
+        action[:, 3] = 0.2
+        return replace(log, action=action)
+
+    report = data_report(Dataset(limited(log) for log in flights))
+    assert report.commands["wx_cmd"].saturated
+    assert report.commands["wz_cmd"].weak
+    assert not report.commands["thrust"].saturated
+    said = " ".join(report.lines())
+    assert "wx_cmd is at its limit" in said
+    assert "wz_cmd hardly varies" in said
+
+
+def test_feedback_is_told_from_commands_drawn_beforehand(flights: Dataset) -> None:
+    assert data_report(flights).feedback
+    drawn = run_episode(MujocoPlant(MUSHR), RandomCommands(MUSHR, seed=1), steps=200)
+    assert not data_report(drawn).feedback
+
+
+def test_the_object_is_json(flights: Dataset) -> None:
+    found = json.loads(json.dumps(data_report(flights).to_dict()))
+    assert found["commands"]["thrust"]["unit"] == "N"
+    assert found["rates"]["wy"]["verdict"] == "agrees"
+    assert found["feedback"] is True

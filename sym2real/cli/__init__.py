@@ -15,6 +15,7 @@ from rich.markup import escape
 from sym2real.cli.add import Add
 from sym2real.cli.compare import Compare
 from sym2real.cli.demo import Demo
+from sym2real.cli.diagnose import Diagnose
 from sym2real.cli.effects import Effects
 from sym2real.cli.export import Export
 from sym2real.cli.inspect import Inspect
@@ -38,7 +39,20 @@ A robot that is neither of the two starts from numbers alone: sym2real nominal q
 Every verb answers --help, and --json FILE writes its result (- is standard output).
 """
 
-VERBS = ("demo", "simulate", "learn", "nominal", "run", "show", "export", "inspect", "compare", "effects", "add")
+VERBS = (
+    "demo",
+    "simulate",
+    "learn",
+    "nominal",
+    "run",
+    "show",
+    "export",
+    "inspect",
+    "compare",
+    "diagnose",
+    "effects",
+    "add",
+)
 
 Verb = (
     Annotated[Demo, tyro.conf.subcommand("demo")]
@@ -54,6 +68,7 @@ Verb = (
     | Annotated[Export, tyro.conf.subcommand("export")]
     | Annotated[Inspect, tyro.conf.subcommand("inspect")]
     | Annotated[Compare, tyro.conf.subcommand("compare")]
+    | Annotated[Diagnose, tyro.conf.subcommand("diagnose")]
     | Annotated[Effects, tyro.conf.subcommand("effects")]
     | Annotated[Add, tyro.conf.subcommand("add")]
 )

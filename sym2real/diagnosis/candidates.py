@@ -115,6 +115,8 @@ def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
                 free = (
                     tuple(zip(slots, other, strict=True)) if one.kind != "offset" else (*free, *((s,) for s in other))
                 )
+        if one.kind == "wind":  # a vertical force is thrust's: mass, its map, its offset
+            free = tuple(f for f in free if library.slots[f[0]].name != "fz")
         if one.kind == "limit":
             free = tuple(f for f in free if library.slots[f[0]].name == "upper")
         starts, needs = _starts(library, one, data)

@@ -20,7 +20,7 @@ from sym2real.diagnosis.leftover import Leftover, find_leftover
 from sym2real.diagnosis.sanity import Checked, Fault, check
 from sym2real.diagnosis.select import FEWEST_BLOCKS, Selection
 from sym2real.diagnosis.sensitivity import Library, Problem
-from sym2real.diagnosis.verdict import Verdict, summary, verdict
+from sym2real.diagnosis.verdict import Verdict, makes_worse, summary, verdict
 from sym2real.diagnosis.whitening import Spread, Whitening, estimate
 from sym2real.effects import compose, effect
 from sym2real.plants import MujocoPlant
@@ -173,12 +173,12 @@ def _answer(
 ) -> Diagnosis:
     problems, library = selection.problems, selection.problems.problem.library
     freedom = problems.whitening.freedom
+    scored = checked.data if held_out is None else check(model, held_out).data
+    stages = tuple(_gated(library, selection, scored, same=held_out is None))
     groups = groups_of(selection)
     provisional = problems.block_count < FEWEST_BLOCKS
     found = tuple(findings(selection, groups, freedom, provisional)) if selection.chosen else ()
     leftover = find_leftover(problems.problem, spread, problems.whitening, selection.fit.values)
-    scored = checked.data if held_out is None else check(model, held_out).data
-    stages = tuple(_ladder(library, selection, scored, held_out is None))
     base = float(problems.whitening.loss(problems.problem.residuals(library.null[None])).sum())
     answer = verdict(checked.faults, found, leftover, problems)
     return Diagnosis(
@@ -196,8 +196,20 @@ def _answer(
     )
 
 
-def _ladder(library: Library, selection: Selection, data: Dataset, same: bool) -> list[Stage]:
-    """Base and first k findings, each log by parameters that it took no part in where the logs are the fit's own."""
+def _gated(library: Library, selection: Selection, data: Dataset, *, same: bool) -> list[Stage]:
+    """The ladder, after every finding at its end that makes held-out predictions worse has been dropped."""
+    while True:
+        stages, last = _ladder(library, selection, data, same)
+        if last is None or not makes_worse(stages[-2:]):
+            return stages
+        selection.put(*selection.without(last))
+
+
+def _ladder(library: Library, selection: Selection, data: Dataset, same: bool) -> tuple[list[Stage], Candidate | None]:
+    """Base and first k findings, each log by parameters that it took no part in where the logs are the fit's own.
+
+    Also the last finding.
+    """
     stages = [("base", library.null[None])]
     done: list[Candidate] = []
     for one, fit in by_importance(selection):
@@ -206,7 +218,7 @@ def _ladder(library: Library, selection: Selection, data: Dataset, same: bool) -
         sets = [parameter_set(selection, done, selection.problems.moved(fit, step)) for step in steps]
         stages.append((f"+ {one.name}", torch.stack(sets)))
     fold_of = _fold_of_log(selection) if same else None
-    return ladder(library, data, stages, fold_of)
+    return ladder(library, data, stages, fold_of), done[-1] if done else None
 
 
 def _fold_of_log(selection: Selection) -> np.ndarray:

@@ -165,6 +165,18 @@ class Problems:
         """Step to the quadratic model's minimum within bounds ``# (A,)``."""
         return self._within(fit, solve(fit.curvature.sum(0), -fit.gradient.sum(0)))
 
+    def p_value_of_gain(self, before: Tensor, after: Tensor) -> float:
+        """Probability that a loss falls this much by chance: Student's one-sided test on blocks.
+
+        Args:
+            before, after: whitened squares per segment ``# (S,)``.
+        """
+        used = torch.as_tensor(self.blocks >= 0)
+        gains = torch.zeros(self.block_count, dtype=torch.float64)
+        gains = gains.index_add(0, torch.as_tensor(self.blocks)[used], (before - after)[used])
+        spread = float(gains.std()) / self.block_count**0.5
+        return float(stats.t.sf(float(gains.mean()) / max(spread, 1e-300), self.block_count - 1))
+
     def covariance(self, fit: Fit) -> Tensor:
         """Cluster-robust covariance of the free parameters in units of their scale ``# (A, A)``."""
         used = torch.as_tensor(self.blocks >= 0)

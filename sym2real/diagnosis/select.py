@@ -135,13 +135,16 @@ class Selection:
         """Whether a candidate's parameters differ from none beyond chance; with few blocks nobody can say."""
         if self.problems.block_count < FEWEST_BLOCKS:
             return True
-        slots = [tied[0] for tied in one.free]
-        chance = self.problems.p_value(fit, self.places(chosen, one), self._neutral(slots))
+        if one.needs_start:  # its null is no value that a fit could be near: the loss itself is tested
+            values, slots = fit.values.clone(), [slot for tied in one.free for slot in tied]
+            values[slots] = self.origin[slots]
+            rest = tuple(tied for tied in fit.free if tied not in one.free)
+            before = self.problems.fit([Hypothesis(rest, values)], STEPS)[0]
+            chance = self.problems.p_value_of_gain(before.loss, fit.loss)
+        else:
+            neutral = self.origin[[tied[0] for tied in one.free]]
+            chance = self.problems.p_value(fit, self.places(chosen, one), neutral)
         return chance < FALSE_ALARMS / max(1, self.tried)
-
-    def _neutral(self, slots: Sequence[int]) -> Tensor:
-        """Values without effect: origin, but for limits, whose null is so far away that any value differs from it."""
-        return self.origin[list(slots)]
 
     def grow(
         self, least: float = GAIN, most: int = MOST_FINDINGS, *, tested: bool = True, refitted: int = REFITTED

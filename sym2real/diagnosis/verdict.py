@@ -14,9 +14,9 @@ from sym2real.diagnosis.select import FEWEST_BLOCKS
 
 Verdict = Literal["EFFECT", "NOTHING_MISSING", "UNEXPLAINED", "CANNOT_TELL"]
 
-# Fall of the position or attitude error on held-out windows that a finding must bring (DIAGNOSIS.md step 9).
-GATE = 0.10
+# Horizon (s) at which held-out errors are judged, and the rise that shows a finding to be spurious.
 GATE_HORIZON = 0.8
+WORSE = 0.02
 
 
 def verdict(
@@ -77,7 +77,11 @@ def fall_of_error(stages: Sequence[Stage]) -> tuple[str, float, float] | None:
     return f"{best} ({horizon:g} s)", first[best].value, last[best].value
 
 
-def passes_gate(before: Stage, after: Stage) -> bool:
-    """Whether the position or the attitude error falls by a tenth."""
-    fall = fall_of_error([before, after])
-    return fall is None or fall[2] <= (1 - GATE) * fall[1]
+def makes_worse(stages: Sequence[Stage]) -> bool:
+    """Whether the second of two stages predicts neither position nor attitude better, and one of them worse."""
+    if len(stages) < 2 or not stages[0].horizons:
+        return False
+    horizon = min(stages[0].horizons, key=lambda one: abs(one - GATE_HORIZON))
+    before, after = stages[0].horizons[horizon], stages[1].horizons[horizon]
+    changes = [after[c].value / max(before[c].value, 1e-12) for c in before if c in ("position", "attitude", "yaw")]
+    return min(changes) > 1.0 and max(changes) > 1.0 + WORSE

@@ -7,15 +7,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import torch
 
 from sym2real.diagnosis.data_report import DataReport, data_report
 from sym2real.diagnosis.features import Region
 from sym2real.diagnosis.locate import Where, locate
+from sym2real.diagnosis.prepared import prepared
 from sym2real.diagnosis.start import ROWS, Start
 from sym2real.diagnosis.windows import Windows, channel_units, predict_windows
-from sym2real.effects.filters import filter_commands
-from sym2real.effects.visible import VisibleModel, visible_state
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout
 from sym2real.protocols import DynamicsModel
@@ -25,7 +23,6 @@ from sym2real.trajectory import Array, Dataset, Trajectory
 HORIZONS = (0.1, 0.2, 0.5, 0.8, 1.0)
 # Free run in s: a car drifts slowly, a quadrotor with a wrong model is upside down after two seconds.
 FREE_RUN = {"heading": 5.0, "otherwise": 2.0}
-DT_TOLERANCE = 0.02
 
 
 @dataclass(frozen=True)
@@ -128,8 +125,8 @@ def compare(
     Raises:
         ShapeError: when columns or time steps differ, or no log is long enough for a window.
     """
-    dataset = data if isinstance(data, Dataset) else Dataset([data])
-    predictor, dataset = _prepared(model, dataset)
+    logs = data if isinstance(data, Dataset) else Dataset([data])
+    predictor, dataset = prepared(model, logs)
     longest = max(len(trajectory) for trajectory in dataset) - ROWS
     if longest < 1:
         raise ShapeError(f"no log is longer than {ROWS} rows: there is no window to compare")
@@ -148,30 +145,12 @@ def compare(
         start=start,
         notes=tuple(notes),
         where=locate(predictor, dataset, region),
-        data=data_report(dataset),
+        data=data_report(logs),
     )
 
 
 def _free_run_seconds(layout: Layout) -> float:
     return FREE_RUN["heading" if layout.has_field("heading") else "otherwise"]
-
-
-def _prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[DynamicsModel, Dataset]:
-    """The model to predict with, and the logs with the commands that reach the robot."""
-    if not isinstance(model, Equations):
-        return model, dataset
-    wanted = replace(model.layouts, state=visible_state(model))
-    if wanted != dataset.layouts:
-        raise ShapeError(f"the model's columns are {wanted}, the log's are {dataset.layouts}")
-    if abs(model.dt - dataset.dt) > DT_TOLERANCE * model.dt:
-        raise ShapeError(
-            f"the model's time step is {model.dt:g} s, the log's is {dataset.dt:g} s: read it with dt={model.dt:g}"
-        )
-    filtered = (
-        replace(trajectory, action=filter_commands(model, torch.as_tensor(trajectory.action)).numpy())
-        for trajectory in dataset
-    )
-    return VisibleModel(model, dtype=torch.float64), Dataset(filtered)
 
 
 def _errors(model: DynamicsModel, dataset: Dataset, steps: Sequence[int], start: Start) -> Iterable[HorizonErrors]:

@@ -10,12 +10,13 @@ import torch
 from numpy.typing import NDArray
 
 from sym2real.diagnosis.features import UNITS, features, over_windows
+from sym2real.diagnosis.prepared import prepared
 from sym2real.diagnosis.start import ROWS, noise_level
 from sym2real.diagnosis.windows import predict_windows
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout
 from sym2real.protocols import DynamicsModel
-from sym2real.symbolic import Equations, compile_model
+from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Dataset, Trajectory
 
 HORIZON = 0.5  # s
@@ -59,10 +60,9 @@ def window_errors(
         horizon: length of the windows in s; the longest that the logs allow if that is shorter.
 
     Raises:
-        ShapeError: when no log is long enough for a window.
+        ShapeError: when columns or time steps differ, or no log is long enough for a window.
     """
-    dataset = data if isinstance(data, Dataset) else Dataset([data])
-    predictor = compile_model(model, dtype=torch.float64) if isinstance(model, Equations) else model
+    predictor, dataset = prepared(model, data if isinstance(data, Dataset) else Dataset([data]))
     longest = max(len(trajectory) for trajectory in dataset) - ROWS
     if longest < 1:
         raise ShapeError(f"no log is longer than {ROWS} rows: there is no window to look at")

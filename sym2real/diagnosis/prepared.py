@@ -1,0 +1,38 @@
+"""Equations and logs made ready for predictions: hidden states start by themselves, filters act on the commands."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import torch
+
+from sym2real.effects.filters import filter_commands
+from sym2real.effects.visible import VisibleModel, visible_state
+from sym2real.errors import ShapeError
+from sym2real.protocols import DynamicsModel
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Dataset
+
+DT_TOLERANCE = 0.02
+
+
+def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[DynamicsModel, Dataset]:
+    """The model to predict with, and the logs with the commands that reach the robot.
+
+    Raises:
+        ShapeError: when columns or time steps differ.
+    """
+    if not isinstance(model, Equations):
+        return model, dataset
+    wanted = replace(model.layouts, state=visible_state(model))
+    if wanted != dataset.layouts:
+        raise ShapeError(f"the model's columns are {wanted}, the log's are {dataset.layouts}")
+    if abs(model.dt - dataset.dt) > DT_TOLERANCE * model.dt:
+        raise ShapeError(
+            f"the model's time step is {model.dt:g} s, the log's is {dataset.dt:g} s: read it with dt={model.dt:g}"
+        )
+    filtered = (
+        replace(trajectory, action=filter_commands(model, torch.as_tensor(trajectory.action)).numpy())
+        for trajectory in dataset
+    )
+    return VisibleModel(model, dtype=torch.float64), Dataset(filtered)

@@ -1,0 +1,185 @@
+"""Figures of the diagnosis on the standard set: hidden effects in MuJoCo, which it has to name from eight noisy logs.
+
+The base model is the learned one (three quadrotor flights, five drives); the truth is injected by MuJoCo's own means;
+the diagnosis sees neither the label nor the plant that flew. With ``--results FILE`` every answer is kept there as one
+line, and a run that was stopped goes on from it.
+
+    python tools/bench/hidden_effects.py --quick
+    python tools/bench/hidden_effects.py --results build/hidden.jsonl --json docs/figures/hidden_effects.json
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+import tyro
+from figures import report
+from hidden_scores import Record, confusion, figures, right
+from joblib import Parallel, delayed
+from rich.console import Console
+from rich.table import Table
+
+from sym2real.diagnosis.diagnose import diagnose
+from sym2real.effects import effect, equivalents
+from sym2real.experiments.models import cached_base
+from sym2real.experiments.standard_cases import standard_cases
+from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.plants import MujocoPlant
+from sym2real.robots import ROBOTS
+from sym2real.symbolic import Equations
+
+HORIZON = 0.8
+# Of the single cases of an effect so many are also asked with the effect and its equivalents out of the library.
+REMOVED = 1
+
+
+@dataclass(frozen=True)
+class Options:
+    """Run the diagnosis on the standard set."""
+
+    quick: bool = False
+    """Middle magnitudes, two seeds, twenty null cases a robot."""
+    robots: tuple[str, ...] = ("crazyflie", "mushr")
+    """Robots to run."""
+    effects: tuple[str, ...] = ()
+    """Only cases with one of these effects, and none without an effect."""
+    jobs: int = 2
+    """Cases that run at the same time, each on one thread."""
+    results: Path | None = None
+    """Keep every answer in this file, one JSON line each, and go on from what is there."""
+    json: Path | None = None
+    """Write the figures to this file (- is standard output)."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """A case, and the effects that the diagnosis may not use."""
+
+    case: Case
+    exclude: tuple[str, ...] = ()
+
+    @property
+    def kind(self) -> str:
+        """single, pair, null or removed."""
+        if self.exclude:
+            return "removed"
+        return ("null", "single", "pair")[min(len(self.case.effects), 2)]
+
+    @property
+    def name(self) -> str:
+        """Key in the results file."""
+        return f"{self.kind}: {self.case.name}"
+
+
+def questions(options: Options) -> list[Question]:
+    """All of a run, those with effects first."""
+    found: list[Question] = []
+    for robot in options.robots:
+        cases = [
+            case
+            for case in standard_cases(robot, options.quick)
+            if not options.effects or set(case.keys) & set(options.effects)
+        ]
+        found += [Question(case) for case in cases]
+        asked: dict[str, int] = {}
+        for case in cases:
+            if len(case.effects) == 1 and asked.setdefault(case.keys[0], 0) < REMOVED:
+                asked[case.keys[0]] += 1
+                found.append(Question(case, (case.keys[0], *equivalents(case.keys[0]))))
+    return found
+
+
+def answer(question: Question, base: str) -> Record:
+    """One case simulated and diagnosed."""
+    torch.set_num_threads(1)
+    case, robot = question.case, ROBOTS[question.case.robot]
+    equations = Equations.from_json(base)
+    found = diagnose(equations, simulate_case(case), MujocoPlant(robot), exclude=question.exclude)
+    findings = found.to_dict()["findings"]
+    return {
+        "name": question.name,
+        "robot": case.robot,
+        "kind": question.kind,
+        "yaw": case.yaw,
+        "truth": {key: dict(values) for key, values in case.effects},
+        "null": {key: effect(key, robot).null for key in case.keys},
+        "verdict": found.verdict,
+        "findings": findings,
+        "leftover": None if found.leftover is None else found.leftover.to_dict(),
+        "position_error": [_position_error(stage.to_dict()) for stage in found.ladder],
+        "seconds": found.seconds,
+    }
+
+
+def _position_error(stage: dict[str, Any]) -> float:
+    nearest = min(stage["horizons"], key=lambda one: abs(one["horizon"] - HORIZON))
+    return float(nearest["errors"]["position"]["value"])
+
+
+def answers(options: Options) -> Iterator[Record]:
+    """Answers that are kept already, then the others as they come."""
+    kept = _kept(options.results)
+    asked = questions(options)
+    yield from (kept[question.name] for question in asked if question.name in kept)
+    rest = [question for question in asked if question.name not in kept]
+    bases = {robot: cached_base(ROBOTS[robot]).to_json() for robot in {one.case.robot for one in rest}}
+    runs = (delayed(answer)(question, bases[question.case.robot]) for question in rest)
+    for number, record in enumerate(Parallel(n_jobs=options.jobs, return_as="generator_unordered")(runs), 1):
+        said = ", ".join(finding["effect"] for finding in record["findings"]) or record["verdict"]
+        print(
+            f"{number}/{len(rest)} {record['name']} → {said} ({record['seconds']:.0f} s)", file=sys.stderr, flush=True
+        )
+        if options.results is not None:
+            with options.results.open("a") as file:
+                file.write(json.dumps(record) + "\n")
+        yield record
+
+
+def _kept(results: Path | None) -> dict[str, Record]:
+    if results is None:
+        return {}
+    results.parent.mkdir(parents=True, exist_ok=True)
+    if not results.exists():
+        return {}
+    # A run that was killed may have left half a line.
+    complete = [line for line in results.read_text().splitlines(keepends=True) if line.endswith("}\n")]
+    results.write_text("".join(complete))
+    return {record["name"]: record for record in map(json.loads, complete)}
+
+
+def print_confusion(records: Sequence[Record], robot: str, console: Console) -> None:
+    """First findings by truth; green where they count as right."""
+    table = Table(title=f"{robot}: first finding by truth", title_justify="left")
+    table.add_column("truth")
+    table.add_column("said", overflow="fold")
+    for truth, counts in confusion(records, robot).items():
+        key, yaw = truth.removesuffix(" (yaw)"), truth.endswith(" (yaw)")
+        parts = []
+        for said, count in counts.most_common():
+            good = said == key == "nothing" or (
+                key != "nothing" and said != "nothing" and right({"yaw": yaw}, key, said)
+            )
+            parts.append(f"[{'green' if good else 'red'}]{said} {count}[/]")
+        table.add_row(truth, ", ".join(parts))
+    console.print(table)
+
+
+def main(options: Options) -> None:
+    """Ask, print, write."""
+    records = list(answers(options))
+    console = Console(stderr=options.json == Path("-"))
+    for robot in options.robots:
+        print_confusion(records, robot, console)
+    rows = [figure for robot in options.robots for figure in figures(records, robot)]
+    seeds = sorted({question.case.seed for question in questions(options)})
+    report("hidden effects", rows, seeds, options.json)
+
+
+if __name__ == "__main__":
+    main(tyro.cli(Options, description=__doc__))

@@ -1,0 +1,178 @@
+"""What the answers of a diagnosis on the standard set are worth: right or wrong, how far off, how sure.
+
+A record is a dictionary as it stands in the results file: what was true, what was found, how long it took.
+An answer is right when it is the true effect or a member of its group in ``sym2real.effects.groups``; in flights whose
+heading turns, wind and a tilted mounting are not a group.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from figures import Figure
+from scipy import stats
+
+from sym2real.effects import same_group
+
+Record = dict[str, Any]
+
+PARAMETER_BARS = {"crazyflie": 0.03, "mushr": 0.05}
+APART_WITH_YAW = {"wind", "mounting_tilt"}
+
+
+def right(record: Record, truth: str, found: str) -> bool:
+    """Whether a found effect counts as the true one."""
+    if record["yaw"] and truth != found and {truth, found} <= APART_WITH_YAW:
+        return False
+    return bool(same_group(truth, found))
+
+
+def names(record: Record) -> list[str]:
+    """Effects found, the most important first."""
+    return [finding["effect"] for finding in record["findings"]]
+
+
+def first_right(record: Record) -> bool:
+    """Whether the first finding is one of the true effects."""
+    found = names(record)
+    return bool(found) and any(right(record, truth, found[0]) for truth in record["truth"])
+
+
+def all_named(record: Record) -> bool:
+    """Whether every true effect is among the findings."""
+    return all(any(right(record, truth, found) for found in names(record)) for truth in record["truth"])
+
+
+def exact(record: Record) -> bool:
+    """Whether the findings are the true effects, no fewer and no more."""
+    nothing_else = all(any(right(record, truth, found) for truth in record["truth"]) for found in names(record))
+    return all_named(record) and nothing_else
+
+
+def alarm(record: Record) -> bool:
+    """Whether a null case was said to miss something."""
+    return record["verdict"] in ("EFFECT", "UNEXPLAINED")
+
+
+def flagged(record: Record) -> bool:
+    """Whether something was said to be outside the library."""
+    return record["verdict"] == "UNEXPLAINED" or record["leftover"] is not None
+
+
+def parameter_errors(record: Record) -> list[float]:
+    """|found − true| / |true − null| of every true effect that was found under its own name, over its parameters."""
+    errors = []
+    for truth, values in record["truth"].items():
+        for finding in record["findings"]:
+            if finding["effect"] == truth:
+                off = [finding["parameters"][n]["value"] - v for n, v in values.items() if n in finding["parameters"]]
+                size = [value - record["null"][truth][name] for name, value in values.items()]
+                errors.append(float(np.linalg.norm(off) / np.linalg.norm(size)))
+    return errors
+
+
+def covered(record: Record) -> list[bool]:
+    """Whether the interval of each parameter found under its own name holds the truth."""
+    return [
+        finding["parameters"][name]["low"] <= value <= finding["parameters"][name]["high"]
+        for truth, values in record["truth"].items()
+        for finding in record["findings"]
+        if finding["effect"] == truth
+        for name, value in values.items()
+        if name in finding["parameters"]
+    ]
+
+
+def group_sizes(record: Record) -> list[int]:
+    """Number of effects in the group of each finding."""
+    return [len(finding["group"]) for finding in record["findings"]]
+
+
+def fall(record: Record) -> list[float]:
+    """Part of the held-out 0.8 s position error that the findings take away."""
+    ladder = record["position_error"]
+    return [1.0 - ladder[-1] / ladder[0]] if len(ladder) > 1 and ladder[0] > 0 else []
+
+
+def of_kind(records: Sequence[Record], robot: str, kind: str) -> list[Record]:
+    """Records of a robot of one kind: single, pair, null or removed."""
+    return [record for record in records if record["robot"] == robot and record["kind"] == kind]
+
+
+def figures(records: Sequence[Record], robot: str) -> list[Figure]:
+    """One figure per bar for a robot; kinds that were not run have none."""
+    single, pair = of_kind(records, robot, "single"), of_kind(records, robot, "pair")
+    null, removed = of_kind(records, robot, "null"), of_kind(records, robot, "removed")
+    found: list[Figure] = []
+    if single:
+        found += _singles(single, robot)
+    if pair:
+        found += [
+            Figure(
+                f"{robot}, pairs: both named, of {len(pair)}", _share(all_named(one) for one in pair), "", ">= 0.90"
+            ),
+            Figure(f"{robot}, pairs: exact set", _share(exact(one) for one in pair), ""),
+        ]
+    if null:
+        found += _nulls(null, robot)
+    if removed:
+        share = _share(flagged(one) for one in removed)
+        found.append(Figure(f"{robot}, effect not in the library flagged, of {len(removed)}", share, "", ">= 0.90"))
+    seconds = [record["seconds"] for record in records if record["robot"] == robot]
+    if seconds:
+        found.append(Figure(f"{robot}, time: median", float(np.median(seconds)), "s", "<= 30"))
+        found.append(Figure(f"{robot}, time: largest", max(seconds), "s"))
+    return found
+
+
+def _singles(single: Sequence[Record], robot: str) -> list[Figure]:
+    errors = [error for record in single for error in parameter_errors(record)]
+    inside = [one for record in single for one in covered(record)]
+    sizes = [size for record in single for size in group_sizes(record)[:1]]
+    falls = [one for record in single for one in fall(record)]
+    share = _share(first_right(one) for one in single)
+    found = [
+        Figure(f"{robot}, first effect right, of {len(single)}", share, "", ">= 0.98"),
+        Figure(f"{robot}, exact set", _share(exact(one) for one in single), "", ">= 0.95"),
+    ]
+    if sizes:
+        found.append(Figure(f"{robot}, group reported first: median size", float(np.median(sizes)), "", "<= 2"))
+    if errors:
+        bar = f"<= {PARAMETER_BARS[robot]}"
+        found += [
+            Figure(f"{robot}, parameter error: median of {len(errors)}", float(np.median(errors)), "", bar),
+            Figure(f"{robot}, parameter error: p90", float(np.quantile(errors, 0.9)), ""),
+            Figure(f"{robot}, 95 % interval holds the truth, of {len(inside)}", _share(inside), "", ">= 0.90"),
+        ]
+    if falls:
+        found.append(Figure(f"{robot}, fall of held-out 0.8 s position error: median", float(np.median(falls)), ""))
+    return found
+
+
+def _nulls(null: Sequence[Record], robot: str) -> list[Figure]:
+    """False alarms with their exact (Clopper–Pearson) 95 % interval; three in 300 are allowed."""
+    alarms = sum(alarm(record) for record in null)
+    interval = stats.binomtest(alarms, len(null)).proportion_ci(0.95, method="exact")
+    name = f"{robot}, false alarms in {len(null)} null cases"
+    return [
+        Figure(name, alarms, "cases", "<= 3"),
+        Figure(f"{name}, rate: low", float(interval.low), ""),
+        Figure(f"{name}, rate: high", float(interval.high), ""),
+    ]
+
+
+def _share(flags: Any) -> float:
+    return float(np.mean(list(flags)))
+
+
+def confusion(records: Sequence[Record], robot: str) -> dict[str, Counter[str]]:
+    """How often each first finding was given for each truth, single and null cases."""
+    table: dict[str, Counter[str]] = {}
+    for record in (*of_kind(records, robot, "single"), *of_kind(records, robot, "null")):
+        truth = next(iter(record["truth"]), "nothing") + (" (yaw)" if record["yaw"] else "")
+        said = (names(record) or ["nothing" if record["verdict"] == "NOTHING_MISSING" else record["verdict"]])[0]
+        table.setdefault(truth, Counter())[said] += 1
+    return table

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ import torch
 
 from sym2real.cli import main
 from sym2real.data import example_flight
-from sym2real.logs import read_log
+from sym2real.logs import read_log, write_log
 from sym2real.symbolic import load_model
 
 SPEC = "crazyflie_battery_drag"
@@ -200,3 +201,16 @@ def test_a_delay_in_the_model_delays_its_predictions(tmp_path: Path) -> None:
     assert late["value"] > 5 * on_time["value"]
     page = result_of(["effects", "delay", "--robot", "crazyflie"], tmp_path)
     assert page["parameters"][0]["unit"] == "s"
+
+
+def test_noisy_logs_lose_the_dependence_and_say_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = tmp_path / "hover.csv"
+    main(["simulate", "crazyflie", "hover", "--seconds", "4", "--out", str(log)])
+    trajectory = read_log(log)
+    noise = np.random.default_rng(0).normal(size=trajectory.state.shape) * 0.02
+    write_log(replace(trajectory, state=trajectory.state + noise), log)
+    with pytest.raises(SystemExit) as stopped:
+        main(["learn", "crazyflie", "--data", str(log), "--out", str(tmp_path / "model")])
+    assert stopped.value.code == 2
+    assert "cannot fly" in capsys.readouterr().out
+    assert load_model(tmp_path / "model").layouts.action.columns[0] == "thrust"

@@ -51,6 +51,7 @@ class Learn:
     def run(self, console: Console) -> dict[str, Any]:
         """Learn, print the tables, write the model."""
         from sym2real.cli.progress import stage_one_progress
+        from sym2real.errors import ModelError
         from sym2real.experiments.learning import learn_from_logs, learn_in_simulation
         from sym2real.report.tables import dependence_table, episode_table, equation_table
         from sym2real.robots import ROBOTS
@@ -66,6 +67,12 @@ class Learn:
             console.print(episode_table(learned.reports))
         console.print(equation_table(learned.equations), dependence_table(learned.dependence))
         console.print(f"model in {self.out}")
+        missing = [f"{row.action} → {row.state}" for row in learned.dependence if not row.holds]
+        if missing:
+            raise ModelError(
+                f"the model in {self.out} cannot fly: expected every action to reach its states, found nothing of "
+                f"{', '.join(missing)} in the equations; learn from the plain simulator instead of recorded logs"
+            )
         return {
             "model": self.out,
             "nodes": learned.equations.complexity(),

@@ -1,0 +1,96 @@
+"""Scores of the hidden-effect benchmark, on answers whose worth is known."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "tools" / "bench"))
+
+import hidden_scores as scores
+
+
+def record(truth: dict[str, dict[str, float]], *found: tuple[str, float], **changes: Any) -> dict[str, Any]:
+    findings = [
+        {
+            "effect": key,
+            "group": [key],
+            "parameters": {"value": {"value": value, "low": 0.95 * value, "high": 1.05 * value, "unit": ""}},
+        }
+        for key, value in found
+    ]
+    kind = ("null", "single", "pair")[min(len(truth), 2)]
+    plain: dict[str, Any] = {
+        "robot": "crazyflie",
+        "kind": kind,
+        "yaw": False,
+        "truth": truth,
+        "null": {key: dict.fromkeys(values, 1.0 if key.startswith("gain") else 0.0) for key, values in truth.items()},
+        "verdict": "EFFECT" if found else "NOTHING_MISSING",
+        "findings": findings,
+        "leftover": None,
+        "position_error": [1.0, 0.25],
+        "seconds": 2.0,
+    }
+    return plain | changes
+
+
+MASS = {"added_mass": {"value": 0.005}}
+
+
+def test_equivalents_count_and_others_do_not() -> None:
+    assert scores.first_right(record(MASS, ("gain:thrust", 0.85)))
+    assert not scores.first_right(record(MASS, ("ground_effect", 0.1)))
+    assert not scores.first_right(record(MASS))
+
+
+def test_wind_and_tilt_are_one_group_only_without_yaw() -> None:
+    wind = {"wind": {"fx": 0.02}}
+    assert scores.first_right(record(wind, ("mounting_tilt", 0.02)))
+    assert not scores.first_right(record(wind, ("mounting_tilt", 0.02), yaw=True))
+    assert scores.first_right(record(wind, ("wind", 0.02), yaw=True))
+
+
+def test_an_exact_set_has_all_and_nothing_else() -> None:
+    pair = MASS | {"delay": {"value": 0.04}}
+    assert scores.exact(record(pair, ("delay", 0.04), ("added_mass", 0.005)))
+    assert not scores.all_named(record(pair, ("delay", 0.04)))
+    more = record(pair, ("delay", 0.04), ("added_mass", 0.005), ("ground_effect", 0.1))
+    assert scores.all_named(more)
+    assert not scores.exact(more)
+
+
+def test_parameter_errors_are_relative_to_the_deviation_from_null() -> None:
+    assert scores.parameter_errors(record(MASS, ("added_mass", 0.0055))) == pytest.approx([0.1])
+    gain = {"gain:thrust": {"value": 0.9}}
+    assert scores.parameter_errors(record(gain, ("gain:thrust", 0.91))) == pytest.approx([0.1])
+    assert scores.parameter_errors(record(MASS, ("gain:thrust", 0.85))) == []
+    assert scores.covered(record(MASS, ("added_mass", 0.0051))) == [True]
+    assert scores.covered(record(MASS, ("added_mass", 0.006))) == [False]
+
+
+def test_figures_hold_the_bars_of_right_answers_and_miss_those_of_wrong_ones() -> None:
+    good = [record(MASS, ("added_mass", 0.005)) for _ in range(4)] + [record({}) for _ in range(20)]
+    bad = [record(MASS, ("ground_effect", 0.1)) for _ in range(4)] + [record({}, ("wind", 0.1)) for _ in range(20)]
+    held = {figure.name: figure.holds for figure in scores.figures(good, "crazyflie") if figure.bar}
+    missed = {figure.name: figure.holds for figure in scores.figures(bad, "crazyflie") if figure.bar}
+    assert all(held.values())
+    assert not missed["crazyflie, first effect right, of 4"]
+    assert not missed["crazyflie, false alarms in 20 null cases"]
+
+
+def test_the_interval_of_false_alarms_is_binomial() -> None:
+    """No alarm in 20 leaves rates up to 1 − 0.025^(1/20) open (Clopper–Pearson)."""
+    figures = {one.name: one.value for one in scores.figures([record({}) for _ in range(20)], "crazyflie")}
+    assert figures["crazyflie, false alarms in 20 null cases, rate: low"] == 0.0
+    assert figures["crazyflie, false alarms in 20 null cases, rate: high"] == pytest.approx(1 - 0.025 ** (1 / 20))
+
+
+def test_the_confusion_table_counts_first_answers() -> None:
+    records = [record(MASS, ("added_mass", 0.005)), record(MASS, ("wind", 0.1)), record({})]
+    table = scores.confusion(records, "crazyflie")
+    assert table["added_mass"] == {"added_mass": 1, "wind": 1}
+    assert table["nothing"] == {"nothing": 1}

@@ -1,21 +1,33 @@
 """Compare a model with measurements, and name the physical effect that it misses."""
 
 from sym2real.diagnosis.compare import ChannelError, Comparison, HorizonErrors, compare
+from sym2real.diagnosis.data_report import DataReport, data_report
 from sym2real.diagnosis.diagnose import Diagnosis, diagnose
 from sym2real.diagnosis.findings import Estimate, Finding
+from sym2real.diagnosis.locate import Where, locate, training_region, where_of, worst_segments
 from sym2real.diagnosis.start import ROWS
+from sym2real.diagnosis.window_errors import WindowErrors, window_errors
 from sym2real.diagnosis.windows import Windows, predict_windows
 
 __all__ = [
     "ROWS",
     "ChannelError",
     "Comparison",
+    "DataReport",
     "Diagnosis",
     "Estimate",
     "Finding",
     "HorizonErrors",
+    "Where",
+    "WindowErrors",
     "Windows",
     "compare",
+    "data_report",
     "diagnose",
+    "locate",
     "predict_windows",
+    "training_region",
+    "where_of",
+    "window_errors",
+    "worst_segments",
 ]

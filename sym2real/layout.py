@@ -211,8 +211,7 @@ class Layout:
             raise ShapeError(f"expected a tangent of size {self.tangent_size}, found {tangent.shape[-1]}")
         steps = tangent.split([field.tangent_size for field in self.fields], dim=-1)
         parts = [
-            _retract(field.kind, a, step)
-            for field, a, step in zip(self.fields, self._parts(start), steps, strict=True)
+            _retract(field.kind, a, step) for field, a, step in zip(self.fields, self._parts(start), steps, strict=True)
         ]
         return torch.cat(parts, dim=-1)
 

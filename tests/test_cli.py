@@ -205,10 +205,11 @@ def test_a_delay_in_the_model_delays_its_predictions(tmp_path: Path) -> None:
 
 def test_noisy_logs_lose_the_dependence_and_say_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = tmp_path / "hover.csv"
-    main(["simulate", "crazyflie", "hover", "--seconds", "4", "--out", str(log)])
+    main(["simulate", "crazyflie", "circle", "--seconds", "4", "--out", str(log)])
     trajectory = read_log(log)
-    noise = np.random.default_rng(0).normal(size=trajectory.state.shape) * 0.02
-    write_log(replace(trajectory, state=trajectory.state + noise), log)
+    noisy = trajectory.state + np.random.default_rng(0).normal(size=trajectory.state.shape) * 0.02
+    noisy = trajectory.layouts.state.normalise(torch.as_tensor(noisy)).numpy()
+    write_log(replace(trajectory, state=noisy), log)
     with pytest.raises(SystemExit) as stopped:
         main(["learn", "crazyflie", "--data", str(log), "--out", str(tmp_path / "model")])
     assert stopped.value.code == 2

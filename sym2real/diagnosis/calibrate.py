@@ -18,6 +18,7 @@ from torch import Tensor
 from sym2real.control import GeometricQuadrotor, PurePursuit
 from sym2real.diagnosis.candidates import Candidate
 from sym2real.diagnosis.fit import Problems
+from sym2real.diagnosis.leftover import find_leftover
 from sym2real.diagnosis.segments import component_noise
 from sym2real.diagnosis.select import Selection
 from sym2real.diagnosis.sensitivity import Library, Problem
@@ -99,8 +100,12 @@ def reference_of(log: Trajectory) -> Tensor:
     return layout.normalise(torch.as_tensor(path))
 
 
-def origin(library: Library, candidates: Sequence[Candidate], data: Dataset, variances: Whitening) -> Tensor:
-    """Parameter set ``# (P,)`` that explains the base's errors on the plain simulator's data.
+def origin(
+    library: Library, candidates: Sequence[Candidate], data: Dataset, variances: Whitening
+) -> tuple[Tensor, set[str]]:
+    """Parameter set ``# (P,)`` that explains the base's errors on the plain simulator's data, and what it leaves.
+
+    The latter are channels of pushes that still depend on something there: the base's own fault, not an effect.
 
     Args:
         library: effects in the base's equations.
@@ -115,4 +120,7 @@ def origin(library: Library, candidates: Sequence[Candidate], data: Dataset, var
     whitening = spread.whitening(variances.sensor.square(), power.square())
     selection = Selection(Problems.of(problem, whitening), candidates, library.null)
     selection.grow(least=GAIN, most=MOST_EFFECTS, tested=False, refitted=REFITTED)
-    return selection.fit.values
+    left: set[str] = set()
+    while found := find_leftover(problem, spread, whitening, selection.fit.values, left):
+        left.add(found.channel)
+    return selection.fit.values, left

@@ -121,7 +121,7 @@ def diagnose(
     on_progress("weighing errors")
     spread, whitening = whiten(problem, tried)
     notes = list(checked.notes)
-    origin = library.null
+    origin, own = library.null, set[str]()
     if plant is None:
         notes.append("no plain simulator: the base's own errors were not calibrated and may look like effects")
     else:
@@ -130,11 +130,11 @@ def diagnose(
         if flown is None:
             notes.append("the logs' manoeuvres cannot be flown in the plain simulator: the base is not calibrated")
         else:
-            origin = calibrate.origin(library, tried, flown, whitening)
+            origin, own = calibrate.origin(library, tried, flown, whitening)
     on_progress("searching")
     selection = search(Problems.of(problem, whitening), tried, origin)
     on_progress("scoring on held-out data")
-    return _answer(model, checked, selection, spread, held_out=held_out, notes=notes, started=started)
+    return _answer(model, checked, selection, spread, held_out=held_out, notes=notes, own=own, started=started)
 
 
 def whiten(problem: Problem, tried: tuple[Candidate, ...]) -> tuple[Spread, Whitening]:
@@ -169,6 +169,7 @@ def _answer(
     *,
     held_out: Dataset | None,
     notes: list[str],
+    own: set[str],
     started: float,
 ) -> Diagnosis:
     problems, library = selection.problems, selection.problems.problem.library
@@ -178,7 +179,7 @@ def _answer(
     groups = groups_of(selection)
     provisional = problems.block_count < FEWEST_BLOCKS
     found = tuple(findings(selection, groups, freedom, provisional)) if selection.chosen else ()
-    leftover = find_leftover(problems.problem, spread, problems.whitening, selection.fit.values)
+    leftover = find_leftover(problems.problem, spread, problems.whitening, selection.fit.values, own)
     base = float(problems.whitening.loss(problems.problem.residuals(library.null[None])).sum())
     answer = verdict(checked.faults, found, leftover, problems)
     return Diagnosis(

@@ -7,6 +7,7 @@ have; a small tree on the signed push says where.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -45,8 +46,16 @@ class Leftover:
         return dict(vars(self))
 
 
-def find_leftover(problem: Problem, spread: Spread, whitening: Whitening, values: torch.Tensor) -> Leftover | None:
-    """The strongest dependence of what is left at a parameter set ``# (P,)``; None where there is none."""
+def find_leftover(
+    problem: Problem, spread: Spread, whitening: Whitening, values: torch.Tensor, own: Collection[str] = ()
+) -> Leftover | None:
+    """The strongest dependence of what is left at a parameter set ``# (P,)``; None where there is none.
+
+    Args:
+        problem, spread, whitening: of the logs.
+        values: parameter set of the result.
+        own: channels in which the base misses something of the plain simulator already; they are not looked at.
+    """
     pushes = most_likely_pushes(problem, spread, whitening, values)  # (S·pieces, D)
     names, features = features_of(problem)
     logs = np.repeat(problem.segments.log, PIECES)
@@ -55,8 +64,12 @@ def find_leftover(problem: Problem, spread: Spread, whitening: Whitening, values
     if len(pushes) < FEWEST:
         return None
     groups = logs if len(np.unique(logs)) > 2 else logs * 100 + np.arange(len(logs)) * 4 // len(logs)
-    scored = [(cross_validated(features, target, groups), place) for place, target in enumerate(pushes.T)]
-    r2, place = max(scored)
+    scored = [
+        (cross_validated(features, target, groups), place)
+        for place, target in enumerate(pushes.T)
+        if spread.names[place] not in own
+    ]
+    r2, place = max(scored, default=(0.0, 0))
     if r2 <= DEPENDS:
         return None
     feature, term = _tree(names, features, pushes[:, place])

@@ -25,8 +25,20 @@ from sym2real.tasks import make_task
 from sym2real.trajectory import Dataset, Trajectory
 
 # Left out to keep the tests short: wind, linear drag, mass, centre of mass, delay and mounting tilt compete.
-OTHERS = ("gain:*", "offset:*", "limit:*", "delay:*", "lag*", "thrust_curve", "battery_sag", "ground_effect",
-          "torque_bias", "motor_lag", "rate_loop_gain", "flapping_moment", "translational_lift", "quadratic_drag")  # fmt: skip
+OTHERS = (
+    *(
+        "gain:*",
+        "offset:*",
+        "limit:*",
+        "delay:*",
+        "lag*",
+        "thrust_curve",
+        "battery_sag",
+        "ground_effect",
+        "torque_bias",
+    ),
+    *("motor_lag", "rate_loop_gain", "flapping_moment", "translational_lift", "quadratic_drag"),
+)
 NOISE = {"position": 5e-4, "attitude": np.deg2rad(0.3), "rate": 0.02}
 
 

@@ -99,5 +99,7 @@ class Demo:
         log = read_log(example_flight(), spec=SPEC, layouts=equations.layouts, dt=equations.dt)
         comparison = compare(equations, log)
         console.print(comparison_table(comparison))
+        for one in comparison.where:
+            console.print(f"where: {one.statement}", markup=False)
         figures = draw_comparison(equations, Dataset([log]), comparison, self.out / "real_flight")
         return {**comparison.to_dict(), "figures": figures}

@@ -37,7 +37,7 @@ OTHERS = (
         "ground_effect",
         "torque_bias",
     ),
-    *("motor_lag", "rate_loop_gain", "flapping_moment", "translational_lift", "quadratic_drag"),
+    *("torque_bias", "motor_lag", "rate_loop_gain", "flapping_moment", "translational_lift", "quadratic_drag"),
 )
 NOISE = {"position": 5e-4, "attitude": np.deg2rad(0.3), "rate": 0.02}
 

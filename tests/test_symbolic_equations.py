@@ -272,3 +272,16 @@ def test_instructions_read_earlier_values_only() -> None:
     for value, instruction in zip(program.computed, program.instructions, strict=True):
         assert all(operand < value for operand in instruction.operands)
     assert len(set(program.instructions)) == len(program.instructions)
+
+
+def test_nested_cases_are_written_without_if_then_else() -> None:
+    inner = sympy.Piecewise((a, a < b), (b, True))
+    nested = sympy.Piecewise((inner, inner < a), (a, True))
+    condition = sympy.ITE(a < b, sympy.false, a < c)
+    for expression in (nested, sympy.Piecewise((a, condition), (b, True))):
+        layouts = Layouts(Layout.of(["a", "b", "c"]), Layout())
+        equations = Equations({"a": expression, "b": b, "c": c}, layouts, 0.02)
+        again = parse_expression(text(equations.next["a"]))
+        for values in ((1.0, 2.0, 3.0), (2.0, 1.0, 3.0), (3.0, 2.0, 1.0), (1.0, 1.0, 1.0)):
+            point = dict(zip((a, b, c), values, strict=True))
+            assert again.subs(point) == expression.subs(point)

@@ -86,6 +86,8 @@ def canonical(expression: Expr | float | int) -> Expr:
         raise ModelError(f"expected a finite real expression, found {expression}")
     changes = {old: symbol(old.name) for old in expression.free_symbols if old != symbol(old.name)}
     changes |= {old: sympy.Float(float(old)) for old in expression.atoms(sympy.Float) if old._prec != 53}
+    # SymPy folds nested cases into if-then-else conditions; and, or and not say the same.
+    changes |= {old: old.to_nnf() for old in expression.atoms(sympy.ITE)}
     return _exchange(expression, changes) if changes else expression
 
 

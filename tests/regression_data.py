@@ -43,12 +43,14 @@ def drawn(
     actions: Sequence[str],
     step: Callable[[dict[str, np.ndarray]], dict[str, np.ndarray]],
     rows: int = 300,
+    *,
     seed: int = 0,
+    size: float = 2.0,
 ) -> Transitions:
     """Independent rows of a system: ``step`` gives every column's increment from all columns."""
     rng = np.random.default_rng(seed)
     layouts = Layouts(Layout.of(columns), Layout.of(actions))
-    state, action = rng.uniform(-2, 2, (1, rows, len(columns))), rng.uniform(-1.5, 1.5, (1, rows, len(actions)))
+    state, action = rng.uniform(-size, size, (1, rows, len(columns))), rng.uniform(-1.5, 1.5, (1, rows, len(actions)))
     names = dict(zip([*columns, *actions], np.concatenate([state, action], axis=-1)[0].T, strict=True))
     increments = step(names)
     moved = np.stack([np.broadcast_to(increments[column], rows) for column in columns], axis=-1)

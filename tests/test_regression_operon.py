@@ -21,7 +21,7 @@ SMALL = Operon(population=60, generations=12, processes=2)
 
 
 def system(seed: int = 0) -> Transitions:
-    return drawn("ab", "u", lambda v: {"a": 1e-4 * v["b"], "b": -0.3 * v["a"] * v["u"] + 0.5 * v["u"]}, 150, seed)
+    return drawn("ab", "u", lambda v: {"a": 1e-4 * v["b"], "b": -0.3 * v["a"] * v["u"] + 0.5 * v["u"]}, 150, seed=seed)
 
 
 @needs_operon

@@ -19,6 +19,10 @@ Mask = NDArray[np.bool_]
 BLOCK = 20
 # Validation errors below this share of the target's spread are rounding; they justify no further term.
 FLOOR = 1e-9
+# Rows further off than so many median errors weigh less in the second choice.
+FAR_OFF = 3.0
+# No row weighs less: the few rows that leave the calm region are what shows the terms that act there.
+LEAST_WEIGHT = 0.03
 
 
 def validation_rows(transitions: Transitions, seed: int) -> Mask:
@@ -57,7 +61,7 @@ class SearchSettings:
         width: supports kept at every size.
         branch: columns tried on each of them.
         terms: most terms in an equation.
-        parsimony: what a term of degree 3 must lower ln(validation error) by.
+        parsimony: what a term of degree 3 must lower ln(validation error) by, at least (see :func:`score`).
         growth: degree that chosen terms are multiplied up to.
         rounds: how often they are, as long as that lowers the score.
     """
@@ -65,7 +69,7 @@ class SearchSettings:
     width: int = 8
     branch: int = 6
     terms: int = 14
-    parsimony: float = 0.05
+    parsimony: float = 0.07
     growth: int = 4
     rounds: int = 3
 
@@ -83,8 +87,20 @@ def validation_error(columns: Array, target: Array, held: Mask) -> float:
 
 
 def score(error: float, terms: Monomials, parsimony: float) -> float:
-    """ln(validation error) + parsimony · Σ max(1, degree) / 3; lower is better."""
-    return float(np.log(max(error, FLOOR)) + parsimony * np.maximum(1, terms.degrees).sum() / 3)
+    """ln(validation error) + demand · Σ max(1, degree) / 3; lower is better.
+
+    The demand is ``parsimony`` where a thousandth or less of the target's spread is left, and rises to three times
+    that where a tenth is: then something acts that no term can give (wheel slip, noise), and terms that seem to
+    help are chance more often.
+
+    Args:
+        error: validation error as a share of the target's spread.
+        terms: the products.
+        parsimony: demand per term of degree 3.
+    """
+    error = max(error, FLOOR)
+    demand = parsimony * float(np.clip(np.log10(error) + 4.0, 1.0, 3.0))
+    return float(np.log(error) + demand * np.maximum(1, terms.degrees).sum() / 3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,17 +120,17 @@ class Pool:
     held: Mask
 
     @classmethod
-    def of(cls, terms: Monomials, values: Array, held: Mask) -> Pool:
-        """Candidates that are not zero everywhere."""
-        columns = terms.evaluate(values)
+    def of(cls, terms: Monomials, values: Array, weights: Array, held: Mask) -> Pool:
+        """Candidates that are not zero everywhere; ``weights`` multiply the rows ``# (rows,)``."""
+        columns = terms.evaluate(values) * weights[:, None]
         norms = np.linalg.norm(columns, axis=0)
         alive = norms > 1e-12 * norms.max(initial=0.0)
         columns = columns[:, alive] / norms[alive]
         return cls(terms.where(alive), columns, columns.T @ columns, held)
 
-    def grown(self, terms: Monomials, values: Array) -> Pool:
+    def grown(self, terms: Monomials, values: Array, weights: Array) -> Pool:
         """This pool and further candidates."""
-        more = Pool.of(terms, values, self.held)
+        more = Pool.of(terms, values, weights, self.held)
         across = self.columns.T @ more.columns
         return Pool(
             Monomials(np.vstack([self.terms.powers, more.terms.powers])),
@@ -168,27 +184,44 @@ class Table:
     def _of_sign(self, terms: Monomials, sign: Powers) -> Monomials:
         return terms.where((self.signs(terms.powers) == sign).all(axis=1))
 
-    def pool(self, sign: Powers) -> Pool:
-        """The candidates with this sign pattern; built once."""
+    def _pool(self, sign: Powers) -> Pool:
+        """The candidates with this sign pattern, rows of equal weight; built once."""
         key = sign.tobytes()
         if key not in self._pools:
-            self._pools[key] = Pool.of(self._of_sign(self.candidates, sign), self.values, self.held)
+            terms, weights = self._of_sign(self.candidates, sign), np.ones(len(self.values))
+            self._pools[key] = Pool.of(terms, self.values, weights, self.held)
         return self._pools[key]
 
     def choose(self, target: Array, sign: Powers) -> Choice:
-        """Terms for a target ``# (rows,)``; what is chosen is multiplied by further factors and chosen from again."""
+        """Terms for a target ``# (rows,)``.
+
+        Chosen twice: rows that the first choice leaves far off weigh less in the second (Huber's weights), so that a
+        few rows of another regime, such as wheels that slip, do not hide what the many obey.
+        """
         spread = float(target.std())
         if spread <= 1e-14 * float(np.abs(target).max(initial=0.0)) or spread == 0.0:
             spread = 1.0
-        target, pool = target / spread, self.pool(sign)
+        target, pool = target / spread, self._pool(sign)
+        choice = self._grown(pool, target, np.ones(len(target)), sign)
+        if choice.error > FLOOR:
+            columns = choice.terms.evaluate(self.values)
+            wrong = np.abs(target - columns @ refit(columns, target, "l1"))
+            share = FAR_OFF * np.median(wrong) / np.maximum(wrong, np.finfo(float).tiny)
+            weights = np.sqrt(np.clip(share, LEAST_WEIGHT, 1.0))
+            weighted = Pool.of(pool.terms, self.values, weights, self.held)
+            choice = self._grown(weighted, target * weights, weights, sign)
+        return Choice(choice.terms, choice.error * spread, choice.score)
+
+    def _grown(self, pool: Pool, target: Array, weights: Array, sign: Powers) -> Choice:
+        """Terms for a weighted target: what is chosen is multiplied by further factors and chosen from again."""
         choice = pool.choose(target, self.settings)
         for _ in range(self.settings.rounds):
             fresh = self._of_sign(choice.terms.times(self.multipliers), sign).without(pool.terms, self.settings.growth)
             if not len(fresh):
                 break
-            pool = pool.grown(fresh, self.values)
+            pool = pool.grown(fresh, self.values, weights)
             better = pool.choose(target, self.settings)
             if better.score >= choice.score:
                 break
             choice = better
-        return Choice(choice.terms, choice.error * spread, choice.score)
+        return choice

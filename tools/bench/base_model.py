@@ -46,9 +46,7 @@ ZERO_SHOT = 20
 SUBSTEPS = {"crazyflie": 2, "mushr": None}
 
 
-Section = Literal[
-    "quadrotor_from_flights", "quadrotor_from_stage_one", "car_from_stage_one", "zero_shot", "closed_loop"
-]
+Section = Literal["quadrotor-flights", "quadrotor-stage-one", "car-stage-one", "zero-shot", "closed-loop"]
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,7 @@ class Compare:
                 console.print(f"data: {line}", style="dim", markup=False)
         console.print(comparison_table(comparison))
         for one in comparison.where:
-            console.print(f"where: {one.statement}", markup=False)
+            console.print(f"- {one.statement}", markup=False)
         for note in comparison.notes:
             console.print(f"note: {note}", style="dim", markup=False)
         figures = []

@@ -100,6 +100,6 @@ class Demo:
         comparison = compare(equations, log)
         console.print(comparison_table(comparison))
         for one in comparison.where:
-            console.print(f"where: {one.statement}", markup=False)
+            console.print(f"- {one.statement}", markup=False)
         figures = draw_comparison(equations, Dataset([log]), comparison, self.out / "real_flight")
         return {**comparison.to_dict(), "figures": figures}

@@ -73,22 +73,16 @@ def episode_table(reports: Sequence[EpisodeReport]) -> Table:
 def comparison_table(comparison: Comparison) -> Table:
     """Errors per channel over the horizon, in the channel's unit, beside "hold"."""
     table = Table(
-        title="prediction error, root mean square at the window's end (hold: predicting that nothing changes)",
+        title="prediction error at the window's end, root mean square; beside it that of holding the start",
         title_justify="left",
     )
-    table.add_column("horizon s", justify="right")
-    table.add_column("windows", justify="right")
-    channels = comparison.one_step.errors
-    for channel, error in channels.items():
-        table.add_column(f"{channel} {error.unit}", justify="right")
-        table.add_column("hold", justify="right", style="dim")
-    for label, errors in (
-        ("one step", comparison.one_step),
-        *((f"{errors.horizon:g}", errors) for errors in comparison.horizons),
-        (f"free {comparison.free_run.horizon:g}", comparison.free_run),
-    ):
-        cells = [text for error in errors.errors.values() for text in (number(error.value), number(error.hold))]
-        table.add_row(label, str(errors.windows), *cells)
+    table.add_column("ahead s", justify="right", no_wrap=True)
+    table.add_column("windows", justify="right", no_wrap=True)
+    for channel, error in comparison.one_step.errors.items():
+        table.add_column(f"{channel} {error.unit}", justify="right", no_wrap=True)
+    for errors in (comparison.one_step, *comparison.horizons, comparison.free_run):
+        cells = [f"{number(one.value, 2)} [dim]{number(one.hold, 2)}[/]" for one in errors.errors.values()]
+        table.add_row(f"{errors.horizon:g}", str(errors.windows), *cells)
     return table
 
 

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from fnmatch import fnmatch
 
 import numpy as np
+import torch
 
 from sym2real.diagnosis.sensitivity import Library
-from sym2real.diagnosis.start import noise_level
 from sym2real.effects import Effect, applicable, effect
-from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset
+from sym2real.effects.filters import spelled_out
+from sym2real.symbolic import Equations, compile_function
+from sym2real.trajectory import Array, Dataset, Trajectory
 
 # Settled by the checks of the data before the search, or without a meaning for a fit of their own.
 NOT_SEARCHED = (
@@ -47,8 +48,7 @@ STANDS_FOR = {
     "gain:steer": ("wheelbase",),
 }
 PAIR = ("wx_cmd", "wy_cmd")
-# Of the standard deviation over the noise that a command must show to be tried.
-EXCITED = 3.0
+STILL = 1e-9
 GRIDS: dict[str, tuple[float, ...]] = {
     "delay": (1.0, 2.0, 4.0),
     "lag": (2.5,),
@@ -93,9 +93,9 @@ def _skipped(one: Effect, data: Dataset, exclude: Collection[str]) -> bool:
     if any(fnmatch(one.key, pattern) for pattern in (*NOT_SEARCHED, *exclude)):
         return True
     if one.column and one.column in data.layouts.action:
-        columns = [trajectory.column(one.column) for trajectory in data]
-        deviation = float(np.std(np.concatenate(columns)))
-        return deviation < EXCITED * float(np.median([noise_level(c[:, None])[0] for c in columns])) * 0 + 1e-9
+        values = np.concatenate([trajectory.column(one.column) for trajectory in data])
+        # Commands are as sent, without noise: one that never varies shows nothing of its map.
+        return float(np.std(values)) < STILL
     return False
 
 
@@ -131,7 +131,7 @@ def _starts(library: Library, one: Effect, data: Dataset) -> tuple[tuple[float, 
     if one.kind == "tyre_friction":
         return GRIDS["tyre_friction"], True
     if one.kind in ("limit", "rate_limit", "dead_band"):
-        values = np.concatenate([trajectory.column(one.column) for trajectory in data])
+        values = np.concatenate([_values(library.equations, one.column, trajectory) for trajectory in data])
         if one.kind == "limit":
             levels: Iterable[float] = np.quantile(values[values > 0], LIMIT_QUANTILES) if (values > 0).any() else ()
             return tuple(float(level) for level in levels), True
@@ -141,4 +141,15 @@ def _starts(library: Library, one: Effect, data: Dataset) -> tuple[tuple[float, 
     return (), False
 
 
-__all__ = ["Candidate", "candidates", "effect", "library_for", "noise_level"]
+__all__ = ["Candidate", "candidates", "effect", "library_for"]
+
+
+def _values(equations: Equations, name: str, trajectory: Trajectory) -> Array:
+    """A column of a log, or a quantity that the equations derive from its columns ``# (rows,)``."""
+    if name not in equations.quantities:
+        return trajectory.column(name)
+    expression = spelled_out(equations, equations.quantities[name])
+    columns = sorted(one.name for one in expression.free_symbols)
+    rows = torch.as_tensor(np.stack([trajectory.column(column) for column in columns], axis=1))
+    derived: Array = compile_function([expression], [columns])(rows)[:, 0].numpy()
+    return derived

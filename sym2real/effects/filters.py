@@ -127,14 +127,14 @@ def with_hidden_start(equations: Equations, state: Tensor, action: Tensor, input
         inputs = state.new_zeros(*state.shape[:-1], len(layouts.inputs))
     columns = [layouts.state.columns[: state.shape[-1]], layouts.action.columns, layouts.inputs.columns]
     given = [(names, values) for names, values in zip(columns, (state, action, inputs), strict=True) if len(names)]
-    first = [_spelled_out(equations, expression) for expression in equations.start.values()]
+    first = [spelled_out(equations, expression) for expression in equations.start.values()]
     function = compile_function(first, [names for names, _ in given])
     hidden = function(*(values for _, values in given))
     batch = torch.broadcast_shapes(state.shape[:-1], hidden.shape[:-1])
     return torch.cat([state.expand(*batch, -1), hidden.expand(*batch, -1)], dim=-1)
 
 
-def _spelled_out(equations: Equations, expression: Expr) -> Expr:
+def spelled_out(equations: Equations, expression: Expr) -> Expr:
     """The expression over columns alone: quantities put in, parameters at their values."""
     quantities = dict(equations.quantities)
     while any(symbol.name in quantities for symbol in expression.free_symbols):

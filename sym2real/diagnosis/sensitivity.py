@@ -17,6 +17,7 @@ from torch import Tensor
 
 from sym2real.diagnosis.segments import WARM_UP, Segments, cut, padded
 from sym2real.effects import Effect, compose
+from sym2real.effects.filters import without_quantities
 from sym2real.symbolic import Equations, compile_function, compile_model, rollout, symbol
 from sym2real.trajectory import Array, Dataset, Trajectory
 
@@ -118,7 +119,8 @@ class Library:
         """(state, action, inputs, parameters) → first values of hidden states."""
         if not self.equations.start:
             return None
-        return compile_function(list(self.equations.start.values()), self._columns_of)
+        start = [without_quantities(self.equations, expression) for expression in self.equations.start.values()]
+        return compile_function(start, self._columns_of)
 
 
 def shielded(base: Equations) -> Equations:

@@ -136,11 +136,7 @@ def with_hidden_start(equations: Equations, state: Tensor, action: Tensor, input
 
 def spelled_out(equations: Equations, expression: Expr) -> Expr:
     """The expression over columns alone: quantities put in, parameters at their values."""
-    quantities = dict(equations.quantities)
-    while any(symbol.name in quantities for symbol in expression.free_symbols):
-        expression = expression.xreplace(
-            {symbol: quantities[symbol.name] for symbol in expression.free_symbols if symbol.name in quantities}
-        )
+    expression = without_quantities(equations, expression)
     return expression.xreplace(
         {
             symbol: equations.parameters[symbol.name]
@@ -148,3 +144,13 @@ def spelled_out(equations: Equations, expression: Expr) -> Expr:
             if symbol.name in equations.parameters
         }
     )
+
+
+def without_quantities(equations: Equations, expression: Expr) -> Expr:
+    """The expression over columns and parameters."""
+    quantities = dict(equations.quantities)
+    while any(symbol.name in quantities for symbol in expression.free_symbols):
+        expression = expression.xreplace(
+            {symbol: quantities[symbol.name] for symbol in expression.free_symbols if symbol.name in quantities}
+        )
+    return expression

@@ -6,11 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import torch
-from torch import Tensor
 
 from sym2real.control import MPPI
-from sym2real.plants import MujocoPlant, rollout_mujoco, run_episode
+from sym2real.experiments.simulated_model import MujocoModel
+from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import compile_model
 from sym2real.tasks import Task, make_task
@@ -58,17 +57,6 @@ def test_predicts_what_then_happens() -> None:
     predicted = mppi.predict(state).numpy()
     happened = np.array([plant.step(action) for action in mppi.mean.double().numpy()])
     assert np.abs(happened - predicted)[:, :3].max() < 0.01
-
-
-class MujocoModel:
-    """MuJoCo as the model: every rollout starts from the plant's full state, of which the measured one is a part."""
-
-    def __init__(self, plant: MujocoPlant) -> None:
-        self.plant = plant
-
-    def rollout(self, state: Tensor, actions: Tensor, inputs: object, parameters: object) -> Tensor:
-        states = rollout_mujoco(self.plant, self.plant.full_state, actions.double().numpy())
-        return torch.from_numpy(states).to(actions.dtype)
 
 
 def test_plans_with_mujoco_itself_as_with_good_equations() -> None:

@@ -17,7 +17,6 @@ from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
-import sympy
 import torch
 from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
@@ -28,8 +27,9 @@ from sym2real.control.weights import control_cost, weigh
 from sym2real.effects.filters import FilterState
 from sym2real.protocols import DynamicsModel
 from sym2real.robots.robot import MPPISettings, Robot
-from sym2real.symbolic import compile_function, rollout
+from sym2real.symbolic import rollout
 from sym2real.tasks import Task
+from sym2real.tasks.cost import running_cost
 
 Array = NDArray[np.float64]
 RunningCost = Callable[[Tensor, Tensor, Tensor], Tensor]
@@ -104,7 +104,7 @@ class MPPI:
         self.device, self.dtype, self.seed = torch.device(device), dtype, seed
         self.price_noise, self.filters = price_noise, filters
         self.horizon = max(1, round(self.settings.horizon / robot.dt))
-        self.cost = running_cost(task, robot)
+        self.cost = running_cost(task, robot.layouts)
         self._factor = covariance_factor(self.settings.noise if noise_covariance is None else noise_covariance).to(
             self.device, dtype
         )
@@ -195,13 +195,3 @@ def shift(mean: Tensor, steps: int) -> Tensor:
     """A plan ``# (H, action)`` as it stands some steps later; its last action is repeated."""
     keep = mean[min(max(steps, 0), len(mean) - 1) :]
     return torch.cat([keep, keep[-1:].expand(len(mean) - len(keep), -1)])
-
-
-def running_cost(task: Task, robot: Robot) -> RunningCost:
-    """A task's cost as one call over a batch: states, actions, reference → ``# (...,)``."""
-    if not isinstance(task.cost, sympy.Expr):
-        return task.cost
-    states, actions = robot.layouts.state.columns, robot.layouts.action.columns
-    references = [f"ref_{column}" for column in states]
-    function = compile_function([task.cost], [states, actions, references])
-    return lambda state, action, reference: function(state, action, reference)[..., 0]

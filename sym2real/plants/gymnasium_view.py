@@ -7,14 +7,13 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-import sympy
 import torch
 
 from sym2real.errors import ModelError
 from sym2real.plants.model_plant import ModelPlant
 from sym2real.plants.mujoco_plant import MujocoPlant
-from sym2real.symbolic import compile_function
 from sym2real.tasks import Task
+from sym2real.tasks.cost import running_cost
 from sym2real.trajectory import Array
 
 Reward = Callable[[Array, Array, Array], float]
@@ -65,13 +64,7 @@ def gymnasium_env(plant: MujocoPlant | ModelPlant, task: Task, reward: Reward | 
 
 
 def _minus_cost(plant: MujocoPlant | ModelPlant, task: Task) -> Reward:
-    cost: Callable[..., torch.Tensor]
-    if isinstance(task.cost, sympy.Expr):
-        columns = plant.layouts.state.columns
-        arguments = [columns, plant.layouts.action.columns, [f"ref_{column}" for column in columns]]
-        cost = compile_function([task.cost], arguments)
-    else:
-        cost = task.cost
+    cost = running_cost(task, plant.layouts)
 
     def reward(state: Array, action: Array, reference: Array) -> float:
         return -float(cost(*(torch.as_tensor(values, dtype=torch.float64) for values in (state, action, reference))))

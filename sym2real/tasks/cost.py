@@ -9,13 +9,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import sympy
+from torch import Tensor
 
+from sym2real.layout import Layouts
 from sym2real.robots.robot import Robot
-from sym2real.symbolic import symbol
-from sym2real.tasks.task import flies
+from sym2real.symbolic import compile_function, symbol
+from sym2real.tasks.task import Task, flies
 
 # Added under each root, so that its gradient at zero is finite; 1e-6 of a metre is nothing to a cost.
 SMOOTH = sympy.Float(1e-12)
@@ -50,3 +52,12 @@ def circle_distance(columns: Iterable[str]) -> sympy.Expr:
 
 def error(column: str) -> sympy.Expr:
     return symbol(column) - symbol(f"ref_{column}")
+
+
+def running_cost(task: Task, layouts: Layouts) -> Callable[[Tensor, Tensor, Tensor], Tensor]:
+    """A task's cost as one call over a batch: states, actions, references → ``# (...,)``."""
+    if not isinstance(task.cost, sympy.Expr):
+        return task.cost
+    states, actions = layouts.state.columns, layouts.action.columns
+    function = compile_function([task.cost], [states, actions, [f"ref_{column}" for column in states]])
+    return lambda state, action, reference: function(state, action, reference)[..., 0]

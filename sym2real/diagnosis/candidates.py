@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatch
 
@@ -79,13 +79,16 @@ class Candidate:
     needs_start: bool = False
 
 
-def library_for(equations: Equations, data: Dataset, exclude: Collection[str] = ()) -> Library:
-    """The equations with every effect that is to be tried on this data."""
+def library_for(
+    equations: Equations, data: Dataset, exclude: Collection[str] = (), include: Sequence[str] = ()
+) -> Library:
+    """The equations with every effect that is to be tried on this data, and those to be included in any case."""
     found = [one for one in applicable(equations) if not _skipped(one, data, exclude)]
     keys = {one.key for one in found}
     for key, others in STANDS_FOR.items():
         if key in keys:
             found = [one for one in found if not any(fnmatch(one.key, other) for other in others)]
+    found += [effect(key, equations) for key in include if key not in {one.key for one in found}]
     return Library.of(equations, found)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from sym2real.diagnosis.data_report import DataReport, data_report
 from sym2real.diagnosis.features import Region
+from sym2real.diagnosis.floor import Floor, floor_of_noise
 from sym2real.diagnosis.locate import Where, locate
 from sym2real.diagnosis.prepared import prepared
 from sym2real.diagnosis.start import ROWS, Start
@@ -76,6 +77,7 @@ class Comparison:
         notes: what was done to the logs on the way in, and what was left out.
         where: regions in which the errors are larger.
         data: what the logs are fit for.
+        floor: the part of the errors that the sensors' noise alone makes, at start and end.
     """
 
     one_step: HorizonErrors
@@ -85,6 +87,7 @@ class Comparison:
     notes: tuple[str, ...] = ()
     where: tuple[Where, ...] = ()
     data: DataReport | None = None
+    floor: tuple[Floor, ...] = ()
 
     def at(self, horizon: float) -> HorizonErrors:
         """Errors at the horizon nearest to ``horizon`` s."""
@@ -96,6 +99,7 @@ class Comparison:
             "one_step": self.one_step.to_dict(),
             "horizons": [errors.to_dict() for errors in self.horizons],
             "free_run": self.free_run.to_dict(),
+            "floor": [one.to_dict() for one in self.floor],
             "start": self.start,
             "notes": list(self.notes),
             "where": [one.to_dict() for one in self.where],
@@ -146,6 +150,7 @@ def compare(
         notes=tuple(notes),
         where=locate(predictor, dataset, region),
         data=data_report(logs),
+        floor=floor_of_noise(predictor, dataset, steps, start),
     )
 
 

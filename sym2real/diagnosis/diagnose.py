@@ -3,34 +3,31 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection
-from dataclasses import dataclass, field
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 import torch
 
-from sym2real.diagnosis import calibrate
-from sym2real.diagnosis.candidates import Candidate, candidates, library_for
+from sym2real.diagnosis.candidates import Candidate
+from sym2real.diagnosis.features import Region
 from sym2real.diagnosis.findings import Finding, by_importance, findings, parameter_set
 from sym2real.diagnosis.fit import Problems
+from sym2real.diagnosis.floor import Floor, floor_of_explained
 from sym2real.diagnosis.groups import groups_of
-from sym2real.diagnosis.ladder import Stage, ladder
+from sym2real.diagnosis.ladder import Stage, horizons_for, ladder
 from sym2real.diagnosis.leftover import Leftover, find_leftover
-from sym2real.diagnosis.sanity import Checked, Fault, check
+from sym2real.diagnosis.locate import Where, locate
+from sym2real.diagnosis.sanity import Fault, check
 from sym2real.diagnosis.select import FEWEST_BLOCKS, Selection
-from sym2real.diagnosis.sensitivity import Library, Problem
+from sym2real.diagnosis.sensitivity import Library
 from sym2real.diagnosis.verdict import Verdict, makes_worse, summary, verdict
-from sym2real.diagnosis.whitening import Spread, Whitening, estimate
+from sym2real.diagnosis.weighing import OnProgress, Weighed, weigh
 from sym2real.effects import compose, effect
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset, Trajectory
-
-OnProgress = Callable[[str], None]
-
-# Over-fit before the whitening (DIAGNOSIS.md step 4).
-OVERFIT_GAIN, OVERFIT_MOST, OVERFIT_ROUNDS, OVERFIT_REFITTED = 0.01, 7, 2, 2
 
 
 @dataclass(frozen=True)
@@ -57,9 +54,9 @@ class Diagnosis:
     faults: tuple[Fault, ...] = ()
     findings: tuple[Finding, ...] = ()
     leftover: Leftover | None = None
-    where: tuple[Any, ...] = ()
+    where: tuple[Where, ...] = ()
     ladder: tuple[Stage, ...] = ()
-    floor: tuple[dict[str, Any], ...] = ()
+    floor: tuple[Floor, ...] = ()
     held_out: tuple[str, ...] = ()
     seconds: float = 0.0
     tried: int = 0
@@ -78,9 +75,9 @@ class Diagnosis:
             "faults": [fault.to_dict() for fault in self.faults],
             "findings": [finding.to_dict() for finding in self.findings],
             "leftover": None if self.leftover is None else self.leftover.to_dict(),
-            "where": list(self.where),
+            "where": [one.to_dict() for one in self.where],
             "ladder": [stage.to_dict() for stage in self.ladder],
-            "floor": list(self.floor),
+            "floor": [one.to_dict() for one in self.floor],
             "held_out": list(self.held_out),
             "seconds": self.seconds,
             "tried": self.tried,
@@ -96,6 +93,7 @@ def diagnose(
     held_out: Dataset | None = None,
     exclude: Collection[str] = (),
     horizon: float | None = None,
+    region: Region | None = None,
     on_progress: OnProgress = lambda _: None,
 ) -> Diagnosis:
     """Find the effects that a model misses.
@@ -106,48 +104,22 @@ def diagnose(
         plant: the plain simulator that the base was learned from, to calibrate it; without one that step is skipped.
         held_out: logs that score the ladder; by default every log by the fit without it.
         exclude: keys or patterns of effects that are not to be tried.
-        horizon: only horizons up to this many seconds in the ladder.
+        horizon: the ladder's longest, in s.
+        region: range of every column in the model's training, to say whether it fails inside or outside.
         on_progress: told what is being done.
 
     Raises:
         ShapeError: when no log is long enough, or columns differ.
     """
     started = time.perf_counter()
-    on_progress("checking the data")
-    checked = check(model, data if isinstance(data, Dataset) else Dataset([data]))
-    library = library_for(model, checked.data, exclude)
-    tried = candidates(library, checked.data)
-    problem = Problem(library, checked.data)
-    on_progress("weighing errors")
-    spread, whitening = whiten(problem, tried)
-    notes = list(checked.notes)
-    origin, own = library.null, set[str]()
-    if plant is None:
-        notes.append("no plain simulator: the base's own errors were not calibrated and may look like effects")
-    else:
-        on_progress("calibrating the base in the plain simulator")
-        flown = calibrate.simulated(plant, checked.data)
-        if flown is None:
-            notes.append("the logs' manoeuvres cannot be flown in the plain simulator: the base is not calibrated")
-        else:
-            origin, own = calibrate.origin(library, tried, flown, whitening)
+    weighed = weigh(model, data, plant, exclude=exclude, on_progress=on_progress)
     on_progress("searching")
-    selection = search(Problems.of(problem, whitening), tried, origin)
+    selection = search(weighed.problems, weighed.tried, weighed.origin)
     on_progress("scoring on held-out data")
-    return _answer(model, checked, selection, spread, held_out=held_out, notes=notes, own=own, started=started)
-
-
-def whiten(problem: Problem, tried: tuple[Candidate, ...]) -> tuple[Spread, Whitening]:
-    """The covariance of what a fully explained model leaves, from over-fitted residuals."""
-    null, segments = problem.library.null, problem.segments
-    spread = Spread.of(problem, null)
-    whitening = estimate(spread, problem.residuals(null[None])[0], segments.noise, segments.channel)
-    for _ in range(OVERFIT_ROUNDS):
-        selection = Selection(Problems.of(problem, whitening), tried, null)
-        selection.grow(OVERFIT_GAIN, OVERFIT_MOST, tested=False, refitted=OVERFIT_REFITTED)
-        residuals = problem.residuals(selection.fit.values[None])[0]
-        whitening = estimate(spread, residuals, segments.noise, segments.channel)
-    return spread, whitening
+    found = _answer(model, weighed, selection, held_out, horizon)
+    on_progress("locating errors")
+    where = locate(model, weighed.checked.data, region)
+    return replace(found, where=where, seconds=time.perf_counter() - started)
 
 
 def search(problems: Problems, tried: tuple[Candidate, ...], origin: torch.Tensor) -> Selection:
@@ -162,24 +134,17 @@ def search(problems: Problems, tried: tuple[Candidate, ...], origin: torch.Tenso
 
 
 def _answer(
-    model: Equations,
-    checked: Checked,
-    selection: Selection,
-    spread: Spread,
-    *,
-    held_out: Dataset | None,
-    notes: list[str],
-    own: set[str],
-    started: float,
+    model: Equations, weighed: Weighed, selection: Selection, held_out: Dataset | None, horizon: float | None
 ) -> Diagnosis:
-    problems, library = selection.problems, selection.problems.problem.library
+    problems, library, checked = selection.problems, weighed.library, weighed.checked
     freedom = problems.whitening.freedom
     scored = checked.data if held_out is None else check(model, held_out).data
-    stages = tuple(_gated(library, selection, scored, same=held_out is None))
+    horizons = horizons_for(scored, horizon)
+    stages = tuple(_gated(library, selection, scored, horizons, same=held_out is None))
     groups = groups_of(selection)
     provisional = problems.block_count < FEWEST_BLOCKS
     found = tuple(findings(selection, groups, freedom, provisional)) if selection.chosen else ()
-    leftover = find_leftover(problems.problem, spread, problems.whitening, selection.fit.values, own)
+    leftover = find_leftover(problems.problem, weighed.spread, problems.whitening, selection.fit.values, weighed.own)
     base = float(problems.whitening.loss(problems.problem.residuals(library.null[None])).sum())
     answer = verdict(checked.faults, found, leftover, problems)
     return Diagnosis(
@@ -189,24 +154,28 @@ def _answer(
         findings=found,
         leftover=leftover,
         ladder=stages,
+        floor=floor_of_explained(library, scored, selection.fit.values, problems.whitening, horizons),
         held_out=tuple(trajectory.name for trajectory in scored),
-        seconds=time.perf_counter() - started,
         tried=selection.tried,
-        notes=tuple(notes),
+        notes=weighed.notes,
         misfit=(base / freedom, selection.fit.total / freedom),
     )
 
 
-def _gated(library: Library, selection: Selection, data: Dataset, *, same: bool) -> list[Stage]:
+def _gated(
+    library: Library, selection: Selection, data: Dataset, horizons: Sequence[float], *, same: bool
+) -> list[Stage]:
     """The ladder, after every finding at its end that makes held-out predictions worse has been dropped."""
     while True:
-        stages, last = _ladder(library, selection, data, same)
+        stages, last = _ladder(library, selection, data, horizons, same)
         if last is None or not makes_worse(stages[-2:]):
             return stages
         selection.put(*selection.without(last))
 
 
-def _ladder(library: Library, selection: Selection, data: Dataset, same: bool) -> tuple[list[Stage], Candidate | None]:
+def _ladder(
+    library: Library, selection: Selection, data: Dataset, horizons: Sequence[float], same: bool
+) -> tuple[list[Stage], Candidate | None]:
     """Base and first k findings, each log by parameters that it took no part in where the logs are the fit's own.
 
     Also the last finding.
@@ -219,7 +188,7 @@ def _ladder(library: Library, selection: Selection, data: Dataset, same: bool) -
         sets = [parameter_set(selection, done, selection.problems.moved(fit, step)) for step in steps]
         stages.append((f"+ {one.name}", torch.stack(sets)))
     fold_of = _fold_of_log(selection) if same else None
-    return ladder(library, data, stages, fold_of), done[-1] if done else None
+    return ladder(library, data, stages, fold_of, horizons), done[-1] if done else None
 
 
 def _fold_of_log(selection: Selection) -> np.ndarray:

@@ -77,7 +77,25 @@ def windows_of(data: Dataset, steps: int) -> Segments | None:
     )
 
 
-def ladder(library: Library, data: Dataset, stages: Sequence[tuple[str, Tensor]], fold_of: Array | None) -> list[Stage]:
+def horizons_for(data: Dataset, longest: float | None = None) -> tuple[float, ...]:
+    """Horizons (s) that the logs are long enough for.
+
+    Args:
+        data: logs.
+        longest: none beyond this many seconds, and this one as well.
+    """
+    wanted = HORIZONS if longest is None else (*(one for one in HORIZONS if one < longest), longest)
+    rows = max(len(trajectory) for trajectory in data) - ROWS - WARM_UP
+    return tuple(horizon for horizon in wanted if 1 <= round(horizon / data.dt) <= rows)
+
+
+def ladder(
+    library: Library,
+    data: Dataset,
+    stages: Sequence[tuple[str, Tensor]],
+    fold_of: Array | None,
+    horizons: Sequence[float] | None = None,
+) -> list[Stage]:
     """Errors of every stage at the horizons that the logs are long enough for.
 
     Args:
@@ -85,10 +103,9 @@ def ladder(library: Library, data: Dataset, stages: Sequence[tuple[str, Tensor]]
         data: held-out logs.
         stages: name, and a parameter set per fold ``# (folds, P)``; one fold where the logs took no part in the fit.
         fold_of: fold of each log; None for one fold.
+        horizons: in s, of :func:`horizons_for`.
     """
-    longest = max(len(trajectory) for trajectory in data) - ROWS - WARM_UP
-    steps = {horizon: round(horizon / library.equations.dt) for horizon in HORIZONS}
-    steps = {horizon: count for horizon, count in steps.items() if count <= longest}
+    steps = {one: round(one / library.equations.dt) for one in (horizons_for(data) if horizons is None else horizons)}
     if not steps:
         return []
     windows = windows_of(data, max(steps.values()))

@@ -7,7 +7,7 @@ left out, because logs have them by differencing what is compared already.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -65,9 +65,28 @@ class Segments:
         """Rows of a segment."""
         return self.measured.shape[1]
 
+    def some(self, most: int) -> Segments:
+        """At most so many of them, evenly over the data set."""
+        if len(self) <= most:
+            return self
+        index = np.linspace(0, len(self) - 1, most).round().astype(int)
+        return replace(
+            self,
+            log=self.log[index],
+            row=self.row[index],
+            start=self.start[index],
+            before=self.before[index],
+            measured=self.measured[index],
+        )
+
     def ahead(self, before: int = 0) -> NDArray[np.int64]:
         """Rows whose actions lead through each segment, from so many rows before it ``# (S, N - 1 + before)``."""
         return self.row[:, None] + np.arange(-before, self.length - 1)
+
+
+def segment_length(layout: Layout) -> int:
+    """Rows of a segment for a robot with these state columns."""
+    return next((LENGTH[field] for field in LENGTH if layout.has_field(field)), OTHER_LENGTH)
 
 
 def cut(data: Dataset) -> Segments:
@@ -77,7 +96,7 @@ def cut(data: Dataset) -> Segments:
         ShapeError: when no log is long enough for one.
     """
     layout = data.layouts.state
-    length = next((LENGTH[field] for field in LENGTH if layout.has_field(field)), OTHER_LENGTH)
+    length = segment_length(layout)
     logs, rows = [], []
     for index, trajectory in enumerate(data):
         for first in range(SETTLING + WARM_UP, len(trajectory) - length, length):

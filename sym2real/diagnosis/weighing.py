@@ -1,0 +1,100 @@
+"""What comes before any search: checked data, candidates, the covariance that weighs errors, the base's own faults."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+
+import torch
+
+from sym2real.diagnosis import calibrate
+from sym2real.diagnosis.candidates import Candidate, candidates, library_for
+from sym2real.diagnosis.fit import Problems
+from sym2real.diagnosis.sanity import Checked, check
+from sym2real.diagnosis.select import Selection
+from sym2real.diagnosis.sensitivity import Library, Problem
+from sym2real.diagnosis.whitening import Spread, Whitening, estimate
+from sym2real.plants import MujocoPlant
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Dataset, Trajectory
+
+OnProgress = Callable[[str], None]
+
+# Over-fit before the whitening (DIAGNOSIS.md step 4).
+OVERFIT_GAIN, OVERFIT_MOST, OVERFIT_ROUNDS, OVERFIT_REFITTED = 0.01, 7, 2, 2
+
+
+@dataclass(frozen=True, eq=False)
+class Weighed:
+    """A model against checked data, ready for hypotheses.
+
+    Args:
+        checked: the data, faults undone.
+        library: the equations with every candidate in them.
+        tried: what competes.
+        problems: data, whitening, folds.
+        spread: what shapes the covariance.
+        origin: parameter set from which effects are counted: null, or what calibration says of the base ``# (P,)``.
+        own: channels in which the base misses something of the plain simulator already.
+        notes: remarks on data and method.
+    """
+
+    checked: Checked
+    library: Library
+    tried: tuple[Candidate, ...]
+    problems: Problems
+    spread: Spread
+    origin: torch.Tensor
+    own: set[str]
+    notes: tuple[str, ...]
+
+    @property
+    def whitening(self) -> Whitening:
+        return self.problems.whitening
+
+
+def weigh(
+    model: Equations,
+    data: Dataset | Trajectory,
+    plant: MujocoPlant | None,
+    *,
+    exclude: Collection[str] = (),
+    include: Sequence[str] = (),
+    on_progress: OnProgress = lambda _: None,
+) -> Weighed:
+    """Check the data, weigh errors, calibrate the base; arguments as of :func:`sym2real.diagnosis.diagnose`.
+
+    Args:
+        include: keys of effects that compete whatever the rules for candidates say.
+    """
+    on_progress("checking the data")
+    checked = check(model, data if isinstance(data, Dataset) else Dataset([data]))
+    library = library_for(model, checked.data, exclude, include)
+    tried = candidates(library, checked.data)
+    problem = Problem(library, checked.data)
+    on_progress("weighing errors")
+    spread, whitening = whiten(problem, tried)
+    notes, origin, own = list(checked.notes), library.null, set[str]()
+    if plant is None:
+        notes.append("no plain simulator: the base's own errors were not calibrated and may look like effects")
+    else:
+        on_progress("calibrating the base in the plain simulator")
+        flown = calibrate.simulated(plant, checked.data)
+        if flown is None:
+            notes.append("the logs' manoeuvres cannot be flown in the plain simulator: the base is not calibrated")
+        else:
+            origin, own = calibrate.origin(library, tried, flown, whitening)
+    return Weighed(checked, library, tried, Problems.of(problem, whitening), spread, origin, own, tuple(notes))
+
+
+def whiten(problem: Problem, tried: tuple[Candidate, ...]) -> tuple[Spread, Whitening]:
+    """The covariance of what a fully explained model leaves, from over-fitted residuals."""
+    null, segments = problem.library.null, problem.segments
+    spread = Spread.of(problem, null)
+    whitening = estimate(spread, problem.residuals(null[None])[0], segments.noise, segments.channel)
+    for _ in range(OVERFIT_ROUNDS):
+        selection = Selection(Problems.of(problem, whitening), tried, null)
+        selection.grow(OVERFIT_GAIN, OVERFIT_MOST, tested=False, refitted=OVERFIT_REFITTED)
+        residuals = problem.residuals(selection.fit.values[None])[0]
+        whitening = estimate(spread, residuals, segments.noise, segments.channel)
+    return spread, whitening

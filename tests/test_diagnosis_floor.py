@@ -1,0 +1,84 @@
+"""The floor against the errors of a model that misses nothing: equations and simulator agree, noise is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+
+from sym2real.diagnosis import compare
+from sym2real.diagnosis.floor import floor_of_explained
+from sym2real.diagnosis.ladder import horizons_for, ladder
+from sym2real.diagnosis.sensitivity import Library, Problem
+from sym2real.diagnosis.sensor_noise import SensorNoise
+from sym2real.diagnosis.whitening import Spread, estimate
+from sym2real.experiments.standard_conditions import ANGLE_NOISE, POSITION_NOISE
+from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.robots import CRAZYFLIE
+from sym2real.trajectory import Dataset
+
+
+@pytest.fixture(scope="module")
+def flights() -> Dataset:
+    return simulate_case(Case("crazyflie", (), seed=3), trajectories=3, rows=250)
+
+
+def test_the_noise_of_the_sensors_is_found_and_velocity_by_differences_is_recognised(flights: Dataset) -> None:
+    noise = SensorNoise.of(flights)
+    assert noise.differenced == {6: 0, 7: 1, 8: 2}
+    np.testing.assert_allclose(noise.deviation[:3], POSITION_NOISE, rtol=0.1)
+    np.testing.assert_allclose(noise.deviation[3:6], ANGLE_NOISE, rtol=0.1)
+    np.testing.assert_allclose(noise.of_a_row[6:9], np.sqrt(2) * POSITION_NOISE / 0.02, rtol=0.1)
+
+
+def test_drawing_the_noise_once_more_doubles_its_variance(flights: Dataset) -> None:
+    once = SensorNoise.of(flights)
+    rng = np.random.default_rng(0)
+    twice = SensorNoise.of(Dataset([once.added_to(trajectory, rng) for trajectory in flights]))
+    np.testing.assert_allclose(twice.deviation[:6], np.sqrt(2) * once.deviation[:6], rtol=0.15)
+    assert twice.differenced == once.differenced
+
+
+def test_short_predictions_of_the_right_model_err_by_noise_alone(flights: Dataset) -> None:
+    comparison = compare(CRAZYFLIE.nominal(), flights, horizons=(0.1, 0.2, 0.8))
+    floor = {one.horizon: one.errors for one in comparison.floor}
+    for errors in comparison.horizons[:2]:
+        for channel in ("position", "attitude", "velocity"):
+            # Seventy windows that overlap: the error itself is known to about a fifth.
+            assert floor[errors.horizon][channel][0] == pytest.approx(errors.errors[channel].value, rel=0.25)
+    # Later the pushes that the right model does not know count as well.
+    assert floor[0.8]["position"][0] < comparison.horizons[2].errors["position"].value
+
+
+def test_the_floor_of_the_explained_model_is_its_error(flights: Dataset) -> None:
+    library = Library.of(CRAZYFLIE.nominal(), [])
+    problem = Problem(library, flights)
+    spread = Spread.of(problem, library.null)
+    segments = problem.segments
+    whitening = estimate(spread, problem.residuals(library.null[None])[0], segments.noise, segments.channel)
+    horizons = horizons_for(flights, 0.8)
+    (stage,) = ladder(library, flights, [("right", library.null[None])], None, horizons)
+    floor = floor_of_explained(library, flights, library.null, whitening, horizons)
+    assert [one.horizon for one in floor] == [0.1, 0.2, 0.5, 0.8]
+    for one in floor:
+        for channel in ("position", "attitude", "velocity", "rate"):
+            # Good to a third: trim of a run outlasts the disturbances that the whitening knows, and where the noise
+            # that is drawn makes the start's estimator choose another polynomial, the change counts as error.
+            assert 0.75 < one.errors[channel][0] / stage.horizons[one.horizon][channel].value < 1.35
+
+
+def test_a_noisier_start_raises_the_floor(flights: Dataset) -> None:
+    library = Library.of(CRAZYFLIE.nominal(), [])
+    problem = Problem(library, flights)
+    spread = Spread.of(problem, library.null)
+    ones = torch.ones(len(problem.segments.compared), dtype=torch.float64)
+    power = torch.full((len(spread.names),), 1e-8, dtype=torch.float64)
+    noise = torch.as_tensor(problem.segments.noise)
+    plain, noisy = (
+        floor_of_explained(
+            library, flights, library.null, spread.whitening((size * noise * ones).square(), power), (0.5,)
+        )
+        for size in (1.0, 3.0)
+    )
+    for channel, (value, _) in plain[0].errors.items():
+        assert noisy[0].errors[channel][0] > (1.5 if channel != "velocity" else 1.05) * value

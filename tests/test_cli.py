@@ -87,7 +87,7 @@ def test_simulated_drive_against_first_principles(bicycle: Path, tmp_path: Path)
 def test_a_push_shows_in_the_comparison(tmp_path: Path) -> None:
     main(["nominal", "quadrotor", "--mass", "0.027", "--out", str(tmp_path / "model")])
     position = {}
-    for name, options in (("plain", []), ("windy", ["--force", "0.02", "0", "0"])):
+    for name, options in (("plain", []), ("windy", ["--effects", "wind", "fx=0.02"])):
         log = tmp_path / f"{name}.csv"
         main(["simulate", "crazyflie", "hover", "--seconds", "4", "--out", str(log), *options])
         compared = result_of(["compare", str(tmp_path / "model"), str(log), "--start", "measured"], tmp_path)
@@ -180,7 +180,7 @@ def test_an_effect_in_the_model_explains_a_log_that_has_it(tmp_path: Path) -> No
     added = result_of(["add", str(tmp_path / "plain"), "wind", "fx=0.02", "--out", str(tmp_path / "windy")], tmp_path)
     assert added["effect"] == "wind"
     log = tmp_path / "log.csv"
-    main(["simulate", "crazyflie", "circle", "--seconds", "4", "--force", "0.02", "0", "0", "--out", str(log)])
+    main(["simulate", "crazyflie", "circle", "--seconds", "4", "--effects", "wind", "fx=0.02", "--out", str(log)])
     errors = {}
     for model in ("plain", "windy"):
         compared = result_of(["compare", str(tmp_path / model), str(log), "--start", "measured"], tmp_path)

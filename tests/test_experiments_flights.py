@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import torch
 
+from sym2real.effects import effect
 from sym2real.experiments.disturbed import ColouredNoise
 from sym2real.experiments.flights import car_drives, quadrotor_flights, reverse_drives
-from sym2real.plants import constant_force
 from sym2real.robots import CRAZYFLIE
 from sym2real.rotation import tilt
 from sym2real.trajectory import Array, Dataset
@@ -61,7 +61,7 @@ def test_flights_repeat_by_seed_and_differ_between_seeds() -> None:
 
 def test_changes_and_pushes_reach_the_plant() -> None:
     plain = quadrotor_flights(1, seed=1, steps=30)
-    windy = quadrotor_flights(1, seed=1, steps=30, changes=[constant_force(0.03)])
+    windy = quadrotor_flights(1, seed=1, steps=30, changes=[effect("wind", CRAZYFLIE).inject(fx=0.03)])
     assert (windy[0].column("vx") - plain[0].column("vx"))[-1] > 0.1
     pushed = quadrotor_flights(1, seed=1, steps=30, pushed=True)
     assert not plain[0].inputs.any()

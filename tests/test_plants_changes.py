@@ -7,12 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sym2real.plants import MujocoPlant, constant_force, inertial_offset, tilted_gravity
+from sym2real.effects import effect
+from sym2real.plants import MujocoPlant
 from sym2real.protocols import Change
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.robots.robot import GRAVITY
 from sym2real.trajectory import Array
 
+WIND, OFFSET = effect("wind", CRAZYFLIE), effect("com_offset", CRAZYFLIE)
 HIGH = np.array([0, 0, 50.0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0])
 INERTIA = np.array([CRAZYFLIE.constants[name] for name in ("jx", "jy", "jz")])
 GAINS = np.array([CRAZYFLIE.constants[name] for name in ("kx", "ky", "kz")])
@@ -26,20 +28,23 @@ def fly(plant: MujocoPlant, steps: int = 50) -> Array:
 
 
 def test_a_constant_force_gives_its_acceleration() -> None:
-    plant = MujocoPlant(CRAZYFLIE, [constant_force(0.03, -0.01, 0.02), constant_force(0.01)])
+    plant = MujocoPlant(
+        CRAZYFLIE,
+        [WIND.inject(fx=0.03, fy=-0.01, fz=0.02), WIND.inject(fx=0.01)],
+    )
     expected = np.array([0.04, -0.01, 0.02]) / CRAZYFLIE.mass
     np.testing.assert_allclose(fly(plant)[7:10], expected, rtol=1e-6)
 
 
 def test_tilted_gravity_accelerates_and_keeps_its_size() -> None:
-    plant = MujocoPlant(CRAZYFLIE, [tilted_gravity(0.5, -1.0)])
+    plant = MujocoPlant(CRAZYFLIE, [effect("slope", CRAZYFLIE).inject(gx=0.5, gy=-1.0)])
     np.testing.assert_allclose(fly(plant)[7:9], [0.5, -1.0], rtol=1e-6)
     assert np.linalg.norm(plant.mj_model.opt.gravity) == pytest.approx(GRAVITY)
 
 
 def test_an_offset_of_the_centre_of_mass_turns_the_body_against_the_rate_loop() -> None:
     offset = np.array([0.002, -0.001, 0.003])
-    plant = MujocoPlant(CRAZYFLIE, [inertial_offset(*offset)])
+    plant = MujocoPlant(CRAZYFLIE, [OFFSET.inject(rx=offset[0], ry=offset[1], rz=offset[2])])
     state = plant.reset(HIGH)
     for _ in range(20):
         state = plant.step([0.3, 0.0, 0.0, 0.0])
@@ -50,18 +55,21 @@ def test_an_offset_of_the_centre_of_mass_turns_the_body_against_the_rate_loop() 
 
 def test_an_offset_leaves_mass_inertia_and_frame_alone() -> None:
     plain = MujocoPlant(CRAZYFLIE).mj_model
-    moved = MujocoPlant(CRAZYFLIE, [inertial_offset(0.002, 0.0, 0.0)]).mj_model
+    moved = MujocoPlant(CRAZYFLIE, [OFFSET.inject(rx=0.002)]).mj_model
     assert moved.body_mass[1] == pytest.approx(plain.body_mass[1])
     np.testing.assert_allclose(moved.body_inertia[1], plain.body_inertia[1])
     np.testing.assert_allclose(moved.body_ipos[1] - plain.body_ipos[1], [0.002, 0.0, 0.0])
     np.testing.assert_allclose(moved.body_mass, plain.body_mass)
-    car, offset = MujocoPlant(MUSHR).mj_model, MujocoPlant(MUSHR, [inertial_offset(0.0, 0.01, 0.0)]).mj_model
+    car, offset = (
+        MujocoPlant(MUSHR).mj_model,
+        MujocoPlant(MUSHR, [effect("com_offset", MUSHR).inject(ry=0.01)]).mj_model,
+    )
     np.testing.assert_allclose(offset.body_ipos[1] - car.body_ipos[1], [0.0, 0.01, 0.0], atol=1e-12)
     assert offset.body_mass[1] == pytest.approx(2.9)
 
 
 def test_velocity_is_that_of_the_frame_and_not_of_the_centre_of_mass() -> None:
-    plant = MujocoPlant(CRAZYFLIE, [inertial_offset(0.02, 0.0, 0.0)])
+    plant = MujocoPlant(CRAZYFLIE, [OFFSET.inject(rx=0.02)])
     start = HIGH.copy()
     start[12] = 4.0
     state = plant.reset(start)
@@ -111,14 +119,14 @@ def test_an_initial_wrench_acts_after_every_reset() -> None:
 
 
 def test_pushes_and_changes_add_up() -> None:
-    plant = MujocoPlant(CRAZYFLIE, [constant_force(0.027)], wrench=[0.027, 0.0, 0.0, 0.0, 0.0, 0.0])
+    plant = MujocoPlant(CRAZYFLIE, [WIND.inject(fx=0.027)], wrench=[0.027, 0.0, 0.0, 0.0, 0.0, 0.0])
     assert fly(plant)[7] == pytest.approx(2.0, rel=1e-6)
 
 
 def test_the_slope_drags_a_car_that_holds_speed_zero() -> None:
     """The wheels' speed loop gives 4 k_v / r² = 32 N per m/s, which is what holds the car against the slope."""
     pull = 2.0 / MUSHR.mass
-    plant = MujocoPlant(MUSHR, [tilted_gravity(pull, 0.0)])
+    plant = MujocoPlant(MUSHR, [effect("slope", MUSHR).inject(gx=pull)])
     pushed = MujocoPlant(MUSHR, wrench=[2.0, 0.0, 0.0])
     for one in (plant, pushed):
         for _ in range(60):

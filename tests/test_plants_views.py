@@ -10,16 +10,15 @@ import pytest
 import torch
 from gymnasium.utils.env_checker import check_env
 
+from sym2real.effects import effect
 from sym2real.errors import ModelError, ShapeError
 from sym2real.layout import Layout, Layouts
 from sym2real.plants import (
     ModelPlant,
     MujocoPlant,
-    constant_force,
     random_push,
     rollout_mujoco,
     run_episode,
-    tilted_gravity,
 )
 from sym2real.plants.gymnasium_view import gymnasium_env
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
@@ -65,7 +64,7 @@ def high(robot: Robot) -> Array:
 
 @every_robot
 def test_a_rollout_is_what_stepping_gives(robot: Robot) -> None:
-    changes = [tilted_gravity(0.3, 0.1)]
+    changes = [effect("slope", MUSHR).inject(gx=0.3, gy=0.1)]
     plant = MujocoPlant(robot, changes)
     plant.reset(high(robot))
     for action in draw(robot, 5, seed=9):
@@ -104,7 +103,7 @@ def test_coarse_rollouts_of_a_free_body_stay_close() -> None:
 
 def test_rollouts_refuse_what_they_cannot_apply() -> None:
     actions = np.tile(CRAZYFLIE.rest, (2, 3, 1))
-    windy = MujocoPlant(CRAZYFLIE, [constant_force(0.01)])
+    windy = MujocoPlant(CRAZYFLIE, [effect("wind", CRAZYFLIE).inject(fx=0.01)])
     with pytest.raises(ModelError, match="constant force"):
         rollout_mujoco(windy, windy.full_state, actions)
     plant = MujocoPlant(CRAZYFLIE)

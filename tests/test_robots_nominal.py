@@ -10,9 +10,10 @@ import pytest
 import torch
 
 from sym2real import rotation
+from sym2real.effects import effect
 from sym2real.errors import ModelError
 from sym2real.layout import Layout, Layouts
-from sym2real.plants import MujocoPlant, inertial_offset, random_push, tilted_gravity
+from sym2real.plants import MujocoPlant, random_push
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 from sym2real.robots.motors import Motors
 from sym2real.robots.nominal_car import car
@@ -139,7 +140,12 @@ def test_a_moved_centre_of_mass_is_a_torque_of_the_thrust() -> None:
     """τ = -r × T e₃; the position is the frame's, which the turning moves by r: a millimetre."""
     offset = np.array([0.002, 0.001, 0.0])
     actions, start = commands(CRAZYFLIE, 0.1, 0), state13(z=20.0)
-    truth = simulated(CRAZYFLIE, actions, start, changes=[inertial_offset(*offset)])
+    truth = simulated(
+        CRAZYFLIE,
+        actions,
+        start,
+        changes=[effect("com_offset", CRAZYFLIE).inject(rx=offset[0], ry=offset[1], rz=offset[2])],
+    )
     wrench = np.zeros((len(actions), 6))
     wrench[:, 3:] = [-np.cross(offset, [0.0, 0.0, thrust]) for thrust in actions[:, 0]]
     with_torque = predicted(QUADROTOR, start, actions, wrench)
@@ -150,7 +156,7 @@ def test_a_moved_centre_of_mass_is_a_torque_of_the_thrust() -> None:
 
 def test_a_slope_is_a_force_on_the_car() -> None:
     actions = np.tile([0.0, 1.0], (40, 1))
-    truth = simulated(MUSHR, actions, MUSHR.start, changes=[tilted_gravity(-2.0 / MUSHR.mass, 0.0)])
+    truth = simulated(MUSHR, actions, MUSHR.start, changes=[effect("slope", MUSHR).inject(gx=-2.0 / MUSHR.mass)])
     wrench = np.tile([-2.0, 0.0, 0.0], (40, 1))
     path = predicted(CAR, MUSHR.start, actions, wrench)
     plain = predicted(CAR, MUSHR.start, actions)

@@ -32,6 +32,7 @@ class Add:
 
     def run(self, console: Console) -> dict[str, Any]:
         """Compose, print, write."""
+        from sym2real.cli.chosen_effects import number_of, split
         from sym2real.cli.model import open_with_progress
         from sym2real.effects import compose, effect
         from sym2real.report.tables import equation_table
@@ -48,23 +49,3 @@ class Add:
         console.print(f"{chosen.key}: {chosen.summary}", markup=False)
         console.print(f"model in {self.out}")
         return {"model": self.out, "effect": chosen.key, "values": values, "latex": changed.latex()}
-
-
-def split(text: str) -> tuple[str, str]:
-    """PARAMETER=VALUE in its two parts."""
-    from sym2real.errors import ModelError
-
-    name, equals, value = text.partition("=")
-    if not equals or not name:
-        raise ModelError(f"expected PARAMETER=VALUE, found {text!r}")
-    return name, value
-
-
-def number_of(name: str, text: str) -> float:
-    """The value of a parameter."""
-    from sym2real.errors import ModelError
-
-    try:
-        return float(text)
-    except ValueError:
-        raise ModelError(f"parameter {name!r}: expected a number, found {text!r}") from None

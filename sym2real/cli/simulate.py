@@ -14,9 +14,9 @@ from rich.console import Console
 class Simulate:
     """Fly or drive a task in the robot's simulator with a controller that needs no model, and write the log.
 
-    The simulator is plain unless an option changes it: a constant force, a centre of mass off its place, a slope.
+    The simulator is plain unless it is given effects, which MuJoCo's own means put into it.
 
-    Example: sym2real simulate crazyflie circle --force 0.01 0 0 --out windy.csv
+    Example: sym2real simulate crazyflie circle --effects wind fx=0.01 added_mass value=0.003 --out windy.csv
     """
 
     robot: tyro.conf.Positional[str]
@@ -29,12 +29,8 @@ class Simulate:
     """Geometric tracking, or the random commands that Stage I starts with."""
     seconds: float | None = None
     """Length of the episode; the task's own by default."""
-    force: tuple[float, float, float] | None = None
-    """Constant force in N along world axes."""
-    com_offset: tuple[float, float, float] | None = None
-    """Centre of mass moved by this much in m along body axes."""
-    slope: tuple[float, float] | None = None
-    """Gravity's components in m/s² along the world's x and y."""
+    effects: tuple[str, ...] = ()
+    """Physical effects in it: each KIND or KIND:COLUMN, then its PARAMETER=VALUE (`sym2real effects` lists them)."""
     seed: int = 0
     """Of the start and the random commands."""
     json: Path | None = None
@@ -43,22 +39,17 @@ class Simulate:
     def run(self, console: Console) -> dict[str, Any]:
         """Fly, print the figures, write the log."""
         from sym2real.adaptation import tracking_error
+        from sym2real.cli.chosen_effects import chosen_effects
         from sym2real.control import RandomCommands
         from sym2real.experiments.flying import geometric_controller
         from sym2real.logs import write_log
-        from sym2real.plants import MujocoPlant, constant_force, inertial_offset, run_episode, tilted_gravity
+        from sym2real.plants import MujocoPlant, run_episode
         from sym2real.robots import ROBOTS
         from sym2real.tasks import make_task
 
         robot = ROBOTS[self.robot]
         task = make_task(self.task, robot)
-        changes = []
-        if self.force:
-            changes.append(constant_force(*self.force))
-        if self.com_offset:
-            changes.append(inertial_offset(*self.com_offset))
-        if self.slope:
-            changes.append(tilted_gravity(*self.slope))
+        changes = [chosen.inject(**values) for chosen, values in chosen_effects(self.effects, robot)]
         geometric = self.controller == "geometric"
         controller = geometric_controller(robot, task) if geometric else RandomCommands(robot, seed=self.seed)
         steps = round((self.seconds or task.duration) / robot.dt)

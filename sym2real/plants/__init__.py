@@ -3,7 +3,6 @@
 :mod:`sym2real.plants.gymnasium_view` stands apart, so that nobody waits for Gymnasium who does not use it.
 """
 
-from sym2real.plants.changes import constant_force, inertial_offset, tilted_gravity
 from sym2real.plants.episode import run_episode
 from sym2real.plants.model_plant import ModelPlant
 from sym2real.plants.mujoco_plant import MujocoPlant
@@ -13,10 +12,7 @@ from sym2real.plants.rollout import rollout_mujoco
 __all__ = [
     "ModelPlant",
     "MujocoPlant",
-    "constant_force",
-    "inertial_offset",
     "random_push",
     "rollout_mujoco",
     "run_episode",
-    "tilted_gravity",
 ]

@@ -25,11 +25,12 @@ from figures import Figure, report
 from sym2real.adaptation import StageOne, stage_one
 from sym2real.control import MPPI
 from sym2real.diagnosis import predict_windows
+from sym2real.effects import effect
 from sym2real.experiments.flights import car_drives, quadrotor_flights, reverse_drives
 from sym2real.experiments.flying import fly, mppi_controller
 from sym2real.experiments.learning import training_tasks
 from sym2real.experiments.simulated_model import MujocoModel
-from sym2real.plants import MujocoPlant, constant_force, inertial_offset, tilted_gravity
+from sym2real.plants import MujocoPlant
 from sym2real.regression import BeamSearch, dependence
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import Equations, compile_model
@@ -98,10 +99,12 @@ def quadrotor_from_flights() -> list[Figure]:
     with_wrench, wrench_seconds = timed_fit(CRAZYFLIE, flights + pushed)
     inside = position_errors(equations, quadrotor_flights(20, TEST_SEED))
     outside = position_errors(equations, quadrotor_flights(20, TEST_SEED, out_of_distribution=True))
-    wind = with_true_wrench(quadrotor_flights(3, TEST_SEED, changes=(constant_force(fx=0.03),)), {"fx": lambda _: 0.03})
+    wind = with_true_wrench(
+        quadrotor_flights(3, TEST_SEED, changes=(effect("wind", CRAZYFLIE).inject(fx=0.03),)), {"fx": lambda _: 0.03}
+    )
     offset = 0.002
     centre = with_true_wrench(
-        quadrotor_flights(3, TEST_SEED, changes=(inertial_offset(rx=offset),)),
+        quadrotor_flights(3, TEST_SEED, changes=(effect("com_offset", CRAZYFLIE).inject(rx=offset),)),
         {"ty": lambda trajectory: offset * trajectory.column("thrust")},
     )
     return [
@@ -165,7 +168,7 @@ def car_from_stage_one() -> list[Figure]:
     mass = float(sum(MujocoPlant(MUSHR).mj_model.body_mass))
     push = 2.0
     slope = with_true_wrench(
-        car_drives(6, TEST_SEED, changes=(tilted_gravity(gx=push / mass),)), {"fx": lambda _: push}
+        car_drives(6, TEST_SEED, changes=(effect("slope", MUSHR).inject(gx=push / mass),)), {"fx": lambda _: push}
     )
     inside = position_errors(equations, car_drives(20, TEST_SEED))
     reverse = position_errors(equations, reverse_drives(20, TEST_SEED))

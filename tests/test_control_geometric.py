@@ -74,7 +74,8 @@ def test_quadrotor_follows_a_moving_reference(name: str) -> None:
 
 def test_reference_is_differentiated_twice() -> None:
     """On a circle with ω = 2 rad/s: a = -ω² p, da/dt = -ω² v."""
-    point = sample_reference(make_task("circle", CRAZYFLIE, radius=0.5, speed=1.0).reference, 0.7)
+    reference = make_task("circle", CRAZYFLIE, radius=0.5, speed=1.0).reference
+    point = sample_reference(reference, np.array([0.0, 0.7]))[1]
     np.testing.assert_allclose(point.acceleration, -4.0 * (point.position - [0, 0, 1]), rtol=1e-3)
     np.testing.assert_allclose(point.jerk, -4.0 * point.velocity, rtol=1e-3)
 

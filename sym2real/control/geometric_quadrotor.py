@@ -19,7 +19,7 @@ The moment loop of Lee et al. is left to the rate loop on board.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import torch
@@ -27,7 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
 from sym2real.robots.robot import GRAVITY
-from sym2real.rotation import to_matrix, yaw
+from sym2real.rotation import yaw
 
 Array = NDArray[np.float64]
 
@@ -37,6 +37,8 @@ UP = np.array([0.0, 0.0, 1.0])
 HALF_STEP = 0.02
 MOST_FEEDBACK = 8.0  # m/s²: far from the reference the vehicle leans by about 40°, no further
 LEAST_PULL = 2.0  # m/s²: the thrust direction never points at the ground
+# Steps whose reference is asked for at once: a call of torch costs more than the points that it answers.
+SAMPLED = 50
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,7 @@ class GeometricQuadrotor:
     reference: Callable[[Tensor], Tensor]
     yaw_rate: float = 0.0
     gains: Gains = Gains()
+    _goals: dict[int, ReferencePoint] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def reset(self) -> None:
         """Nothing to forget: the action depends on the state and the time alone."""
@@ -85,8 +88,8 @@ class GeometricQuadrotor:
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Thrust in N and body rates in rad/s ``# (4,)`` for a state ``# (13,)`` at time ``step · dt``."""
         measured = np.asarray(state, dtype=np.float64)
-        attitude = to_matrix(torch.from_numpy(measured[3:7].copy())).numpy()
-        goal = sample_reference(self.reference, step * self.dt)
+        attitude = body_axes(measured[3:7])
+        goal = self._goal(step)
         feedback = self.gains.position * (goal.position - measured[0:3])
         feedback += self.gains.velocity * (goal.velocity - measured[7:10])
         feedback *= min(1.0, MOST_FEEDBACK / max(float(np.linalg.norm(feedback)), 1e-9))
@@ -101,6 +104,13 @@ class GeometricQuadrotor:
         action: Array = np.clip([self.mass * pull @ attitude[:, 2], *rates], self.low, self.high)
         return action
 
+    def _goal(self, step: int) -> ReferencePoint:
+        if step not in self._goals:
+            self._goals.clear()
+            points = sample_reference(self.reference, self.dt * np.arange(step, step + SAMPLED))
+            self._goals.update(zip(range(step, step + SAMPLED), points, strict=True))
+        return self._goals[step]
+
 
 @dataclass(frozen=True)
 class ReferencePoint:
@@ -114,27 +124,44 @@ class ReferencePoint:
     yaw_rate: float
 
 
-def sample_reference(reference: Callable[[Tensor], Tensor], time: float) -> ReferencePoint:
-    """A reference at a time in s; acceleration and jerk by central differences of its velocity."""
-    times = torch.tensor([time - HALF_STEP, time, time + HALF_STEP], dtype=torch.float64)
-    states = reference(times).to(torch.float64)
-    before, here, after = states.numpy()
-    return ReferencePoint(
-        position=here[0:3],
-        velocity=here[7:10],
-        acceleration=(after[7:10] - before[7:10]) / (2 * HALF_STEP),
-        jerk=(after[7:10] - 2 * here[7:10] + before[7:10]) / HALF_STEP**2,
-        yaw=float(yaw(states[1, 3:7])),
-        yaw_rate=float(here[12]),
+def sample_reference(reference: Callable[[Tensor], Tensor], times: Array) -> list[ReferencePoint]:
+    """A reference at times in s ``# (n,)``; acceleration and jerk by central differences of its velocity."""
+    around = times[:, None] + HALF_STEP * np.array([-1.0, 0.0, 1.0])
+    states = reference(torch.from_numpy(around)).to(torch.float64)  # (n, 3, 13)
+    before, here, after = (states[:, i].numpy() for i in range(3))
+    headings = yaw(states[:, 1, 3:7]).numpy()
+    acceleration = (after - before)[:, 7:10] / (2 * HALF_STEP)
+    jerk = (after - 2 * here + before)[:, 7:10] / HALF_STEP**2
+    return [
+        ReferencePoint(here[i, 0:3], here[i, 7:10], acceleration[i], jerk[i], float(headings[i]), float(here[i, 12]))
+        for i in range(len(times))
+    ]
+
+
+def body_axes(attitude: Array) -> Array:
+    """Rotation matrix ``# (3, 3)``, columns are the body axes in the world, of a unit quaternion ``# (4,)``."""
+    w, x, y, z = attitude.tolist()
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
     )
+
+
+def cross(left: Array, right: Array) -> Array:
+    """Cross product of two vectors ``# (3,)``; NumPy's own takes most of a control step."""
+    (a, b, c), (d, e, f) = left.tolist(), right.tolist()
+    return np.array([b * f - c * e, c * d - a * f, a * e - b * d])
 
 
 def attitude_along(pull: Array, heading: float) -> Array:
     """Rotation matrix ``# (3, 3)`` whose z axis points along ``pull`` ``# (3,)`` at this heading in rad."""
     z_axis = pull / max(float(np.linalg.norm(pull)), 1e-9)
-    across = np.cross(z_axis, [np.cos(heading), np.sin(heading), 0.0])
+    across = cross(z_axis, np.array([np.cos(heading), np.sin(heading), 0.0]))
     y_axis = across / max(float(np.linalg.norm(across)), 1e-9)
-    return np.column_stack([np.cross(y_axis, z_axis), y_axis, z_axis])
+    return np.column_stack([cross(y_axis, z_axis), y_axis, z_axis])
 
 
 def turning_rate(attitude: Array, jerk: Array, pull: float, yaw_rate: float) -> Array:

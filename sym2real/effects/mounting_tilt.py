@@ -99,7 +99,7 @@ def _inject(body: Body, values: Numbers) -> Change:
 
     def report(state: Array) -> Array:
         result = state.copy()
-        world = np.array([_rotate(state[attitude], axis) for axis in matrix.T]).T  # the board's axes as columns
+        world = _axes(state[attitude]) @ matrix  # the board's axes as columns
         result[attitude] = _nearest(_quaternion(world), state[attitude])
         result[rates] = matrix.T @ state[rates]
         return result
@@ -116,10 +116,12 @@ def _rotation_y(angle: float) -> Array:
     return np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
 
 
-def _rotate(quaternion: Array, vector: Array) -> Array:
-    twice = 2.0 * np.cross(quaternion[1:], vector)
-    result: Array = vector + quaternion[0] * twice + np.cross(quaternion[1:], twice)
-    return result
+def _axes(quaternion: Array) -> Array:
+    """Body axes in the world as columns ``# (3, 3)``: (w² - v·v) 1 + 2 v vᵀ + 2 w [v]×."""
+    w, v = quaternion[0], quaternion[1:]
+    skew = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+    axes: Array = (w * w - v @ v) * np.eye(3) + 2.0 * np.outer(v, v) + 2.0 * w * skew
+    return axes
 
 
 def _quaternion(matrix: Array) -> Array:

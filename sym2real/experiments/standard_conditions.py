@@ -10,14 +10,12 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import torch
 
 from sym2real.effects import effect
 from sym2real.experiments.disturbed import ColouredNoise
 from sym2real.layout import Layout
 from sym2real.protocols import Array, Change, Filter
 from sym2real.robots import Robot
-from sym2real.rotation import exponential, multiply
 from sym2real.tasks.task import flies
 
 POSITION_NOISE = 0.5e-3  # m
@@ -124,8 +122,7 @@ def _angle_noise(robot: Robot) -> Callable[[Array, np.random.Generator], Array]:
     def turn(state: Array, rng: np.random.Generator) -> Array:
         result = state.copy()
         place = layout.slice("attitude")
-        small = exponential(torch.from_numpy(ANGLE_NOISE * rng.standard_normal(3)))
-        result[place] = multiply(torch.from_numpy(state[place].copy()), small).numpy()
+        result[place] = _turned(state[place], ANGLE_NOISE * rng.standard_normal(3))
         return result
 
     def steer(state: Array, rng: np.random.Generator) -> Array:
@@ -136,3 +133,14 @@ def _angle_noise(robot: Robot) -> Callable[[Array, np.random.Generator], Array]:
         return result
 
     return turn if flies(robot) else steer
+
+
+def _turned(quaternion: Array, vector: Array) -> Array:
+    """The quaternion turned by a small rotation vector in body axes, rad."""
+    angle = max(float(np.linalg.norm(vector)), 1e-12)
+    w, v = float(quaternion[0]), quaternion[1:]
+    scalar, axis = np.cos(angle / 2), np.sin(angle / 2) / angle * vector
+    (a, b, c), (d, e, f) = v.tolist(), axis.tolist()
+    across = np.array([b * f - c * e, c * d - a * f, a * e - b * d])
+    turned: Array = np.concatenate([[w * scalar - v @ axis], w * axis + scalar * v + across])
+    return turned

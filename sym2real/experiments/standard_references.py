@@ -100,14 +100,10 @@ def drive(manoeuvre: Manoeuvre, phase: float) -> Reference:
     """States ``# (..., 7)`` of a car on the path, pointing along it; arguments as of :func:`flight`."""
     path = _along(manoeuvre, phase, even=False)
 
-    def heading(time: Tensor) -> Tensor:
-        _, velocity = path(time)
-        return torch.atan2(velocity[..., 1], velocity[..., 0])
-
     def reference(time: Tensor) -> Tensor:
-        position, velocity = path(time)
-        yaw = heading(time)
-        turned = heading(time + HALF_STEP) - heading(time - HALF_STEP)
+        positions, velocities = path(torch.stack([time, time + HALF_STEP, time - HALF_STEP]))
+        yaw, after, before = torch.atan2(velocities[..., 1], velocities[..., 0])
+        position, velocity, turned = positions[0], velocities[0], after - before
         rate = torch.atan2(torch.sin(turned), torch.cos(turned)) / (2 * HALF_STEP)
         return torch.cat([position, torch.stack([torch.sin(yaw), torch.cos(yaw)], -1), velocity, rate[..., None]], -1)
 

@@ -16,7 +16,7 @@ from sympy import Expr
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.layout import Layouts
 from sym2real.symbolic.complexity import complexity
-from sym2real.symbolic.expressions import CONSTANTS, canonical, replace_symbols, symbol, text
+from sym2real.symbolic.expressions import CONSTANTS, canonical, names_in, replace_symbols, symbol, text
 from sym2real.symbolic.parsing import parse_expression
 from sym2real.symbolic.serialise import read_equations, write_equations
 
@@ -90,9 +90,8 @@ class Equations:
     def _checked(self, name: str, expression: Expr) -> Expr:
         try:
             expression = canonical(expression)
-            for used in sorted(symbol.name for symbol in expression.free_symbols):
-                if used not in self.names:
-                    raise UnknownNameError(f"symbol in the equation of {name!r}", used, self.names)
+            for used in sorted(names_in(expression).difference(self.names)):
+                raise UnknownNameError(f"symbol in the equation of {name!r}", used, self.names)
         except ModelError as error:
             raise ModelError(f"equation of {name!r}: {error}") from error
         return expression
@@ -178,7 +177,7 @@ class Equations:
             raise UnknownNameError("symbol", input, self.names)
         seen, waiting = set[str](), [self.next[output]]
         while waiting:
-            used = {found.name for found in waiting.pop().free_symbols} - seen
+            used = names_in(waiting.pop()) - seen
             seen |= used
             waiting += [self.quantities[name] for name in used if name in self.quantities]
         return input in seen

@@ -7,6 +7,7 @@ factoring. :func:`product` keeps such products as they are; :func:`replace_symbo
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 
 import sympy
 from sympy import Expr, Symbol
@@ -37,6 +38,8 @@ FUNCTIONS: Registry[type] = Registry(
     },
 )
 CONSTANTS: Mapping[str, Expr] = {"pi": sympy.pi, "E": sympy.E}
+# Expressions that are known to be canonical: a chain of substitutions checks the same ones again and again.
+CHECKED = 4096
 
 
 def symbol(name: str) -> Symbol:
@@ -60,7 +63,13 @@ def product(factors: Iterable[Expr]) -> Expr:
 
 def rebuild(expression: Expr, arguments: Iterable[Expr]) -> Expr:
     """The same operation on other arguments, factored products kept."""
-    return product(arguments) if expression.is_Mul else expression.func(*arguments)
+    if expression.is_Mul:
+        return product(arguments)
+    if isinstance(expression, sympy.Min | sympy.Max):
+        given = list(arguments)
+        # SymPy compares every two arguments by factoring them, for seconds where they are equations.
+        return expression.func(*given, evaluate=all(one.is_number for one in given))
+    return expression.func(*arguments)
 
 
 def replace_symbols(expression: Expr, replacements: Mapping[Symbol, Expr]) -> Expr:
@@ -82,6 +91,17 @@ def canonical(expression: Expr | float | int) -> Expr:
         expression = sympy.sympify(expression, strict=True)
     except (sympy.SympifyError, TypeError) as error:
         raise ModelError(f"expected a SymPy expression or a number, found {expression!r}") from error
+    return _canonical(expression)
+
+
+@lru_cache(maxsize=CHECKED)
+def names_in(expression: Expr) -> frozenset[str]:
+    """Names of the symbols of an expression."""
+    return frozenset(one.name for one in expression.free_symbols)
+
+
+@lru_cache(maxsize=CHECKED)
+def _canonical(expression: Expr) -> Expr:
     if expression.has(sympy.I, sympy.nan, sympy.oo, -sympy.oo, sympy.zoo):
         raise ModelError(f"expected a finite real expression, found {expression}")
     changes = {old: symbol(old.name) for old in expression.free_symbols if old != symbol(old.name)}

@@ -107,7 +107,7 @@ class GeometricQuadrotor:
     def _goal(self, step: int) -> ReferencePoint:
         if step not in self._goals:
             self._goals.clear()
-            points = sample_reference(self.reference, self.dt * np.arange(step, step + SAMPLED))
+            points = sample_reference(self.reference, self.dt * np.arange(step, step + SAMPLED, dtype=np.float64))
             self._goals.update(zip(range(step, step + SAMPLED), points, strict=True))
         return self._goals[step]
 

@@ -1,9 +1,11 @@
 """Compare a model with measurements, and name the physical effect that it misses."""
 
+from sym2real.diagnosis.adding import Rival, Tried, add, try_effect
 from sym2real.diagnosis.compare import ChannelError, Comparison, HorizonErrors, compare
 from sym2real.diagnosis.data_report import DataReport, data_report
 from sym2real.diagnosis.diagnose import Diagnosis, diagnose
 from sym2real.diagnosis.findings import Estimate, Finding
+from sym2real.diagnosis.floor import Floor
 from sym2real.diagnosis.locate import Where, locate, training_region, where_of, worst_segments
 from sym2real.diagnosis.start import ROWS
 from sym2real.diagnosis.window_errors import WindowErrors, window_errors
@@ -17,16 +19,21 @@ __all__ = [
     "Diagnosis",
     "Estimate",
     "Finding",
+    "Floor",
     "HorizonErrors",
+    "Rival",
+    "Tried",
     "Where",
     "WindowErrors",
     "Windows",
+    "add",
     "compare",
     "data_report",
     "diagnose",
     "locate",
     "predict_windows",
     "training_region",
+    "try_effect",
     "where_of",
     "window_errors",
     "worst_segments",

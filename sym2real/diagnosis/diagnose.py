@@ -167,13 +167,13 @@ def _gated(
 ) -> list[Stage]:
     """The ladder, after every finding at its end that makes held-out predictions worse has been dropped."""
     while True:
-        stages, last = _ladder(library, selection, data, horizons, same)
+        stages, last = ladder_of(library, selection, data, horizons, same)
         if last is None or not makes_worse(stages[-2:]):
             return stages
         selection.put(*selection.without(last))
 
 
-def _ladder(
+def ladder_of(
     library: Library, selection: Selection, data: Dataset, horizons: Sequence[float], same: bool
 ) -> tuple[list[Stage], Candidate | None]:
     """Base and first k findings, each log by parameters that it took no part in where the logs are the fit's own.

@@ -21,18 +21,23 @@ def groups_of(selection: Selection) -> dict[str, tuple[str, ...]]:
     rivals = selection.swap()
     found = {}
     for one in selection.chosen:
-        members = list(_always(one.name, selection))
+        members = list(always_alike(one.name, selection))
         for scored, share, difference in rivals.get(one.name, []):
             name = scored.candidate.name
             if name in {other.name for other in selection.chosen}:
                 continue
-            if share > SHARE and (share > NEARLY_ALL or _paired(difference) < PAIRED_T):
-                members += [name, *_always(name, selection)]
+            if as_good(share, difference):
+                members += [name, *always_alike(name, selection)]
         found[one.name] = tuple(dict.fromkeys(member for member in members if member != one.name))
     return found
 
 
-def _always(name: str, selection: Selection) -> list[str]:
+def as_good(share: float, difference: torch.Tensor) -> bool:
+    """Whether a rival explains the data as well: its share of the gain, and its loss beyond by fold ``# (folds,)``."""
+    return share > SHARE and (share > NEARLY_ALL or _paired(difference) < PAIRED_T)
+
+
+def always_alike(name: str, selection: Selection) -> list[str]:
     """Effects that stand for this one on every flight."""
     equations = selection.problems.problem.library.equations
     patterns = STANDS_FOR.get(name, ())

@@ -104,7 +104,7 @@ def test_coarse_rollouts_of_a_free_body_stay_close() -> None:
 def test_rollouts_refuse_what_they_cannot_apply() -> None:
     actions = np.tile(CRAZYFLIE.rest, (2, 3, 1))
     windy = MujocoPlant(CRAZYFLIE, [effect("wind", CRAZYFLIE).inject(fx=0.01)])
-    with pytest.raises(ModelError, match="wind fx 0.01"):
+    with pytest.raises(ModelError, match=r"wind fx 0\.01"):
         rollout_mujoco(windy, windy.full_state, actions)
     plant = MujocoPlant(CRAZYFLIE)
     with pytest.raises(ShapeError, match="full states"):

@@ -6,13 +6,16 @@
 from sym2real.plants.episode import run_episode
 from sym2real.plants.model_plant import ModelPlant
 from sym2real.plants.mujoco_plant import MujocoPlant
+from sym2real.plants.plant_file import load_plant, save_plant
 from sym2real.plants.push import random_push
 from sym2real.plants.rollout import rollout_mujoco
 
 __all__ = [
     "ModelPlant",
     "MujocoPlant",
+    "load_plant",
     "random_push",
     "rollout_mujoco",
     "run_episode",
+    "save_plant",
 ]

@@ -19,16 +19,21 @@ ROLL_OVER = np.deg2rad(60.0)
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
-def compile_robot(robot: Robot, changes: Sequence[Change] = ()) -> mujoco.MjModel:
-    """The robot's description, edited by the changes and compiled.
+def edited(robot: Robot, changes: Sequence[Change] = (), description: str | None = None) -> mujoco.MjSpec:
+    """The robot's description, or another one in its place, edited by the changes.
 
     Inertial frames must be edited here: MuJoCo compiles a centred body to a form whose frame cannot move afterwards.
     """
-    spec = mujoco.MjSpec.from_string(robot.mjcf_text())
+    spec = mujoco.MjSpec.from_string(robot.mjcf_text() if description is None else description)
     for change in changes:
         if change.edit is not None:
             change.edit(spec)
-    return spec.compile()
+    return spec
+
+
+def compile_robot(robot: Robot, changes: Sequence[Change] = (), description: str | None = None) -> mujoco.MjModel:
+    """The compiled model of :func:`edited`."""
+    return edited(robot, changes, description).compile()
 
 
 class MujocoPlant:
@@ -40,16 +45,23 @@ class MujocoPlant:
         robot: what to simulate.
         changes: differences from the plain robot, applied in this order.
         wrench: held from the start, columns of ``robot.layouts.inputs`` ``# (inputs,)``.
+        description: MJCF in place of the robot's own, with its body, joints and actuators.
 
     Attributes:
         mj_model, mj_data: MuJoCo's own objects.
         time: since the reset in s.
     """
 
-    def __init__(self, robot: Robot, changes: Sequence[Change] = (), wrench: ArrayLike | None = None) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        changes: Sequence[Change] = (),
+        wrench: ArrayLike | None = None,
+        description: str | None = None,
+    ) -> None:
         self.robot = robot
         self.changes = tuple(changes)
-        self.mj_model = compile_robot(robot, self.changes)
+        self.mj_model = compile_robot(robot, self.changes, description)
         self.mj_data = mujoco.MjData(self.mj_model)
         self._body = mujoco.mj_name2id(self.mj_model, mujoco.mjtObj.mjOBJ_BODY, robot.name)
         self._columns = [WRENCH.index(column) for column in robot.layouts.inputs]

@@ -1,0 +1,88 @@
+"""A changed robot as files: a description that any MuJoCo opens, and beside it what a description cannot hold.
+
+``robot.xml`` has the masses, the centre of mass, the friction, the actuators' lags: everything that a change edits
+before compilation. ``plant.toml`` names every effect with its values; the forces, command filters and sensors among
+them act when :func:`load_plant` opens the folder. MuJoCo writes numbers with six digits.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from sym2real.effects import effect
+from sym2real.errors import DataError, ModelError
+from sym2real.plants.mujoco_plant import MujocoPlant, edited
+from sym2real.robots import ROBOTS, Robot
+
+DESCRIPTION, PLANT = "robot.xml", "plant.toml"
+HEADER = """\
+# A simulated robot with effects. {description} holds what a body, a tyre or an actuator has; the effects' forces,
+# command filters and sensors act where this folder is opened: sym2real simulate FOLDER TASK, or load_plant(FOLDER).
+"""
+
+Chosen = Iterable[tuple[str, Mapping[str, float]]]
+
+
+def save_plant(robot: Robot, effects: Chosen, folder: str | Path) -> tuple[Path, Path]:
+    """Write a robot with effects; each file beside its place, then renamed.
+
+    Args:
+        robot: the plain robot.
+        effects: keys with their values by parameter name, SI units.
+        folder: is made where it is missing.
+
+    Returns:
+        The description and the plant file.
+
+    Raises:
+        UnknownNameError: for an effect or parameter that does not exist.
+        ModelError: for an effect that the simulated robot cannot have.
+    """
+    folder, given = Path(folder), [(key, dict(values)) for key, values in effects]
+    changes = [effect(key, robot).inject(**values) for key, values in given]
+    lines = [HEADER.format(description=DESCRIPTION), f'robot = "{robot.name}"', f'description = "{DESCRIPTION}"']
+    for key, values in given:
+        lines += ["", "[[effects]]", f'effect = "{key}"', *(f"{name} = {value!r}" for name, value in values.items())]
+    description = edited(robot, changes)
+    description.compile()  # MuJoCo writes only what it has compiled
+    folder.mkdir(parents=True, exist_ok=True)
+    texts = {DESCRIPTION: description.to_xml(), PLANT: "\n".join(lines) + "\n"}
+    for name, text in texts.items():
+        beside = folder / f".{name}.tmp"
+        beside.write_text(text, encoding="utf-8")
+        beside.replace(folder / name)
+    return folder / DESCRIPTION, folder / PLANT
+
+
+def load_plant(folder: str | Path) -> MujocoPlant:
+    """The simulated robot of a folder that :func:`save_plant` wrote; its files may have been edited since.
+
+    Raises:
+        DataError: when a file is missing or cannot be read, or names a robot that does not exist.
+        UnknownNameError: for an effect or parameter that does not exist.
+        ModelError: for an effect that the simulated robot cannot have.
+    """
+    file = Path(folder) / PLANT
+    try:
+        table = tomllib.loads(file.read_text(encoding="utf-8"))
+        robot, description = ROBOTS[table["robot"]], file.parent / table["description"]
+        chosen = [(str(one.pop("effect")), one) for one in table.get("effects", [])]
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, KeyError, AttributeError, TypeError) as error:
+        raise DataError(file, "a plant file: robot, description and [[effects]]", str(error)) from error
+    # The description has been edited already: what is left of every effect acts while the simulation runs.
+    changes = [replace(effect(key, robot).inject(**_numbers(key, values)), edit=None) for key, values in chosen]
+    try:
+        return MujocoPlant(robot, changes, description=description.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, ValueError) as error:
+        raise DataError(description, "a MuJoCo description", str(error)) from error
+
+
+def _numbers(key: str, values: Mapping[str, Any]) -> dict[str, float]:
+    for name, value in values.items():
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise ModelError(f"{key}: expected a number for {name}, found {value!r}")
+    return {name: float(value) for name, value in values.items()}

@@ -1,4 +1,7 @@
-"""Equations and logs made ready for predictions: hidden states start by themselves, filters act on the commands."""
+"""Equations and logs made ready for predictions: hidden states start by themselves, filters act on the commands.
+
+What is predicted is what is measured, so that a model with a tilted sensor board is held against its log fairly.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,8 @@ from dataclasses import replace
 import torch
 
 from sym2real.effects.filters import filter_commands
-from sym2real.effects.visible import VisibleModel, visible_state
+from sym2real.effects.sensors import MeasuredModel
+from sym2real.effects.visible import visible_state
 from sym2real.errors import ShapeError
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
@@ -35,4 +39,4 @@ def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[Dynami
         replace(trajectory, action=filter_commands(model, torch.as_tensor(trajectory.action)).numpy())
         for trajectory in dataset
     )
-    return VisibleModel(model, dtype=torch.float64), Dataset(filtered)
+    return MeasuredModel(model), Dataset(filtered)

@@ -7,11 +7,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+import torch
 from numpy.typing import ArrayLike
 
 from sym2real.adaptation import tracking_error
 from sym2real.control import MPPI, GeometricQuadrotor, PurePursuit
 from sym2real.effects.filters import FilterState, command_filters, measurement_filters
+from sym2real.effects.sensors import Sensors
 from sym2real.effects.visible import VisibleModel
 from sym2real.errors import ModelError
 from sym2real.plants import ModelPlant, MujocoPlant, run_episode
@@ -59,17 +61,35 @@ def mppi_controller(
     samples: int | None = None,
     seed: int = 0,
     period: float | None = None,
-) -> MPPI:
+) -> MPPI | _Corrected:
     """MPPI with these equations and the robot's sampling, with another number of samples where one is given.
 
+    Where the equations hold measurement effects, MPPI receives the state without them, so that references keep their
+    meaning.
+
     Raises:
-        ModelError: for equations with measurement effects, whose corrected state no plant here gives.
+        ModelError: for equations whose measurements have memory, which cannot be undone.
     """
-    if equations.output or measurement_filters(equations):
-        raise ModelError("these equations hold a measurement effect: control needs the state without it")
+    late = [one.key for one, _ in measurement_filters(equations)]
+    if late:
+        raise ModelError(f"{', '.join(late)} cannot be undone step by step: control needs the present state")
     settings = robot.mppi if samples is None else replace(robot.mppi, samples=samples)
     filters = FilterState(equations) if command_filters(equations) else None
-    return MPPI(VisibleModel(equations), robot, task, settings=settings, seed=seed, filters=filters, period=period)
+    mppi = MPPI(VisibleModel(equations), robot, task, settings=settings, seed=seed, filters=filters, period=period)
+    return _Corrected(mppi, Sensors(equations)) if equations.output else mppi
+
+
+class _Corrected:
+    """A controller that is given the state that the sensors mean."""
+
+    def __init__(self, controller: MPPI, sensors: Sensors) -> None:
+        self._controller, self._sensors = controller, sensors
+        self.samples = controller.samples
+        self.reset, self.remember = controller.reset, controller.remember
+
+    def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
+        measured = torch.as_tensor(np.asarray(state, dtype=np.float64))
+        return self._controller.act(self._sensors.state(measured).numpy(), step, inputs)
 
 
 def fly(

@@ -1,0 +1,74 @@
+"""States and measurements: one way undoes the other, and comparing a tilted log with a tilted model shows no error."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+
+from sym2real.diagnosis import add, compare
+from sym2real.effects import effect
+from sym2real.effects.sensors import Sensors
+from sym2real.experiments.flying import fly, geometric_controller, mppi_controller
+from sym2real.plants import MujocoPlant
+from sym2real.robots import CRAZYFLIE, MUSHR, Robot
+from sym2real.tasks import make_task
+
+CASES = [
+    (CRAZYFLIE, "mounting_tilt", {"roll": 0.1, "pitch": -0.2}),
+    (CRAZYFLIE, "sensor_sign:wy", {"value": -1.0}),
+    (CRAZYFLIE, "sensor_scale:vx", {"value": 3.0}),
+    (CRAZYFLIE, "sensor_bias:z", {"value": 0.3}),
+    (MUSHR, "yaw_bias", {"value": 0.4}),
+    (MUSHR, "lever_arm", {"rx": 0.1, "ry": -0.05}),
+]
+
+
+@pytest.mark.parametrize(("robot", "key", "values"), CASES, ids=lambda value: value if isinstance(value, str) else "")
+def test_a_measured_state_leads_back_to_the_state(robot: Robot, key: str, values: dict[str, float]) -> None:
+    sensors = Sensors(add(robot.nominal(), key, values))
+    generator = torch.Generator().manual_seed(0)
+    layout = robot.layouts.state
+    states = layout.normalise(torch.randn(20, layout.size, generator=generator, dtype=torch.float64))
+    measured = sensors.measured(states)
+    assert float(layout.difference(measured, states).abs().max()) > 0.05
+    torch.testing.assert_close(
+        layout.difference(sensors.state(measured), states), torch.zeros(20, layout.tangent_size).double(),
+        atol=1e-6, rtol=0,
+    )  # fmt: skip
+
+
+def test_without_measurement_effects_nothing_changes() -> None:
+    sensors, state = Sensors(CRAZYFLIE.nominal()), torch.as_tensor(CRAZYFLIE.start)
+    assert sensors.measured(state) is state
+    assert sensors.state(state) is state
+
+
+def test_a_model_with_the_tilt_predicts_a_tilted_log() -> None:
+    tilt = {"roll": 0.03, "pitch": -0.02}
+    task = make_task("circle", CRAZYFLIE)
+    plant = MujocoPlant(CRAZYFLIE, [effect("mounting_tilt", CRAZYFLIE).inject(**tilt)])
+    log = fly(plant, geometric_controller(CRAZYFLIE, task), task, seconds=4.0).trajectory
+    plain = CRAZYFLIE.nominal()
+    errors = [
+        compare(model, log, start="measured").at(0.5).errors for model in (plain, add(plain, "mounting_tilt", tilt))
+    ]
+    assert errors[1]["position"].value < 0.05 * errors[0]["position"].value
+
+
+def test_mppi_flies_where_it_should_with_a_tilt_that_it_knows() -> None:
+    tilt = {"roll": 0.08}
+    task = make_task("hover", CRAZYFLIE)
+    changes = [effect("mounting_tilt", CRAZYFLIE).inject(**tilt)]
+    plain = CRAZYFLIE.nominal()
+    finals = [
+        fly(
+            MujocoPlant(CRAZYFLIE, changes),
+            mppi_controller(model, CRAZYFLIE, task, samples=128),
+            task,
+            seconds=3.0,
+        ).final
+        for model in (plain, add(plain, "mounting_tilt", tilt))
+    ]
+    assert finals[1] < 0.5 * finals[0]
+    assert np.isfinite(finals[0])

@@ -15,7 +15,7 @@ from effects_cases import nominal, one_key_per_kind
 from torch import Tensor
 
 from sym2real.effects import Effect, applicable, compose, effect
-from sym2real.effects.filters import with_hidden_start
+from sym2real.effects.filters import filter_commands, with_hidden_start
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.layout import Layout, Layouts
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, quadrotor
@@ -149,16 +149,32 @@ def test_the_order_given_does_not_matter_and_physics_decides_it() -> None:
     torch.testing.assert_close(stepped(first, state, action, inputs), stepped(equations, state, bare, pushed))
 
 
-def test_gain_offset_and_limit_meet_a_command_in_this_order() -> None:
-    keys = {"gain:steer": {"value": 2.0}, "offset:steer": {"value": 0.1}, "limit:steer": {"upper": 0.3}}
-    for order in itertools.permutations(keys):
+def test_a_command_is_cut_off_then_late_then_mapped() -> None:
+    keys: dict[str, dict[str, float]] = {
+        "gain:steer": {"value": 2.0},
+        "offset:steer": {"value": 0.1},
+        "limit:steer": {"upper": 0.3},
+        "delay:steer": {"value": MUSHR.dt},
+        "lag:steer": {"value": 0.1},
+    }
+    commands = torch.tensor([0.0, 0.9, 0.9, 0.0, 0.0], dtype=torch.float64)
+    late = torch.tensor([0.0, 0.0, 0.3, 0.3, 0.0], dtype=torch.float64)
+    answers, lagged = [], 0.0
+    for command in late:  # the lag's mean over a period by quadrature
+        times = np.linspace(0, MUSHR.dt, 2001)
+        follows = float(command) + (lagged - float(command)) * np.exp(-times / 0.1)
+        answers.append(2.0 * np.trapezoid(follows, times) / MUSHR.dt + 0.1)
+        lagged = follows[-1]
+    for order in itertools.islice(itertools.permutations(keys), 0, None, 17):
         equations = compose(nominal(MUSHR), [(effect(key, MUSHR), keys[key]) for key in order])
         state, action, inputs = rows(equations)
-        action[0, 0], action[1, 0] = 0.05, 0.15
-        plain = action.clone()
-        plain[:, 0] = (2.0 * action[:, 0] + 0.1).clamp(max=0.3)
+        sent, reaching = action[:5].clone(), action[:5].clone()
+        sent[:, 0], reaching[:, 0] = commands, torch.tensor(answers, dtype=torch.float64)
         torch.testing.assert_close(
-            stepped(equations, state, action, inputs), stepped(nominal(MUSHR), state, plain, inputs)
+            stepped(equations, state[:5], filter_commands(equations, sent), inputs[:5]),
+            stepped(nominal(MUSHR), state[:5], reaching, inputs[:5]),
+            rtol=1e-6,
+            atol=1e-8,
         )
 
 

@@ -4,6 +4,11 @@ From the dynamics outwards: mass (scales what pushes), rate loop and motors (tur
 wrench (adds forces), thrust (what a thrust command gives), command (static maps), then filters, through which a
 command goes first; measurements last, outside the motion. Every substitution replaces a symbol wherever it stands, so
 that the mass scales a wind, a centre of mass turns the thrust that the battery gives, and so on.
+
+The way of a command is that of a real actuator: firmware cuts off what it receives (limit); the link and the driver
+hold it up (delay); the driver ramps it (rate limit); the actuator follows (lag); its linkage has play (dead band);
+and the linkage's travel and trim make the quantity that moves the robot (gain, offset). Only limits, ramps and play
+care: all others change places freely.
 """
 
 from __future__ import annotations
@@ -20,10 +25,10 @@ from sym2real.symbolic import Equations
 
 ORDER: tuple[Stage, ...] = ("mass", "loop", "wrench", "thrust", "command", "filter", "measurement")
 # The way of a command, and after it of a measurement, through effects with memory.
-FILTER_ORDER = ("delay", "lag", "rate_limit", "dead_band", "sensor_lag", "time_shift")
+FILTER_ORDER = ("limit", "delay", "rate_limit", "lag", "dead_band", "sensor_lag", "time_shift")
 
-# A command meets gain, offset and limit in this order, so that they go in from behind; else by name.
-BEHIND = ("limit", "offset", "gain")
+# A command meets gain and offset in this order, so that they go in from behind; else by name.
+BEHIND = ("offset", "gain")
 
 Chosen = tuple[Effect, Mapping[str, Expr | float]]
 

@@ -73,8 +73,8 @@ class Kind:
         shown_by: which manoeuvre shows it, one sentence.
         fix: what to change on the robot or in the model, one sentence.
         inject: the truth.
-        substitute: the hypothesis; None for effects with memory, which act as filters.
-        memory: makes the recursion over a series, for effects with memory.
+        substitute: the hypothesis; None for effects that act as filters.
+        memory: makes the recursion over a series, for filters.
         correct: measured state ``# (..., n)`` → state without the effect, for measurements that can be undone.
         needs: names that must exist as columns or quantities.
         numbers: the robot's numbers that it cannot do without.

@@ -1,15 +1,21 @@
-"""A command is cut off at limits: a → clip(a, lower, upper)."""
+"""A command is cut off at limits: a → clip(a, lower, upper).
+
+It needs no memory, but it must come before what has some: firmware cuts a command off when it receives it, and
+delays and lags follow the command that was cut off. A lag that follows the uncut command would take its time to come
+back from where the robot never was. So it is the first of the filters.
+"""
 
 from __future__ import annotations
 
 import numpy as np
-from sympy import Max, Min
+import torch
+from torch import Tensor
 
 from sym2real.effects.body import Body
-from sym2real.effects.effect import UNLIMITED, Kind, Numbers, Parameter, Values
+from sym2real.effects.effect import UNLIMITED, Kind, Numbers, Parameter
+from sym2real.effects.memory import Given, Memory, first_row
 from sym2real.effects.truth import on_column
 from sym2real.protocols import Change
-from sym2real.symbolic import Equations, symbol
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
@@ -20,14 +26,9 @@ def _parameters(body: Body) -> tuple[Parameter, ...]:
     )
 
 
-def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    bounded = symbol(body.column)
-    upper, lower = values["upper"], values["lower"]
-    if not (upper.is_number and upper >= UNLIMITED):
-        bounded = Min(bounded, upper)
-    if not (lower.is_number and lower <= -UNLIMITED):
-        bounded = Max(bounded, lower)
-    return equations.substitute({body.column: bounded})
+def _cut(memory: Tensor, rows: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
+    lower, upper = values["lower"][..., None], values["upper"][..., None]
+    return memory, torch.maximum(torch.minimum(rows, upper), lower)
 
 
 def _inject(body: Body, values: Numbers) -> Change:
@@ -36,7 +37,7 @@ def _inject(body: Body, values: Numbers) -> Change:
 
 LIMIT = Kind(
     name="limit",
-    stage="command",
+    stage="filter",
     parameters=_parameters,
     formula=r"a \to \min(\max(a, a_\mathrm{lower}), a_\mathrm{upper})",
     summary="A command beyond a limit is cut off at it.",
@@ -44,6 +45,6 @@ LIMIT = Kind(
     shown_by="commands below and beyond the limit",
     fix="raise the limit in the actuator's firmware, or tell the controller about it",
     inject=_inject,
-    substitute=_substitute,
+    memory=lambda body: Memory(first_row, _cut),
     columns="action",
 )

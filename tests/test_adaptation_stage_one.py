@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sym2real.adaptation import EpisodeReport, Progress, StageOne, stage_one, tracking_error
-from sym2real.adaptation.stage_one import one_step_error, settled
+from sym2real.adaptation.episode_report import one_step_error, settled
 from sym2real.errors import ModelError
 from sym2real.experiments.learning import training_tasks
 from sym2real.plants import MujocoPlant

@@ -14,8 +14,8 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import torch
 
+from sym2real.adaptation.episode_report import EpisodeReport, one_step_error, settled, tracking_error
 from sym2real.adaptation.record import Record
 from sym2real.control import MPPI, RandomCommands
 from sym2real.errors import ModelError
@@ -26,10 +26,6 @@ from sym2real.symbolic import Equations, compile_model
 from sym2real.tasks import Task
 from sym2real.trajectory import Dataset, Trajectory
 
-# Settled: the newest episode was predicted about as well as those fitted, and flown about as well as the best.
-SETTLED_PREDICTION = 2.0
-SETTLED_TRACKING = 1.2
-FEWEST_EPISODES = 3
 KINDS = ("episode", "pushed")
 RANDOM_COMMANDS = "random commands"
 # A try shorter than this holds one command at most.
@@ -55,32 +51,6 @@ class StageOne:
     pushed: bool = True
     until_settled: bool = True
     seed: int = 0
-
-
-@dataclass(frozen=True)
-class EpisodeReport:
-    """One episode of the loop.
-
-    Args:
-        number: counted from 0.
-        task: name of the task, "random commands" for the first.
-        rows: of all its trajectories.
-        crashes: how often it ended on the ground.
-        tracking: mean position error in m, NaN for random commands.
-        prediction: one-step error of the equations that flew it, relative to how far states move in a step
-            (root mean square over state columns); NaN for the first.
-        fitted: the same of the equations fitted afterwards, on all rows so far.
-        seconds: time of the fit.
-    """
-
-    number: int
-    task: str
-    rows: int
-    crashes: int
-    tracking: float
-    prediction: float
-    fitted: float
-    seconds: float
 
 
 @dataclass(frozen=True)
@@ -255,38 +225,3 @@ class _Loop:
             fitted=fitted,
             seconds=seconds,
         )
-
-
-def tracking_error(trajectory: Trajectory) -> float:
-    """Mean distance in m from the reference, the paper's performance metric."""
-    columns = trajectory.layouts.state.field("position").columns
-    offsets = [trajectory.column(column) - trajectory.extra[f"ref_{column}"] for column in columns]
-    return float(np.sqrt(np.square(offsets).sum(axis=0)).mean())
-
-
-def one_step_error(equations: Equations, trajectories: Sequence[Trajectory]) -> float:
-    """One-step prediction error relative to how far states move, root mean square over state columns."""
-    transitions = Dataset(trajectories).transitions()
-    model = compile_model(equations, dtype=torch.float64)
-    with torch.no_grad():
-        predicted = model(
-            torch.as_tensor(transitions.state),
-            torch.as_tensor(transitions.action),
-            torch.as_tensor(transitions.inputs),
-        ).numpy()
-    error = ((predicted - transitions.next_state) ** 2).mean(axis=0)
-    moved = ((transitions.next_state - transitions.state) ** 2).mean(axis=0)
-    return float(np.sqrt(np.mean(error[moved > 0] / moved[moved > 0])))
-
-
-def settled(reports: Sequence[EpisodeReport]) -> bool:
-    """True when the newest episode was predicted like the fitted ones and flown like the best of its task."""
-    newest = reports[-1]
-    if len(reports) < FEWEST_EPISODES or newest.crashes:
-        return False
-    earlier = [report.tracking for report in reports[:-1] if report.task == newest.task and not report.crashes]
-    return (
-        bool(earlier)
-        and newest.prediction < SETTLED_PREDICTION * newest.fitted
-        and newest.tracking < SETTLED_TRACKING * min(earlier)
-    )

@@ -1,51 +1,95 @@
-"""``sym2real add``: a model with a physical effect in it."""
+"""``sym2real add``: a model with physical effects in it, at known values or as a hypothesis held against logs."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import tyro
 from rich.console import Console
 
+if TYPE_CHECKING:
+    from sym2real.symbolic import Equations
+
 
 @dataclass(frozen=True)
 class Add:
-    """Put a physical effect of known size into a model's equations.
+    """Put physical effects into a model's equations: at values you know, or fitted to logs.
 
-    ``sym2real effects NAME`` says what an effect's parameters are. What is not given stays at its null value.
+    With values the effects are simply there; what is not given stays at its null value. With --fit one effect is a
+    hypothesis ("I taped 5 g on it"): its value is fitted with an interval, other effects are tried in its place, and
+    the error ladder shows what it does to predictions of logs that took no part in the fit. Its model is written in
+    any case: the verdict says whether to believe it. `sym2real effects NAME` says what an effect's parameters are.
 
-    Example: sym2real add runs/base added_mass value=0.005 --out runs/heavier
+    Examples:
+      sym2real add runs/base added_mass value=0.005 --out runs/heavier
+      sym2real add runs/base wind fx=0.02 com_offset rx=0.001 --out runs/both
+      sym2real add runs/base added_mass --fit flight1.csv flight2.csv --out runs/heavier
     """
 
     model: tyro.conf.Positional[str]
     """A model folder, or a robot's name (its base is learned once and cached)."""
-    effect: tyro.conf.Positional[str]
-    """KIND or KIND:COLUMN, as `sym2real effects` lists them."""
-    values: tyro.conf.Positional[tuple[str, ...]]
-    """PARAMETER=VALUE, in the unit that the catalogue gives."""
+    effects: tyro.conf.Positional[tuple[str, ...]]
+    """Each effect as KIND or KIND:COLUMN, then its PARAMETER=VALUE in the unit that the catalogue gives."""
     out: Path
-    """Folder of the new model."""
+    """Folder of the new model; the robot with the effects as a simulator goes to OUT/simulator."""
+    fit: tuple[Path, ...] = ()
+    """Logs that the one effect's values are fitted to."""
+    held_out: tuple[Path, ...] = ()
+    """Logs that score the fit; by default each log is scored by the fit without it."""
+    spec: str | None = None
+    """How the logs' columns are named: a shipped specification's name or a TOML file."""
+    horizon: float | None = None
+    """Longest horizon of the error ladder in s."""
+    calibrate: bool = True
+    """Before a fit, calibrate the base in the robot's plain simulator."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
 
     def run(self, console: Console) -> dict[str, Any]:
-        """Compose, print, write."""
-        from sym2real.cli.chosen_effects import number_of, split
+        """Fit if asked to, compose, print, write."""
+        from sym2real.cli.chosen_effects import chosen_effects
+        from sym2real.cli.found import write_simulator
         from sym2real.cli.model import open_with_progress
-        from sym2real.effects import compose, effect
-        from sym2real.report.tables import equation_table
+        from sym2real.diagnosis import add
+        from sym2real.errors import ModelError
+        from sym2real.report.tables import changed_equations
         from sym2real.symbolic import save_model
 
-        equations = open_with_progress(self.model, console)
-        chosen = effect(self.effect, equations)
-        values = {name: number_of(name, text) for name, text in map(split, self.values)}
-        changed = compose(equations, [(chosen, values)])
+        base = open_with_progress(self.model, console)
+        chosen = [(one.key, values) for one, values in chosen_effects(self.effects, base)]
+        if not chosen:
+            raise ModelError("expected an effect and its values, found none; `sym2real effects` lists them")
+        result: dict[str, Any] = {}
+        if self.fit:
+            if len(chosen) > 1 or chosen[0][1]:
+                raise ModelError("--fit finds the values of one effect: expected its name alone")
+            values, result = self._fitted(base, chosen[0][0], console)
+            chosen = [(chosen[0][0], values)]
+        changed = add(base, chosen)
         save_model(changed, self.out)
-        console.print(equation_table(changed))
+        console.print(changed_equations(base, changed))
         for note in changed.notes:
             console.print(f"note: {note}", markup=False)
-        console.print(f"{chosen.key}: {chosen.summary}", markup=False)
-        console.print(f"model in {self.out}")
-        return {"model": self.out, "effect": chosen.key, "values": values, "latex": changed.latex()}
+        console.print(f"model in {self.out}", markup=False)
+        write_simulator(base, chosen, self.out / "simulator", console)
+        added = [{"effect": key, "values": values} for key, values in chosen]
+        return {"model": self.out, "effects": added, "latex": changed.latex(), **result}
+
+    def _fitted(self, base: Equations, key: str, console: Console) -> tuple[dict[str, float], dict[str, Any]]:
+        from sym2real.cli.found import plain_simulator, write_figures
+        from sym2real.cli.model import logs_for
+        from sym2real.cli.progress import stages_progress
+        from sym2real.diagnosis import try_effect
+        from sym2real.report.diagnosis import tried_report
+
+        data = logs_for(base, self.fit, self.spec)
+        held_out = logs_for(base, self.held_out, self.spec) if self.held_out else None
+        plant = plain_simulator(base) if self.calibrate else None
+        with stages_progress(console) as on_progress:
+            tried = try_effect(base, key, data, plant, held_out=held_out, horizon=self.horizon, on_progress=on_progress)
+        console.print(tried_report(tried))
+        figures = write_figures(base, tried.apply(base), data, tried, self.out / "figures")
+        console.print(f"figures in {self.out / 'figures'}", markup=False)
+        return tried.finding.values, {**tried.to_dict(), "figures": figures}

@@ -34,26 +34,25 @@ class Compare:
 
     def run(self, console: Console) -> dict[str, Any]:
         """Print the table, draw the figures."""
-        from sym2real.cli.model import logs_for, open_with_progress
-        from sym2real.diagnosis import compare, training_region
+        from sym2real.cli.model import logs_for, open_with_progress, region_of
+        from sym2real.diagnosis import compare
+        from sym2real.report.diagnosis import where_lines
         from sym2real.report.tables import comparison_table
 
         equations = open_with_progress(self.model, console)
         data = logs_for(equations, self.logs, self.spec)
-        folder = Path(self.model)
-        region = training_region(folder) if folder.is_dir() else None
-        comparison = compare(equations, data, start=self.start, region=region)
+        comparison = compare(equations, data, start=self.start, region=region_of(self.model))
         if comparison.data is not None:
             for line in comparison.data.lines():
                 console.print(f"data: {line}", style="dim", markup=False)
         console.print(comparison_table(comparison))
-        for one in comparison.where:
-            console.print(f"- {one.statement}", markup=False)
+        for line in where_lines(comparison.where):
+            console.print(line)
         for note in comparison.notes:
             console.print(f"note: {note}", style="dim", markup=False)
         figures = []
         if self.out:
-            from sym2real.report.figures import draw_comparison
+            from sym2real.report.drawing import draw_comparison
 
             figures = draw_comparison(equations, data, comparison, self.out)
             console.print(f"figures in {self.out}")

@@ -88,7 +88,7 @@ class Demo:
         from sym2real.diagnosis import compare
         from sym2real.experiments.real_flight import motor_level_equations
         from sym2real.logs import read_log
-        from sym2real.report.figures import draw_comparison
+        from sym2real.report.drawing import draw_comparison
         from sym2real.report.tables import comparison_table
         from sym2real.symbolic import save_model
         from sym2real.trajectory import Dataset

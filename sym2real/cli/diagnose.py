@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json as json_module
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,8 +10,9 @@ import tyro
 from rich.console import Console
 
 if TYPE_CHECKING:
-    from sym2real.plants import MujocoPlant
+    from sym2real.diagnosis import Diagnosis
     from sym2real.symbolic import Equations
+    from sym2real.trajectory import Dataset
 
 
 @dataclass(frozen=True)
@@ -21,6 +21,10 @@ class Diagnose:
 
     Every effect of the catalogue that the model can be given competes; what is found is tested on data that took no
     part in its fit. With the model of a registered robot the base is first calibrated in its plain simulator.
+    Several logs of different manoeuvres tell more than one long one; `sym2real plan` says beforehand what a manoeuvre
+    can show. Ctrl-C ends the search and reports what was found until then.
+
+    With --out: diagnosis.json, figures, the model with what was found (model/), the robot with it (simulator/).
 
     Example: sym2real diagnose runs/base flight1.csv flight2.csv --spec flight.toml --out runs/diagnosis
     """
@@ -40,46 +44,49 @@ class Diagnose:
     calibrate: bool = True
     """Calibrate the base in the robot's plain simulator first."""
     out: Path | None = None
-    """Folder for diagnosis.json and the model with the findings in it."""
+    """Folder for diagnosis.json, figures, the informed model and the simulator with what was found."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
 
     def run(self, console: Console) -> dict[str, Any]:
         """Diagnose, print the report, write the files."""
-        from sym2real.cli.model import logs_for, open_with_progress
-        from sym2real.diagnosis import diagnose
+        from sym2real.cli.found import plain_simulator
+        from sym2real.cli.model import logs_for, open_with_progress, region_of
+        from sym2real.cli.progress import stages_progress
+        from sym2real.diagnosis import data_report, diagnose
         from sym2real.report.diagnosis import diagnosis_report
-        from sym2real.symbolic import save_model
 
-        equations = open_with_progress(self.model, console)
-        data = logs_for(equations, self.logs, self.spec)
-        held_out = logs_for(equations, self.held_out, self.spec) if self.held_out else None
-        plant = self._plant(equations)
-        with console.status("starting") as status:
+        base = open_with_progress(self.model, console)
+        data = logs_for(base, self.logs, self.spec)
+        held_out = logs_for(base, self.held_out, self.spec) if self.held_out else None
+        for line in data_report(data).lines():
+            console.print(f"data: {line}", style="dim", markup=False)
+        with stages_progress(console) as on_progress:
             found = diagnose(
-                equations,
+                base,
                 data,
-                plant,
+                plain_simulator(base) if self.calibrate else None,
                 held_out=held_out,
                 exclude=self.exclude,
                 horizon=self.horizon,
-                on_progress=status.update,
+                region=region_of(self.model),
+                on_progress=on_progress,
+                finish_on_interrupt=True,
             )
         console.print(diagnosis_report(found))
-        result = found.to_dict()
         if self.out:
-            self.out.mkdir(parents=True, exist_ok=True)
-            beside = self.out / ".diagnosis.json.tmp"
-            beside.write_text(json_module.dumps(result, indent=1))
-            beside.replace(self.out / "diagnosis.json")
-            if found.findings:
-                save_model(found.apply(equations), self.out / "model")
-            console.print(f"diagnosis.json and the informed model in {self.out}")
-        return result
+            self._write(base, data, found, self.out, console)
+        return found.to_dict()
 
-    def _plant(self, equations: Equations) -> MujocoPlant | None:
-        from sym2real.plants import MujocoPlant
-        from sym2real.robots import ROBOTS
+    @staticmethod
+    def _write(base: Equations, data: Dataset, found: Diagnosis, out: Path, console: Console) -> None:
+        from sym2real.cli.found import write_figures, write_model_and_simulator
+        from sym2real.cli.output import write_json
 
-        known = equations.robot in ROBOTS and ROBOTS[equations.robot].layouts == equations.layouts
-        return MujocoPlant(ROBOTS[equations.robot]) if self.calibrate and known else None
+        write_json(found.to_dict(), out / "diagnosis.json")
+        informed = None
+        if found.findings:
+            effects = [(one.effect, one.values) for one in found.findings]
+            informed = write_model_and_simulator(base, effects, out, console)
+        write_figures(base, informed, data, found, out)
+        console.print(f"diagnosis.json and figures in {out}", markup=False)

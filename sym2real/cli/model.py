@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
 
 from sym2real.cli.progress import stage_one_progress
+from sym2real.diagnosis import training_region
+from sym2real.effects.visible import visible_state
 from sym2real.errors import ModelError
-from sym2real.experiments.models import open_model
+from sym2real.experiments.models import base_folder, open_model
 from sym2real.logs import read_logs
 from sym2real.robots import ROBOTS, Robot
 from sym2real.symbolic import Equations
@@ -20,6 +23,13 @@ def open_with_progress(name: str, console: Console) -> Equations:
     """The model of that name; a robot's base is learned under a progress bar when it is not cached yet."""
     with stage_one_progress(console) as on_progress:
         return open_model(name, on_progress)
+
+
+def region_of(name: str) -> dict[str, tuple[float, float]] | None:
+    """Range of every column in the training rows of a model; None where it does not say."""
+    if not Path(name).is_dir() and name in ROBOTS:
+        return training_region(base_folder(ROBOTS[name]))
+    return training_region(Path(name))
 
 
 def robot_of(equations: Equations, model: str) -> Robot:
@@ -35,5 +45,6 @@ def robot_of(equations: Equations, model: str) -> Robot:
 
 
 def logs_for(equations: Equations, paths: Sequence[Path], spec: str | None) -> Dataset:
-    """Logs read with the columns and the time step of a model."""
-    return read_logs(paths, spec=spec, layouts=equations.layouts, dt=equations.dt)
+    """Logs read with the columns and the time step of a model; hidden states are in no log."""
+    layouts = replace(equations.layouts, state=visible_state(equations))
+    return read_logs(paths, spec=spec, layouts=layouts, dt=equations.dt)

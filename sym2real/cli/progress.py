@@ -35,6 +35,15 @@ def stage_one_progress(console: Console) -> Iterator[Callable[[adaptation.Progre
         yield show
 
 
+@contextmanager
+def stages_progress(console: Console) -> Iterator[Callable[[str], None]]:
+    """A callback that is told what is being done, with the time that has passed."""
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("starting", total=None)
+        yield lambda what: bar.update(task, description=what)
+
+
 def episode_line(report: adaptation.EpisodeReport) -> str:
     """One finished episode in words."""
     crashed = f", {report.crashes} crashes" if report.crashes else ""

@@ -18,10 +18,10 @@ from sym2real.diagnosis.findings import Finding, findings
 from sym2real.diagnosis.floor import Floor, floor_of_explained
 from sym2real.diagnosis.groups import always_alike, as_good
 from sym2real.diagnosis.ladder import Stage, horizons_for
-from sym2real.diagnosis.sanity import Fault, check
+from sym2real.diagnosis.sanity import Fault
 from sym2real.diagnosis.select import FEWEST_BLOCKS, GAIN, Selection
 from sym2real.diagnosis.sensitivity import Library
-from sym2real.diagnosis.weighing import OnProgress, weigh
+from sym2real.diagnosis.weighing import OnProgress, check_and_filter, weigh
 from sym2real.effects import Effect, compose, effect
 from sym2real.errors import ModelError
 from sym2real.plants import MujocoPlant
@@ -178,7 +178,7 @@ def try_effect(
     on_progress("trying other effects in its place")
     rivals = _rivals(selection, [one for one in weighed.tried if key not in one.keys])
     on_progress("scoring on held-out data")
-    scored_logs = weighed.checked.data if held_out is None else check(equations, held_out).data
+    scored_logs = weighed.checked.data if held_out is None else check_and_filter(equations, held_out).data
     horizons = horizons_for(scored_logs, horizon)
     return Tried(
         finding=_finding(selection, rivals if supported else (), weighed.problems.block_count < FEWEST_BLOCKS),

@@ -13,17 +13,16 @@ import torch
 from sym2real.diagnosis.candidates import Candidate
 from sym2real.diagnosis.features import Region
 from sym2real.diagnosis.findings import Finding, by_importance, findings, parameter_set
-from sym2real.diagnosis.fit import Problems
 from sym2real.diagnosis.floor import Floor, floor_of_explained
 from sym2real.diagnosis.groups import groups_of
 from sym2real.diagnosis.ladder import Stage, horizons_for, ladder
 from sym2real.diagnosis.leftover import Leftover, find_leftover
 from sym2real.diagnosis.locate import Where, locate
-from sym2real.diagnosis.sanity import Fault, check
+from sym2real.diagnosis.sanity import Fault
 from sym2real.diagnosis.select import FEWEST_BLOCKS, Selection
 from sym2real.diagnosis.sensitivity import Library
 from sym2real.diagnosis.verdict import Verdict, makes_worse, summary, verdict
-from sym2real.diagnosis.weighing import OnProgress, Weighed, weigh
+from sym2real.diagnosis.weighing import OnProgress, Weighed, check_and_filter, weigh
 from sym2real.effects import compose, effect
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
@@ -95,6 +94,7 @@ def diagnose(
     horizon: float | None = None,
     region: Region | None = None,
     on_progress: OnProgress = lambda _: None,
+    finish_on_interrupt: bool = False,
 ) -> Diagnosis:
     """Find the effects that a model misses.
 
@@ -107,30 +107,35 @@ def diagnose(
         horizon: the ladder's longest, in s.
         region: range of every column in the model's training, to say whether it fails inside or outside.
         on_progress: told what is being done.
+        finish_on_interrupt: Ctrl-C during the search ends it, and the answer is what was found until then.
 
     Raises:
         ShapeError: when no log is long enough, or columns differ.
     """
     started = time.perf_counter()
     weighed = weigh(model, data, plant, exclude=exclude, on_progress=on_progress)
-    on_progress("searching")
-    selection = search(weighed.problems, weighed.tried, weighed.origin)
+    on_progress(f"searching among {len(weighed.tried)} effects")
+    selection = Selection(weighed.problems, weighed.tried, weighed.origin, on_progress=on_progress)
+    try:
+        search(selection)
+    except KeyboardInterrupt:
+        if not finish_on_interrupt:
+            raise
+        weighed = replace(weighed, notes=(*weighed.notes, "interrupted: the search was not finished"))
     on_progress("scoring on held-out data")
     found = _answer(model, weighed, selection, held_out, horizon)
     on_progress("locating errors")
-    where = locate(model, weighed.checked.data, region)
+    where = locate(weighed.model, weighed.checked.data, region)
     return replace(found, where=where, seconds=time.perf_counter() - started)
 
 
-def search(problems: Problems, tried: tuple[Candidate, ...], origin: torch.Tensor) -> Selection:
+def search(selection: Selection) -> None:
     """Additions, then every one against dropping and against its rivals."""
-    selection = Selection(problems, tried, origin)
     selection.grow()
     selection.prune()
     if selection.chosen:
         selection.swap()
         selection.prune()
-    return selection
 
 
 def _answer(
@@ -138,7 +143,7 @@ def _answer(
 ) -> Diagnosis:
     problems, library, checked = selection.problems, weighed.library, weighed.checked
     freedom = problems.whitening.freedom
-    scored = checked.data if held_out is None else check(model, held_out).data
+    scored = checked.data if held_out is None else check_and_filter(model, held_out).data
     horizons = horizons_for(scored, horizon)
     stages = tuple(_gated(library, selection, scored, horizons, same=held_out is None))
     groups = groups_of(selection)

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import torch
 
-from sym2real.effects.filters import filter_commands
+from sym2real.effects.filters import command_filters, filter_commands
 from sym2real.effects.sensors import MeasuredModel
 from sym2real.effects.visible import visible_state
 from sym2real.errors import ShapeError
@@ -35,8 +35,14 @@ def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[Dynami
         raise ShapeError(
             f"the model's time step is {model.dt:g} s, the log's is {dataset.dt:g} s: read it with dt={model.dt:g}"
         )
-    filtered = (
-        replace(trajectory, action=filter_commands(model, torch.as_tensor(trajectory.action)).numpy())
+    return MeasuredModel(model), with_filtered_commands(model, dataset)
+
+
+def with_filtered_commands(equations: Equations, dataset: Dataset) -> Dataset:
+    """The logs with the commands that reach the robot when it delays, limits or smooths them as the equations say."""
+    if not command_filters(equations):
+        return dataset
+    return Dataset(
+        replace(trajectory, action=filter_commands(equations, torch.as_tensor(trajectory.action)).numpy())
         for trajectory in dataset
     )
-    return MeasuredModel(model), Dataset(filtered)

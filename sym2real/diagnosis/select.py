@@ -53,6 +53,7 @@ class Selection:
         fit: of what is in.
         held_out: its loss per fold.
         tried: number of hypotheses that had a chance.
+        on_progress: told what has been found so far.
     """
 
     problems: Problems
@@ -62,6 +63,7 @@ class Selection:
     fit: Fit = None  # type: ignore[assignment]  # set by __post_init__
     held_out: Tensor = None  # type: ignore[assignment]
     tried: int = 0
+    on_progress: OnProgress = lambda _: None
 
     def __post_init__(self) -> None:
         self.tried = len(self.candidates)
@@ -158,6 +160,8 @@ class Selection:
                 chosen = [*self.chosen, scored.candidate]
                 if not tested or self.significant(chosen, scored.fit, scored.candidate):
                     self.put(chosen, scored.fit)
+                    if tested:
+                        self.on_progress(f"found so far: {', '.join(one.name for one in chosen)}; searching on")
                     break
             else:
                 return

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 
 from sym2real.diagnosis import calibrate
 from sym2real.diagnosis.candidates import Candidate, candidates, library_for
 from sym2real.diagnosis.fit import Problems
+from sym2real.diagnosis.prepared import with_filtered_commands
 from sym2real.diagnosis.sanity import Checked, check
 from sym2real.diagnosis.select import Selection
 from sym2real.diagnosis.sensitivity import Library, Problem
@@ -29,6 +30,7 @@ class Weighed:
     """A model against checked data, ready for hypotheses.
 
     Args:
+        model: the base without its command filters, which have acted on the data.
         checked: the data, faults undone.
         library: the equations with every candidate in them.
         tried: what competes.
@@ -39,6 +41,7 @@ class Weighed:
         notes: remarks on data and method.
     """
 
+    model: Equations
     checked: Checked
     library: Library
     tried: tuple[Candidate, ...]
@@ -68,7 +71,8 @@ def weigh(
         include: keys of effects that compete whatever the rules for candidates say.
     """
     on_progress("checking the data")
-    checked = check(model, data if isinstance(data, Dataset) else Dataset([data]))
+    checked = check_and_filter(model, data if isinstance(data, Dataset) else Dataset([data]))
+    model = replace(model, filters=())
     library = library_for(model, checked.data, exclude, include)
     tried = candidates(library, checked.data)
     problem = Problem(library, checked.data)
@@ -84,7 +88,13 @@ def weigh(
             notes.append("the logs' manoeuvres cannot be flown in the plain simulator: the base is not calibrated")
         else:
             origin, own = calibrate.origin(library, tried, flown, whitening)
-    return Weighed(checked, library, tried, Problems.of(problem, whitening), spread, origin, own, tuple(notes))
+    return Weighed(model, checked, library, tried, Problems.of(problem, whitening), spread, origin, own, tuple(notes))
+
+
+def check_and_filter(model: Equations, data: Dataset) -> Checked:
+    """Faults of the data undone, and commands as they reach a robot with the model's own filters."""
+    checked = check(model, data)
+    return replace(checked, data=with_filtered_commands(model, checked.data))
 
 
 def whiten(problem: Problem, tried: tuple[Candidate, ...]) -> tuple[Spread, Whitening]:

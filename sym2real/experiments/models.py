@@ -38,8 +38,13 @@ def open_model(name: str, on_progress: Callable[[Progress], None] = lambda _: No
 
 def cached_base(robot: Robot, on_progress: Callable[[Progress], None] = lambda _: None) -> Equations:
     """The base of a robot in its plain simulator, learned at the first call and kept in the user's cache."""
-    folder = Path(platformdirs.user_cache_dir("sym2real")) / __version__ / f"base-{robot.name}"
+    folder = base_folder(robot)
     if not (folder / "equations.json").exists():
         settings = StageOne(episodes=EPISODES[robot.name], until_settled=False)
         learn_in_simulation(robot, "beam", settings, folder / "episodes", on_progress).save(folder)
     return load_model(folder)
+
+
+def base_folder(robot: Robot) -> Path:
+    """Where a robot's base is cached, or will be."""
+    return Path(platformdirs.user_cache_dir("sym2real")) / __version__ / f"base-{robot.name}"

@@ -1,12 +1,15 @@
-"""What a diagnosis found, for the terminal: the sentence first, then findings, ladder, leftover and remarks."""
+"""A diagnosis, or one tried effect, for the terminal."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from sym2real.diagnosis import Diagnosis, Finding
+from sym2real.diagnosis import Diagnosis, Finding, Tried, Where
+from sym2real.report.ladder import ladder_table
 from sym2real.report.tables import number
 
 STYLE = {"EFFECT": "bold yellow", "NOTHING_MISSING": "bold green", "UNEXPLAINED": "bold red", "CANNOT_TELL": "bold"}
@@ -15,48 +18,75 @@ STYLE = {"EFFECT": "bold yellow", "NOTHING_MISSING": "bold green", "UNEXPLAINED"
 def diagnosis_report(diagnosis: Diagnosis) -> RenderableType:
     """Everything a person reads of a diagnosis."""
     parts: list[RenderableType] = [f"[{STYLE[diagnosis.verdict]}]{diagnosis.verdict}[/] {escape(diagnosis.summary)}"]
-    parts += [f"[red]fault[/] {fault.effect}: {escape(fault.evidence)}" for fault in diagnosis.faults]
+    parts += [f"[red]fault[/] {escape(fault.effect)}: {escape(fault.evidence)}" for fault in diagnosis.faults]
+    parts += where_lines(diagnosis.where)
     if diagnosis.findings:
-        parts.append(findings_table(diagnosis.findings))
+        parts += ["", "[bold]what the model lacks[/]", findings_list(diagnosis.findings), ""]
     if diagnosis.ladder:
-        parts.append(ladder_table(diagnosis))
+        parts.append(ladder_table(diagnosis.ladder, diagnosis.floor, diagnosis.held_out))
     if diagnosis.leftover is not None:
         left = diagnosis.leftover
-        parts.append(f"left over: {left.channel} depends on {left.explained_by} (R² {left.r2:.2f}): {left.term}")
-    parts += [f"[dim]note: {escape(note)}[/]" for note in diagnosis.notes]
-    parts.append(f"[dim]{diagnosis.tried} hypotheses competed; {diagnosis.seconds:.0f} s[/]")
+        said = f"{left.channel} depends on {left.explained_by} (R² {left.r2:.2f} on unseen logs): {left.term}"
+        parts.append(f"[red]left over[/] {escape(said)}")
+    base, explained = diagnosis.misfit
+    misfit = f"misfit per degree of freedom {number(base)} → {number(explained)}; 1 is fully explained"
+    parts += _remarks(diagnosis.notes)
+    parts.append(f"[dim]{misfit}; {diagnosis.tried} hypotheses competed; {diagnosis.seconds:.0f} s[/]")
     return Group(*parts)
 
 
-def findings_table(findings: tuple[Finding, ...]) -> Table:
-    """One row per finding: values with intervals, share, what the data cannot tell it from, what to do."""
-    table = Table(title="what the model lacks", title_justify="left", show_lines=True)
-    for heading in ("effect", "value (95 %)", "share", "or, as far as this data tells", "what to do"):
-        table.add_column(heading, overflow="fold")
-    for finding in findings:
-        values = "\n".join(
-            f"{name} {number(one.value)} ({number(one.low)} … {number(one.high)}) {one.unit}"
-            for name, one in finding.parameters.items()
-        )
+def tried_report(tried: Tried) -> RenderableType:
+    """Everything a person reads of one effect that was held against logs."""
+    style = "bold green" if tried.supported else "bold red"
+    parts: list[RenderableType] = [f"[{style}]{'SUPPORTED' if tried.supported else 'NOT SUPPORTED'}[/] {tried.summary}"]
+    parts += [f"[red]fault[/] {escape(fault.effect)}: {escape(fault.evidence)}" for fault in tried.faults]
+    parts += [findings_list((tried.finding,)), ""]
+    if tried.rivals:
+        parts.append(rivals_table(tried))
+    if tried.ladder:
+        parts.append(ladder_table(tried.ladder, tried.floor, tried.held_out))
+    parts += _remarks(tried.notes)
+    parts.append(f"[dim]{tried.seconds:.0f} s[/]")
+    return Group(*parts)
+
+
+def where_lines(where: Sequence[Where]) -> list[str]:
+    """Where a model fails, a line each."""
+    return [f"[bold]fails[/] {escape(one.statement)}" for one in where]
+
+
+def _remarks(notes: Sequence[str]) -> list[str]:
+    return [f"[dim]note: {escape(note)}[/]" for note in notes]
+
+
+def findings_list(findings: Sequence[Finding]) -> Table:
+    """Per finding: values with intervals, share, what the data cannot tell it from, what to do."""
+    table = Table.grid(padding=(0, 2, 0, 0))
+    table.add_column(no_wrap=True, justify="right", style="dim")
+    table.add_column(overflow="fold")
+    for place, finding in enumerate(findings, start=1):
+        few = " (provisional: too few independent pieces of data for a test)" if finding.provisional else ""
+        share = f"removes {100 * finding.share:.0f} % of the excess error"
+        table.add_row(str(place), f"[bold]{escape(finding.effect)}[/]  {share}{few}")
+        for name, one in finding.parameters.items():
+            interval = f"[dim]95 % {number(one.low)} … {number(one.high)}[/]"
+            table.add_row("", f"{escape(name)} = [bold]{number(one.value)}[/] {escape(one.unit)}  {interval}")
         rivals = [rival for rival in finding.group if rival != finding.effect]
-        apart = f"\ntell apart: {finding.separate_by}" if finding.separate_by else ""
-        name = f"{finding.effect} (provisional)" if finding.provisional else finding.effect
-        table.add_row(name, values, f"{100 * finding.share:.0f} %", ", ".join(rivals) + apart, escape(finding.fix))
+        if rivals:
+            table.add_row("or", f"{escape(', '.join(rivals))}: these logs cannot tell")
+        if finding.separate_by:
+            table.add_row("tell apart", escape(finding.separate_by))
+        table.add_row("fix", escape(finding.fix))
     return table
 
 
-def ladder_table(diagnosis: Diagnosis) -> Table:
-    """Held-out errors at the longest horizon: the base, then with one finding after the other."""
-    horizon = max(diagnosis.ladder[0].horizons)
-    table = Table(
-        title=f"error {horizon:g} s ahead on {', '.join(diagnosis.held_out) or 'held-out data'}", title_justify="left"
-    )
-    table.add_column("model")
-    channels = diagnosis.ladder[0].horizons[horizon]
-    for channel, error in channels.items():
-        table.add_column(f"{channel} {error.unit}", justify="right")
-    for stage in diagnosis.ladder:
-        errors = stage.horizons[horizon]
-        cells = [f"{number(one.value)} ({number(one.low)} … {number(one.high)})" for one in errors.values()]
-        table.add_row(stage.model, *cells)
+def rivals_table(tried: Tried) -> Table:
+    """What other effects would do in the tried one's place."""
+    table = Table(title="in its place", title_justify="left")
+    for heading in ("effect", "lowers the held-out loss by", ""):
+        table.add_column(heading, justify="right" if "loss" in heading else "left")
+    table.add_row(tried.finding.effect, f"{100 * tried.gain:.1f} %", "the hypothesis", style="bold")
+    for rival in tried.rivals:
+        said = "cannot be told from it" if rival.as_good else ""
+        table.add_row(rival.effect, f"{100 * rival.gain:.1f} %", said)
     return table

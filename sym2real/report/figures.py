@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-import torch
 from matplotlib.figure import Figure
 
 from sym2real.diagnosis import ROWS, Comparison, Windows, predict_windows
-from sym2real.effects.visible import VisibleModel
+from sym2real.diagnosis.prepared import prepared
+from sym2real.diagnosis.start import Start
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset, Trajectory
 
-MEASURED, PREDICTED, REFERENCE = "#1b6ca8", "#d1495b", "#8d99ae"
+MEASURED, PREDICTED, INFORMED, REFERENCE = "#1b6ca8", "#d1495b", "#2a9d5c", "#8d99ae"
 WINDOWS_DRAWN = 12
 PREDICTED_SECONDS = 0.8
 
@@ -48,7 +49,7 @@ def path_figure(trajectory: Trajectory) -> Figure:
 
 
 def comparison_figure(comparison: Comparison) -> Figure:
-    """Error of every channel over the horizon beside "hold"."""
+    """Error of every channel over the horizon, beside "hold" and what the sensors' noise alone makes."""
     channels = comparison.one_step.errors
     points = [comparison.one_step, *comparison.horizons]
     figure = Figure(figsize=(3.4 * len(channels), 3.4), layout="constrained")
@@ -57,37 +58,59 @@ def comparison_figure(comparison: Comparison) -> Figure:
         horizons = [errors.horizon for errors in points]
         axis.plot(horizons, [errors.errors[channel].value for errors in points], "o-", color=PREDICTED, label="model")
         axis.plot(horizons, [errors.errors[channel].hold for errors in points], "s--", color=REFERENCE, label="hold")
+        floor = [(one.horizon, one.errors[channel][0]) for one in comparison.floor]
+        if floor:
+            axis.plot(*zip(*floor, strict=True), ":", color=MEASURED, label="noise alone")
         axis.set(xlabel="horizon in s", ylabel=f"error in {first.unit}", title=channel, yscale="log")
         axis.legend()
     return figure
 
 
-def prediction_figure(trajectory: Trajectory, windows: Windows) -> Figure:
-    """Every state column over time: measured, and what the model predicted from a few starts along the log."""
+def prediction_figure(trajectory: Trajectory, windows: dict[str, Windows]) -> Figure:
+    """Every state column over time: measured, and what models predicted from a few starts along the log.
+
+    Args:
+        trajectory: the log.
+        windows: predictions by what the model is called: at most two.
+    """
     columns = trajectory.layouts.state.columns
     rows = -(-len(columns) // 3)
     figure = Figure(figsize=(12, 2.2 * rows), layout="constrained")
     axes = figure.subplots(rows, 3, squeeze=False).ravel()
-    every = max(1, len(windows.rows) // WINDOWS_DRAWN)
     for position, (axis, column) in enumerate(zip(axes, columns, strict=False)):
-        axis.plot(trajectory.time, trajectory.state[:, position], color=MEASURED, linewidth=1)
-        for start, predicted in zip(windows.rows[::every], windows.predicted[::every], strict=True):
-            ahead = trajectory.time[start : start + len(predicted) + 1]
-            values = np.concatenate([trajectory.state[start : start + 1, position], predicted[:, position].numpy()])
-            axis.plot(ahead, values, color=PREDICTED, linewidth=1)
+        axis.plot(trajectory.time, trajectory.state[:, position], color=MEASURED, linewidth=1, label="measured")
+        for colour, (label, predictions) in zip((PREDICTED, INFORMED), windows.items(), strict=False):
+            every = max(1, len(predictions.rows) // WINDOWS_DRAWN)
+            for number, start in enumerate(predictions.rows[::every]):
+                predicted = predictions.predicted[number * every, :, position].numpy()
+                ahead = trajectory.time[start : start + len(predicted) + 1]
+                values = np.concatenate([trajectory.state[start : start + 1, position], predicted])
+                axis.plot(ahead, values, color=colour, linewidth=1, label=label if number == 0 else None)
         axis.set(title=f"{column} in {trajectory.layouts.state.units[column]}")
     for axis in axes[len(columns) :]:
         axis.set_visible(False)
-    figure.suptitle(f"{trajectory.name}: measured (blue), predicted (red)")
+    axes[0].legend()
+    figure.suptitle(f"{trajectory.name}: measured, and predicted {PREDICTED_SECONDS:g} s ahead")
     return figure
 
 
-def draw_comparison(equations: Equations, data: Dataset, comparison: Comparison, folder: Path) -> list[Path]:
-    """Write the figures of a comparison; one of predictions for every log."""
-    model = VisibleModel(equations, dtype=torch.float64)
-    paths = [save(comparison_figure(comparison), folder / "error_over_horizon.png")]
-    for trajectory in data:
+def predictions_of(models: Mapping[str, Equations], data: Dataset, start: Start = "smoothed") -> dict[str, Figure]:
+    """One figure of predictions for every log that is long enough, by its name.
+
+    Args:
+        models: at most two, by what they are called.
+        data: logs with the models' columns.
+        start: how start states are found.
+    """
+    prepared_models = {label: prepared(equations, data) for label, equations in models.items()}
+    figures = {}
+    for index, trajectory in enumerate(data):
         steps = min(round(PREDICTED_SECONDS / trajectory.dt), len(trajectory) - ROWS)
-        figure = prediction_figure(trajectory, predict_windows(model, trajectory, steps, comparison.start))
-        paths.append(save(figure, folder / f"{trajectory.name}_predicted.png"))
-    return paths
+        if steps < 1:
+            continue
+        windows = {
+            label: predict_windows(predictor, logs[index], steps, start)
+            for label, (predictor, logs) in prepared_models.items()
+        }
+        figures[trajectory.name] = prediction_figure(trajectory, windows)
+    return figures

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 import sympy
+from rich.markup import escape
 from rich.table import Table
 
 from sym2real.adaptation import EpisodeReport
@@ -33,11 +34,31 @@ def equation_table(equations: Equations) -> Table:
     return table
 
 
+def changed_equations(base: Equations, changed: Equations) -> Table:
+    """One row per equation that is not the base's: its LaTeX, numbers to four digits."""
+    table = Table(title="what changed, in LaTeX", title_justify="left", show_lines=True)
+    for heading in ("of", "next value"):
+        table.add_column(heading, overflow="fold")
+    before = {**base.quantities, **base.next, **base.output}
+    for name, expression in (*changed.quantities.items(), *changed.next.items(), *changed.output.items()):
+        if before.get(name) != expression:
+            table.add_row(escape(name), escape(sympy.latex(rounded(expression))))
+    for key, values in changed.filters[len(base.filters) :]:
+        given = ", ".join(f"{name} = {number(float(value), 4)}" for name, value in values.items() if value.is_number)
+        table.add_row(escape(key), f"acts on commands before the equations: {given}")
+    return table
+
+
+def rounded(expression: sympy.Expr) -> sympy.Expr:
+    """An expression with its numbers to four digits."""
+    with sympy.evaluate(False):
+        return expression.xreplace({value: sympy.Float(value, 4) for value in expression.atoms(sympy.Float)})
+
+
 def readable(expression: sympy.Expr) -> str:
     """An expression with its numbers rounded to four digits."""
-    rounded = {value: sympy.Float(value, 4) for value in expression.atoms(sympy.Float)}
     with sympy.evaluate(False):
-        return str(sympy.sstr(expression.xreplace(rounded), full_prec=False))
+        return str(sympy.sstr(rounded(expression), full_prec=False))
 
 
 def dependence_table(rows: Sequence[Dependence]) -> Table:

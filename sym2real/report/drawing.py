@@ -1,0 +1,47 @@
+"""All figures of a comparison, a diagnosis or a tried effect into a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from sym2real.diagnosis import Comparison, Diagnosis, Tried, Where, window_errors
+from sym2real.report.error_figures import ladder_figure, over_time_figure, where_figure
+from sym2real.report.figures import comparison_figure, predictions_of, save
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Dataset
+
+MOST_PREDICTED = 8  # logs that get a figure of their own
+
+
+def draw_comparison(equations: Equations, data: Dataset, comparison: Comparison, folder: Path) -> list[Path]:
+    """Write the figures of a comparison; one of predictions for each of the first logs."""
+    figures = {"error_over_horizon": comparison_figure(comparison)}
+    return _save(figures | _errors({"model": equations}, data, comparison.where), folder)
+
+
+def draw_found(models: Mapping[str, Equations], data: Dataset, found: Diagnosis | Tried, folder: Path) -> list[Path]:
+    """Write the figures of a diagnosis or of a tried effect.
+
+    Args:
+        models: the base and, where something was found, the informed model, by what they are called.
+        data: logs without the faults that were found.
+        found: its ladder, floor and statements are drawn.
+        folder: is made where it is missing.
+    """
+    figures = {"ladder": ladder_figure(found.ladder, found.floor)} if found.ladder else {}
+    where = found.where if isinstance(found, Diagnosis) else ()
+    return _save(figures | _errors(models, data, where), folder)
+
+
+def _errors(models: Mapping[str, Equations], data: Dataset, where: Sequence[Where]) -> dict[str, Figure]:
+    errors = {label: window_errors(equations, data) for label, equations in models.items()}
+    figures = {"error_over_time": over_time_figure(errors), "where": where_figure(errors, where)}
+    predicted = predictions_of(models, Dataset(list(data)[:MOST_PREDICTED]))
+    return figures | {f"{name}_predicted": figure for name, figure in predicted.items()}
+
+
+def _save(figures: Mapping[str, Figure], folder: Path) -> list[Path]:
+    return [save(figure, folder / f"{name}.png") for name, figure in figures.items()]

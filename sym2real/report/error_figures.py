@@ -1,0 +1,103 @@
+"""Figures of prediction errors: over time, over the horizon down to the floor, and where they are large."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from sym2real.diagnosis import Floor, Where, WindowErrors
+from sym2real.diagnosis.features import UNITS
+from sym2real.diagnosis.ladder import Stage
+from sym2real.report.figures import INFORMED, MEASURED, PREDICTED, REFERENCE
+from sym2real.trajectory import Array
+
+COLOURS = (PREDICTED, INFORMED)
+STAGES = ("#d1495b", "#edae49", "#00798c", "#2a9d5c", "#6c5b7b", "#355070", "#b56576", "#8d6a9f", "#444444")
+BINS = 8
+MOST_FEATURES = 6
+
+Models = Mapping[str, WindowErrors]
+
+
+def over_time_figure(models: Models) -> Figure:
+    """Error of every channel at the end of windows, by the time of their start; one column a log.
+
+    Args:
+        models: errors by what the model is called, on the same logs.
+    """
+    first = next(iter(models.values()))
+    channels, count = list(first.errors), len(first.names)
+    size = (max(5.0, min(18.0, 3.2 * count)), 2.0 * len(channels))
+    figure = Figure(figsize=size, layout="constrained")
+    axes = figure.subplots(len(channels), count, squeeze=False, sharey="row", sharex="col")
+    for colour, (label, errors) in zip(COLOURS, models.items(), strict=False):
+        for column in range(count):
+            mine = errors.log == column
+            for row, channel in enumerate(channels):
+                axes[row, column].plot(errors.start[mine], errors.errors[channel][mine], color=colour, label=label)
+    for row, channel in enumerate(channels):
+        axes[row, 0].set_ylabel(f"{channel} in {'m' if channel in ('z', 'xy', 'position') else 'rad'}")
+    for column, name in enumerate(first.names):
+        axes[0, column].set_title(name)
+        axes[-1, column].set_xlabel("time in s")
+    axes[0, 0].legend()
+    ahead = float(np.median(first.end - first.start))
+    figure.suptitle(f"prediction error {ahead:.2g} s ahead")
+    return figure
+
+
+def ladder_figure(stages: Sequence[Stage], floor: Sequence[Floor]) -> Figure:
+    """Error of every channel over the horizon for every stage with its 95 % band, down to the noise floor."""
+    horizons = sorted(stages[0].horizons)
+    channels = stages[0].horizons[horizons[0]]
+    figure = Figure(figsize=(3.6 * len(channels), 3.6), layout="constrained")
+    axes = np.atleast_1d(figure.subplots(1, len(channels)))
+    for axis, (channel, error) in zip(axes, channels.items(), strict=True):
+        for colour, stage in zip(STAGES, stages, strict=False):
+            errors = [stage.horizons[one][channel] for one in horizons]
+            axis.plot(horizons, [one.value for one in errors], "o-", color=colour, label=stage.model)
+            low, high = [one.low for one in errors], [one.high for one in errors]
+            axis.fill_between(horizons, low, high, color=colour, alpha=0.15, linewidth=0)
+        lowest = [(one.horizon, one.errors[channel][0]) for one in floor if channel in one.errors]
+        if lowest:
+            axis.plot(*zip(*lowest, strict=True), "--", color=REFERENCE, label="noise floor")
+        axis.set(xlabel="horizon in s", ylabel=f"error in {error.unit}", title=channel, yscale="log")
+    axes[0].legend()
+    figure.suptitle("held-out error, one effect after the other")
+    return figure
+
+
+def where_figure(models: Models, where: Sequence[Where]) -> Figure:
+    """Error of a channel over the features that a person would name, in bins of equally many windows.
+
+    The regions of the statements are shaded, each in its own feature and channel; other features show the first
+    channel.
+    """
+    first = next(iter(models.values()))
+    said = {one.feature: one for one in where}
+    names = [*said, *(name for name in first.features if name not in said)][:MOST_FEATURES]
+    figure = Figure(figsize=(11, 2.8 * -(-len(names) // 3)), layout="constrained")
+    axes = figure.subplots(-(-len(names) // 3), 3, squeeze=False).ravel()
+    for axis, name in zip(axes, names, strict=False):
+        channel = said[name].channel if name in said else next(iter(first.errors))
+        for colour, (label, errors) in zip(COLOURS, models.items(), strict=False):
+            axis.plot(*binned(errors.features[name], errors.errors[channel]), "o-", color=colour, label=label)
+        if name in said:
+            axis.axvspan(said[name].low, said[name].high, color=MEASURED, alpha=0.12, linewidth=0)
+        axis.set(xlabel=f"{name} in {UNITS[name]}", ylabel=f"{channel} error", ylim=(0.0, None))
+    for axis in axes[len(names) :]:
+        axis.set_visible(False)
+    axes[0].legend()
+    figure.suptitle("where the model fails")
+    return figure
+
+
+def binned(values: Array, errors: Array, bins: int = BINS) -> tuple[Array, Array]:
+    """Mean value and root mean square error of at most so many groups of equally many windows, in order."""
+    order = np.argsort(values, kind="stable")
+    groups = [group for group in np.array_split(order, bins) if len(group)]
+    middles = np.array([values[group].mean() for group in groups])
+    sizes = np.array([np.sqrt(np.square(errors[group]).mean()) for group in groups])
+    return middles, sizes

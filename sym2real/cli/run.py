@@ -4,28 +4,33 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import tyro
 from rich.console import Console
 
 if TYPE_CHECKING:
     from sym2real.experiments.flying import Flight
+    from sym2real.plants import ModelPlant, MujocoPlant
+    from sym2real.robots import Robot
+    from sym2real.symbolic import Equations
 
 
 @dataclass(frozen=True)
 class Run:
     """Fly or drive one task with MPPI and a model, in the robot's simulator or in the model itself.
 
-    Example: sym2real run runs/base circle --out runs/circle
+    Examples:
+      sym2real run runs/base circle --out runs/circle
+      sym2real run runs/found/model circle --plant runs/found/simulator
     """
 
     model: tyro.conf.Positional[str]
     """A model folder, or a robot's name (its base is learned once and cached)."""
     task: tyro.conf.Positional[str]
     """hover, circle, lemniscate, track, park or reverse_circle."""
-    plant: Literal["simulator", "model"] = "simulator"
-    """What is flown: the plain MuJoCo simulator, or the model itself."""
+    plant: str = "simulator"
+    """What is flown: the plain MuJoCo simulator, the model itself ("model"), or the folder of a simulator."""
     seconds: float | None = None
     """Length of the episode; the task's own by default."""
     samples: int | None = None
@@ -44,9 +49,7 @@ class Run:
         from sym2real.cli.model import open_with_progress, robot_of
         from sym2real.cli.progress import steps_progress
         from sym2real.experiments.flying import fly, mppi_controller
-        from sym2real.plants import ModelPlant, MujocoPlant
         from sym2real.report.tables import flight_table
-        from sym2real.symbolic import compile_model
         from sym2real.tasks import make_task
 
         equations = open_with_progress(self.model, console)
@@ -54,7 +57,7 @@ class Run:
         task = make_task(self.task, robot)
         period = robot.dt if self.realtime else None
         controller = mppi_controller(equations, robot, task, samples=self.samples, seed=self.seed, period=period)
-        plant = MujocoPlant(robot) if self.plant == "simulator" else ModelPlant(compile_model(equations), robot)
+        plant = self._plant(equations, robot)
         steps = round((self.seconds or task.duration) / robot.dt)
         with steps_progress(console, f"{self.task} with {controller.samples} samples", steps) as on_step:
             flight = fly(plant, controller, task, seconds=self.seconds, seed=self.seed, on_step=on_step, name=self.task)
@@ -65,6 +68,22 @@ class Run:
             console.print(f"log in {files['log']}, path in {files['figure']}")
             result |= files
         return result
+
+    def _plant(self, equations: Equations, robot: Robot) -> MujocoPlant | ModelPlant:
+        from sym2real.errors import ModelError, UnknownNameError
+        from sym2real.plants import ModelPlant, MujocoPlant, load_plant
+        from sym2real.symbolic import compile_model
+
+        if self.plant == "simulator":
+            return MujocoPlant(robot)
+        if self.plant == "model":
+            return ModelPlant(compile_model(equations), robot)
+        if not Path(self.plant).is_dir():
+            raise UnknownNameError("plant: neither a folder nor", self.plant, ("simulator", "model"))
+        plant = load_plant(self.plant)
+        if plant.robot is not robot:
+            raise ModelError(f"{self.plant} is a {plant.robot.name}; the model is of a {robot.name}")
+        return plant
 
 
 def flight_result(flight: Flight) -> dict[str, Any]:

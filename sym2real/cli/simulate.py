@@ -14,13 +14,16 @@ from rich.console import Console
 class Simulate:
     """Fly or drive a task in the robot's simulator with a controller that needs no model, and write the log.
 
-    The simulator is plain unless it is given effects, which MuJoCo's own means put into it.
+    The simulator is plain unless it is given effects, which MuJoCo's own means put into it, or is one that `diagnose`
+    or `add` has written.
 
-    Example: sym2real simulate crazyflie circle --effects wind fx=0.01 added_mass value=0.003 --out windy.csv
+    Examples:
+      sym2real simulate crazyflie circle --effects wind fx=0.01 added_mass value=0.003 --out windy.csv
+      sym2real simulate runs/diagnosis/simulator circle --out as_found.csv
     """
 
     robot: tyro.conf.Positional[str]
-    """Name of the robot: crazyflie or mushr."""
+    """Name of the robot, crazyflie or mushr, or the folder of a simulator."""
     task: tyro.conf.Positional[str]
     """hover, circle, lemniscate, track, park or reverse_circle."""
     out: Path
@@ -41,23 +44,26 @@ class Simulate:
         from sym2real.adaptation import tracking_error
         from sym2real.cli.chosen_effects import chosen_effects
         from sym2real.control import RandomCommands
+        from sym2real.errors import ModelError
         from sym2real.experiments.flying import geometric_controller
         from sym2real.logs import write_log
-        from sym2real.plants import MujocoPlant, run_episode
+        from sym2real.plants import MujocoPlant, load_plant, run_episode
         from sym2real.robots import ROBOTS
         from sym2real.tasks import make_task
 
-        robot = ROBOTS[self.robot]
+        written = load_plant(self.robot) if Path(self.robot).is_dir() else None
+        robot = ROBOTS[self.robot] if written is None else written.robot
         task = make_task(self.task, robot)
         changes = [chosen.inject(**values) for chosen, values in chosen_effects(self.effects, robot)]
+        if written is not None and changes:
+            raise ModelError(f"{self.robot}: --effects are for a robot's plain simulator; add them to its plant.toml")
+        plant = written or MujocoPlant(robot, changes)
         geometric = self.controller == "geometric"
         controller = geometric_controller(robot, task) if geometric else RandomCommands(robot, seed=self.seed)
         steps = round((self.seconds or task.duration) / robot.dt)
-        trajectory = run_episode(
-            MujocoPlant(robot, changes), controller, task, seed=self.seed, steps=steps, name=self.out.stem
-        )
+        trajectory = run_episode(plant, controller, task, seed=self.seed, steps=steps, name=self.out.stem)
         write_log(trajectory, self.out)
         error = tracking_error(trajectory)
-        names = ", ".join(change.name for change in changes) or "the plain simulator"
+        names = ", ".join(change.name for change in plant.changes) or "the plain simulator"
         console.print(f"{len(trajectory)} rows, mean position error {error:.3g} m, {names}; log in {self.out}")
         return {"log": self.out, "rows": len(trajectory), "tracking": error, "crashed": len(trajectory) < steps}

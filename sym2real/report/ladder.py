@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from rich import box
 from rich.markup import escape
 from rich.table import Table
 
 from sym2real.diagnosis import Floor
 from sym2real.diagnosis.ladder import Stage
-from sym2real.report.sparkline import bar, sparkline
+from sym2real.report.sparkline import sparkline
 from sym2real.report.tables import number
 
 SHOWN_HORIZON = 0.8  # s
@@ -18,32 +19,30 @@ SHOWN_HORIZON = 0.8  # s
 def ladder_table(stages: Sequence[Stage], floor: Sequence[Floor], held_out: Sequence[str]) -> Table:
     """Held-out errors near 0.8 s ahead, root mean square per channel.
 
-    For the first channel with its 95 % interval, as a bar beside the base's, and how it grows with the horizon.
+    For the first channel also its 95 % interval, and how it grows with the horizon.
     """
     horizon = min(stages[0].horizons, key=lambda one: abs(one - SHOWN_HORIZON))
     channels = stages[0].horizons[horizon]
     main = next(iter(channels))
-    table = Table(title=f"the ladder: error {horizon:g} s ahead on {_names(held_out)}", title_justify="left")
-    table.add_column("model", overflow="fold", min_width=11)
+    title = f"the ladder: error {horizon:g} s ahead on {_names(held_out)}"
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("model", overflow="fold", min_width=13)
     for channel, error in channels.items():
-        table.add_column(f"{channel} {error.unit}", justify="right")
-    table.add_column("(95 %)" if len(channels) == 1 else f"{main} (95 %)", justify="right")
-    table.add_column("", no_wrap=True)
-    table.add_column(f"to {max(stages[0].horizons):g} s", no_wrap=True)
-    first, top = channels[main].value, max(errors[main].value for errors in stages[0].horizons.values())
+        table.add_column(f"{channel}\n{error.unit}", justify="right", no_wrap=True)
+    table.add_column(f"{main}\n95 %", justify="right", no_wrap=True, style="dim")
+    table.add_column(f"{main}\nto {max(stages[0].horizons):g} s", no_wrap=True)
+    top = max(errors[main].value for errors in stages[0].horizons.values())
     for stage in stages:
         errors = stage.horizons[horizon]
         over = [stage.horizons[one][main].value for one in sorted(stage.horizons)]
         interval = f"{number(errors[main].low, 2)}…{number(errors[main].high, 2)}"
         values = [number(error.value) for error in errors.values()]
-        shown = bar(errors[main].value / max(first, 1e-300))
-        table.add_row(escape(stage.model), *values, interval, shown, sparkline(over, highest=top))
+        table.add_row(escape(stage.model), *values, interval, sparkline(over, highest=top))
     lowest = {one.horizon: one.errors for one in floor}
     if horizon in lowest:
         values = [number(lowest[horizon].get(channel, (float("nan"), ""))[0], 2) for channel in channels]
         over = [lowest[one][main][0] for one in sorted(lowest)]
-        shown = bar(lowest[horizon][main][0] / max(first, 1e-300))
-        table.add_row("noise floor", *values, "", shown, sparkline(over, highest=top), style="dim")
+        table.add_row("noise floor", *values, "", sparkline(over, highest=top), style="dim")
     return table
 
 

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 BLOCKS = "▁▂▃▄▅▆▇█"
-PARTS = " ▏▎▍▌▋▊▉"
 
 
 def sparkline(values: ArrayLike, width: int | None = None, highest: float | None = None) -> str:
@@ -37,10 +36,3 @@ def _block(value: float, top: float) -> str:
     if not top > 0.0:
         return BLOCKS[0]
     return BLOCKS[min(len(BLOCKS) - 1, int(value / top * len(BLOCKS)))]
-
-
-def bar(part: float, width: int = 8) -> str:
-    """A bar of so many characters at full length for a part between 0 and 1, padded."""
-    eighths = round(8 * width * min(1.0, max(0.0, part)))
-    whole, rest = divmod(eighths, 8)
-    return ("█" * whole + (PARTS[rest] if rest else "")).ljust(width)

@@ -12,9 +12,10 @@ import torch
 from sym2real import rotation
 from sym2real.control import GeometricQuadrotor
 from sym2real.diagnosis import Diagnosis, diagnose
+from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.sanity import check
 from sym2real.diagnosis.segments import cut
-from sym2real.diagnosis.sensitivity import Library, Problem
+from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.whitening import Spread, estimate
 from sym2real.effects import effect
 from sym2real.experiments.disturbed import ColouredNoise, Disturbed

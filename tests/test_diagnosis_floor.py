@@ -9,7 +9,8 @@ import torch
 from sym2real.diagnosis import compare
 from sym2real.diagnosis.floor import floor_of_explained
 from sym2real.diagnosis.ladder import horizons_for, ladder
-from sym2real.diagnosis.sensitivity import Library, Problem
+from sym2real.diagnosis.library import Library
+from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.sensor_noise import SensorNoise
 from sym2real.diagnosis.whitening import Spread, estimate
 from sym2real.experiments.standard_conditions import ANGLE_NOISE, POSITION_NOISE

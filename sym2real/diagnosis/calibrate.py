@@ -1,14 +1,15 @@
 """What the base model itself gets wrong about the plain simulator: the origin from which effects are counted.
 
 A learned base is 1 or 2 % wrong, enough to look like an effect. So the plain simulator flies along every log's
-reference (else along its smoothed path) with the nominal geometric controller, as noisy as the log, and the same
-estimator says which effects would explain the base's own errors.
+reference (else along its smoothed path) with the nominal geometric controller, its commands as noisy as the log's, and
+the same estimator says which effects would explain the base's own errors. The simulator's states carry no noise: what
+is said of the base is then exact, and its uncertainty need not be added to every finding's.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -17,19 +18,19 @@ from torch import Tensor
 
 from sym2real.control import GeometricQuadrotor, PurePursuit
 from sym2real.diagnosis.candidates import Candidate
-from sym2real.diagnosis.fit import Problems
-from sym2real.diagnosis.leftover import find_leftover
-from sym2real.diagnosis.segments import component_noise
-from sym2real.diagnosis.select import Selection
-from sym2real.diagnosis.sensitivity import Library, Problem
+from sym2real.diagnosis.fit import Fit, Hypothesis, Problems
+from sym2real.diagnosis.library import Library
+from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.start import noise_level
 from sym2real.diagnosis.whitening import Spread, Whitening
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Controller
 from sym2real.trajectory import Array, Dataset, Trajectory
 
-MOST_LOGS, MOST_ROWS, FEWEST_ROWS = 8, 400, 100
-GAIN, MOST_EFFECTS, REFITTED = 0.003, 6, 3
+# Without noise a few seconds of every manoeuvre say as much as all of it.
+MOST_LOGS, MOST_ROWS, FEWEST_ROWS = 8, 160, 100
+# Part of the noise's loss that an effect of the base's own must save, their number, and Gauss–Newton steps.
+GAIN, MOST_EFFECTS, STEPS = 0.001, 8, 2
 SMOOTHING = 9
 
 
@@ -52,15 +53,14 @@ class _Dithered:
 
 
 def simulated(plant: MujocoPlant, data: Dataset, seed: int = 0) -> Dataset | None:
-    """The logs' manoeuvres in the plain simulator, with their noise; None where none of them can be flown."""
+    """The logs' manoeuvres in the plain simulator; None where none of them can be flown."""
     rng = np.random.default_rng(seed)
-    noise = component_noise(data)
-    flights = [_flight(plant, trajectory, noise, rng) for trajectory in list(data)[:MOST_LOGS]]
+    flights = [_flight(plant, trajectory, rng) for trajectory in list(data)[:MOST_LOGS]]
     long_enough = [flight for flight in flights if len(flight) >= FEWEST_ROWS]
     return Dataset(long_enough) if long_enough else None
 
 
-def _flight(plant: MujocoPlant, log: Trajectory, noise: Array, rng: np.random.Generator) -> Trajectory:
+def _flight(plant: MujocoPlant, log: Trajectory, rng: np.random.Generator) -> Trajectory:
     robot, path = plant.robot, reference_of(log)
     steps = min(len(log), MOST_ROWS)
 
@@ -78,10 +78,7 @@ def _flight(plant: MujocoPlant, log: Trajectory, noise: Array, rng: np.random.Ge
     else:
         controller = PurePursuit(robot.constants["wheelbase"], robot.low, robot.high, robot.dt, reference)
     dithered = _Dithered(controller, deviation, rng, robot.low, robot.high)
-    flown = run_episode(plant, dithered, start=log.state[0], steps=steps, name=log.name)
-    tangent = rng.standard_normal((len(flown), len(noise))) * noise
-    state = robot.layouts.state.retract(torch.as_tensor(flown.state), torch.as_tensor(tangent)).numpy()
-    return replace(flown, state=state)
+    return run_episode(plant, dithered, start=log.state[0], steps=steps, name=log.name)
 
 
 def reference_of(log: Trajectory) -> Tensor:
@@ -100,12 +97,25 @@ def reference_of(log: Trajectory) -> Tensor:
     return layout.normalise(torch.as_tensor(path))
 
 
-def origin(
-    library: Library, candidates: Sequence[Candidate], data: Dataset, variances: Whitening
-) -> tuple[Tensor, set[str]]:
-    """Parameter set ``# (P,)`` that explains the base's errors on the plain simulator's data, and what it leaves.
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """The base against the plain simulator.
 
-    The latter are channels of pushes that still depend on something there: the base's own fault, not an effect.
+    Args:
+        problem, spread, whitening: of the flown data.
+        origin: parameter set that explains the base's errors there ``# (P,)``.
+    """
+
+    problem: Problem
+    spread: Spread
+    whitening: Whitening
+    origin: Tensor
+
+
+def calibrated(library: Library, candidates: Sequence[Candidate], data: Dataset, variances: Whitening) -> Calibration:
+    """The effects that would explain the base's errors on the plain simulator's data.
+
+    They are chosen one after the other on one quadratic model, the base's errors being small, while they save enough.
 
     Args:
         library: effects in the base's equations.
@@ -115,12 +125,32 @@ def origin(
     """
     problem = Problem(library, data)
     spread = Spread.of(problem, library.null)
-    sizes = spread.sizes
-    power = torch.tensor([variances.pushes[name] for name in spread.names], dtype=torch.float64) / sizes
+    power = torch.tensor([variances.pushes[name] for name in spread.names], dtype=torch.float64) / spread.sizes
     whitening = spread.whitening(variances.sensor.square(), power.square())
-    selection = Selection(Problems.of(problem, whitening), candidates, library.null)
-    selection.grow(least=GAIN, most=MOST_EFFECTS, tested=False, refitted=REFITTED)
-    left: set[str] = set()
-    while found := find_leftover(problem, spread, whitening, selection.fit.values, left):
-        left.add(found.channel)
-    return selection.fit.values, left
+    problems = Problems.of(problem, whitening)
+    smooth = [one for one in candidates if not one.needs_start]
+    free = tuple(dict.fromkeys(tied for one in smooth for tied in one.free))
+    everything = problems.quadratics([Hypothesis(free, library.null)])[0]
+    chosen = _worth_it(problems, everything, smooth, GAIN * whitening.freedom)
+    hypothesis = Hypothesis(tuple(tied for one in chosen for tied in one.free), library.null)
+    return Calibration(problem, spread, whitening, problems.fit([hypothesis], STEPS)[0].values)
+
+
+def _worth_it(problems: Problems, everything: Fit, rivals: Sequence[Candidate], least: float) -> list[Candidate]:
+    """Candidates that lower the quadratic model's loss by ``least`` each, the best first."""
+    places = {tied: place for place, tied in enumerate(everything.free)}
+    chosen: list[Candidate] = []
+    saved = 0.0
+    while len(chosen) < MOST_EFFECTS:
+        trials = []
+        for one in (one for one in rivals if one not in chosen):
+            part = everything.part([places[tied] for other in (*chosen, one) for tied in other.free])
+            step = problems.best_step(part)
+            change = 2 * part.gradient.sum(0) @ step + step @ part.curvature.sum(0) @ step
+            trials.append((-float(change), one.name, one))
+        best = max(trials, default=None)
+        if best is None or best[0] - saved < least:
+            break
+        saved, _, one = best
+        chosen.append(one)
+    return chosen

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatch
+from functools import lru_cache
 
 import numpy as np
 import torch
 
-from sym2real.diagnosis.sensitivity import Library
+from sym2real.diagnosis.library import Library
 from sym2real.effects import Effect, applicable, effect
 from sym2real.effects.filters import spelled_out
 from sym2real.symbolic import Equations, compile_function
@@ -88,8 +89,14 @@ def library_for(
     for key, others in STANDS_FOR.items():
         if key in keys:
             found = [one for one in found if not any(fnmatch(one.key, other) for other in others)]
-    found += [effect(key, equations) for key in include if key not in {one.key for one in found}]
-    return Library.of(equations, found)
+    chosen = tuple(dict.fromkeys((*(one.key for one in found), *include)))
+    return _library(equations, chosen)
+
+
+@lru_cache(maxsize=4)
+def _library(equations: Equations, keys: tuple[str, ...]) -> Library:
+    """Kept, because composing and compiling takes longer than a search in which many logs are diagnosed."""
+    return Library.of(equations, [effect(key, equations) for key in keys])
 
 
 def _skipped(one: Effect, data: Dataset, exclude: Collection[str]) -> bool:

@@ -16,11 +16,11 @@ from sym2real.diagnosis.findings import Finding, by_importance, findings, parame
 from sym2real.diagnosis.floor import Floor, floor_of_explained
 from sym2real.diagnosis.groups import groups_of
 from sym2real.diagnosis.ladder import Stage, horizons_for, ladder
-from sym2real.diagnosis.leftover import Leftover, find_leftover
+from sym2real.diagnosis.leftover import Leftover, Rest, find_leftover
+from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.locate import Where, locate
 from sym2real.diagnosis.sanity import Fault
 from sym2real.diagnosis.select import FEWEST_BLOCKS, Selection
-from sym2real.diagnosis.sensitivity import Library
 from sym2real.diagnosis.verdict import Verdict, makes_worse, summary, verdict
 from sym2real.diagnosis.weighing import OnProgress, Weighed, check_and_filter, weigh
 from sym2real.effects import compose, effect
@@ -149,7 +149,10 @@ def _answer(
     groups = groups_of(selection)
     provisional = problems.block_count < FEWEST_BLOCKS
     found = tuple(findings(selection, groups, freedom, provisional)) if selection.chosen else ()
-    leftover = find_leftover(problems.problem, weighed.spread, problems.whitening, selection.fit.values, weighed.own)
+    rest = Rest.of(problems.problem, weighed.spread, problems.whitening, selection.fit.values)
+    own = weighed.calibration
+    of_the_base = None if own is None else lambda: Rest.of(own.problem, own.spread, own.whitening, own.origin)
+    leftover = find_leftover(rest, of_the_base)
     base = float(problems.whitening.loss(problems.problem.residuals(library.null[None])).sum())
     answer = verdict(checked.faults, found, leftover, problems)
     return Diagnosis(
@@ -189,7 +192,7 @@ def ladder_of(
     done: list[Candidate] = []
     for one, fit in by_importance(selection):
         done.append(one)
-        steps = _fold_steps(selection, fit) if same else [torch.zeros(len(fit.free), dtype=torch.float64)]
+        steps = _fold_steps(selection, fit) if same else [torch.zeros(len(fit.whole), dtype=torch.float64)]
         sets = [parameter_set(selection, done, selection.problems.moved(fit, step)) for step in steps]
         stages.append((f"+ {one.name}", torch.stack(sets)))
     fold_of = _fold_of_log(selection) if same else None
@@ -209,8 +212,7 @@ def _fold_steps(selection: Selection, fit: Any) -> list[torch.Tensor]:
     for index in log.unique():
         rest = log != index
         if not rest.any():
-            steps.append(torch.zeros(len(fit.free), dtype=torch.float64))
+            steps.append(torch.zeros(len(fit.whole), dtype=torch.float64))
             continue
-        part = type(fit)(fit.free, fit.values, fit.loss[rest], fit.gradient[rest], fit.curvature[rest])
-        steps.append(selection.problems.best_step(part))
+        steps.append(selection.problems.best_step(fit.of_segments(rest)))
     return steps

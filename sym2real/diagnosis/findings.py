@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,6 +11,7 @@ from scipy import stats
 from torch import Tensor
 
 from sym2real.diagnosis.candidates import Candidate
+from sym2real.diagnosis.nuisance import BY_TORQUE, STIFFNESS
 from sym2real.diagnosis.select import Selection
 from sym2real.effects import Effect
 
@@ -90,7 +92,8 @@ def estimates(selection: Selection, one: Candidate) -> dict[str, dict[str, Estim
             value = reported(float(fit.values[index]), origin, slot.null)
             half = float(spread[place]) * slot.scale * quantile
             reference = value - slot.null if slot.null in (0.0, 1.0) else value
-            half = (half**2 + (INTERVAL_FLOOR * reference) ** 2) ** 0.5
+            floor = (INTERVAL_FLOOR**2 + (STIFFNESS if slot.effect in BY_TORQUE else 0.0) ** 2) ** 0.5
+            half = (half**2 + (floor * reference) ** 2) ** 0.5
             found.setdefault(slot.effect, {})[slot.name] = Estimate(value, value - half, value + half, slot.unit)
     return found
 
@@ -102,8 +105,7 @@ def spread_over_logs(selection: Selection, one: Candidate) -> dict[str, float]:
     steps = []
     for index in log.unique():
         mine = log == index
-        part = type(fit)(fit.free, fit.values, fit.loss[mine], fit.gradient[mine], fit.curvature[mine])
-        steps.append(problems.best_step(part))
+        steps.append(problems.best_step(fit.of_segments(mine)))
     if len(steps) < 2:
         return {}
     deviation = torch.stack(steps).std(dim=0)
@@ -147,19 +149,27 @@ def findings(
 
 def by_importance(selection: Selection) -> list[tuple[Candidate, Any]]:
     """Chosen effects in the order in which each removes most of what is left, with the fit of all so far."""
-    rest, values = list(selection.chosen), selection.origin
+    rest = list(selection.chosen)
     done: list[Candidate] = []
     ordered: list[tuple[Candidate, Any]] = []
     while rest:
-        trials = selection.ranked(done, values, rest, refitted=len(rest)) if len(rest) > 1 else []
-        if trials:
+        if len(rest) > 1:
+            trials = selection.refitted(done, [(one, _without(selection, rest, one)) for one in rest])
             one, fit = trials[0].candidate, trials[0].fit
         else:
             one, fit = rest[0], selection.fit
-        done, values = [*done, one], fit.values
+        done = [*done, one]
         rest = [other for other in rest if other is not one]
         ordered.append((one, fit))
     return ordered
+
+
+def _without(selection: Selection, rest: Sequence[Candidate], one: Candidate) -> Tensor:
+    """The result's parameter set with every effect of ``rest`` at the origin but ``one``."""
+    values = selection.fit.values.clone()
+    slots = [slot for other in rest if other is not one for tied in other.free for slot in tied]
+    values[slots] = selection.origin[slots]
+    return values
 
 
 def parameter_set(selection: Selection, chosen: list[Candidate], values: Tensor) -> Tensor:

@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 from scipy import stats
 from torch import Tensor
 
+from sym2real.diagnosis.nuisance import Nuisance
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.whitening import Whitening
 
 Free = tuple[tuple[int, ...], ...]
+NONE = Nuisance()
 
 LINE_SEARCH = (1.0, 0.4, 0.1)
 CONVERGED = 1e-4
@@ -44,12 +46,14 @@ class Fit:
 
     Args:
         free, values: as of a hypothesis.
+        held: nuisance parameters, free within bounds of their own, behind the others.
         loss: whitened squares ``# (S,)``.
         gradient: half its derivative ``# (S, A)``.
         curvature: half its second derivative ``# (S, A, A)``.
     """
 
     free: Free
+    held: Free
     values: Tensor
     loss: Tensor
     gradient: Tensor
@@ -59,50 +63,71 @@ class Fit:
     def total(self) -> float:
         return float(self.loss.sum())
 
+    @property
+    def whole(self) -> Free:
+        """All that is free."""
+        return (*self.free, *self.held)
+
     def part(self, places: Sequence[int]) -> Fit:
-        """The same with some of the free parameters only."""
-        index = list(places)
+        """The same with some of the free parameters only, and the nuisance."""
+        index = [*places, *range(len(self.free), len(self.whole))]
         return replace(
             self,
-            free=tuple(self.free[i] for i in index),
+            free=tuple(self.free[i] for i in places),
             gradient=self.gradient[:, index],
             curvature=self.curvature[:, index][:, :, index],
         )
 
+    def of_segments(self, which: Tensor) -> Fit:
+        """The same for some segments only."""
+        parts = (self.loss[which], self.gradient[which], self.curvature[which])
+        return Fit(self.free, self.held, self.values, *parts)
+
 
 @dataclass(frozen=True, eq=False)
 class Problems:
-    """A problem with what weighs it: whitening, folds of the cross-validation, blocks of the cluster-robust test."""
+    """A problem with what weighs it: whitening, folds of the cross-validation, blocks of the cluster-robust test.
+
+    Every hypothesis has the nuisance free beside its own parameters.
+    """
 
     problem: Problem
     whitening: Whitening
     folds: NDArray[np.int64]
     blocks: NDArray[np.int64]
+    nuisance: Nuisance = NONE
 
     @classmethod
-    def of(cls, problem: Problem, whitening: Whitening) -> Problems:
-        return cls(problem, whitening, _folds(problem), _blocks(problem))
+    def of(cls, problem: Problem, whitening: Whitening, nuisance: Nuisance = NONE) -> Problems:
+        return cls(problem, whitening, _folds(problem), _blocks(problem), nuisance)
 
     @property
     def block_count(self) -> int:
         return int(self.blocks.max()) + 1
 
-    def quadratics(self, hypotheses: Sequence[Hypothesis]) -> list[Fit]:
+    def quadratics(self, hypotheses: Sequence[Hypothesis], *, with_nuisance: bool = True) -> list[Fit]:
         """Losses and derivatives where the hypotheses stand."""
         if not hypotheses:
             return []
         sets = torch.stack([one.values for one in hypotheses])
-        residuals, jacobians = self.problem.jacobian(sets, [one.free for one in hypotheses])
+        held = [self._held(one.free) if with_nuisance else () for one in hypotheses]
+        whole = [(*one.free, *others) for one, others in zip(hypotheses, held, strict=True)]
+        residuals, jacobians = self.problem.jacobian(sets, whole)
         fits: list[Fit] = []
-        for one, residual, jacobian in zip(hypotheses, residuals, jacobians, strict=True):
+        for one, others, residual, jacobian in zip(hypotheses, held, residuals, jacobians, strict=True):
             products = self.whitening.products(torch.cat([residual[..., None], jacobian], dim=-1))
-            fits.append(Fit(one.free, one.values, products[:, 0, 0], products[:, 1:, 0], products[:, 1:, 1:]))
+            parts = (products[:, 0, 0], products[:, 1:, 0], products[:, 1:, 1:])
+            fits.append(Fit(one.free, others, one.values, *parts))
         return fits
+
+    def _held(self, free: Free) -> Free:
+        taken = {slot for tied in free for slot in tied}
+        return tuple(tied for tied in self.nuisance.free if not taken & set(tied))
 
     def fit(self, hypotheses: Sequence[Hypothesis], steps: int) -> list[Fit]:
         """Gauss–Newton with a line search, all hypotheses in one rollout per step."""
         fits = self.quadratics(hypotheses)
-        open_fits = [bool(one.free) for one in fits]
+        open_fits = [bool(one.whole) for one in fits]
         for _ in range(steps):
             waiting = [i for i, is_open in enumerate(open_fits) if is_open]
             if not waiting:
@@ -127,13 +152,20 @@ class Problems:
 
     def moved(self, fit: Fit, step: Tensor) -> Tensor:
         """Parameter set after a step ``# (A,)`` in units of scale, within bounds."""
-        values, (low, high) = fit.values.clone(), self.problem.library.bounds
-        for tied, size in zip(fit.free, step, strict=True):
+        values, scale = fit.values.clone(), self.problem.library.scale
+        low, high = self._bounds(fit)
+        for place, (tied, size) in enumerate(zip(fit.whole, step, strict=True)):
             index = list(tied)
-            values[index] = values[index] + size * self.problem.library.scale[index]
-        free = [slot for tied in fit.free for slot in tied]
-        values[free] = torch.minimum(torch.maximum(values[free], low[free]), high[free])
+            values[index] = (values[index] + size * scale[index]).clamp(float(low[place]), float(high[place]))
         return values
+
+    def _bounds(self, fit: Fit) -> tuple[Tensor, Tensor]:
+        """Of all that is free in a fit ``# (A,)`` each."""
+        low, high = (bound[[tied[0] for tied in fit.whole]] for bound in self.problem.library.bounds)
+        for place, tied in enumerate(fit.held, len(fit.free)):
+            number = self.nuisance.free.index(tied)
+            low[place], high[place] = self.nuisance.low[number], self.nuisance.high[number]
+        return low, high
 
     def held_out(self, fit: Fit) -> Tensor:
         """Loss of every fold under the parameters that the other folds give ``# (folds,)``.
@@ -144,9 +176,9 @@ class Problems:
         index = torch.as_tensor(self.folds)
         count = int(index.max()) + 1
         loss = torch.zeros(count, dtype=torch.float64).index_add(0, index, fit.loss)
-        if not fit.free:
+        size = len(fit.whole)
+        if not size:
             return loss
-        size = len(fit.free)
         gradient = torch.zeros(count, size, dtype=torch.float64).index_add(0, index, fit.gradient)
         curvature = torch.zeros(count, size, size, dtype=torch.float64).index_add(0, index, fit.curvature)
         others_g, others_h = gradient.sum(0) - gradient, curvature.sum(0) - curvature
@@ -156,10 +188,10 @@ class Problems:
 
     def _within(self, fit: Fit, step: Tensor) -> Tensor:
         """The step, cut where it leaves the bounds."""
-        low, high = self.problem.library.bounds
-        scale, index = self.problem.library.scale, [tied[0] for tied in fit.free]
-        values, unit = fit.values[index], scale[index]
-        return torch.minimum(torch.maximum(step, (low[index] - values) / unit), (high[index] - values) / unit)
+        low, high = self._bounds(fit)
+        index = [tied[0] for tied in fit.whole]
+        values, unit = fit.values[index], self.problem.library.scale[index]
+        return torch.minimum(torch.maximum(step, (low - values) / unit), (high - values) / unit)
 
     def best_step(self, fit: Fit) -> Tensor:
         """Step to the quadratic model's minimum within bounds ``# (A,)``."""
@@ -184,7 +216,7 @@ class Problems:
         """Cluster-robust covariance of the free parameters in units of their scale ``# (A, A)``."""
         used = torch.as_tensor(self.blocks >= 0)
         index = torch.as_tensor(self.blocks)[used]
-        scores = torch.zeros(self.block_count, len(fit.free), dtype=torch.float64)
+        scores = torch.zeros(self.block_count, len(fit.whole), dtype=torch.float64)
         scores = scores.index_add(0, index, fit.gradient[used])
         inflation = len(self.blocks) / max(1, int(used.sum()))
         count = self.block_count

@@ -19,8 +19,9 @@ import torch
 from torch import Tensor
 
 from sym2real.diagnosis.ladder import windows_of
+from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.segments import Segments, compared_components, segment_length
-from sym2real.diagnosis.sensitivity import Library, Problem
+from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.sensor_noise import SensorNoise
 from sym2real.diagnosis.start import ROWS, Start, start_states
 from sym2real.diagnosis.whitening import PIECES, Whitening, disturbances

@@ -11,8 +11,9 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.segments import WARM_UP, Segments
-from sym2real.diagnosis.sensitivity import Library, Problem
+from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.start import ROWS, start_states
 from sym2real.diagnosis.windows import STRIDE, channel_errors, channel_units
 from sym2real.trajectory import Array, Dataset
@@ -117,8 +118,7 @@ def ladder(
         folds = torch.as_tensor(fold_of)[torch.as_tensor(windows.log)].long()
     found = []
     for name, sets in stages:
-        predicted = torch.cat([problem.states(one[None]) for one in sets])  # (folds, W, N, state)
-        mine = predicted[folds if len(sets) > 1 else torch.zeros_like(folds), torch.arange(len(windows))]
+        mine = problem.states_by_segment(sets, folds if len(sets) > 1 else torch.zeros_like(folds))
         table = {horizon: _errors(mine[:, count], windows, count) for horizon, count in steps.items()}
         found.append(Stage(name, table))
     return found

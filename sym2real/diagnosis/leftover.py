@@ -7,7 +7,7 @@ have; a small tree on the signed push says where.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -21,7 +21,9 @@ from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.whitening import PIECES, Spread, Whitening
 from sym2real.trajectory import Array, Trajectory
 
-DEPENDS = 0.10
+DEPENDS, SUSPECT = 0.10, 0.03
+# A dependence of this size relative to the logs' in the plain simulator's data is the base's own.
+OWN = 0.5
 TREES, LEAF, FOLDS = 20, 8, 4
 FEWEST = 60
 
@@ -46,34 +48,68 @@ class Leftover:
         return dict(vars(self))
 
 
-def find_leftover(
-    problem: Problem, spread: Spread, whitening: Whitening, values: torch.Tensor, own: Collection[str] = ()
-) -> Leftover | None:
-    """The strongest dependence of what is left at a parameter set ``# (P,)``; None where there is none.
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """What is left of a data set at a parameter set.
 
     Args:
-        problem, spread, whitening: of the logs.
-        values: parameter set of the result.
-        own: channels in which the base misses something of the plain simulator already; they are not looked at.
+        names: of the pushes.
+        pushes: less the log's mean ``# (pieces, D)``.
+        features: their names.
+        values: features of every piece ``# (pieces, F)``.
+        groups: pieces that are left out together ``# (pieces,)``.
     """
-    pushes = most_likely_pushes(problem, spread, whitening, values)  # (S·pieces, D)
-    names, features = features_of(problem)
-    logs = np.repeat(problem.segments.log, PIECES)
-    for log in np.unique(logs):
-        pushes[logs == log] -= pushes[logs == log].mean(axis=0)
-    if len(pushes) < FEWEST:
+
+    names: tuple[str, ...]
+    pushes: Array
+    features: list[str]
+    values: Array
+    groups: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, problem: Problem, spread: Spread, whitening: Whitening, values: torch.Tensor) -> Rest:
+        pushes = most_likely_pushes(problem, spread, whitening, values)
+        names, features = features_of(problem)
+        logs = np.repeat(problem.segments.log, PIECES)
+        for log in np.unique(logs):
+            pushes[logs == log] -= pushes[logs == log].mean(axis=0)
+        groups = logs if len(np.unique(logs)) > 2 else logs * 100 + np.arange(len(logs)) * 4 // len(logs)
+        return cls(spread.names, pushes, names, features, groups)
+
+    def explained(self, channel: str) -> tuple[float, float]:
+        """R² of a push on pieces not seen, and the size of what is so explained in its unit."""
+        target = self.pushes[:, self.names.index(channel)]
+        r2 = float(cross_validated(self.values, target[:, None], self.groups)[0])
+        return r2, float(np.sqrt(max(r2, 0.0)) * target.std())
+
+    def suspects(self) -> list[str]:
+        """Channels that may depend on something, the likeliest first: one forest for all of them says so."""
+        shares = cross_validated(self.values, self.pushes / (self.pushes.std(axis=0) + 1e-300), self.groups)
+        return [self.names[place] for place in np.argsort(-shares) if shares[place] > SUSPECT]
+
+
+def find_leftover(rest: Rest, of_the_base: Callable[[], Rest] | None = None) -> Leftover | None:
+    """The strongest dependence of what is left; None where there is none.
+
+    Args:
+        rest: of the logs.
+        of_the_base: gives what is left of the plain simulator's data: a channel in which the base misses as much
+            there shows the base's own fault and is passed over.
+    """
+    if len(rest.pushes) < FEWEST:
         return None
-    groups = logs if len(np.unique(logs)) > 2 else logs * 100 + np.arange(len(logs)) * 4 // len(logs)
-    scored = [
-        (cross_validated(features, target, groups), place)
-        for place, target in enumerate(pushes.T)
-        if spread.names[place] not in own
-    ]
-    r2, place = max(scored, default=(0.0, 0))
-    if r2 <= DEPENDS:
-        return None
-    feature, term = _tree(names, features, pushes[:, place])
-    return Leftover(feature, spread.names[place], r2, term)
+    base: Rest | None = None
+    scored = sorted(((*rest.explained(channel), channel) for channel in rest.suspects()), reverse=True)
+    for r2, size, channel in scored:
+        if r2 <= DEPENDS:
+            break
+        base = of_the_base() if base is None and of_the_base is not None else base
+        if base is not None and base.explained(channel)[1] > OWN * size:
+            continue
+        place = rest.names.index(channel)
+        feature, term = _tree(rest.features, rest.values, rest.pushes[:, place])
+        return Leftover(feature, channel, r2, term)
+    return None
 
 
 def most_likely_pushes(problem: Problem, spread: Spread, whitening: Whitening, values: torch.Tensor) -> Array:
@@ -136,15 +172,19 @@ def _smooth(column: Array) -> Array:
     return smoothed
 
 
-def cross_validated(features: Array, target: Array, groups: NDArray[np.int64]) -> float:
-    """R² of a random forest on groups that it has not seen."""
+def cross_validated(features: Array, targets: Array, groups: NDArray[np.int64]) -> Array:
+    """R² of each target ``# (pieces, D)`` by a random forest on groups that it has not seen ``# (D,)``."""
     from sklearn.ensemble import RandomForestRegressor  # noqa: PLC0415 — heavy, and only needed at the end
-    from sklearn.model_selection import GroupKFold, cross_val_predict  # noqa: PLC0415
+    from sklearn.model_selection import GroupKFold  # noqa: PLC0415
 
-    folds = GroupKFold(min(FOLDS, len(np.unique(groups))))
-    forest = RandomForestRegressor(TREES, min_samples_leaf=LEAF, max_features=0.33, random_state=0)
-    predicted = cross_val_predict(forest, features, target, groups=groups, cv=folds)
-    return float(1.0 - np.square(target - predicted).sum() / max(np.square(target - target.mean()).sum(), 1e-300))
+    predicted = np.empty_like(targets)
+    for seen, unseen in GroupKFold(min(FOLDS, len(np.unique(groups)))).split(features, targets, groups):
+        forest = RandomForestRegressor(TREES, min_samples_leaf=LEAF, max_features=0.33, random_state=0)
+        forest.fit(features[seen], targets[seen].squeeze())
+        predicted[unseen] = forest.predict(features[unseen]).reshape(len(unseen), -1)
+    missed = np.square(targets - predicted).sum(axis=0)
+    shares: Array = 1.0 - missed / np.maximum(np.square(targets - targets.mean(axis=0)).sum(axis=0), 1e-300)
+    return shares
 
 
 def _tree(names: list[str], features: Array, target: Array) -> tuple[str, str]:

@@ -69,7 +69,11 @@ class Segments:
         """At most so many of them, evenly over the data set."""
         if len(self) <= most:
             return self
-        index = np.linspace(0, len(self) - 1, most).round().astype(int)
+        return self.of(torch.linspace(0, len(self) - 1, most, dtype=torch.float64).round().long())
+
+    def of(self, which: Tensor) -> Segments:
+        """Those of an index or mask ``# (S,)``."""
+        index = which.numpy()
         return replace(
             self,
             log=self.log[index],

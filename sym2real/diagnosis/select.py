@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import torch
 from torch import Tensor
 
 from sym2real.diagnosis.candidates import Candidate
@@ -14,12 +15,12 @@ from sym2real.diagnosis.fit import Fit, Free, Hypothesis, Problems
 GAIN = 0.03
 FALSE_ALARMS = 0.002
 MOST_FINDINGS = 8
-# Candidates that are refitted in full after screening, and Gauss–Newton steps of that.
+# Candidates that are refitted in full after screening: at most so many, none that saves less than this part of what
+# the best one does, or of the gain that a finding needs; and Gauss–Newton steps of a refit.
 REFITTED = 6
+PROMISING, HOPELESS = 0.25, 0.3
 STEPS = 4
 FEWEST_BLOCKS = 10
-
-OnProgress = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,10 +65,11 @@ class Selection:
     held_out: Tensor = None  # type: ignore[assignment]
     tried: int = 0
     on_progress: OnProgress = lambda _: None
+    _rankings: dict[tuple[str, ...], list[Scored]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.tried = len(self.candidates)
-        self.put([], self.problems.fit([Hypothesis((), self.origin)], 0)[0])
+        self.put([], self.problems.fit([Hypothesis((), self.origin)], STEPS)[0])
 
     def put(self, chosen: Sequence[Candidate], fit: Fit) -> None:
         """Make this the present state."""
@@ -86,48 +88,56 @@ class Selection:
         free = self.free(chosen)
         return [free.index(tied) for tied in one.free]
 
-    def ranked(
-        self, chosen: Sequence[Candidate], values: Tensor, rivals: Sequence[Candidate], refitted: int = REFITTED
-    ) -> list[Scored]:
-        """Rivals, each joined to what is chosen, best first: all screened on quadratic models, the best refitted."""
-        taken = {slot for tied in self.free(chosen) for slot in tied}
-        open_rivals = [one for one in rivals if not any(slot in taken for tied in one.free for slot in tied)]
-        if not open_rivals:
-            return []
-        screened = self._screened(chosen, values, open_rivals)[:refitted]
-        fits = self.problems.fit([Hypothesis(self.free([*chosen, one]), start) for one, start in screened], STEPS)
-        found = [Scored(one, fit, self.problems.held_out(fit)) for (one, _), fit in zip(screened, fits, strict=True)]
+    def ranked(self, chosen: Sequence[Candidate], values: Tensor) -> list[Scored]:
+        """All others, each joined to what is chosen, best first: screened on quadratic models, the best refitted."""
+        names = tuple(sorted(one.name for one in chosen))
+        if names not in self._rankings:
+            taken = {slot for tied in self.free(chosen) for slot in tied}
+            rivals = [one for one in self.candidates if not any(slot in taken for tied in one.free for slot in tied)]
+            self._rankings[names] = self.refitted(chosen, self._promising(chosen, values, rivals))
+        return self._rankings[names]
+
+    def refitted(self, chosen: Sequence[Candidate], started: Sequence[tuple[Candidate, Tensor]]) -> list[Scored]:
+        """Candidates, each fitted jointly with what is chosen from a parameter set, best first."""
+        fits = self.problems.fit([Hypothesis(self.free([*chosen, one]), start) for one, start in started], STEPS)
+        found = [Scored(one, fit, self.problems.held_out(fit)) for (one, _), fit in zip(started, fits, strict=True)]
         return sorted(found, key=lambda scored: scored.loss)
+
+    def _promising(
+        self, chosen: Sequence[Candidate], values: Tensor, rivals: Sequence[Candidate]
+    ) -> list[tuple[Candidate, Tensor]]:
+        """Rivals that are worth a refit, each with the parameter set at which it starts."""
+        reference, screened = self._screened(chosen, values, rivals)
+        if not screened:
+            return []
+        least = max(PROMISING * (reference - screened[0][0]), HOPELESS * GAIN * reference)
+        return [(one, start) for loss, one, start in screened[:REFITTED] if reference - loss >= least]
 
     def _screened(
         self, chosen: Sequence[Candidate], values: Tensor, rivals: Sequence[Candidate]
-    ) -> list[tuple[Candidate, Tensor]]:
-        """Rivals by their predicted held-out loss, each with the parameter set at which its fit starts."""
+    ) -> tuple[float, list[tuple[float, Candidate, Tensor]]]:
+        """Held-out loss without any rival, and rivals by the one that is predicted with them, each with its start."""
         before = self.free(chosen)
         at_null = [one for one in rivals if not one.needs_start]
         whole = tuple(dict.fromkeys((*before, *(tied for one in at_null for tied in one.free))))
-        parts: list[tuple[Candidate, Fit]] = []
-        if at_null:
-            everything = self.problems.quadratics([Hypothesis(whole, values)])[0]
-            for one in at_null:
-                parts.append((one, everything.part([whole.index(tied) for tied in (*before, *one.free)])))
+        everything = self.problems.quadratics([Hypothesis(whole, values)])[0]
+        places = {tied: place for place, tied in enumerate(everything.whole)}
+        reference = float(self.problems.held_out(everything.part([places[tied] for tied in before])).sum())
+        parts = [(one, everything.part([places[tied] for tied in (*before, *one.free)])) for one in at_null]
         started = [(one, level) for one in rivals for level in one.starts]
         hypotheses = []
         for one, level in started:
             moved = values.clone()
             moved[list(one.free[0])] = level
             hypotheses.append(Hypothesis((*before, *one.free), moved))
-        if hypotheses:
-            fits = self.problems.quadratics(hypotheses)
-            parts += [(one, fit) for (one, _), fit in zip(started, fits, strict=True)]
-        scored = []
-        for one, fit in parts:
-            start = self.problems.moved(fit, self.problems.best_step(fit))
-            scored.append((float(self.problems.held_out(fit).sum()), one, start))
+        fits = self.problems.quadratics(hypotheses)
+        parts += [(one, fit) for (one, _), fit in zip(started, fits, strict=True)]
         best: dict[str, tuple[float, Candidate, Tensor]] = {}
-        for entry in sorted(scored, key=lambda entry: entry[0]):
-            best.setdefault(entry[1].name, entry)
-        return [(one, start) for _, one, start in best.values()]
+        for one, fit in parts:
+            loss = float(self.problems.held_out(fit).sum())
+            if one.name not in best or loss < best[one.name][0]:
+                best[one.name] = (loss, one, self.problems.moved(fit, self.problems.best_step(fit)))
+        return reference, sorted(best.values(), key=lambda entry: entry[0])
 
     def gain(self, scored: Scored) -> float:
         """Relative fall of the held-out loss against the present state."""
@@ -144,24 +154,28 @@ class Selection:
             before = self.problems.fit([Hypothesis(rest, values)], STEPS)[0]
             chance = self.problems.p_value_of_gain(before.loss, fit.loss)
         else:
-            neutral = self.origin[[tied[0] for tied in one.free]]
+            neutral = self._neutral(fit, one)
             chance = self.problems.p_value(fit, self.places(chosen, one), neutral)
         return chance < FALSE_ALARMS / max(1, self.tried)
 
-    def grow(
-        self, least: float = GAIN, most: int = MOST_FINDINGS, *, tested: bool = True, refitted: int = REFITTED
-    ) -> None:
+    def _neutral(self, fit: Fit, one: Candidate) -> Tensor:
+        """Values of a candidate's parameters that need no effect ``# (free,)``."""
+        nearest = [
+            self.problems.nuisance.nearest(tied, float(fit.values[tied[0]]), float(self.origin[tied[0]]))
+            for tied in one.free
+        ]
+        return torch.tensor(nearest, dtype=torch.float64)
+
+    def grow(self) -> None:
         """Add the best candidate while it is worth it."""
-        while len(self.chosen) < most:
-            ranking = self.ranked(self.chosen, self.fit.values, self.candidates, refitted)
-            for scored in ranking:
-                if self.gain(scored) <= least:
+        while len(self.chosen) < MOST_FINDINGS:
+            for scored in self.ranked(self.chosen, self.fit.values):
+                if self.gain(scored) <= GAIN:
                     return
                 chosen = [*self.chosen, scored.candidate]
-                if not tested or self.significant(chosen, scored.fit, scored.candidate):
+                if self.significant(chosen, scored.fit, scored.candidate):
                     self.put(chosen, scored.fit)
-                    if tested:
-                        self.on_progress(f"found so far: {', '.join(one.name for one in chosen)}; searching on")
+                    self.on_progress(f"found so far: {', '.join(one.name for one in chosen)}; searching on")
                     break
             else:
                 return
@@ -191,7 +205,7 @@ class Selection:
             present = one
             rest, fit = self.without(one)
             without = self.problems.held_out(fit)
-            ranking = self.ranked(rest, fit.values, [c for c in self.candidates if c is not one])
+            ranking = [scored for scored in self.ranked(rest, fit.values) if scored.candidate is not one]
             if ranking and ranking[0].loss < self.loss * (1 - 0.002):
                 best = ranking[0]
                 if self.significant([*rest, best.candidate], best.fit, best.candidate):

@@ -1,24 +1,20 @@
 """Predictions of all segments under many parameter sets in one rollout, and their derivatives by differences.
 
-All candidate effects stand in one set of equations, each at its null value until a parameter set says otherwise.
 Effects with memory filter whole logs of commands first.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 import torch
-from sympy import Expr, Integer, Symbol
 from torch import Tensor
 
+from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.segments import WARM_UP, Segments, cut, padded
-from sym2real.effects import Effect, compose
-from sym2real.effects.filters import without_quantities
-from sym2real.symbolic import Equations, compile_function, compile_model, rollout, symbol
+from sym2real.layout import Layout
+from sym2real.symbolic import Equations, rollout
 from sym2real.trajectory import Array, Dataset, Trajectory
 
 # Parameter sets that go through one rollout, and difference steps in units of a parameter's scale.
@@ -26,119 +22,8 @@ BATCH = 48
 STEP = 1e-3
 # Difference steps of the start state, in the tangent's units.
 START_STEP = 1e-5
-WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 # Filtered logs that are kept, by the values of their filters.
 MOST_CACHED = 400
-
-
-@dataclass(frozen=True)
-class Slot:
-    """One parameter of the problem: of which effect, and its numbers."""
-
-    effect: str
-    name: str
-    unit: str
-    null: float
-    low: float
-    high: float
-    scale: float
-
-
-@dataclass(frozen=True, eq=False)
-class Library:
-    """Equations with every candidate effect in them.
-
-    Args:
-        equations: all effects at their null values.
-        effects: the candidates by key.
-        slots: the parameters that can be fitted, in the order of a parameter set.
-    """
-
-    equations: Equations
-    effects: dict[str, Effect]
-    slots: tuple[Slot, ...]
-
-    @classmethod
-    def of(cls, base: Equations, effects: Sequence[Effect]) -> Library:
-        chosen = []
-        slots: list[Slot] = []
-        for effect in effects:
-            fitted = [p for p in effect.parameters if p.fitted and not p.per_log]
-            symbols = effect.symbols()
-            chosen.append((effect, {p.name: symbols[p.name] for p in fitted}))
-            slots += [Slot(effect.key, p.name, p.unit, p.null, p.low, p.high, p.scale) for p in fitted]
-        return cls(compose(shielded(base), chosen), {effect.key: effect for effect in effects}, tuple(slots))
-
-    @cached_property
-    def columns(self) -> tuple[int, ...]:
-        """Place of every slot among the parameters of the equations."""
-        names = list(self.equations.parameters)
-        return tuple(names.index(self.effects[s.effect].symbols()[s.name].name) for s in self.slots)
-
-    def indices(self, key: str) -> tuple[int, ...]:
-        """Slots of an effect."""
-        return tuple(i for i, slot in enumerate(self.slots) if slot.effect == key)
-
-    @property
-    def null(self) -> Tensor:
-        """``# (P,)``."""
-        return torch.tensor([slot.null for slot in self.slots], dtype=torch.float64)
-
-    @property
-    def scale(self) -> Tensor:
-        """``# (P,)``."""
-        return torch.tensor([slot.scale for slot in self.slots], dtype=torch.float64)
-
-    @property
-    def bounds(self) -> tuple[Tensor, Tensor]:
-        """``# (P,)`` each."""
-        low = torch.tensor([slot.low for slot in self.slots], dtype=torch.float64)
-        return low, torch.tensor([slot.high for slot in self.slots], dtype=torch.float64)
-
-    @cached_property
-    def model(self) -> torch.jit.ScriptModule:
-        return compile_model(self.equations, dtype=torch.float64)
-
-    @cached_property
-    def _columns_of(self) -> list[tuple[str, ...]]:
-        layouts = self.equations.layouts
-        groups = [layouts.state.columns, layouts.action.columns, layouts.inputs.columns]
-        return [group for group in (*groups, tuple(self.equations.parameters)) if group]
-
-    @cached_property
-    def output(self) -> torch.jit.ScriptModule | None:
-        """(state, parameters) → what is measured, where an effect changes that."""
-        if not self.equations.output:
-            return None
-        state = self.equations.layouts.state
-        expressions = [self.equations.output.get(column, symbol(column)) for column in state]
-        return compile_function(expressions, [state.columns, tuple(self.equations.parameters)])
-
-    @cached_property
-    def hidden_start(self) -> torch.jit.ScriptModule | None:
-        """(state, action, inputs, parameters) → first values of hidden states."""
-        if not self.equations.start:
-            return None
-        start = [without_quantities(self.equations, expression) for expression in self.equations.start.values()]
-        return compile_function(start, self._columns_of)
-
-
-def shielded(base: Equations) -> Equations:
-    """The equations with a quantity in place of every action and wrench input: substitutions then stay small."""
-    inputs = [name for name in base.layouts.inputs if name in WRENCH]
-    names = [name for name in (*base.layouts.action, *inputs) if name not in base.quantities]
-    aliases = {name: symbol(f"acting_{name}") for name in names}
-    blank = replace(base, quantities={**base.quantities, **{alias.name: Integer(0) for alias in aliases.values()}})
-    changed = blank.substitute(aliases)
-    return replace(
-        changed,
-        quantities={**{alias.name: symbol(name) for name, alias in aliases.items()}, **_others(changed, aliases)},
-    )
-
-
-def _others(equations: Equations, aliases: dict[str, Symbol]) -> dict[str, Expr]:
-    own = {alias.name for alias in aliases.values()}
-    return {name: value for name, value in equations.quantities.items() if name not in own}
 
 
 class Problem:
@@ -160,6 +45,8 @@ class Problem:
         self._defaults = defaults
         self._visible = data.layouts.state.size
         self._filtered: dict[bytes, Tensor] = {}
+        self._compared = _compared(self.segments)
+        self._measured_columns = self.segments.measured[..., self._compared[1]]
 
     @property
     def trajectories(self) -> int:
@@ -229,14 +116,29 @@ class Problem:
     def _residuals(
         self, sets: Tensor, moves: Tensor | None = None, actions: Tensor | None = None, inputs: Tensor | None = None
     ) -> Tensor:
-        segments = self.segments
+        layout, columns, chosen = self._compared
         states = self._states(sets, moves, actions, inputs)
-        difference = segments.layout.difference(states, segments.measured)[..., list(segments.compared)]
+        difference = layout.difference(states[..., columns], self._measured_columns)
+        difference = difference if chosen is None else difference[..., chosen]
         return torch.nan_to_num(difference, nan=1e3, posinf=1e3, neginf=-1e3).clamp(-1e3, 1e3).flatten(-2)
 
     def states(self, sets: Tensor) -> Tensor:
         """Predicted measurements of every row of the segments ``# (B, S, N, state)``."""
         return self._states(sets, None, None, None)
+
+    def states_by_segment(self, sets: Tensor, which: Tensor) -> Tensor:
+        """Predicted measurements of every segment under a parameter set of its own ``# (S, N, state)``.
+
+        Args:
+            sets: ``# (K, P)``.
+            which: row of ``sets`` for each segment ``# (S,)``.
+        """
+        found = torch.empty(len(self.segments), self.segments.length, self._visible, dtype=torch.float64)
+        for number in which.unique():
+            mine = which == number
+            part = Problem(self.library, self.data, self.segments.of(mine))
+            found[mine] = part.states(sets[number][None])[0]
+        return found
 
     def _states(self, sets: Tensor, moves: Tensor | None, actions: Tensor | None, inputs: Tensor | None) -> Tensor:
         library, segments = self.library, self.segments
@@ -246,31 +148,46 @@ class Problem:
         commands = self._commands(sets)  # (U, logs, T, m), row of each set
         sent = commands[0][:, log, ahead][commands[1]]
         known = self._inputs[log, ahead].expand(len(sets), -1, -1, -1)
-        start = self._start(segments.start, parameters, moves)
+        start = self._start(segments.start, sets, parameters, moves)
         if library.hidden_start is not None:
-            start = self._with_hidden(start, commands, parameters)
-        with torch.no_grad():
-            predicted = rollout(
-                library.model,
-                start,
-                sent if actions is None else sent + actions,
-                known if inputs is None else known + inputs,
-                parameters,
-            )
+            start = self._with_hidden(start, commands, parameters, sets, library.busy(sets, library.remembering))
+        predicted = self._rolled_out(
+            start,
+            sent if actions is None else sent + actions,
+            known if inputs is None else known + inputs,
+            parameters,
+        )
         states = torch.cat([start[..., None, :], predicted], dim=-2)  # (B, S, N, state)
-        return self._measured(states, parameters[..., None, :])[..., : self._visible]
+        turned = self._turned(sets)
+        if turned.any():
+            states[turned] = self._measured(states[turned], parameters[turned][..., None, :])
+        return states[..., : self._visible]
 
-    def _start(self, measured: Tensor, parameters: Tensor, moves: Tensor | None) -> Tensor:
+    def _turned(self, sets: Tensor) -> Tensor:
+        """Parameter sets whose measurements are not the state itself ``# (B,)``."""
+        whole = None if self.library.base.output else self.library.measuring
+        return self.library.busy(sets, whole)
+
+    def _start(self, measured: Tensor, sets: Tensor, parameters: Tensor, moves: Tensor | None) -> Tensor:
         """State whose measurement is ``measured``, moved by a tangent step ``# (B, S, state)``."""
         layout = self.segments.layout
         start = measured.expand(len(parameters), -1, -1)
-        if self.library.output is not None:
-            hidden = self.library.equations.layouts.state.size - self._visible
-            for _ in range(2):
-                whole = torch.cat([start, start.new_zeros(*start.shape[:-1], hidden)], dim=-1)
-                reported = self._measured(whole, parameters)[..., : self._visible]
-                start = layout.retract(start, -layout.difference(reported, measured))
+        turned = self._turned(sets)
+        if turned.any():
+            start = start.clone()
+            start[turned] = self._unmeasured(measured, parameters[turned])
         return start if moves is None else layout.retract(start, moves[:, None].expand(-1, start.shape[1], -1))
+
+    def _unmeasured(self, measured: Tensor, parameters: Tensor) -> Tensor:
+        """State whose measurement is ``measured # (S, state)`` under parameters ``# (B, 1, all)``."""
+        layout = self.segments.layout
+        start = measured.expand(len(parameters), -1, -1)
+        hidden = self.library.equations.layouts.state.size - self._visible
+        for _ in range(2):
+            whole = torch.cat([start, start.new_zeros(*start.shape[:-1], hidden)], dim=-1)
+            reported = self._measured(whole, parameters)[..., : self._visible]
+            start = layout.retract(start, -layout.difference(reported, measured))
+        return start
 
     def _measured(self, states: Tensor, parameters: Tensor) -> Tensor:
         output = self.library.output
@@ -279,22 +196,42 @@ class Problem:
         found: Tensor = output(states, parameters.expand(*states.shape[:-1], -1))
         return found
 
-    def _with_hidden(self, start: Tensor, commands: tuple[Tensor, Tensor], parameters: Tensor) -> Tensor:
-        """Hidden states at the start: they run through the rows before it, from a start in rest."""
+    def _with_hidden(
+        self, start: Tensor, commands: tuple[Tensor, Tensor], parameters: Tensor, sets: Tensor, busy: Tensor
+    ) -> Tensor:
+        """Hidden states at the start: they run through the rows before it, from a start in rest.
+
+        Args:
+            start: ``# (B, S, visible)``.
+            commands: of :meth:`_commands`.
+            parameters: ``# (B, 1, all)``.
+            sets: ``# (B, P)``.
+            busy: parameter sets to which hidden states matter ``# (B,)``; others have zeros.
+        """
+        hidden = start.new_zeros(*start.shape[:-1], self.library.equations.layouts.state.size - self._visible)
+        if busy.any():
+            hidden[busy] = self._warmed_up((commands[0], commands[1][busy]), sets[busy], parameters[busy])
+        return torch.cat([start, hidden], dim=-1)
+
+    def _warmed_up(self, commands: tuple[Tensor, Tensor], sets: Tensor, parameters: Tensor) -> Tensor:
         segments, first = self.segments, self.library.hidden_start
         log = torch.as_tensor(segments.log)[:, None]
         rows = torch.as_tensor(segments.row)[:, None] + torch.arange(-WARM_UP, 0)
         sent, known = commands[0][:, log, rows][commands[1]], self._inputs[log, rows]
-        before = self._start(segments.before, parameters, None)
+        before = self._start(segments.before, sets, parameters, None)
         size = self.library.equations.layouts.state.size - self._visible
         whole = torch.cat([before, before.new_zeros(*before.shape[:-1], size)], dim=-1)
         groups = [whole, sent[..., 0, :], known[:, 0], parameters]
         groups = [g.expand(*whole.shape[:-1], -1) for g in groups if g.shape[-1]]
         assert first is not None
         whole[..., self._visible :] = first(*groups)
+        moved = self._rolled_out(whole, sent, known.expand(len(parameters), -1, -1, -1), parameters)
+        return moved[..., -1, self._visible :]
+
+    def _rolled_out(self, start: Tensor, actions: Tensor, inputs: Tensor, parameters: Tensor) -> Tensor:
+        """States after each action ``# (B, S, N, state)``: the one place where the diagnosis rolls out."""
         with torch.no_grad():
-            moved = rollout(self.library.model, whole, sent, known.expand(len(parameters), -1, -1, -1), parameters)
-        return torch.cat([start, moved[..., -1, self._visible :]], dim=-1)
+            return rollout(self.library.model, start, actions, inputs, parameters)
 
     def _commands(self, sets: Tensor) -> tuple[Tensor, Tensor]:
         """Filtered commands for every different set of filters ``# (U, logs, T, m)``, and which set has which."""
@@ -341,3 +278,19 @@ def _inputs(equations: Equations, trajectory: Trajectory) -> Array:
         else:
             columns.append(np.zeros(len(trajectory)))
     return np.stack(columns, axis=1) if columns else np.zeros((len(trajectory), 0))
+
+
+def _compared(segments: Segments) -> tuple[Layout, list[int], list[int] | None]:
+    """Fields that hold what is compared, their columns, and its places in their tangent; None for all of them."""
+    layout = segments.layout
+    ends = np.cumsum([field.tangent_size for field in layout.fields])
+    owner = np.searchsorted(ends, segments.compared, side="right")
+    numbers = sorted(set(owner.tolist()))
+    part = Layout(tuple(layout.fields[number] for number in numbers))
+    places: list[int] = []
+    for number in numbers:
+        first = int(ends[number]) - layout.fields[number].tangent_size
+        places += range(first, int(ends[number]))
+    chosen = [places.index(component) for component in segments.compared]
+    columns = [layout.index(column) for column in part]
+    return part, columns, None if chosen == list(range(len(places))) else chosen

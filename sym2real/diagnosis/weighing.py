@@ -10,10 +10,12 @@ import torch
 from sym2real.diagnosis import calibrate
 from sym2real.diagnosis.candidates import Candidate, candidates, library_for
 from sym2real.diagnosis.fit import Problems
+from sym2real.diagnosis.library import Library
+from sym2real.diagnosis.nuisance import nuisance_of
+from sym2real.diagnosis.overfit import overfitted
 from sym2real.diagnosis.prepared import with_filtered_commands
 from sym2real.diagnosis.sanity import Checked, check
-from sym2real.diagnosis.select import Selection
-from sym2real.diagnosis.sensitivity import Library, Problem
+from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.whitening import Spread, Whitening, estimate
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
@@ -21,8 +23,8 @@ from sym2real.trajectory import Dataset, Trajectory
 
 OnProgress = Callable[[str], None]
 
-# Over-fit before the whitening (DIAGNOSIS.md step 4).
-OVERFIT_GAIN, OVERFIT_MOST, OVERFIT_ROUNDS, OVERFIT_REFITTED = 0.01, 7, 2, 2
+# Times that variances are estimated from over-fitted residuals, each over-fit weighed by the last estimate.
+ROUNDS = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +39,7 @@ class Weighed:
         problems: data, whitening, folds.
         spread: what shapes the covariance.
         origin: parameter set from which effects are counted: null, or what calibration says of the base ``# (P,)``.
-        own: channels in which the base misses something of the plain simulator already.
+        calibration: the base against the plain simulator; None without one.
         notes: remarks on data and method.
     """
 
@@ -48,7 +50,7 @@ class Weighed:
     problems: Problems
     spread: Spread
     origin: torch.Tensor
-    own: set[str]
+    calibration: calibrate.Calibration | None
     notes: tuple[str, ...]
 
     @property
@@ -78,7 +80,7 @@ def weigh(
     problem = Problem(library, checked.data)
     on_progress("weighing errors")
     spread, whitening = whiten(problem, tried)
-    notes, origin, own = list(checked.notes), library.null, set[str]()
+    notes, origin, calibration = list(checked.notes), library.null, None
     if plant is None:
         notes.append("no plain simulator: the base's own errors were not calibrated and may look like effects")
     else:
@@ -87,8 +89,10 @@ def weigh(
         if flown is None:
             notes.append("the logs' manoeuvres cannot be flown in the plain simulator: the base is not calibrated")
         else:
-            origin, own = calibrate.origin(library, tried, flown, whitening)
-    return Weighed(model, checked, library, tried, Problems.of(problem, whitening), spread, origin, own, tuple(notes))
+            calibration = calibrate.calibrated(library, tried, flown, whitening)
+            origin = calibration.origin
+    problems = Problems.of(problem, whitening, nuisance_of(library, origin))
+    return Weighed(model, checked, library, tried, problems, spread, origin, calibration, tuple(notes))
 
 
 def check_and_filter(model: Equations, data: Dataset) -> Checked:
@@ -102,9 +106,9 @@ def whiten(problem: Problem, tried: tuple[Candidate, ...]) -> tuple[Spread, Whit
     null, segments = problem.library.null, problem.segments
     spread = Spread.of(problem, null)
     whitening = estimate(spread, problem.residuals(null[None])[0], segments.noise, segments.channel)
-    for _ in range(OVERFIT_ROUNDS):
-        selection = Selection(Problems.of(problem, whitening), tried, null)
-        selection.grow(OVERFIT_GAIN, OVERFIT_MOST, tested=False, refitted=OVERFIT_REFITTED)
-        residuals = problem.residuals(selection.fit.values[None])[0]
+    values = null
+    for _ in range(ROUNDS):
+        values = overfitted(Problems.of(problem, whitening), tried, values)
+        residuals = problem.residuals(values[None])[0]
         whitening = estimate(spread, residuals, segments.noise, segments.channel)
     return spread, whitening

@@ -6,7 +6,7 @@ from typing import Any
 
 from sym2real.effects.body import Body
 from sym2real.effects.effect import Kind, Numbers, Parameter
-from sym2real.effects.memory import lag_step, stepping
+from sym2real.effects.memory import lag
 from sym2real.effects.truth import actuators, set_lag
 from sym2real.protocols import Change
 
@@ -35,7 +35,7 @@ LAG = Kind(
     shown_by="steps of the command that are held longer than the time constant",
     fix="stiffen the actuator's own loop, or let the controller plan with the lag",
     inject=_inject,
-    memory=lambda body: stepping(lag_step),
+    memory=lambda body: lag(),
     columns="action",
     column_needed=False,
 )

@@ -113,11 +113,26 @@ def kept(time: Tensor, dt: float) -> tuple[Tensor, Tensor]:
     return left, time / dt * (1 - left)
 
 
-def lag_step(memory: Tensor, row: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
-    """First-order lag of a held command: its mean over the period."""
-    left, mean = kept(values["value"], dt)
-    away = memory - row
-    return row + away * left, row + away * mean
+def lag() -> Memory:
+    """First-order lag of a held command: its mean over the period.
+
+    The distance d of the memory from the command obeys d' = left·d + a - a', a sum over all earlier rows that is
+    doubled in length at every pass.
+    """
+
+    def run(memory: Tensor, rows: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
+        left, mean = (factor[..., None, :] for factor in kept(values["value"], dt))
+        batch = torch.broadcast_shapes(memory.shape[:-1], rows.shape[:-2], left.shape[:-2])
+        rows = rows.expand(*batch, *rows.shape[-2:])
+        first = (memory - rows[..., 0, :]).expand(*batch, rows.shape[-1])
+        away = torch.cat([first[..., None, :], rows[..., :-1, :] - rows[..., 1:, :]], dim=-2)
+        reach, factor = 1, left
+        while reach < rows.shape[-2]:
+            away = torch.cat([away[..., :reach, :], away[..., reach:, :] + factor * away[..., :-reach, :]], dim=-2)
+            reach, factor = 2 * reach, factor * factor
+        return rows[..., -1, :] + away[..., -1, :] * left[..., 0, :], rows + away * mean
+
+    return Memory(first_row, run)
 
 
 def rate_step(memory: Tensor, row: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:

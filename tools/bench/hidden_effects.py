@@ -14,6 +14,7 @@ import json
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -95,11 +96,17 @@ def questions(options: Options) -> list[Question]:
     return found
 
 
+@lru_cache(maxsize=2)
+def _equations(base: str) -> Equations:
+    """One object per text, so that what is compiled from it is kept."""
+    return Equations.from_json(base)
+
+
 def answer(question: Question, base: str) -> Record:
     """One case simulated and diagnosed."""
     torch.set_num_threads(1)
     case, robot = question.case, ROBOTS[question.case.robot]
-    equations = Equations.from_json(base)
+    equations = _equations(base)
     found = diagnose(equations, simulate_case(case), MujocoPlant(robot), exclude=question.exclude)
     findings = found.to_dict()["findings"]
     return {

@@ -1,0 +1,153 @@
+"""All candidate effects in one set of equations, each at its null value until a parameter set says otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import torch
+from sympy import Expr, Integer, Symbol
+from torch import Tensor
+
+from sym2real.effects import Effect, compose
+from sym2real.effects.filters import without_quantities
+from sym2real.symbolic import Equations, compile_function, compile_model, symbol
+
+# Effects that bring hidden states, which do not matter where these are at their null value.
+HIDING = ("motor_lag",)
+WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
+
+
+@dataclass(frozen=True)
+class Slot:
+    """One parameter of the problem: of which effect, and its numbers."""
+
+    effect: str
+    name: str
+    unit: str
+    null: float
+    low: float
+    high: float
+    scale: float
+
+
+@dataclass(frozen=True, eq=False)
+class Library:
+    """Equations with every candidate effect in them.
+
+    Args:
+        base: without them.
+        equations: all effects at their null values.
+        effects: the candidates by key.
+        slots: the parameters that can be fitted, in the order of a parameter set.
+    """
+
+    base: Equations
+    equations: Equations
+    effects: dict[str, Effect]
+    slots: tuple[Slot, ...]
+
+    @classmethod
+    def of(cls, base: Equations, effects: Sequence[Effect]) -> Library:
+        chosen = []
+        slots: list[Slot] = []
+        for effect in effects:
+            fitted = [p for p in effect.parameters if p.fitted and not p.per_log]
+            symbols = effect.symbols()
+            chosen.append((effect, {p.name: symbols[p.name] for p in fitted}))
+            slots += [Slot(effect.key, p.name, p.unit, p.null, p.low, p.high, p.scale) for p in fitted]
+        return cls(base, compose(shielded(base), chosen), {effect.key: effect for effect in effects}, tuple(slots))
+
+    @cached_property
+    def columns(self) -> tuple[int, ...]:
+        """Place of every slot among the parameters of the equations."""
+        names = list(self.equations.parameters)
+        return tuple(names.index(self.effects[s.effect].symbols()[s.name].name) for s in self.slots)
+
+    def indices(self, key: str) -> tuple[int, ...]:
+        """Slots of an effect."""
+        return tuple(i for i, slot in enumerate(self.slots) if slot.effect == key)
+
+    @property
+    def null(self) -> Tensor:
+        """``# (P,)``."""
+        return self._null.clone()
+
+    @cached_property
+    def _null(self) -> Tensor:
+        return torch.tensor([slot.null for slot in self.slots], dtype=torch.float64)
+
+    @cached_property
+    def scale(self) -> Tensor:
+        """``# (P,)``."""
+        return torch.tensor([slot.scale for slot in self.slots], dtype=torch.float64)
+
+    @cached_property
+    def bounds(self) -> tuple[Tensor, Tensor]:
+        """``# (P,)`` each."""
+        low = torch.tensor([slot.low for slot in self.slots], dtype=torch.float64)
+        return low, torch.tensor([slot.high for slot in self.slots], dtype=torch.float64)
+
+    @cached_property
+    def model(self) -> torch.jit.ScriptModule:
+        return compile_model(self.equations, dtype=torch.float64)
+
+    @cached_property
+    def _columns_of(self) -> list[tuple[str, ...]]:
+        layouts = self.equations.layouts
+        groups = [layouts.state.columns, layouts.action.columns, layouts.inputs.columns]
+        return [group for group in (*groups, tuple(self.equations.parameters)) if group]
+
+    @cached_property
+    def output(self) -> torch.jit.ScriptModule | None:
+        """(state, parameters) → what is measured, where an effect changes that."""
+        if not self.equations.output:
+            return None
+        state = self.equations.layouts.state
+        expressions = [self.equations.output.get(column, symbol(column)) for column in state]
+        return compile_function(expressions, [state.columns, tuple(self.equations.parameters)])
+
+    @cached_property
+    def hidden_start(self) -> torch.jit.ScriptModule | None:
+        """(state, action, inputs, parameters) → first values of hidden states."""
+        if not self.equations.start:
+            return None
+        start = [without_quantities(self.equations, expression) for expression in self.equations.start.values()]
+        return compile_function(start, self._columns_of)
+
+    @cached_property
+    def measuring(self) -> tuple[int, ...]:
+        """Slots of effects that change what is measured."""
+        return tuple(i for i, slot in enumerate(self.slots) if self.effects[slot.effect].stage == "measurement")
+
+    @cached_property
+    def remembering(self) -> tuple[int, ...] | None:
+        """Slots without whose effects hidden states do not matter; None where the base has hidden states itself."""
+        if any(field.hidden for field in self.base.layouts.state.fields):
+            return None
+        return tuple(i for i, slot in enumerate(self.slots) if slot.effect in HIDING)
+
+    def busy(self, sets: Tensor, slots: Sequence[int] | None) -> Tensor:
+        """Which parameter sets ``# (B, P)`` have any of the slots away from null; all for None."""
+        if slots is None:
+            return torch.ones(len(sets), dtype=torch.bool)
+        return (sets[:, list(slots)] != self._null[list(slots)]).any(dim=1)
+
+
+def shielded(base: Equations) -> Equations:
+    """The equations with a quantity in place of every action and wrench input: substitutions then stay small."""
+    inputs = [name for name in base.layouts.inputs if name in WRENCH]
+    names = [name for name in (*base.layouts.action, *inputs) if name not in base.quantities]
+    aliases = {name: symbol(f"acting_{name}") for name in names}
+    blank = replace(base, quantities={**base.quantities, **{alias.name: Integer(0) for alias in aliases.values()}})
+    changed = blank.substitute(aliases)
+    return replace(
+        changed,
+        quantities={**{alias.name: symbol(name) for name, alias in aliases.items()}, **_others(changed, aliases)},
+    )
+
+
+def _others(equations: Equations, aliases: dict[str, Symbol]) -> dict[str, Expr]:
+    own = {alias.name for alias in aliases.values()}
+    return {name: value for name, value in equations.quantities.items() if name not in own}

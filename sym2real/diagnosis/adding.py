@@ -18,9 +18,9 @@ from sym2real.diagnosis.findings import Finding, findings
 from sym2real.diagnosis.floor import Floor, floor_of_explained
 from sym2real.diagnosis.groups import always_alike, as_good
 from sym2real.diagnosis.ladder import Stage, horizons_for
+from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.sanity import Fault
 from sym2real.diagnosis.select import FEWEST_BLOCKS, GAIN, Selection
-from sym2real.diagnosis.sensitivity import Library
 from sym2real.diagnosis.weighing import OnProgress, check_and_filter, weigh
 from sym2real.effects import Effect, compose, effect
 from sym2real.errors import ModelError

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import torch
@@ -21,6 +21,9 @@ REFITTED = 6
 PROMISING, HOPELESS = 0.25, 0.3
 STEPS = 4
 FEWEST_BLOCKS = 10
+
+
+OnProgress = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,14 +91,29 @@ class Selection:
         free = self.free(chosen)
         return [free.index(tied) for tied in one.free]
 
-    def ranked(self, chosen: Sequence[Candidate], values: Tensor) -> list[Scored]:
-        """All others, each joined to what is chosen, best first: screened on quadratic models, the best refitted."""
+    def ranked(
+        self, chosen: Sequence[Candidate], values: Tensor, rivals: Sequence[Candidate] | None = None
+    ) -> list[Scored]:
+        """Others, each joined to what is chosen, best first: screened on quadratic models, the best refitted.
+
+        Args:
+            chosen: what is in.
+            values: parameter set of its fit.
+            rivals: what is joined to it, whether it is promising or not; by default every candidate that is.
+        """
         names = tuple(sorted(one.name for one in chosen))
+        if rivals is not None:
+            screened = self._screened(chosen, values, self._open(chosen, rivals))[1]
+            return self.refitted(chosen, [(one, start) for _, one, start in screened[:REFITTED]])
         if names not in self._rankings:
-            taken = {slot for tied in self.free(chosen) for slot in tied}
-            rivals = [one for one in self.candidates if not any(slot in taken for tied in one.free for slot in tied)]
-            self._rankings[names] = self.refitted(chosen, self._promising(chosen, values, rivals))
+            promising = self._promising(chosen, values, self._open(chosen, self.candidates))
+            self._rankings[names] = self.refitted(chosen, promising)
         return self._rankings[names]
+
+    def _open(self, chosen: Sequence[Candidate], rivals: Sequence[Candidate]) -> list[Candidate]:
+        """Those of the rivals that share no parameter with what is chosen."""
+        taken = {slot for tied in self.free(chosen) for slot in tied}
+        return [one for one in rivals if not any(slot in taken for tied in one.free for slot in tied)]
 
     def refitted(self, chosen: Sequence[Candidate], started: Sequence[tuple[Candidate, Tensor]]) -> list[Scored]:
         """Candidates, each fitted jointly with what is chosen from a parameter set, best first."""

@@ -74,7 +74,7 @@ def weigh(
     """
     on_progress("checking the data")
     checked = check_and_filter(model, data if isinstance(data, Dataset) else Dataset([data]))
-    model = replace(model, filters=())
+    model = replace(model, filters=()) if model.filters else model
     library = library_for(model, checked.data, exclude, include)
     tried = candidates(library, checked.data)
     problem = Problem(library, checked.data)

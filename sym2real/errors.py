@@ -61,5 +61,9 @@ class ModelError(Sym2RealError):
     """Equations or a model that cannot be built, compiled, loaded or trusted."""
 
 
+class CompilationError(Sym2RealError):
+    """A kernel that cannot be compiled here: no compiler, no place for its output, or the compiler's own words."""
+
+
 class MissingDependencyError(Sym2RealError, ImportError):
     """An optional package or program that is not installed; the message holds the command that installs it."""

@@ -64,5 +64,6 @@ def test_plans_with_mujoco_itself_as_with_good_equations() -> None:
     task = make_task("circle", robot)
     plant = MujocoPlant(robot)
     start = plant.reset(task.start(np.random.default_rng(0)))
-    actions = [MPPI(model, robot, task).act(start, 0) for model in (MujocoModel(plant), compile_model(robot.nominal()))]
+    models = (MujocoModel(plant), compile_model(robot.nominal()))
+    actions = [MPPI(model, robot, task, backend="torch").act(start, 0) for model in models]  # on the same noise
     np.testing.assert_allclose(*actions, atol=0.02)

@@ -1,7 +1,8 @@
 """Controllers: MPPI over any dynamics model, geometric controllers for test runs, random commands for Stage I."""
 
 from sym2real.control.geometric_quadrotor import GeometricQuadrotor
-from sym2real.control.mppi import MPPI, Plan
+from sym2real.control.mppi import MPPI
+from sym2real.control.plan import Plan
 from sym2real.control.pure_pursuit import PurePursuit
 from sym2real.control.random_commands import RandomCommands
 

@@ -4,6 +4,9 @@ At each step: shift the mean of the last plan, add noise, roll the model out, we
 
     J_i = Σ_h c(s_h+1, a_h, s*_h+1),   w_i ∝ exp(-J_i / λ),   mean ← Σ_i w_i a_i
 
+Equations with a cost that is an expression are planned with in one fused kernel (:mod:`sym2real.control.fused`);
+torch does the same for any model, and is what the kernel is tested against.
+
 Sources: G. Williams et al., "Information theoretic MPC for model-based reinforcement learning", ICRA 2017;
 the paper's section "Preliminary".
 """
@@ -12,19 +15,27 @@ from __future__ import annotations
 
 import inspect
 import logging
+import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import cast
 
 import numpy as np
+import sympy
 import torch
 from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
+from sym2real.control.backend import NO_COMPILER, Backend, equations_of, why_not_fused
+from sym2real.control.deadlines import Deadlines
+from sym2real.control.fused import FusedStep, Sizes, helpful_threads
 from sym2real.control.noise import covariance_factor, sample, smoothing
+from sym2real.control.plan import Plan, Seen
+from sym2real.control.reference_table import ReferenceTable
 from sym2real.control.timing import samples_within
-from sym2real.control.weights import control_cost, weigh
+from sym2real.control.weights import control_cost, weigh, whitened
 from sym2real.effects.filters import FilterState
+from sym2real.errors import CompilationError, ModelError
 from sym2real.protocols import DynamicsModel
 from sym2real.robots.robot import MPPISettings, Robot
 from sym2real.symbolic import rollout
@@ -35,33 +46,6 @@ Array = NDArray[np.float64]
 RunningCost = Callable[[Tensor, Tensor, Tensor], Tensor]
 
 LOGGER = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What MPPI saw at one step: for plots, and for those who ask why it did what it did.
-
-    Args:
-        states: after each action, for every sample ``# (N, H, state)``.
-        actions: ``# (N, H, action)``.
-        costs: total cost of each sample, not finite where a rollout was thrown away ``# (N,)``.
-        weights: ``# (N,)``.
-    """
-
-    states: Tensor
-    actions: Tensor
-    costs: Tensor
-    weights: Tensor
-
-    @property
-    def rejected(self) -> int:
-        """How many rollouts were not finite."""
-        return int((~self.costs.isfinite()).sum())
-
-    def best(self, count: int) -> Tensor:
-        """States ``# (count, H, state)`` of the cheapest finite rollouts, best first; fewer where fewer are."""
-        order = self.costs.nan_to_num(nan=torch.inf).argsort()[: min(count, len(self.costs) - self.rejected)]
-        return self.states[order]
 
 
 class MPPI:
@@ -81,7 +65,12 @@ class MPPI:
         seed: of the noise; :meth:`reset` goes back to it.
         filters: what commands go through on the way to the robot (delay, lag); none by default.
         period: seconds an action may take. Fewer samples are drawn where this machine cannot hold it, and the log
-            says so.
+            says so. Without a compiler it is the robot's control period by default.
+        backend: "c" (the fused kernel), "torch", or "auto": the kernel where it can be; the choice is logged once.
+        threads: of the kernel; by default two where they help.
+
+    Raises:
+        ModelError: when ``backend="c"`` cannot plan with this model, with the reason.
     """
 
     def __init__(
@@ -98,6 +87,8 @@ class MPPI:
         seed: int = 0,
         filters: FilterState | None = None,
         period: float | None = None,
+        backend: Backend = "auto",
+        threads: int | None = None,
     ) -> None:
         self.model, self.robot, self.task = with_inputs(model), robot, task
         self.settings = settings or robot.mppi
@@ -111,11 +102,56 @@ class MPPI:
         self._smooth = smoothing(self.horizon, robot.dt, self.settings).to(self.device, dtype)
         self._low, self._high, self._rest = (self._tensor(v) for v in (robot.low, robot.high, robot.rest))
         self._generator = torch.Generator(self.device)
+        self._table = ReferenceTable(task, robot.dt, self.horizon)
         self.samples = self.settings.samples
+        self.deadlines = Deadlines(period or robot.dt)
+        self._fused, reason = self._choose(backend, threads)
+        if reason == NO_COMPILER and backend == "auto":
+            period = period or robot.dt
         self.reset()
         if period is not None:
-            self.samples = samples_within(period, self.samples, self._trial)
-            self.reset()
+            self._hold(period)
+
+    def _choose(self, backend: Backend, threads: int | None) -> tuple[FusedStep | None, str]:
+        """The fused step, or why there is none."""
+        reason = "torch was asked for"
+        if backend != "torch":
+            reason = why_not_fused(self.model, self.robot, self.task, self.device, self.dtype)
+        fused = None
+        if not reason:
+            try:
+                fused = self._fuse(threads)
+            except (CompilationError, ModelError) as error:
+                reason = str(error)
+        if fused is None and backend == "c":
+            raise ModelError(f"the fused kernel cannot plan here: {reason}")
+        chosen = f"a fused C kernel, {fused.threads} thread(s)" if fused else f"torch ({reason})"
+        LOGGER.info("MPPI: %d samples by %s", self.samples, chosen)
+        return fused, reason
+
+    def _fuse(self, threads: int | None) -> FusedStep:
+        equations = equations_of(self.model)
+        assert equations is not None and isinstance(self.task.cost, sympy.Expr)
+        fused = FusedStep(
+            equations,
+            replace(self.robot, mppi=self.settings),
+            self.task.cost,
+            factor=self._factor,
+            sizes=Sizes(self.samples, self.horizon),
+            filters=self.filters,
+        )
+        fused.threads = helpful_threads(fused) if threads is None else threads
+        return fused
+
+    def _hold(self, period: float) -> None:
+        """Draw fewer samples where the period asks for it."""
+        self.samples = samples_within(period, self.samples, self._trial)
+        self.reset()
+
+    @property
+    def backend(self) -> str:
+        """ "c" or "torch"."""
+        return "torch" if self._fused is None else "c"
 
     def reset(self) -> None:
         """Forget the last plan and start the noise anew."""
@@ -123,8 +159,11 @@ class MPPI:
         if self.filters is not None:
             self.filters.reset()
         self.mean = self._rest.repeat(self.horizon, 1)  # (H, action)
-        self.plan: Plan | None = None
+        self._plan: Plan | None = None
+        self._seen: Seen | None = None
+        self.rejected = 0  # rollouts of the last step that were not finite
         self._step: int | None = None
+        self._call = 0
 
     def remember(self, sent: ArrayLike) -> None:
         """Advance the memory of the command filters; without any there is nothing to note."""
@@ -136,28 +175,70 @@ class MPPI:
 
         The plan is shifted by the steps since the last call, and refined in place where there are none.
         """
+        started = time.perf_counter()
         if self._step is not None:
             self.mean = shift(self.mean, step - self._step)
         self._step = step
-        self.improve(state, step, sample(self.samples, self._smooth, self._factor, self._generator), inputs)
+        if self._fused is None:
+            self.improve(state, step, sample(self.samples, self._smooth, self._factor, self._generator), inputs)
+        else:
+            self._call += 1
+            self._improve_fused(self._fused, state, step, inputs)
         mean: Array = self.mean[0].to("cpu", torch.float64).numpy()
-        return np.clip(mean, self.robot.low, self.robot.high)
+        action = np.clip(mean, self.robot.low, self.robot.high)
+        self.deadlines.note(time.perf_counter() - started)
+        return action
 
     @torch.no_grad()
     def improve(self, state: ArrayLike, step: int, noise: Tensor, inputs: ArrayLike | None = None) -> Plan:
         """One update of :attr:`mean` with this noise ``# (N, H, action)``; what it saw is kept as :attr:`plan`."""
+        if self._fused is not None and len(noise) == self.samples:
+            self._improve_fused(self._fused, state, step, inputs, noise.contiguous())
+            assert self.plan is not None
+            return self.plan
         actions = torch.clamp(self.mean + noise, self._low, self._high)
         states = self._rollout(state, actions, inputs)
         costs = self.cost(states, actions, self._reference(step)).sum(-1)
         if self.price_noise:
             costs = costs + control_cost(self.mean, actions - self.mean, self._factor, self.settings.temperature)
         costs = costs.masked_fill(~states.sum((-2, -1)).isfinite(), torch.inf)
-        self.plan = Plan(states, actions, costs, weigh(costs, self.settings.temperature))
-        if self.plan.rejected == len(costs):
+        self._plan = Plan(states, actions, costs, weigh(costs, self.settings.temperature))
+        self._seen = None
+        self._count(self._plan.rejected, step)
+        if self.rejected < len(costs):
+            self.mean = torch.einsum("n,nha->ha", self._plan.weights, actions)
+        return self._plan
+
+    def _improve_fused(
+        self, fused: FusedStep, state: ArrayLike, step: int, inputs: ArrayLike | None, noise: Tensor | None = None
+    ) -> None:
+        fused.state[:] = state
+        fused.inputs[:] = 0.0 if inputs is None else inputs
+        price = self.settings.temperature * whitened(self.mean, self._factor) if self.price_noise else None
+        self._seen = Seen(np.asarray(state), inputs, self.mean, noise, self._call)
+        self._plan = None
+        self.mean, rejected = fused(
+            self.mean, self._table.rows(step), (self.seed, self._call), price=price, noise=noise
+        )
+        self._count(rejected, step)
+
+    def _count(self, rejected: int, step: int) -> None:
+        self.rejected = rejected
+        if rejected == self.samples:
             LOGGER.warning("MPPI: no rollout at step %d is finite, the last plan goes on", step)
-        else:
-            self.mean = torch.einsum("n,nha->ha", self.plan.weights, actions)
-        return self.plan
+
+    @property
+    def plan(self) -> Plan | None:
+        """What the last step saw; None before the first one. A fused step is rolled out again to tell."""
+        if self._plan is None and self._seen is not None and self._fused is not None:
+            seen = self._seen
+            noise = self._fused.noise(self.seed, seen.call) if seen.noise is None else seen.noise
+            actions = torch.clamp(seen.mean + noise, self._low, self._high)
+            costs = torch.from_numpy(self._fused.costs.copy())
+            with torch.no_grad():
+                states = self._rollout(seen.state, actions, seen.inputs)
+            self._plan = Plan(states, actions, costs, weigh(costs, self.settings.temperature))
+        return self._plan
 
     @torch.no_grad()
     def predict(self, state: ArrayLike, inputs: ArrayLike | None = None) -> Tensor:
@@ -179,8 +260,13 @@ class MPPI:
         return torch.as_tensor(np.asarray(values), dtype=self.dtype, device=self.device)
 
     def _trial(self, samples: int) -> None:
-        noise = sample(samples, self._smooth, self._factor, self._generator)
-        self.improve(self.robot.start, 0, noise)
+        if self._fused is None:
+            self.improve(self.robot.start, 0, sample(samples, self._smooth, self._factor, self._generator))
+            return
+        if self._fused.samples != samples:
+            self.samples = samples
+            self._fused = self._fuse(self._fused.threads)
+        self._improve_fused(self._fused, self.robot.start, 0, None)
 
 
 def with_inputs(model: DynamicsModel | Callable[[Tensor, Tensor], Tensor]) -> DynamicsModel:

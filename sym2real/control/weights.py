@@ -34,5 +34,9 @@ def control_cost(mean: Tensor, noise: Tensor, factor: Tensor, temperature: float
         factor: C ``# (m, m)``.
         temperature: λ.
     """
-    whitened = torch.cholesky_solve(mean.T, factor).T  # Σ^-1 u, (H, m)
-    return temperature * (noise * whitened).sum((-2, -1))
+    return temperature * (noise * whitened(mean, factor)).sum((-2, -1))
+
+
+def whitened(mean: Tensor, factor: Tensor) -> Tensor:
+    """Σ^-1 u ``# (H, m)`` of a mean u ``# (H, m)``, with Σ = C C^T."""
+    return torch.cholesky_solve(mean.T, factor).T.contiguous()

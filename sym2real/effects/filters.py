@@ -80,17 +80,17 @@ class FilterState:
     """
 
     def __init__(self, equations: Equations) -> None:
-        self._dt = equations.dt
-        self._filters = [(found, numbers(equations, values, None)) for found, values in command_filters(equations)]
+        self.dt = equations.dt
+        self.filters = [(found, numbers(equations, values, None)) for found, values in command_filters(equations)]
         self.reset()
 
     def reset(self) -> None:
         """Forget what was sent: the next command is taken to have been held for ever."""
-        self._memories: list[Tensor] = []
+        self.memories: list[Tensor] = []  # one per filter; none before the first command was sent
 
     def remember(self, sent: Tensor) -> None:
         """Advance by one command ``# (action,)``."""
-        self._memories, _ = self._run(sent[None, :])
+        self.memories, _ = self._run(sent[None, :])
 
     def apply(self, actions: Tensor) -> Tensor:
         """What of the commands that might follow ``# (..., H, action)`` would reach the robot; nothing is advanced."""
@@ -98,14 +98,14 @@ class FilterState:
 
     def _run(self, actions: Tensor) -> tuple[list[Tensor], Tensor]:
         memories = []
-        for position, (found, values) in enumerate(self._filters):
+        for position, (found, values) in enumerate(self.filters):
             given, columns = as_given(values, actions), found.filtered_columns
             rows = actions[..., columns]
-            if self._memories:
-                memory = self._memories[position].to(actions)
+            if self.memories:
+                memory = self.memories[position].to(actions)
             else:
-                memory = found.memory.begin(rows[..., 0, :], self._dt, given)
-            memory, output = found.memory.run(memory, rows, self._dt, given)
+                memory = found.memory.begin(rows[..., 0, :], self.dt, given)
+            memory, output = found.memory.run(memory, rows, self.dt, given)
             memories.append(memory)
             actions = replaced(actions, columns, output)
         return memories, actions

@@ -73,7 +73,9 @@ def compile_model(
     Raises:
         ModelError: when a function is not supported, with its name.
     """
-    return _script(build_module(equations, trainable).to(device=device, dtype=dtype))
+    model = _script(build_module(equations, trainable).to(device=device, dtype=dtype))
+    model.equations = equations  # for those who can do better than call it; not saved with it
+    return model
 
 
 def compile_function(

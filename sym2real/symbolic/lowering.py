@@ -40,6 +40,7 @@ class Lowering:
         graph: its inputs are the names that expressions may contain.
         definitions: names that stand for expressions over the inputs or each other.
         numbers: inputs that are these numbers.
+        values: names that stand for what the graph computes already.
 
     Raises:
         ModelError: for functions that are not supported, by name.
@@ -47,9 +48,13 @@ class Lowering:
     """
 
     def __init__(
-        self, graph: Graph, definitions: Mapping[str, Expr] | None = None, numbers: Mapping[str, float] | None = None
+        self,
+        graph: Graph,
+        definitions: Mapping[str, Expr] | None = None,
+        numbers: Mapping[str, float] | None = None,
+        values: Mapping[str, Lowered] | None = None,
     ) -> None:
-        self.graph = graph
+        self.graph, self.values = graph, dict(values or {})
         self.definitions, self.numbers = dict(definitions or {}), dict(numbers or {})
         self._lowered: dict[Expr, Lowered] = {}
 
@@ -87,6 +92,8 @@ class Lowering:
             return lowered
         if name in self.numbers:
             return (self.numbers[name], UNIT)
+        if name in self.values:
+            return self.values[name]
         if name not in self.graph.inputs:
             raise UnknownNameError("symbol", name, (*self.graph.names, *self.definitions))
         return (1.0, self.graph.inputs[name])

@@ -36,7 +36,7 @@ def step_program(equations: Equations, pushed: bool = True) -> Program:
     graph = Graph(names, fixed=equations.parameters)
     lowering = Lowering(graph, equations.quantities, zero)
     columns = {column: lowering.lower(equations.next[column]) for column in layouts.state}
-    return make_program(graph, _on_manifold(graph, layouts.state, columns))
+    return make_program(graph, on_manifold(graph, layouts.state, columns))
 
 
 def function_program(expressions: Sequence[Expr], names: Sequence[str]) -> Program:
@@ -46,7 +46,7 @@ def function_program(expressions: Sequence[Expr], names: Sequence[str]) -> Progr
     return make_program(graph, [graph.whole(lowering.lower(expression)) for expression in expressions])
 
 
-def _on_manifold(graph: Graph, layout: Layout, columns: Mapping[str, Lowered]) -> list[int]:
+def on_manifold(graph: Graph, layout: Layout, columns: Mapping[str, Lowered]) -> list[int]:
     """Layout.normalise as nodes: q / max(‖q‖, 1e-12)."""
     nodes = list[int]()
     for field in layout.fields:

@@ -1,0 +1,229 @@
+"""The fused step of MPPI: compiled text, its buffers and its threads."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import os
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from sympy import Expr
+from torch import Tensor
+
+from sym2real.control.fused_filters import FilterLines, memory_of
+from sym2real.control.fused_text import Fused, Sampling, fused_text
+from sym2real.control.noise import smoothing
+from sym2real.effects.filters import FilterState
+from sym2real.native import library
+from sym2real.robots.robot import MPPISettings, Robot
+from sym2real.symbolic import Equations
+
+Single = NDArray[np.float32]
+WORTH_ASKING, TRIALS = 160_000, 5  # sample-steps; calls per number of threads
+LINE = 64  # bytes: buffers start where a vector may
+
+
+class _Plan(ctypes.Structure):
+    _fields_ = (
+        *((name, ctypes.c_void_p) for name in ("state", "inputs", "reference", "memory", "weights")),
+        *((name, ctypes.c_void_p) for name in ("mean", "low", "high", "factor", "smooth", "price", "noise", "costs")),
+        ("temperature", ctypes.c_float),
+        ("correlation", ctypes.c_float),
+        ("seed", ctypes.c_uint32),
+        ("call", ctypes.c_uint32),
+        *((name, ctypes.c_int) for name in ("samples", "horizon", "draws", "begun")),
+    )
+
+
+class _Share(ctypes.Structure):
+    _fields_ = (
+        ("least", ctypes.c_float),
+        ("total", ctypes.c_float),
+        ("rejected", ctypes.c_int),
+        ("unused", ctypes.c_int),
+    )
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """How much is sampled: rollouts, steps of each, threads that share the rollouts."""
+
+    samples: int
+    horizon: int
+    threads: int = 1
+
+
+class FusedStep:
+    """One update of MPPI's mean in compiled code; every buffer is made once.
+
+    Args:
+        equations: with their parameter values.
+        robot: limits, columns, control period; its ``mppi`` says how noise is coloured.
+        cost: running cost over state, action and ``ref_<column>``.
+        factor: C ``# (action, action)``, of the noise's covariance.
+        sizes: of the sampling.
+        filters: what actions go through.
+
+    Raises:
+        CompilationError: when it cannot be compiled here.
+        ModelError: when the equations, the cost or a filter have no fused form.
+    """
+
+    def __init__(
+        self,
+        equations: Equations,
+        robot: Robot,
+        cost: Expr,
+        *,
+        factor: Tensor,
+        sizes: Sizes,
+        filters: FilterState | None = None,
+    ) -> None:
+        self.horizon, self.samples, self.filters = sizes.horizon, sizes.samples, filters
+        self.shape = (sizes.horizon, len(robot.layouts.action))
+        settings, whole = robot.mppi, factor.double().cpu().numpy()
+        lines = FilterLines(filters, robot.layouts.action.columns, equations.dt)
+        sampling = Sampling(_colour(settings), bool((whole == np.diag(np.diag(whole))).all()))
+        self.text = fused_text(Fused(equations, robot, cost, sampling, lines))
+        self._library = library(self.text)
+        smooth = smoothing(self.horizon, robot.dt, settings).numpy() if sampling.colour == 2 else np.eye(self.horizon)
+        self.state = _aligned(len(robot.layouts.state))
+        self.inputs = _aligned(len(equations.layouts.inputs))
+        self.costs = _aligned(self.samples)
+        self._memory = _aligned(lines.size)
+        self._constant = {
+            "low": _aligned(robot.low),
+            "high": _aligned(robot.high),
+            "factor": _aligned(whole),
+            "smooth": _aligned(smooth),
+        }
+        buffers = {"state": self.state, "inputs": self.inputs, "costs": self.costs, "memory": self._memory}
+        self._plan = _Plan(**{name: array.ctypes.data for name, array in {**self._constant, **buffers}.items()})
+        self._plan.temperature, self._plan.samples = settings.temperature, self.samples
+        self._plan.horizon, self._plan.draws = self.horizon, smooth.shape[1]
+        self._plan.correlation = math.exp(-robot.dt / settings.correlation) if sampling.colour == 1 else 0.0
+        self.threads = sizes.threads
+
+    @property
+    def threads(self) -> int:
+        return len(self._shares)
+
+    @threads.setter
+    def threads(self, count: int) -> None:
+        width = self._library.width()
+        blocks = -(-self.samples // width)
+        edges = [width * (blocks * i // count) for i in range(count)] + [self.samples]
+        self._ranges = [pair for pair in pairwise(edges) if pair[0] < pair[1]]
+        tracks = 2 * self.horizon + self._plan.draws
+        count = len(self._ranges)
+        self._scratch = [_aligned(tracks * self.shape[1] * width) for _ in range(count)]
+        self._sums = _aligned(count * self.shape[0] * self.shape[1])
+        self._shares = (_Share * count)()
+        self._others = ThreadPoolExecutor(count - 1, thread_name_prefix="mppi") if count > 1 else None
+
+    def __call__(
+        self,
+        mean: Tensor,
+        reference: Single,
+        draw: tuple[int, int],
+        *,
+        price: Tensor | None = None,
+        noise: Tensor | None = None,
+    ) -> tuple[Tensor, int]:
+        """The new mean ``# (H, action)`` and the number of rollouts that were not finite.
+
+        :attr:`state` and :attr:`inputs` are to be filled before; :attr:`costs` are filled after.
+
+        Args:
+            mean: of the last plan ``# (H, action)``, float32.
+            reference: after each step ``# (H, state)``, float32, contiguous.
+            draw: seed and number of the call, of the noise.
+            price: λ Σ⁻¹ of the mean ``# (H, action)``, where noise is priced.
+            noise: ``# (N, H, action)`` instead of noise of its own.
+        """
+        plan = self._plan
+        mean = mean.contiguous()
+        following = mean.clone()
+        plan.mean, plan.reference = mean.data_ptr(), reference.ctypes.data
+        plan.seed, plan.call = draw[0] & 0xFFFFFFFF, draw[1] & 0xFFFFFFFF
+        plan.price = None if price is None else price.data_ptr()
+        plan.noise = None if noise is None else noise.data_ptr()
+        if self.filters is not None:
+            plan.begun = int(bool(self.filters.memories))
+            self._memory[:] = memory_of(self.filters, self._memory.size)
+        waiting = [self._others.submit(self._run, i) for i in range(1, self.threads)] if self._others else []
+        self._run(0)
+        for one in waiting:
+            one.result()
+        rejected = self._library.finish(
+            ctypes.byref(plan),
+            self.threads,
+            self._pointer(self._sums),
+            self._shares,
+            ctypes.c_void_p(following.data_ptr()),
+        )
+        return following, rejected
+
+    def _run(self, thread: int) -> None:
+        first, last = self._ranges[thread]
+        size = self.shape[0] * self.shape[1]
+        self._library.plan_share(
+            ctypes.byref(self._plan),
+            first,
+            last,
+            self._pointer(self._scratch[thread]),
+            self._pointer(self._sums, thread * size),
+            ctypes.byref(self._shares[thread]),
+        )
+
+    @staticmethod
+    def _pointer(array: Single, offset: int = 0) -> ctypes.c_void_p:
+        return ctypes.c_void_p(array.ctypes.data + 4 * offset)
+
+    def noise(self, seed: int, call: int) -> Tensor:
+        """The noise ``# (N, H, action)`` of a call."""
+        plan = self._plan
+        plan.seed, plan.call, plan.noise = seed & 0xFFFFFFFF, call & 0xFFFFFFFF, None
+        found = np.empty((self.samples, *self.shape), dtype=np.float32)
+        self._library.noise_of(ctypes.byref(plan), self._pointer(self._scratch[0]), self._pointer(found))
+        return torch.from_numpy(found)
+
+
+def helpful_threads(step: FusedStep) -> int:
+    """Two where this machine then takes a quarter less, else one; few samples are not worth asking."""
+    if step.samples * step.horizon < WORTH_ASKING or (os.cpu_count() or 1) < 2:
+        return 1
+    seconds = {}
+    rest, reference = torch.zeros(step.shape), np.zeros((step.horizon, step.state.size), dtype=np.float32)
+    for count in (1, 2):
+        step.threads = count
+        durations = []
+        for call in range(TRIALS):
+            started = time.perf_counter()
+            step(rest, reference, (0, call))
+            durations.append(time.perf_counter() - started)
+        seconds[count] = min(durations)
+    return 2 if seconds[2] < 0.75 * seconds[1] else 1
+
+
+def _colour(settings: MPPISettings) -> int:
+    if settings.knots:
+        return 2
+    return 1 if settings.correlation > 0 else 0
+
+
+def _aligned(content: int | NDArray[np.floating]) -> Single:
+    """A float32 array that starts at a cache line: of that size, zero, or a copy."""
+    size = content if isinstance(content, int) else content.size
+    raw = np.zeros(4 * size + LINE, dtype=np.uint8)
+    start = -raw.ctypes.data % LINE
+    array: Single = raw[start : start + 4 * size].view(np.float32)
+    if not isinstance(content, int):
+        array[:] = content.reshape(-1)
+    return array

@@ -1,0 +1,169 @@
+"""Command filters as C: what of a planned action reaches the robot, step by step along each sample's horizon.
+
+The recursions are those of :mod:`sym2real.effects.memory`; their values are constants of the text. What was sent
+before lies in ``p->memory``, filter after filter; before anything was sent, a sample's own first action counts as
+having been held for ever.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from torch import Tensor
+
+from sym2real.effects.effect import Effect
+from sym2real.effects.filters import FilterState
+from sym2real.errors import ModelError
+from sym2real.trajectory import Array
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One filter.
+
+    Args:
+        name: of its kind.
+        value: its number; of a delay the part of a period beyond whole ones.
+        columns: positions of the actions that go through it.
+        rows: how many earlier rows it remembers.
+    """
+
+    name: str
+    value: float
+    columns: tuple[int, ...]
+    rows: int
+
+    @property
+    def size(self) -> int:
+        """Numbers in its memory."""
+        return self.rows * len(self.columns)
+
+
+class FilterLines:
+    """Text of the filters of a controller.
+
+    Args:
+        filters: None for none.
+        actions: columns.
+        dt: control period in s.
+
+    Raises:
+        ModelError: for a filter that is not known here.
+    """
+
+    def __init__(self, filters: FilterState | None, actions: Sequence[str], dt: float) -> None:
+        self.actions, self.dt = tuple(actions), dt
+        self.stages = [] if filters is None else [_stage(effect, values, dt) for effect, values in filters.filters]
+
+    @property
+    def size(self) -> int:
+        """Numbers in the memory of all filters."""
+        return sum(stage.size for stage in self.stages)
+
+    def before(self) -> list[str]:
+        """Declarations ahead of the horizon."""
+        lines, offset = [], 0
+        for i, stage in enumerate(self.stages):
+            lines.append(f"v memory_{i}[{stage.size + (len(stage.columns) if stage.name == 'delay' else 0)}];")
+            lines.append(f"for (int i = 0; i < {stage.size}; i++) memory_{i}[i] = splat(p->memory[{offset} + i]);")
+            offset += stage.size
+        return lines
+
+    def lines(self) -> list[str]:
+        """Planned actions ``planned_<a>`` → acting ones ``x_<a>``."""
+        names = [f"planned_{action}" for action in self.actions]
+        lines = []
+        for i, stage in enumerate(self.stages):
+            for place, column in enumerate(stage.columns):
+                row, out = names[column], f"filtered_{i}_{column}"
+                lines.append(f"v {out};")
+                body = (
+                    _delayed(i, stage, place, row, out)
+                    if stage.name == "delay"
+                    else self._step(i, stage, place, row, out)
+                )
+                lines += ["{", *(f"    {line}" for line in body), "}"]
+                names[column] = out
+        return [*lines, *(f"const v x_{action} = {name};" for action, name in zip(self.actions, names, strict=True))]
+
+    def _step(self, number: int, stage: Stage, place: int, row: str, out: str) -> list[str]:
+        memory = f"memory_{number}[{place}]"
+        begin = f"if (h == 0 && !p->begun) {memory} = {row};"
+        return [begin, *RULES[stage.name](stage.value, self.dt, memory, row, out)]
+
+
+def memory_of(filters: FilterState, size: int) -> Array:
+    """What filters remember ``# (size,)``, in the order of the text; zeros before anything was sent."""
+    if not filters.memories:
+        return np.zeros(size)
+    return np.concatenate([memory.double().cpu().numpy().reshape(-1) for memory in filters.memories])
+
+
+def _stage(effect: Effect, values: Mapping[str, Tensor | float], dt: float) -> Stage:
+    name, value, columns = effect.of.name, float(values["value"]), tuple(effect.filtered_columns)
+    if name == "dead_band":
+        name = "rest" if effect.body.unit == "m/s" else "play"
+    if name != "delay" and name not in RULES:
+        raise ModelError(f"{name} has no fused form")
+    if name == "delay":
+        whole, part = _periods(value, dt)
+        return Stage(name, part, columns, whole + 1)
+    return Stage(name, value, columns, 1)
+
+
+def _periods(value: float, dt: float) -> tuple[int, float]:
+    """Whole periods of a delay and the part of one that is left."""
+    late = value / dt
+    late = round(late) if abs(late - round(late)) < 1e-9 else late
+    return math.floor(late), late - math.floor(late)
+
+
+def _delayed(number: int, stage: Stage, place: int, row: str, out: str) -> list[str]:
+    """A ring of the last rows; the two around the delay are blended."""
+    ring, width = stage.rows + 1, len(stage.columns)
+
+    def at(step: str) -> str:
+        return f"memory_{number}[({step}) % {ring} * {width} + {place}]"
+
+    return [
+        "if (h == 0 && !p->begun)",
+        f"    for (int i = 0; i < {stage.rows}; i++) memory_{number}[i * {width} + {place}] = {row};",
+        f"{at(f'h + {stage.rows}')} = {row};",
+        f"{out} = {at('h + 1')} * R({1.0 - stage.value!r}) + {at('h')} * R({stage.value!r});",
+    ]
+
+
+def _lag(value: float, dt: float, memory: str, row: str, out: str) -> list[str]:
+    left = math.exp(-dt / value) if value > 0.0 else 0.0
+    mean = value / dt * (1.0 - left)
+    return [
+        f"const v away = {memory} - {row};",
+        f"{out} = away * R({mean!r}) + {row};",
+        f"{memory} = away * R({left!r}) + {row};",
+    ]
+
+
+def _rate(value: float, dt: float, memory: str, row: str, out: str) -> list[str]:
+    most = f"splat(R({value * dt!r}))"
+    return [
+        f"const v away = {row} - {memory};",
+        f"const v after = {memory} + maximum(minimum(away, {most}), -{most});",
+        f"const v ramp = minimum(absolute(away) * R({1.0 / value!r}), splat(R({dt!r})));",
+        f"{out} = after - (after - {memory}) * ramp * R({0.5 / dt!r});",
+        f"{memory} = after;",
+    ]
+
+
+def _play(value: float, dt: float, memory: str, row: str, out: str) -> list[str]:
+    half = f"R({0.5 * value!r})"
+    return [f"{memory} = maximum(minimum({memory}, {row} + {half}), {row} - {half});", f"{out} = {memory};"]
+
+
+def _rest(value: float, dt: float, memory: str, row: str, out: str) -> list[str]:
+    return [f"{out} = select(absolute({row}) > splat(R({0.5 * value!r})), {row}, splat(R(0.0)));"]
+
+
+RULES = {"lag": _lag, "rate_limit": _rate, "play": _play, "rest": _rest}

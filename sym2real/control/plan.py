@@ -1,0 +1,50 @@
+"""What MPPI saw at one step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import ArrayLike, NDArray
+from torch import Tensor
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What MPPI saw at one step: for plots, and for those who ask why it did what it did.
+
+    Args:
+        states: after each action, for every sample ``# (N, H, state)``.
+        actions: ``# (N, H, action)``.
+        costs: total cost of each sample, not finite where a rollout was thrown away ``# (N,)``.
+        weights: ``# (N,)``.
+    """
+
+    states: Tensor
+    actions: Tensor
+    costs: Tensor
+    weights: Tensor
+
+    @property
+    def rejected(self) -> int:
+        """How many rollouts were not finite."""
+        return int((~self.costs.isfinite()).sum())
+
+    def best(self, count: int) -> Tensor:
+        """States ``# (count, H, state)`` of the cheapest finite rollouts, best first; fewer where fewer are."""
+        order = self.costs.nan_to_num(nan=torch.inf).argsort()[: min(count, len(self.costs) - self.rejected)]
+        return self.states[order]
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a fused step was given."""
+
+    state: Array
+    inputs: ArrayLike | None
+    mean: Tensor
+    noise: Tensor | None
+    call: int

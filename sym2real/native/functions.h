@@ -1,0 +1,61 @@
+/* Functions of any argument. The polynomials are printed by sym2real/symbolic/c_functions.py, with their errors. */
+INLINE v reciprocal(v a) { return splat(R(1.0)) / a; }
+INLINE v reciprocal_root(v a) { return splat(R(1.0)) / square_root(a); }
+INLINE v absolute(v a) { return select(a < splat(R(0.0)), -a, a); }
+INLINE v sign_of(v a) {
+    const v zero = splat(R(0.0));
+    return select(zero < a, splat(R(1.0)), zero) - select(a < zero, splat(R(1.0)), zero);
+}
+
+/* Whole turns leave in three parts of 2 pi. Beyond 1e5 turns the result is bounded and means nothing. */
+INLINE v within_half_turn(v x) {
+    const v k = (x * R(0.15915494309189535) + ROUNDER) - ROUNDER;
+    const v r = ((x - k * TURN_1) - k * TURN_2) - k * TURN_3;
+    const v most = splat(R(3.1415928));
+    return select(most < r, most, select(r < -most, -most, r));
+}
+APART v sine(v x) {
+    const v r = within_half_turn(x), s = r * r;
+    return r * SINE_HALF_TURN(s);
+}
+APART v cosine(v x) {
+    const v r = within_half_turn(x), s = r * r;
+    return COSINE_HALF_TURN(s);
+}
+
+#if SINGLE
+APART v exponential(v x) {
+    const v high = splat(88.3f), low = splat(-87.0f);
+    const v in = select(high < x, high, select(x < low, low, x));
+    const v k = (in * 1.44269504f + ROUNDER) - ROUNDER;
+    const v f = ((in - k * 0.693145752f) - k * 1.42860677e-6f) * 1.44269504f;
+    return select(high < x, splat(INFINITE), POWER_OF_TWO(f) * two_to_the(k));
+}
+#else
+APART v exponential(v a) {
+    v r;
+    EACH_LANE LANE(r) = OF_REAL(exp)(LANE(a));
+    return r;
+}
+#endif
+
+#define BY_LANES(name, function) \
+    APART v name(v a) { \
+        v r; \
+        EACH_LANE LANE(r) = OF_REAL(function)(LANE(a)); \
+        return r; \
+    }
+#define BY_LANES_2(name, function) \
+    APART v name(v a, v b) { \
+        v r; \
+        EACH_LANE LANE(r) = OF_REAL(function)(LANE(a), LANE(b)); \
+        return r; \
+    }
+BY_LANES(tangent, tan)
+BY_LANES(arc_sine, asin)
+BY_LANES(arc_cosine, acos)
+BY_LANES(arc_tangent, atan)
+BY_LANES(logarithm, log)
+BY_LANES(hyperbolic_tangent, tanh)
+BY_LANES_2(arc_tangent_2, atan2)
+BY_LANES_2(raised, pow)

@@ -1,0 +1,81 @@
+/* Vectors of samples on a processor, by GCC's and Clang's vector extensions; SINGLE says whether they hold float32.
+ *
+ * cuda.h gives the same names for the one sample of a thread. */
+#if defined(__AVX512F__)
+#define BYTES 64
+#elif defined(__AVX__)
+#define BYTES 32
+#else
+#define BYTES 16
+#endif
+#if SINGLE
+typedef float real;
+typedef int integer;
+typedef unsigned int word;
+#define R(x) x##f
+#define OF_REAL(name) __builtin_##name##f
+#else
+typedef double real;
+typedef long long integer;
+typedef unsigned long long word;
+#define R(x) x
+#define OF_REAL(name) __builtin_##name
+#endif
+#define WIDTH ((int)(BYTES / sizeof(real)))
+typedef real v __attribute__((vector_size(BYTES)));
+typedef integer mask __attribute__((vector_size(BYTES)));
+typedef word words __attribute__((vector_size(BYTES)));
+
+#define SHARED static
+#define INLINE static inline __attribute__((always_inline))
+#define APART static __attribute__((noinline))
+#define EXPORTED __attribute__((visibility("default")))
+#define EACH_LANE for (int lane = 0; lane < WIDTH; lane++)
+#define LANE(x) ((x)[lane])
+#define NOT(c) (~(c))
+#define INFINITE OF_REAL(inf)()
+typedef v *TRACK; /* (steps, actions) of the samples of a block */
+#define AT(track, h, a) ((track)[(h) * ACTIONS + (a)])
+
+INLINE v splat(real x) { return x - (v){0}; }
+INLINE v select(mask c, v a, v b) { return (v)((c & (mask)a) | (~c & (mask)b)); }
+INLINE v square_root(v a) {
+    v r;
+    EACH_LANE r[lane] = OF_REAL(sqrt)(a[lane]);
+    return r;
+}
+#if defined(__clang__) && defined(__has_builtin)
+#if __has_builtin(__builtin_elementwise_min)
+#define HAS_ELEMENTWISE 1
+#endif
+#endif
+/* GCC 12 does not see that a comparison and a selection are one instruction. */
+#if defined(HAS_ELEMENTWISE)
+INLINE v minimum(v a, v b) { return __builtin_elementwise_min(a, b); }
+INLINE v maximum(v a, v b) { return __builtin_elementwise_max(a, b); }
+#elif defined(__AVX512F__) && SINGLE && !defined(__clang__)
+INLINE v minimum(v a, v b) { return __builtin_ia32_minps512_mask(a, b, a, -1, 4); }
+INLINE v maximum(v a, v b) { return __builtin_ia32_maxps512_mask(a, b, a, -1, 4); }
+#elif defined(__AVX__) && SINGLE && !defined(__clang__)
+INLINE v minimum(v a, v b) { return __builtin_ia32_minps256(a, b); }
+INLINE v maximum(v a, v b) { return __builtin_ia32_maxps256(a, b); }
+#else
+INLINE v minimum(v a, v b) { return select(a < b, a, b); }
+INLINE v maximum(v a, v b) { return select(a < b, b, a); }
+#endif
+INLINE v to_reals(words a) { return __builtin_convertvector((mask)a, v); }
+INLINE words bits_of(v a) { return (words)a; }
+INLINE v from_bits(words a) { return (v)a; }
+INLINE v floor_of(v a) {
+    v r;
+    EACH_LANE r[lane] = OF_REAL(floor)(a[lane]);
+    return r;
+}
+INLINE int any_beyond(v a, real most) {
+    int any = 0;
+    EACH_LANE any |= !(a[lane] <= most);
+    return any;
+}
+#if SINGLE
+INLINE v two_to_the(v k) { return (v)((__builtin_convertvector(k, mask) + 127) << 23); }
+#endif

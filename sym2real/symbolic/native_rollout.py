@@ -1,0 +1,122 @@
+"""Rollouts by compiled C: torch tensors in and out, also from scripted modules (``torch.ops.sym2real.rollout``)."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+
+import torch
+from torch import Tensor
+
+from sym2real.errors import ShapeError
+from sym2real.native import library
+from sym2real.symbolic.c_rollout import rollout_text
+from sym2real.symbolic.equations import Equations
+
+DIMENSIONS = 8  # as in batch.h
+_Strides = ctypes.c_longlong * DIMENSIONS
+
+
+class _Operand(ctypes.Structure):
+    _fields_ = (
+        ("data", ctypes.c_void_p),
+        ("batch", _Strides),
+        ("step", ctypes.c_longlong),
+        ("column", ctypes.c_longlong),
+    )
+
+
+class _Batch(ctypes.Structure):
+    _fields_ = (
+        ("state", _Operand),
+        ("actions", _Operand),
+        ("inputs", _Operand),
+        ("parameters", _Operand),
+        ("out", ctypes.c_void_p),
+        ("sizes", _Strides),
+        ("count", ctypes.c_longlong),
+        ("horizon", ctypes.c_longlong),
+        ("per_step", ctypes.c_longlong),
+    )
+
+
+class NativeRollout:
+    """The rollout of equations as a compiled function.
+
+    Args:
+        equations: what to roll out; their parameter values stand in where a call gives none.
+        dtype: float32 or float64.
+
+    Raises:
+        CompilationError: when it cannot be compiled here.
+    """
+
+    def __init__(self, equations: Equations, dtype: torch.dtype) -> None:
+        self.dtype, self.layouts = dtype, equations.layouts
+        self.values = torch.tensor(list(equations.parameters.values()), dtype=dtype)
+        self.text = rollout_text(equations, single=dtype == torch.float32)
+        self._function: Callable[[object], None] = library(self.text).roll_out
+
+    def __call__(
+        self, state: Tensor, actions: Tensor, inputs: Tensor | None = None, parameters: Tensor | None = None
+    ) -> Tensor:
+        """States ``# (..., H, n)`` after each action; operands as of :func:`sym2real.symbolic.rollout`.
+
+        Raises:
+            ShapeError: when columns, steps or dimensions do not fit.
+        """
+        values = self.values if parameters is None else parameters
+        known = state.new_zeros(len(self.layouts.inputs)) if inputs is None else inputs
+        per_step = known.dim() >= actions.dim()
+        operands = [tensor.detach().to(self.dtype) for tensor in (state, actions, known, values)]
+        batches = [state.shape[:-1], actions.shape[:-2], known.shape[: -2 if per_step else -1], values.shape[:-1]]
+        self._check(operands, per_step)
+        batch = torch.broadcast_shapes(*batches)
+        out = torch.empty((actions.shape[-2], len(self.layouts.state), *batch), dtype=self.dtype)
+        if out.numel():
+            places = ((), (-2, -1), (-2, -1) if per_step else (), ())
+            laid_out = [_operand(o, b, batch, bool(p)) for o, b, p in zip(operands, batches, places, strict=True)]
+            sizes = _Strides(*(1,) * (DIMENSIONS - len(batch)), *batch)
+            count = batch.numel()
+            self._function(
+                ctypes.byref(_Batch(*laid_out, out.data_ptr(), sizes, count, actions.shape[-2], int(per_step)))
+            )
+        return torch.movedim(out, [0, 1], [-2, -1])
+
+    def _check(self, operands: list[Tensor], per_step: bool) -> None:
+        actions, inputs = operands[1:3]
+        layouts = self.layouts
+        wanted = (len(layouts.state), len(layouts.action), len(layouts.inputs), len(self.values))
+        names = ("state", "action", "input", "parameter")
+        for name, tensor, size in zip(names, operands, wanted, strict=True):
+            if tensor.shape[-1] != size:
+                raise ShapeError(f"expected {size} {name} columns, found {tensor.shape[-1]}")
+            if tensor.dim() > DIMENSIONS:
+                raise ShapeError(f"expected at most {DIMENSIONS} dimensions of the {name}, found {tensor.dim()}")
+        if per_step and inputs.shape[-2] != actions.shape[-2]:
+            raise ShapeError(f"expected inputs for {actions.shape[-2]} steps, found {inputs.shape[-2]}")
+
+
+def _operand(tensor: Tensor, batch: torch.Size, whole: torch.Size, stepped: bool) -> _Operand:
+    """Strides of a tensor in a broadcast batch."""
+    strides = [0] * (DIMENSIONS - len(batch))
+    for place, size in enumerate(batch):
+        strides.append(tensor.stride(place) if size > 1 else 0)
+    step = tensor.stride(-2) if stepped else 0
+    return _Operand(tensor.data_ptr(), _Strides(*strides), step, tensor.stride(-1))
+
+
+KERNELS: dict[str, NativeRollout] = {}
+
+
+def _by_name(
+    kernel: str, state: Tensor, actions: Tensor, inputs: Tensor | None = None, parameters: Tensor | None = None
+) -> Tensor:
+    return KERNELS[kernel](state, actions, inputs, parameters)
+
+
+_OPERATORS = torch.library.Library("sym2real", "FRAGMENT")
+_OPERATORS.define(
+    "rollout(str kernel, Tensor state, Tensor actions, Tensor? inputs=None, Tensor? parameters=None) -> Tensor"
+)
+_OPERATORS.impl("rollout", _by_name, "CPU")

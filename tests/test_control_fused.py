@@ -1,0 +1,259 @@
+"""The fused step against torch in float64 and float32, with every kind of memory and noise, and at its limits."""
+
+from __future__ import annotations
+
+import logging
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from reference_models import flying, late, motor_lagged
+from scipy import stats
+
+from sym2real.control import MPPI
+from sym2real.control.deadlines import Deadlines
+from sym2real.control.planning_program import REACH
+from sym2real.effects.filters import FilterState
+from sym2real.effects.visible import VisibleModel
+from sym2real.errors import ModelError
+from sym2real.native import find_compiler
+from sym2real.robots import CRAZYFLIE, MUSHR, MPPISettings, Robot
+from sym2real.symbolic import Equations, compile_model, symbol
+from sym2real.tasks import make_task
+
+pytestmark = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
+
+MODELS = {
+    "sines": (CRAZYFLIE, flying),
+    "quadrotor": (CRAZYFLIE, CRAZYFLIE.nominal),
+    "car": (MUSHR, MUSHR.nominal),
+    "filters": (MUSHR, late),
+    "filters in flight": (CRAZYFLIE, lambda: late(CRAZYFLIE)),
+    "hidden state": (CRAZYFLIE, motor_lagged),
+}
+
+
+def controller(robot: Robot, equations: Equations, backend: str, **options: object) -> MPPI:
+    filters = FilterState(equations) if equations.filters else None
+    dtype = options.pop("dtype", torch.float32)
+    task = options.pop("task", make_task("circle", robot))
+    model = VisibleModel(equations, dtype=dtype)
+    return MPPI(model, robot, task, backend=backend, filters=filters, dtype=dtype, **options)
+
+
+def disturbed_start(robot: Robot) -> np.ndarray:
+    rng = np.random.default_rng(0)
+    state = make_task("circle", robot).start(rng) + 0.1 * rng.normal(size=robot.start.size)
+    return robot.layouts.state.normalise(torch.from_numpy(state)).numpy()
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_same_noise_same_action_as_torch(name: str) -> None:
+    robot, make = MODELS[name]
+    equations = make()
+    settings = replace(robot.mppi, samples=203)  # no multiple of any vector's width
+    fused = controller(robot, equations, "c", settings=settings)
+    torch32 = controller(robot, equations, "torch", settings=settings)
+    exact = controller(robot, equations, "torch", settings=settings, dtype=torch.float64)
+    state = disturbed_start(robot)
+    for step in range(3):
+        fused.act(state, step)
+        noise = fused._fused.noise(fused.seed, fused._call)
+        plan = fused.plan
+        for one in (torch32, exact):
+            one.mean = fused._seen.mean.to(one.dtype)  # all begin with the same plan
+        torch32.improve(state, step, noise)
+        reference = exact.improve(state, step, noise.double())
+        error = (plan.costs - reference.costs).abs() / reference.costs.abs()
+        assert float(error.max()) < 1e-5
+        scale = torch.tensor(robot.high - robot.low)
+        assert float(((torch32.mean - fused.mean).abs() / scale).max()) < 2e-5
+        assert float(((exact.mean - fused.mean).abs() / scale).max()) < 2e-5
+        for one in (fused, torch32, exact):
+            one.remember(0.5 * (robot.low + robot.high))
+
+
+def test_states_are_those_of_float64_within_a_ten_thousandth() -> None:
+    """Forty steps of one sample at a time, read through a cost that is a state column."""
+    state, worst = disturbed_start(CRAZYFLIE), 0.0
+    for column in CRAZYFLIE.layouts.state:
+        task = replace(make_task("circle", CRAZYFLIE), cost=symbol(column) + 0 * symbol("ref_x"))
+        fused = controller(CRAZYFLIE, flying(), "c", task=task)
+        exact = controller(CRAZYFLIE, flying(), "torch", task=task, dtype=torch.float64)
+        fused.act(state, 0)
+        plan = exact.improve(state, 0, fused._fused.noise(0, 1).double())
+        size = plan.states.abs().amax(dim=(1, 2)) * fused.horizon
+        worst = max(worst, float(((fused.plan.costs - plan.costs).abs() / size).max()))
+    assert worst < 1e-5
+
+
+def test_sines_far_outside_what_was_proved_are_right_too() -> None:
+    """A start beyond the reach makes the blocks run again with sines of any argument."""
+    state = disturbed_start(CRAZYFLIE)
+    state[10] = 3 * REACH
+    fused = controller(CRAZYFLIE, flying(), "c")
+    exact = controller(CRAZYFLIE, flying(), "torch", dtype=torch.float64)
+    fused.act(state, 0)
+    plan = exact.improve(state, 0, fused._fused.noise(0, 1).double())
+    assert float(((fused.plan.costs - plan.costs).abs() / plan.costs).max()) < 1e-5
+
+
+@pytest.mark.parametrize("samples", [1, 2, 15, 16, 17, 64])
+def test_samples_beside_the_vector_width_count_for_nothing(samples: int) -> None:
+    settings = replace(MUSHR.mppi, samples=samples)
+    fused = controller(MUSHR, MUSHR.nominal(), "c", settings=settings)
+    state = disturbed_start(MUSHR)
+    fused.act(state, 0)
+    assert fused.plan.costs.shape == (samples,)
+    torch32 = controller(MUSHR, MUSHR.nominal(), "torch", settings=settings)
+    torch32.improve(state, 0, fused._fused.noise(0, 1))
+    torch.testing.assert_close(fused.mean, torch32.mean, atol=2e-5, rtol=0)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        MPPISettings(noise=(0.1, 0.5)),
+        MPPISettings(noise=(0.1, 0.5), correlation=0.2),
+        MPPISettings(noise=(0.1, 0.5), knots=5),
+    ],
+)
+def test_noise_is_normal_with_the_covariance_and_the_colour_asked_for(settings: MPPISettings) -> None:
+    covariance = np.array([[0.04, 0.01], [0.01, 0.09]])
+    fused = controller(
+        MUSHR, MUSHR.nominal(), "c", settings=replace(settings, samples=50_001), noise_covariance=covariance
+    )
+    noise = fused._fused.noise(7, 1).double().numpy()
+    assert (noise[0] == 0).all()
+    noise = noise[1:]
+    expected = fused._smooth.double().numpy() @ fused._smooth.double().numpy().T
+    for step in (0, fused.horizon // 2, fused.horizon - 1):
+        np.testing.assert_allclose(np.cov(noise[:, step].T), covariance, atol=0.002)
+        whitened = noise[:, step] @ np.linalg.inv(np.linalg.cholesky(covariance)).T
+        for column in whitened.T:
+            assert stats.kstest(column, "norm").pvalue > 1e-4
+            assert abs(stats.kurtosis(column)) < 0.1
+    np.testing.assert_allclose(np.corrcoef(noise[:, :, 0].T), expected, atol=0.02)
+
+
+def test_noise_of_samples_steps_and_calls_is_independent_and_repeats() -> None:
+    fused = controller(CRAZYFLIE, CRAZYFLIE.nominal(), "c", settings=MPPISettings(noise=(1, 1, 1, 1), samples=4096))
+    first, again, other, next_call = (
+        fused._fused.noise(seed, call).double().numpy() for seed, call in ((1, 1), (1, 1), (2, 1), (1, 2))
+    )
+    np.testing.assert_array_equal(first, again)
+    flat = first[1:].reshape(-1)
+    for shifted in (flat[1:], flat[4:], flat[160:], other[1:].reshape(-1), next_call[1:].reshape(-1)):
+        size = len(shifted)
+        assert abs(np.corrcoef(flat[:size], shifted)[0, 1]) < 4.5 / math.sqrt(size)
+        assert abs(np.corrcoef(flat[:size] ** 2, shifted**2)[0, 1]) < 4.5 / math.sqrt(size)
+    assert 4.6 < np.abs(flat).max() < 6.0  # of 650 000 numbers
+
+
+def test_seed_and_reset_repeat_actions() -> None:
+    runs = []
+    for seed in (1, 1, 2):
+        mppi = controller(MUSHR, MUSHR.nominal(), "c", seed=seed)
+        runs.append([mppi.act(MUSHR.start, step) for step in range(3)])
+        mppi.reset()
+        np.testing.assert_array_equal(mppi.act(MUSHR.start, 0), runs[-1][0])
+    np.testing.assert_array_equal(runs[0], runs[1])
+    assert not np.array_equal(runs[0], runs[2])
+
+
+def test_priced_noise_costs_what_torch_says() -> None:
+    pair = [controller(MUSHR, MUSHR.nominal(), backend, price_noise=True) for backend in ("c", "torch")]
+    pair[0].act(MUSHR.start, 0)
+    pair[1].mean = pair[0].mean
+    noise = pair[0]._fused.noise(5, 5)
+    plans = [mppi.improve(MUSHR.start, 0, noise) for mppi in pair]
+    torch.testing.assert_close(plans[0].costs, plans[1].costs, rtol=1e-5, atol=1e-5)
+
+
+def test_rollouts_that_are_not_finite_have_no_weight_and_are_counted() -> None:
+    """Above 1 m/s the square root of a negative number; all other rollouts decide."""
+    base = MUSHR.nominal()
+    equations = base.substitute({"speed": symbol("speed") + 0 * symbol("vx")})
+    equations = replace(equations, next={**equations.next, "x": equations.next["x"] + 0 * (1 - symbol("speed")) ** 0.5})
+    robot = MUSHR
+    broken = {**base.next, "x": base.next["x"] + 1e-9 * (1 - symbol("speed")) ** 0.5}
+    fused = controller(robot, replace(base, next=broken), "c")
+    fused.act(MUSHR.start, 0)
+    bad = (fused.plan.actions[..., 1] > 1.0).any(-1)
+    assert fused.rejected == fused.plan.rejected == int(bad.sum()) > 5
+    assert (fused.plan.weights[bad] == 0).all()
+    clean = controller(robot, base, "torch")
+    clean.improve(MUSHR.start, 0, fused._fused.noise(0, 1)[~bad])
+    torch.testing.assert_close(fused.mean, clean.mean, atol=2e-5, rtol=0)
+
+
+def test_the_last_plan_goes_on_where_no_rollout_is_finite(caplog: pytest.LogCaptureFixture) -> None:
+    fused = controller(MUSHR, MUSHR.nominal(), "c")
+    fused.act(MUSHR.start, 0)
+    before = fused.mean
+    with caplog.at_level(logging.WARNING):
+        fused.act(np.full(7, np.nan), 0)
+    torch.testing.assert_close(fused.mean, before)
+    assert fused.rejected == fused.samples
+    assert "no rollout at step 0" in caplog.text
+
+
+def test_limits_are_never_left() -> None:
+    fused = controller(MUSHR, MUSHR.nominal(), "c", settings=replace(MUSHR.mppi, noise=(30.0, 30.0)))
+    for step in range(5):
+        action = fused.act(MUSHR.start, step)
+        assert (action >= MUSHR.low).all() and (action <= MUSHR.high).all()
+        assert (fused.plan.actions.double().numpy() <= MUSHR.high + 1e-6).all()
+
+
+@pytest.mark.parametrize("threads", [2, 3])
+def test_threads_change_rounding_alone(threads: int) -> None:
+    one, more = (controller(CRAZYFLIE, flying(), "c", threads=count) for count in (1, threads))
+    state = disturbed_start(CRAZYFLIE)
+    one.act(state, 0), more.act(state, 0)
+    np.testing.assert_array_equal(one.plan.costs, more.plan.costs)
+    for step in range(1, 4):
+        np.testing.assert_allclose(one.act(state, step), more.act(state, step), atol=1e-5)
+
+
+def test_wrench_and_time_reach_the_rollouts() -> None:
+    equations = CRAZYFLIE.nominal()
+    inputs = np.array([0.02, -0.01, 0.03, 1e-5, -1e-5, 2e-6])
+    pair = [controller(CRAZYFLIE, equations, backend) for backend in ("c", "torch")]
+    noise = pair[0]._fused.noise(1, 1)
+    pushed = [mppi.improve(CRAZYFLIE.start, 0, noise, inputs).costs for mppi in pair]
+    torch.testing.assert_close(*pushed, rtol=1e-5, atol=1e-5)
+    calm = pair[1].improve(CRAZYFLIE.start, 0, noise).costs
+    assert float((calm - pushed[1]).abs().max()) > 0.1
+
+
+def test_the_choice_is_said_and_can_be_forced(caplog: pytest.LogCaptureFixture) -> None:
+    task = make_task("circle", MUSHR)
+    model = compile_model(MUSHR.nominal())
+    with caplog.at_level(logging.INFO):
+        assert MPPI(model, MUSHR, task).backend == "c"
+        assert MPPI(model, MUSHR, task, backend="torch").backend == "torch"
+        assert MPPI(lambda s, a: s, MUSHR, task).backend == "torch"
+    assert [record.message.split(" by ")[1] for record in caplog.records] == [
+        "a fused C kernel, 1 thread(s)",
+        "torch (torch was asked for)",
+        "torch (the model is not compiled from equations)",
+    ]
+    with pytest.raises(ModelError, match="not compiled from equations"):
+        MPPI(lambda s, a: s, MUSHR, task, backend="c")
+    with pytest.raises(ModelError, match="float64"):
+        MPPI(model, MUSHR, task, backend="c", dtype=torch.float64)
+
+
+def test_deadlines_count_what_took_too_long() -> None:
+    deadlines = Deadlines(0.02)
+    for seconds in [0.001] * 98 + [0.015, 0.05]:
+        deadlines.note(seconds)
+    assert (deadlines.count, deadlines.missed, deadlines.worst) == (100, 1, 0.05)
+    assert deadlines.quantile(0.5) == pytest.approx(0.001, rel=0.06)
+    assert deadlines.quantile(0.99) == pytest.approx(0.015, rel=0.06)
+    mppi = controller(MUSHR, MUSHR.nominal(), "c")
+    mppi.act(MUSHR.start, 0)
+    assert mppi.deadlines.count == 1 and mppi.deadlines.worst > 0

@@ -22,6 +22,7 @@ from sym2real.cli.inspect import Inspect
 from sym2real.cli.learn import Learn
 from sym2real.cli.nominal import NominalCar, NominalQuadrotor
 from sym2real.cli.output import console_for, write_json
+from sym2real.cli.plan import PlanFlight
 from sym2real.cli.run import Run
 from sym2real.cli.show import Show
 from sym2real.cli.simulate import Simulate
@@ -30,11 +31,16 @@ from sym2real.errors import Sym2RealError, UnknownNameError
 DESCRIPTION = """\
 From a robot description to a flying model, and from a model that is wrong to the physics it lacks.
 
-The usual path:
+From a robot to a model that flies it:
   sym2real learn crazyflie --out runs/base        equations from a plain simulator
-  sym2real run runs/base --task circle            fly them with MPPI
+  sym2real run runs/base circle                   fly them with MPPI
+From a model and your logs to what is missing:
   sym2real inspect flight.csv --out flight.toml   what a log of yours holds
-  sym2real compare runs/base flight.csv --spec flight.toml
+  sym2real compare runs/base flight.csv --spec flight.toml          how good the model is, and where it fails
+  sym2real diagnose runs/base flight.csv --spec flight.toml --out runs/found   which physical effect it lacks
+  sym2real run runs/found/model circle            fly the model that has it
+  sym2real add runs/base added_mass --fit flight.csv --out runs/heavier        or test an idea of your own
+  sym2real plan crazyflie hover circle            what a manoeuvre can show, before you fly it
 A robot that is neither of the two starts from numbers alone: sym2real nominal quadrotor --help
 Every verb answers --help, and --json FILE writes its result (- is standard output).
 """
@@ -52,6 +58,7 @@ VERBS = (
     "diagnose",
     "effects",
     "add",
+    "plan",
 )
 
 Verb = (
@@ -71,6 +78,7 @@ Verb = (
     | Annotated[Diagnose, tyro.conf.subcommand("diagnose")]
     | Annotated[Effects, tyro.conf.subcommand("effects")]
     | Annotated[Add, tyro.conf.subcommand("add")]
+    | Annotated[PlanFlight, tyro.conf.subcommand("plan")]
 )
 
 

@@ -7,12 +7,15 @@ from sym2real.diagnosis.diagnose import Diagnosis, diagnose
 from sym2real.diagnosis.findings import Estimate, Finding
 from sym2real.diagnosis.floor import Floor
 from sym2real.diagnosis.locate import Where, locate, training_region, where_of, worst_segments
+from sym2real.diagnosis.plan import plan
 from sym2real.diagnosis.start import ROWS
+from sym2real.diagnosis.visible import AssumedNoise, Plan, Visible
 from sym2real.diagnosis.window_errors import WindowErrors, window_errors
 from sym2real.diagnosis.windows import Windows, predict_windows
 
 __all__ = [
     "ROWS",
+    "AssumedNoise",
     "ChannelError",
     "Comparison",
     "DataReport",
@@ -21,8 +24,10 @@ __all__ = [
     "Finding",
     "Floor",
     "HorizonErrors",
+    "Plan",
     "Rival",
     "Tried",
+    "Visible",
     "Where",
     "WindowErrors",
     "Windows",
@@ -31,6 +36,7 @@ __all__ = [
     "data_report",
     "diagnose",
     "locate",
+    "plan",
     "predict_windows",
     "training_region",
     "try_effect",

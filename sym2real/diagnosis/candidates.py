@@ -141,7 +141,7 @@ def _starts(library: Library, one: Effect, data: Dataset) -> tuple[tuple[float, 
     if one.kind == "tyre_friction":
         return GRIDS["tyre_friction"], True
     if one.kind in ("limit", "rate_limit", "dead_band"):
-        values = np.concatenate([_values(library.equations, one.column, trajectory) for trajectory in data])
+        values = np.concatenate([column_values(library.equations, one.column, trajectory) for trajectory in data])
         if one.kind == "limit":
             levels: Iterable[float] = np.quantile(values[values > 0], LIMIT_QUANTILES) if (values > 0).any() else ()
             return tuple(float(level) for level in levels), True
@@ -154,7 +154,7 @@ def _starts(library: Library, one: Effect, data: Dataset) -> tuple[tuple[float, 
 __all__ = ["Candidate", "candidates", "effect", "library_for"]
 
 
-def _values(equations: Equations, name: str, trajectory: Trajectory) -> Array:
+def column_values(equations: Equations, name: str, trajectory: Trajectory) -> Array:
     """A column of a log, or a quantity that the equations derive from its columns ``# (rows,)``."""
     if name not in equations.quantities:
         return trajectory.column(name)

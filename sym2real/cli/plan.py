@@ -1,0 +1,112 @@
+"""``sym2real plan``: what a manoeuvre can show, before it is flown or driven."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import tyro
+from rich.console import Console
+
+if TYPE_CHECKING:
+    from sym2real.diagnosis import Plan
+    from sym2real.experiments.standard_references import Manoeuvre
+    from sym2real.robots import Robot
+
+
+@dataclass(frozen=True)
+class PlanFlight:
+    """Say what a planned manoeuvre can show: the smallest effect of each kind, and which it cannot tell apart.
+
+    With a robot's name its manoeuvres are flown or driven in the plain simulator: hover, circle or eight (cars: circle
+    or eight), each followed by its size= and speed= (m, m/s), height= and swing= (m), modulation= (part of the speed)
+    or clockwise=1. With logs, what was flown is judged, with the noise that the logs have.
+
+    Examples:
+      sym2real plan crazyflie hover
+      sym2real plan crazyflie hover circle size=0.5 speed=1 eight --yaw-rate 0.6 --seconds 10
+      sym2real plan mushr circle speed=1 circle speed=1 clockwise=1
+      sym2real plan flight1.csv flight2.csv --spec flight.toml --model runs/nominal
+    """
+
+    what: tyro.conf.Positional[tuple[str, ...]]
+    """A robot's name and manoeuvres (its usual ones by default), or logs."""
+    model: str | None = None
+    """A model folder; the robot's first-principles equations by default."""
+    seconds: float = 8.0
+    """Length of each manoeuvre in s."""
+    yaw_rate: float = 0.0
+    """Of a quadrotor's heading in rad/s."""
+    dither: float = 1.0
+    """Noise on the commands: 1 is thrust 5 mN and rates 0.15 rad/s, or steering 0.03 rad and speed 0.1 m/s."""
+    spec: str | None = None
+    """How logs' columns are named: a shipped specification's name or a TOML file."""
+    exclude: tuple[str, ...] = ()
+    """Effects that are not looked at (KIND or KIND:COLUMN)."""
+    json: Path | None = None
+    """Write the result to this file (- is standard output)."""
+
+    def run(self, console: Console) -> dict[str, Any]:
+        """Simulate or read, print the table."""
+        from sym2real.errors import ModelError
+        from sym2real.report.plan import plan_report
+        from sym2real.robots import ROBOTS
+
+        if not self.what:
+            raise ModelError(f"expected a robot ({', '.join(ROBOTS)}) and manoeuvres, or logs; found neither")
+        found = self._of_robot(console) if self.what[0] in ROBOTS else self._of_logs(console)
+        console.print(plan_report(found))
+        return found.to_dict()
+
+    def _of_robot(self, console: Console) -> Plan:
+        from sym2real.cli.model import open_with_progress
+        from sym2real.cli.progress import stages_progress
+        from sym2real.diagnosis import plan
+        from sym2real.experiments.planned import planned_runs, usual_noise
+        from sym2real.robots import ROBOTS
+
+        robot = ROBOTS[self.what[0]]
+        equations = robot.nominal() if self.model is None else open_with_progress(self.model, console)
+        chosen = manoeuvres_of(self.what[1:], robot)
+        with stages_progress(console) as on_progress:
+            on_progress("flying in the plain simulator")
+            runs = planned_runs(robot, chosen, seconds=self.seconds, yaw_rate=self.yaw_rate, dither=self.dither)
+            on_progress("weighing what every effect would change")
+            return plan(equations, runs, usual_noise(robot), self.exclude)
+
+    def _of_logs(self, console: Console) -> Plan:
+        from sym2real.cli.model import logs_for, open_with_progress
+        from sym2real.cli.progress import stages_progress
+        from sym2real.diagnosis import plan
+        from sym2real.errors import ModelError, UnknownNameError
+        from sym2real.robots import ROBOTS
+
+        if not Path(self.what[0]).exists():
+            raise UnknownNameError("robot or log", self.what[0], ROBOTS)
+        if self.model is None:
+            raise ModelError("expected --model MODEL for logs: a model folder or a robot's name; found none")
+        equations = open_with_progress(self.model, console)
+        data = logs_for(equations, [Path(name) for name in self.what], self.spec)
+        with stages_progress(console) as on_progress:
+            on_progress("weighing errors")
+            return plan(equations, data, exclude=self.exclude)
+
+
+def manoeuvres_of(texts: Sequence[str], robot: Robot) -> list[Manoeuvre]:
+    """Manoeuvres as a user types them: each shape, then its OPTION=VALUE."""
+    from sym2real.cli.chosen_effects import number_of, split
+    from sym2real.errors import ModelError
+    from sym2real.experiments.planned import manoeuvre
+
+    chosen: list[tuple[str, dict[str, float]]] = []
+    for text in texts:
+        if "=" not in text:
+            chosen.append((text, {}))
+        elif chosen:
+            name, value = split(text)
+            chosen[-1][1][name] = number_of(name, value)
+        else:
+            raise ModelError(f"expected a manoeuvre before its options, found {text!r}")
+    return [manoeuvre(robot, shape, options) for shape, options in chosen]

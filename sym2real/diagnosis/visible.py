@@ -1,0 +1,79 @@
+"""What a plan says: per parameter the smallest effect that would be found, and what it would be taken for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class AssumedNoise:
+    """Noise and disturbances of a robot that has not flown yet.
+
+    Args:
+        sensors: standard deviation by state field: m, rad, rad/s.
+        pushes: standard deviation of disturbances, each constant over a fifth of a segment, by column.
+    """
+
+    sensors: Mapping[str, float]
+    pushes: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Visible:
+    """What a manoeuvre shows of one parameter.
+
+    Args:
+        effect, parameter, unit: which.
+        smallest: deviation from the null value that would be found, for limits the value itself; None where none
+            within the parameter's bounds would.
+        like: effects that this manoeuvre cannot tell from it.
+        always: effects that no manoeuvre tells from it.
+        shown_by: the manoeuvre that shows it.
+    """
+
+    effect: str
+    parameter: str
+    unit: str
+    smallest: float | None
+    like: tuple[str, ...]
+    always: tuple[str, ...]
+    shown_by: str
+
+    def to_dict(self) -> dict[str, Any]:
+        return {**vars(self), "like": list(self.like), "always": list(self.always)}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What manoeuvres would show.
+
+    Args:
+        visible: a row per parameter, in the order of the catalogue.
+        seconds: of data.
+        blocks: independent pieces of it; fewer than ten allow provisional findings only.
+    """
+
+    visible: tuple[Visible, ...]
+    seconds: float
+    blocks: int
+
+    @property
+    def pairs(self) -> tuple[tuple[str, str], ...]:
+        """Pairs of effects that the manoeuvres leave inseparable, each once."""
+        found = {tuple(sorted((one.effect, other))) for one in self.visible for other in one.like}
+        return tuple(sorted((first, second) for first, second in found))
+
+    def smallest(self, effect: str, parameter: str = "value") -> float | None:
+        """The smallest effect of a kind that would be found."""
+        return next(one.smallest for one in self.visible if (one.effect, one.parameter) == (effect, parameter))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``sym2real plan --json`` prints."""
+        return {
+            "visible": [one.to_dict() for one in self.visible],
+            "inseparable": [list(pair) for pair in self.pairs],
+            "seconds": self.seconds,
+            "blocks": self.blocks,
+        }

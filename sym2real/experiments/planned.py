@@ -1,0 +1,112 @@
+"""Manoeuvres that have not been flown or driven yet, in the plain simulator, and the noise that a robot would have."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+import torch
+
+from sym2real.control import GeometricQuadrotor
+from sym2real.diagnosis import AssumedNoise
+from sym2real.errors import UnknownNameError
+from sym2real.experiments import standard_conditions as conditions
+from sym2real.experiments.disturbed import ColouredNoise, Disturbed
+from sym2real.experiments.standard_references import Manoeuvre, drive, flight
+from sym2real.experiments.standard_set import DITHER, DITHER_TIME, GAINS, AtItsPace
+from sym2real.plants import MujocoPlant, run_episode
+from sym2real.protocols import Controller
+from sym2real.robots import Robot
+from sym2real.tasks.task import flies
+from sym2real.trajectory import Dataset, Trajectory
+
+SHAPES = {"flight": ("hover", "circle", "eight"), "drive": ("circle", "eight")}
+USUAL = {
+    "flight": (Manoeuvre("hover", height=0.6), Manoeuvre("circle", 0.5, 0.6, 0.5), Manoeuvre("eight", 0.8, 0.8, 0.5)),
+    "drive": (Manoeuvre("circle", 1.5, 1.0), Manoeuvre("eight", 2.0, 1.0)),
+}
+DEFAULTS = {"flight": {"size": 0.5, "speed": 0.6, "height": 0.6}, "drive": {"size": 1.5, "speed": 1.0}}
+# Rows over which the whitening holds a disturbance: a fifth of a segment.
+HELD = {"flight": 5, "drive": 4}
+
+
+def manoeuvre(robot: Robot, shape: str, options: Mapping[str, float]) -> Manoeuvre:
+    """A manoeuvre by its shape: ``hover``, ``circle`` or ``eight``.
+
+    Args:
+        robot: that is to fly or drive it.
+        shape: of the path.
+        options: fields of :class:`~sym2real.experiments.standard_references.Manoeuvre`: size (m), speed (m/s), height
+            (m), swing (m, of the height), modulation (part of the speed), clockwise (1 or 0).
+
+    Raises:
+        UnknownNameError: for a shape or an option that does not exist.
+    """
+    kind = _kind(robot)
+    if shape not in SHAPES[kind]:
+        raise UnknownNameError(f"manoeuvre of a {robot.title}", shape, SHAPES[kind])
+    known = [field.name for field in fields(Manoeuvre) if field.name != "shape"]
+    for name in options:
+        if name not in known:
+            raise UnknownNameError(f"option of {shape}", name, known)
+    given: dict[str, Any] = {**({"height": 0.6} if shape == "hover" else DEFAULTS[kind]), **options}
+    return Manoeuvre(shape, **{**given, "clockwise": bool(given.get("clockwise", False))})
+
+
+def planned_runs(
+    robot: Robot,
+    manoeuvres: Sequence[Manoeuvre] = (),
+    *,
+    seconds: float = 8.0,
+    yaw_rate: float = 0.0,
+    dither: float = 1.0,
+    seed: int = 0,
+) -> Dataset:
+    """Manoeuvres in the plain simulator, without noise, with the dither of the standard set on the commands.
+
+    Args:
+        robot: what flies or drives.
+        manoeuvres: the robot's usual three or two by default.
+        seconds: of each.
+        yaw_rate: of a quadrotor's heading in rad/s.
+        dither: factor on the standard set's (thrust 5 mN, rates 0.15 rad/s; steering 0.03 rad, speed 0.1 m/s).
+        seed: of the dither.
+    """
+    steps, runs = round(seconds / robot.dt), list[Trajectory]()
+    for index, one in enumerate(manoeuvres or USUAL[_kind(robot)]):
+        reference = flight(one, 0.0, yaw_rate) if flies(robot) else drive(one, 0.0)
+        controller: Controller
+        if flies(robot):
+            controller = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference, gains=GAINS)
+        else:
+            controller = AtItsPace(robot, reference)
+        noise = ColouredNoise(dither * DITHER[robot.name], DITHER_TIME, robot.dt, np.random.default_rng([seed, index]))
+        sent = Disturbed(controller, noise, robot.low, robot.high)
+        start = reference(torch.zeros((), dtype=torch.float64)).numpy()
+        runs.append(run_episode(MujocoPlant(robot), sent, start=start, steps=steps, name=f"{one.shape}_{index + 1}"))
+    return Dataset(runs)
+
+
+def usual_noise(robot: Robot) -> AssumedNoise:
+    """Noise and disturbances of the standard set, the latter as the whitening describes them.
+
+    An Ornstein–Uhlenbeck process of deviation σ and time τ moves slow states as steps of length T do whose deviation
+    is σ √(2τ/T).
+    """
+    length = robot.dt * HELD[_kind(robot)]
+    sensors = {"position": conditions.POSITION_NOISE, "attitude": conditions.ANGLE_NOISE, "rate": conditions.GYRO_NOISE}
+    if not flies(robot):
+        commands = np.sqrt(2 * conditions.COMMANDS_TIME / length) * conditions.COMMANDS
+        return AssumedNoise(
+            {**sensors, "heading": conditions.ANGLE_NOISE}, dict(zip(("steer", "speed"), commands, strict=True))
+        )
+    force = np.sqrt(2 * conditions.FORCE_TIME / length) * conditions.FORCE
+    torque = np.sqrt(2 * conditions.TORQUE_TIME / length) * conditions.TORQUE
+    names = ("fx", "fy", "fz", "tx", "ty", "tz")
+    return AssumedNoise(sensors, dict(zip(names, map(float, (*force, *torque)), strict=True)))
+
+
+def _kind(robot: Robot) -> str:
+    return "flight" if flies(robot) else "drive"

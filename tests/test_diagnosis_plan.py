@@ -1,0 +1,114 @@
+"""What a manoeuvre can show, against what is known of manoeuvres and effects (DIAGNOSIS.md)."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from sym2real.cli import main
+from sym2real.diagnosis import Plan, plan
+from sym2real.errors import UnknownNameError
+from sym2real.experiments.planned import manoeuvre, planned_runs, usual_noise
+from sym2real.experiments.standard_references import DRIVES, FLIGHTS, Manoeuvre
+from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS
+
+HOVER = (Manoeuvre("hover", height=0.6),) * 2
+CIRCLE = Manoeuvre("circle", 1.5, 1.0)
+OTHER_WAY = Manoeuvre("circle", 1.5, 1.0, clockwise=True)
+# To keep the tests short; none of the facts below is about these.
+LEFT_OUT = ("delay:*", "lag:*", "gain:w*", "limit:*", "rate_limit:*", "dead_band:*", "flapping_moment")
+
+
+@cache
+def planned(robot: str, manoeuvres: tuple[Manoeuvre, ...], yaw_rate: float = 0.0, dither: float = 1.0) -> Plan:
+    runs = planned_runs(ROBOTS[robot], manoeuvres, seconds=8.0, yaw_rate=yaw_rate, dither=dither)
+    return plan(ROBOTS[robot].nominal(), runs, usual_noise(ROBOTS[robot]), LEFT_OUT)
+
+
+def inseparable(found: Plan, one: str, other: str) -> bool:
+    return tuple(sorted((one, other))) in found.pairs
+
+
+def test_tilt_and_wind_are_one_in_hover_and_two_while_turning() -> None:
+    assert inseparable(planned("crazyflie", HOVER), "wind", "mounting_tilt")
+    assert not inseparable(planned("crazyflie", HOVER, yaw_rate=0.7), "wind", "mounting_tilt")
+
+
+def test_hover_shows_no_quadratic_drag_and_fast_flight_does() -> None:
+    assert planned("crazyflie", HOVER).smallest("quadratic_drag") is None
+    assert planned("crazyflie", FLIGHTS).smallest("quadratic_drag") is not None
+    assert not inseparable(planned("crazyflie", FLIGHTS), "linear_drag", "quadratic_drag")
+
+
+def test_ground_effect_and_mass_are_one_at_one_height() -> None:
+    low = (Manoeuvre("hover", height=0.12),)
+    assert inseparable(planned("crazyflie", low), "ground_effect", "added_mass")
+    assert not inseparable(planned("crazyflie", FLIGHTS), "ground_effect", "added_mass")
+
+
+def test_without_dither_hover_shows_neither_delay_nor_motor_lag() -> None:
+    still = planned("crazyflie", HOVER, dither=0.01)
+    assert still.smallest("motor_lag") is None
+    assert (still.smallest("delay") or 1.0) > 0.1
+    assert planned("crazyflie", HOVER).smallest("motor_lag") == pytest.approx(0.008, rel=0.5)
+    assert not inseparable(planned("crazyflie", FLIGHTS), "delay", "motor_lag")
+
+
+def test_a_circle_both_ways_parts_steering_offset_from_steering_gain() -> None:
+    assert inseparable(planned("mushr", (CIRCLE, CIRCLE), dither=0.01), "offset:steer", "gain:steer")
+    assert not inseparable(planned("mushr", (CIRCLE, OTHER_WAY), dither=0.01), "offset:steer", "gain:steer")
+    assert inseparable(planned("mushr", (CIRCLE, CIRCLE), dither=0.01), "yaw_bias", "lever_arm")
+
+
+def test_several_speeds_part_rolling_resistance_from_a_speed_gain() -> None:
+    assert inseparable(planned("mushr", (CIRCLE, CIRCLE), dither=0.01), "gain:speed", "rolling_resistance")
+    assert not inseparable(planned("mushr", DRIVES), "gain:speed", "rolling_resistance")
+
+
+@pytest.mark.parametrize(
+    ("effect", "parameter", "known"),
+    [
+        ("added_mass", "value", 0.4e-3),
+        ("com_offset", "rx", 0.03e-3),
+        ("wind", "fx", 4e-3),
+        ("linear_drag", "cx", 3e-3),
+        ("delay", "value", 2e-3),
+        ("battery_sag", "value", 0.002),
+        ("mounting_tilt", "roll", 0.0087),
+    ],
+)
+def test_the_smallest_effects_of_the_standard_flights_are_those_that_were_found(
+    effect: str, parameter: str, known: float
+) -> None:
+    """Measured with another simulator and a search of its own: the order of magnitude is what must agree."""
+    found = planned("crazyflie", FLIGHTS).smallest(effect, parameter)
+    assert found is not None
+    assert known / 3 < found < 3 * known
+
+
+@pytest.mark.parametrize(("effect", "known"), [("offset:steer", 0.007), ("gain:steer", 0.025), ("gain:speed", 0.005)])
+def test_the_smallest_effects_of_the_standard_drives_are_those_that_were_found(effect: str, known: float) -> None:
+    found = planned("mushr", DRIVES).smallest(effect)
+    assert found is not None
+    assert known / 2 < found < 2 * known
+
+
+def test_the_verb_takes_manoeuvres_and_logs(tmp_path: Path) -> None:
+    main(["plan", "mushr", "circle", "speed=1.2", "--seconds", "4", "--json", str(tmp_path / "plan.json")])
+    planned_result = json.loads((tmp_path / "plan.json").read_text())
+    assert {"visible", "inseparable", "seconds", "blocks"} <= planned_result.keys()
+    assert {row["effect"] for row in planned_result["visible"]} >= {"offset:steer", "tyre_friction"}
+    assert planned_result["seconds"] == pytest.approx(4.0, abs=0.1)
+
+
+def test_manoeuvres_and_options_that_do_not_exist_are_named() -> None:
+    assert manoeuvre(MUSHR, "circle", {"clockwise": 1.0}).clockwise
+    with pytest.raises(UnknownNameError, match="did you mean 'circle'"):
+        manoeuvre(CRAZYFLIE, "circel", {})
+    with pytest.raises(UnknownNameError, match="did you mean 'speed'"):
+        manoeuvre(CRAZYFLIE, "circle", {"sped": 1.0})
+    with pytest.raises(UnknownNameError, match="circle"):
+        manoeuvre(MUSHR, "hover", {})

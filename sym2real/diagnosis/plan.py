@@ -22,9 +22,10 @@ from torch import Tensor
 
 from sym2real.diagnosis.candidates import STANDS_FOR, Candidate, candidates, column_values, library_for
 from sym2real.diagnosis.fit import Hypothesis, Problems, solve
+from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.prepared import with_filtered_commands
 from sym2real.diagnosis.select import FALSE_ALARMS, FEWEST_BLOCKS, GAIN
-from sym2real.diagnosis.sensitivity import Library, Problem
+from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.visible import AssumedNoise, Plan, Visible
 from sym2real.diagnosis.weighing import whiten
 from sym2real.diagnosis.whitening import Spread, Whitening

@@ -1,9 +1,9 @@
 """What the base model itself gets wrong about the plain simulator: the origin from which effects are counted.
 
 A learned base is 1 or 2 % wrong, enough to look like an effect. So the plain simulator flies along every log's
-reference (else along its smoothed path) with the nominal geometric controller, its commands as noisy as the log's, and
-the same estimator says which effects would explain the base's own errors. The simulator's states carry no noise: what
-is said of the base is then exact, and its uncertainty need not be added to every finding's.
+reference (else along its smoothed path) with the nominal geometric controller and the log's quick changes of command,
+and the same estimator says which effects would explain the base's own errors. The simulator's states carry no noise:
+what is said of the base is then exact, and its uncertainty need not be added to every finding's.
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ from sym2real.diagnosis.candidates import Candidate
 from sym2real.diagnosis.fit import Fit, Hypothesis, Problems
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.sensitivity import Problem
-from sym2real.diagnosis.start import noise_level
 from sym2real.diagnosis.whitening import Spread, Whitening
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Controller
@@ -31,36 +30,43 @@ from sym2real.trajectory import Array, Dataset, Trajectory
 MOST_LOGS, MOST_ROWS, FEWEST_ROWS = 8, 160, 100
 # Part of the noise's loss that an effect of the base's own must save, their number, and Gauss–Newton steps.
 GAIN, MOST_EFFECTS, STEPS = 0.001, 8, 2
-SMOOTHING = 9
+# Rows over which a path is smoothed, and over which changes of a command count as quick.
+SMOOTHING, QUICK = 9, 15
 
 
 class _Dithered:
-    """A controller with white noise on its commands, as the log's commands have."""
+    """A controller with the log's own quick changes of command on top of its commands, row by row."""
 
-    def __init__(self, controller: Controller, deviation: Array, rng: np.random.Generator, low: Array, high: Array):
-        self.controller, self.deviation, self.rng, self.low, self.high = controller, deviation, rng, low, high
+    def __init__(self, controller: Controller, log: Trajectory, low: Array, high: Array) -> None:
+        self.controller, self.low, self.high = controller, low, high
+        self.dither = log.action - _smoothed(log.action, QUICK)
 
     def reset(self) -> None:
         self.controller.reset()
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
-        noise = self.deviation * self.rng.standard_normal(len(self.deviation))
-        action: Array = np.clip(self.controller.act(state, step, inputs) + noise, self.low, self.high)
+        wanted = self.controller.act(state, step, inputs) + self.dither[step]
+        action: Array = np.clip(wanted, self.low, self.high)
         return action
 
     def remember(self, sent: ArrayLike) -> None:
         self.controller.remember(sent)
 
 
-def simulated(plant: MujocoPlant, data: Dataset, seed: int = 0) -> Dataset | None:
+def _smoothed(columns: Array, rows: int) -> Array:
+    """Moving average over an odd number of rows ``# (rows, columns)``."""
+    padded = np.pad(columns, ((rows // 2, rows // 2), (0, 0)), mode="edge")
+    return np.stack([np.convolve(column, np.ones(rows) / rows, "valid") for column in padded.T], axis=1)
+
+
+def simulated(plant: MujocoPlant, data: Dataset) -> Dataset | None:
     """The logs' manoeuvres in the plain simulator; None where none of them can be flown."""
-    rng = np.random.default_rng(seed)
-    flights = [_flight(plant, trajectory, rng) for trajectory in list(data)[:MOST_LOGS]]
+    flights = [_flight(plant, trajectory) for trajectory in list(data)[:MOST_LOGS]]
     long_enough = [flight for flight in flights if len(flight) >= FEWEST_ROWS]
     return Dataset(long_enough) if long_enough else None
 
 
-def _flight(plant: MujocoPlant, log: Trajectory, rng: np.random.Generator) -> Trajectory:
+def _flight(plant: MujocoPlant, log: Trajectory) -> Trajectory:
     robot, path = plant.robot, reference_of(log)
     steps = min(len(log), MOST_ROWS)
 
@@ -71,22 +77,19 @@ def _flight(plant: MujocoPlant, log: Trajectory, rng: np.random.Generator) -> Tr
         blended = (1 - part) * path[low] + part * path[low + 1]
         return robot.layouts.state.normalise(blended)
 
-    deviation = noise_level(log.action)
     controller: Controller
     if robot.layouts.state.has_field("attitude"):
         controller = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference)
     else:
         controller = PurePursuit(robot.constants["wheelbase"], robot.low, robot.high, robot.dt, reference)
-    dithered = _Dithered(controller, deviation, rng, robot.low, robot.high)
+    dithered = _Dithered(controller, log, robot.low, robot.high)
     return run_episode(plant, dithered, start=log.state[0], steps=steps, name=log.name)
 
 
 def reference_of(log: Trajectory) -> Tensor:
     """Full reference state along a log ``# (rows, state)``: its columns ``ref_…``, the smoothed path for the others."""
     layout = log.layouts.state
-    kernel = np.ones(SMOOTHING) / SMOOTHING
-    padded = np.pad(log.state, ((SMOOTHING // 2, SMOOTHING // 2), (0, 0)), mode="edge")
-    path = np.stack([np.convolve(column, kernel, "valid") for column in padded.T], axis=1)
+    path = _smoothed(log.state, SMOOTHING)
     if all(f"ref_{c}" in log.extra for c in layout.field("position").columns):
         for column in layout:
             place = layout.index(column)

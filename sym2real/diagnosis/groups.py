@@ -7,11 +7,12 @@ from fnmatch import fnmatch
 import torch
 
 from sym2real.diagnosis.candidates import STANDS_FOR
-from sym2real.diagnosis.select import Scored, Selection
+from sym2real.diagnosis.select import GAIN, Scored, Selection
 from sym2real.effects import same_group
 
-# A rival of the same group: share of the finding's gain, paired t over folds, share that needs no test.
-SHARE, PAIRED_T, NEARLY_ALL = 0.8, 2.5, 0.97
+# A rival of the same group saves this share of what the finding saves, and leaves no more loss than this beyond it,
+# relative; the larger one only where folds do not agree on who is better, by a paired t.
+SHARE, PAIRED_T, AT_MOST = 0.8, 2.5, 0.1
 
 
 def groups_of(selection: Selection) -> dict[str, tuple[str, ...]]:
@@ -26,15 +27,22 @@ def groups_of(selection: Selection) -> dict[str, tuple[str, ...]]:
             name = scored.candidate.name
             if name in {other.name for other in selection.chosen}:
                 continue
-            if as_good(share, difference):
+            if as_good(share, difference, selection.loss):
                 members += [name, *always_alike(name, selection)]
         found[one.name] = tuple(dict.fromkeys(member for member in members if member != one.name))
     return found
 
 
-def as_good(share: float, difference: torch.Tensor) -> bool:
-    """Whether a rival explains the data as well: its share of the gain, and its loss beyond by fold ``# (folds,)``."""
-    return share > SHARE and (share > NEARLY_ALL or _paired(difference) < PAIRED_T)
+def as_good(share: float, difference: torch.Tensor, loss: float) -> bool:
+    """Whether a rival explains the data as well: by less than the gain that any finding needs, it makes no difference.
+
+    Args:
+        share: of the finding's gain.
+        difference: the rival's loss less the finding's, by fold ``# (folds,)``.
+        loss: the finding's.
+    """
+    beyond = float(difference.sum()) / max(loss, 1e-12)
+    return share > SHARE and (beyond < GAIN or (beyond < AT_MOST and _paired(difference) < PAIRED_T))
 
 
 def always_alike(name: str, selection: Selection) -> list[str]:

@@ -16,26 +16,46 @@ from torch import Tensor
 from sym2real.diagnosis.candidates import Candidate
 from sym2real.diagnosis.fit import LINE_SEARCH, Fit, Free, Hypothesis, Problems
 
-STEPS = 3
+# Gauss–Newton steps from the start, and from the result with another whitening.
+STEPS, AGAIN = 4, 2
 # Precision of a parameter beforehand, in units of its scale.
 PRIOR = 1.0
 # Part of the loss that an effect must save by itself to be in the fit when its null is no place to start from.
 STARTED = 0.05
 
 
-def overfitted(problems: Problems, tried: Sequence[Candidate], start: Tensor) -> Tensor:
+def overfitted(problems: Problems, tried: Sequence[Candidate], start: Tensor, last: Tensor | None = None) -> Tensor:
     """Parameter set ``# (P,)`` of the fit of everything.
 
     Args:
         problems: data with a first whitening.
         tried: effects that compete.
-        start: where the fit starts ``# (P,)``.
+        start: where the fit starts, the mean of the priors ``# (P,)``.
+        last: result with an earlier whitening, to go on from ``# (P,)``.
     """
-    smooth = [one for one in tried if not one.needs_start]
-    values, started = _with_a_start(problems, [one for one in tried if one.needs_start], start)
-    free = tuple(dict.fromkeys(tied for one in [*smooth, *started] for tied in one.free))
-    for _ in range(STEPS):
-        values, moved = _improved(problems, free, values, start)
+    smooth, others = ([one for one in tried if one.needs_start is flag] for flag in (False, True))
+    if last is not None:
+        kept = [one for one in others if last[one.free[0][0]] != start[one.free[0][0]]]
+        return _fitted(problems, [*smooth, *kept], _centre(start, last, kept), last, AGAIN)
+    away, started = _with_a_start(problems, others, start)
+    fits = [_fitted(problems, smooth, start, start, STEPS)]
+    if started:
+        fits.append(_fitted(problems, [*smooth, *started], away, away, STEPS))
+    losses = problems.whitening.loss(problems.problem.residuals(torch.stack(fits))).sum(1)
+    return fits[int(losses.argmin())]
+
+
+def _centre(start: Tensor, last: Tensor, kept: Sequence[Candidate]) -> Tensor:
+    """Means of the priors: those of effects whose null is infinitely far are where they have been found."""
+    centre, slots = start.clone(), [slot for one in kept for tied in one.free for slot in tied]
+    centre[slots] = last[slots]
+    return centre
+
+
+def _fitted(problems: Problems, chosen: Sequence[Candidate], centre: Tensor, values: Tensor, steps: int) -> Tensor:
+    free = tuple(dict.fromkeys(tied for one in chosen for tied in one.free))
+    for _ in range(steps):
+        values, moved = _improved(problems, free, values, centre)
         if not moved:
             break
     return values

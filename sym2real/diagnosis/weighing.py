@@ -24,7 +24,7 @@ from sym2real.trajectory import Dataset, Trajectory
 OnProgress = Callable[[str], None]
 
 # Times that variances are estimated from over-fitted residuals, each over-fit weighed by the last estimate.
-ROUNDS = 2
+ROUNDS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,9 +106,9 @@ def whiten(problem: Problem, tried: tuple[Candidate, ...]) -> tuple[Spread, Whit
     null, segments = problem.library.null, problem.segments
     spread = Spread.of(problem, null)
     whitening = estimate(spread, problem.residuals(null[None])[0], segments.noise, segments.channel)
-    values = null
+    values: torch.Tensor | None = None
     for _ in range(ROUNDS):
-        values = overfitted(Problems.of(problem, whitening), tried, values)
+        values = overfitted(Problems.of(problem, whitening), tried, null, values)
         residuals = problem.residuals(values[None])[0]
         whitening = estimate(spread, residuals, segments.noise, segments.channel)
     return spread, whitening

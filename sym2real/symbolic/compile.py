@@ -18,6 +18,7 @@ from torch.jit._fuser import optimized_execution
 from sym2real.errors import ModelError, ShapeError
 from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.expressions import canonical
+from sym2real.symbolic.native_choice import native_rollout
 from sym2real.symbolic.source import function_source, model_source
 
 
@@ -109,8 +110,9 @@ def rollout(
 ) -> Tensor:
     """States after each action ``# (..., H, n)``.
 
-    Scripted models run without the executor's profiling: it takes the first two calls of a model ten times as long
-    and makes the later ones no faster.
+    Models that are rolled out often are compiled to C, see :mod:`sym2real.symbolic.native_choice`. TorchScript runs
+    without the executor's profiling: it takes the first two calls of a model ten times as long and makes the later
+    ones no faster.
 
     Args:
         model: compiled model, any dynamics model, or a plain ``(state, action)`` function.
@@ -126,6 +128,10 @@ def rollout(
     """
     whole = getattr(model, "rollout", None)
     if whole is not None:
+        native = native_rollout(model, state, actions, (inputs, parameters))
+        if native is not None:
+            values = model.values if parameters is None else parameters  # type: ignore[attr-defined]
+            return native(state, actions, inputs, values)
         with optimized_execution(False):
             result: Tensor = whole(state, actions, inputs, parameters)
         return result

@@ -1,0 +1,71 @@
+"""When a rollout goes to compiled C: equations are known, nobody asks for gradients, and there is enough to compute.
+
+A model is compiled to C once it has been rolled out over :data:`MANY` steps, which take torch about as long as the
+compiler takes; until then, and wherever there is no compiler, torch computes the same.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass, field
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import torch
+from torch import Tensor
+
+from sym2real.errors import CompilationError, ModelError
+from sym2real.native import find_compiler
+from sym2real.symbolic.equations import Equations
+from sym2real.symbolic.native_rollout import NativeRollout
+
+LOGGER = logging.getLogger(__name__)
+MANY = 500_000  # steps of single samples
+
+
+@dataclass
+class _Use:
+    """How far a model has been rolled out, and its kernels; None for one that cannot be compiled."""
+
+    steps: int = 0
+    kernels: dict[torch.dtype, NativeRollout | None] = field(default_factory=dict)
+
+
+_uses: WeakKeyDictionary[Any, _Use] = WeakKeyDictionary()
+
+
+def native_rollout(
+    model: Any, state: Tensor, actions: Tensor, others: tuple[Tensor | None, ...]
+) -> NativeRollout | None:
+    """The kernel of a model for a rollout with these operands; None where torch is to compute it.
+
+    Args:
+        model: a compiled model that knows its equations; others are left to torch.
+        state, actions: as of :func:`sym2real.symbolic.rollout`.
+        others: inputs and parameters.
+    """
+    equations = getattr(model, "equations", None)
+    operands = [state, actions, *(tensor for tensor in others if tensor is not None)]
+    if not isinstance(equations, Equations) or state.dtype not in (torch.float32, torch.float64):
+        return None
+    if any(tensor.device.type != "cpu" or tensor.dtype != state.dtype for tensor in operands):
+        return None
+    values: Tensor = model.values
+    if torch.is_grad_enabled() and any(tensor.requires_grad for tensor in (*operands, values)):
+        return None
+    use = _uses.setdefault(model, _Use())
+    batches = [state.shape[:-1], actions.shape[:-2]]
+    use.steps += torch.broadcast_shapes(*batches).numel() * actions.shape[-2]
+    if use.steps >= MANY and state.dtype not in use.kernels:
+        use.kernels[state.dtype] = _compiled(equations, state.dtype)
+    return use.kernels.get(state.dtype)
+
+
+def _compiled(equations: Equations, dtype: torch.dtype) -> NativeRollout | None:
+    if find_compiler() is None:
+        return None
+    try:
+        return NativeRollout(equations, dtype)
+    except (CompilationError, ModelError) as error:
+        LOGGER.warning("rollouts stay with torch: %s", error)
+        return None

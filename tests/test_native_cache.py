@@ -1,0 +1,131 @@
+"""The cache of compiled libraries: several processes, killed and missing compilers, disks that cannot be written."""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from sym2real.errors import CompilationError
+from sym2real.native import cache, find_compiler, library
+from sym2real.robots import MUSHR
+from sym2real.symbolic import compile_model
+from sym2real.tasks import make_task
+
+TEXT = '__attribute__((visibility("default"))) int answer(void) {{ return {}; }}'
+posix = pytest.mark.skipif(os.name != "posix", reason="POSIX signals and permissions")
+compiled = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
+
+
+@pytest.fixture
+def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(cache, "user_cache_path", lambda _: tmp_path)
+    monkeypatch.setattr(cache, "_loaded", {})
+    cache._own_folder.cache_clear()
+    yield tmp_path / "kernels"
+    cache._own_folder.cache_clear()
+
+
+@compiled
+def test_compiles_once_and_finds_it_again(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert library(TEXT.format(42)).answer() == 42
+    assert cache.cached(TEXT.format(42)) and not cache.cached(TEXT.format(43))
+    monkeypatch.setattr(cache, "_loaded", {})
+    monkeypatch.setattr(cache, "build", lambda *_: pytest.fail("compiled again"))
+    assert library(TEXT.format(42)).answer() == 42
+    assert not list(own_cache.glob(".compiling-*"))
+
+
+@compiled
+def test_processes_at_once_share_one_library(tmp_path: Path) -> None:
+    code = f"from sym2real.native import library; assert library('''{TEXT.format(7)}''').answer() == 7"
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path)}
+    running = [subprocess.Popen([sys.executable, "-c", code], env=environment) for _ in range(4)]
+    assert [process.wait(timeout=60) for process in running] == [0, 0, 0, 0]
+    assert len(list(tmp_path.rglob("*.so"))) == 1
+
+
+@posix
+@compiled
+def test_a_killed_compile_leaves_nothing_in_the_way(tmp_path: Path) -> None:
+    slow = tmp_path / "cc"
+    slow.write_text("#!/bin/sh\nsleep 60\n")
+    slow.chmod(0o755)
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache"), "CC": str(slow)}
+    code = f"from sym2real.native import library; library('''{TEXT.format(8)}''')"
+    running = subprocess.Popen([sys.executable, "-c", code], env=environment, start_new_session=True)
+    deadline = time.monotonic() + 30
+    while not list(tmp_path.rglob(".compiling-*")) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    os.killpg(running.pid, signal.SIGKILL)
+    running.wait()
+    assert not list(tmp_path.rglob("*.so"))
+    environment["CC"] = find_compiler().path
+    check = f"from sym2real.native import library; assert library('''{TEXT.format(8)}''').answer() == 8"
+    assert subprocess.run([sys.executable, "-c", check], env=environment, timeout=60, check=False).returncode == 0
+
+
+@compiled
+def test_a_cache_that_cannot_be_written_is_said_once(
+    own_cache: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """As root, permissions stop nobody; a file in the folder's place stops everyone."""
+    own_cache.parent.mkdir(exist_ok=True)
+    own_cache.write_text("not a folder")
+    with caplog.at_level(logging.WARNING):
+        assert library(TEXT.format(1)).answer() == 1
+        assert library(TEXT.format(2)).answer() == 2
+    assert caplog.text.count("cannot be written") == 1
+
+
+@posix
+@compiled
+def test_a_full_disk_falls_back_too(own_cache: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    real = cache.build
+
+    def full(compiler: object, text: str, target: Path) -> None:
+        if target.parent == own_cache:
+            raise OSError(28, "No space left on device")
+        real(compiler, text, target)
+
+    monkeypatch.setattr(cache, "build", full)
+    assert library(TEXT.format(3)).answer() == 3
+    monkeypatch.setattr(cache, "build", lambda *_: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+    with pytest.raises(CompilationError, match="nowhere to put"):
+        library(TEXT.format(4))
+
+
+@compiled
+def test_a_broken_file_in_the_cache_is_not_the_end(own_cache: Path) -> None:
+    own_cache.mkdir(parents=True)
+    (own_cache / cache.name_of(TEXT.format(5), find_compiler())).write_bytes(b"no library")
+    assert library(TEXT.format(5)).answer() == 5
+
+
+@compiled
+def test_text_that_does_not_compile_is_an_error_with_the_compilers_words(own_cache: Path) -> None:
+    with pytest.raises(CompilationError, match="expected"):
+        library("int answer(void { return 1; }")
+
+
+def test_without_a_compiler_torch_plans_with_as_many_samples_as_the_period_holds(
+    own_cache: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    from sym2real.control import MPPI
+
+    monkeypatch.setenv("CC", "/nonexistent/cc")
+    assert find_compiler() is None
+    with pytest.raises(CompilationError, match="no C compiler"):
+        library(TEXT.format(6))
+    with caplog.at_level(logging.INFO):
+        mppi = MPPI(compile_model(MUSHR.nominal()), MUSHR, make_task("circle", MUSHR))
+    assert mppi.backend == "torch"
+    assert "no C compiler" in caplog.text
+    assert 16 <= mppi.samples <= 1024
+    assert mppi.act(MUSHR.start, 0).shape == (2,)

@@ -1,0 +1,223 @@
+"""Bounds, short sines and the C rollout, against sampling, NumPy and torch."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from reference_models import flying, late, motor_lagged
+
+from sym2real.errors import ShapeError
+from sym2real.native import find_compiler
+from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.symbolic import Equations, compile_model, parse_expression, rollout
+from sym2real.symbolic.chebyshev import evaluate, shortest
+from sym2real.symbolic.influence import influences
+from sym2real.symbolic.intervals import Interval, bounds
+from sym2real.symbolic.native_choice import MANY
+from sym2real.symbolic.native_rollout import KERNELS, NativeRollout
+from sym2real.symbolic.order import by_height, heights
+from sym2real.symbolic.program import Program
+from sym2real.symbolic.source import function_program, step_program
+
+EXPRESSIONS = (
+    "a*b - c/(2 + cos(a))",
+    "sin(a*b + c)**2*cos(c)",
+    "sqrt(1 + a**2 + b**4) - abs(c)",
+    "exp(-a**2)*tanh(b) + atan(c*a)",
+    "Min(a, b*c) + Max(a**3, 0.2)",
+    "sin(sin(cos(a + b)) - 3*c)",
+)
+RANGES = {"a": (-2.0, 1.5), "b": (0.3, 4.0), "c": (-1.0, 0.2)}
+needs_compiler = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
+
+
+def values_of(program: Program, points: np.ndarray) -> list[np.ndarray]:
+    """Every value of a program at points ``# (inputs, N)``, by NumPy."""
+    found = [*points, *(np.full(points.shape[1], c) for c in program.constants)]
+    operations = {
+        "add": np.add, "subtract": np.subtract, "multiply": np.multiply, "divide": np.divide, "negate": np.negative,
+        "reciprocal": np.reciprocal, "sqrt": np.sqrt, "rsqrt": lambda x: 1 / np.sqrt(x), "sin": np.sin, "cos": np.cos,
+        "exp": np.exp, "tanh": np.tanh, "atan": np.arctan, "abs": np.abs, "minimum": np.minimum, "maximum": np.maximum,
+    }  # fmt: skip
+    for operation, operands in program.instructions:
+        found.append(operations[operation](*(found[operand] for operand in operands)))
+    return found
+
+
+def sampled(program: Program, count: int = 4000) -> list[np.ndarray]:
+    rng = np.random.default_rng(0)
+    points = np.array([rng.uniform(*RANGES[name], count) for name in program.inputs])
+    return values_of(program, points)
+
+
+@pytest.mark.parametrize("written", EXPRESSIONS)
+def test_no_value_leaves_its_interval(written: str) -> None:
+    program = function_program([parse_expression(written)], list(RANGES))
+    within = bounds(program, {name: Interval(*pair) for name, pair in RANGES.items()})
+    for values, interval in zip(sampled(program), within, strict=True):
+        assert interval.low - 1e-12 <= values.min() and values.max() <= interval.high + 1e-12
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(st.floats(-20, 20), st.floats(0, 10))
+def test_intervals_of_sines_are_tight(low: float, width: float) -> None:
+    program = function_program([parse_expression("sin(a)"), parse_expression("cos(a)")], ["a"])
+    within = bounds(program, {"a": Interval(low, low + width)})
+    x = np.linspace(low, low + width, 4001)
+    for output, values in zip(program.outputs, (np.sin(x), np.cos(x)), strict=True):
+        assert within[output].low == pytest.approx(values.min(), abs=1e-5)
+        assert within[output].high == pytest.approx(values.max(), abs=1e-5)
+
+
+@pytest.mark.parametrize("written", EXPRESSIONS[:4])
+def test_influence_bounds_what_an_error_does(written: str) -> None:
+    program = function_program([parse_expression(written)], list(RANGES))
+    within = bounds(program, {name: Interval(*pair) for name, pair in RANGES.items()})
+    limit = influences(program, within, program.outputs)
+    exact, step = sampled(program), 1e-6
+    for value in program.computed:
+        changed = Program(program.inputs, program.constants, program.instructions, program.outputs)
+        after = list(exact[: value + 1])
+        after[value] = after[value] + step
+        for number in range(value + 1, program.first_instruction + len(program.instructions)):
+            operation, operands = changed.instructions[number - program.first_instruction]
+            single = Program(tuple("xyz"[: len(operands)]), (), ((operation, tuple(range(len(operands)))),), ())
+            after.append(values_of(single, np.array([after[operand] for operand in operands]))[-1])
+        change = np.abs(after[program.outputs[0]] - exact[program.outputs[0]]).max() / step
+        assert change <= limit[value] * (1 + 1e-3) + 1e-6
+
+
+@pytest.mark.parametrize("single", [True, False])
+@pytest.mark.parametrize("function", ["sin", "cos"])
+@pytest.mark.parametrize("interval", [(-0.3, 0.4), (-1.6, 1.6), (0.9, 1.3), (-math.pi, math.pi), (-6.0, 2.0)])
+def test_polynomials_keep_their_error(function: str, interval: tuple[float, float], single: bool) -> None:
+    real = np.float32 if single else np.float64
+    x = np.linspace(*interval, 20001).astype(real)
+    exact = getattr(np, function)(x.astype(np.float64))
+    lengths = []
+    finest = 2e-6 if max(map(abs, interval)) < 4 else 2e-5  # float32 cancels more further out
+    for tolerance in (1e-2, 1e-4, finest) if single else (1e-4, 1e-8, 1e-12):
+        polynomial = shortest(function, Interval(*interval), tolerance, single)
+        found = evaluate(polynomial.form, np.array(polynomial.coefficients, dtype=real), x)
+        assert np.abs(found.astype(np.float64) - exact).max() <= 1.02 * tolerance
+        lengths.append(polynomial.operations)
+    assert lengths == sorted(lengths)
+
+
+def test_order_is_by_height_and_changes_nothing() -> None:
+    program = step_program(flying())
+    ordered = by_height(program)
+    height = heights(ordered)
+    found = [height[value] for value in ordered.computed]
+    assert found == sorted(found, reverse=True)
+    for value, (_, operands) in zip(ordered.computed, ordered.instructions, strict=True):
+        assert all(operand < value for operand in operands)
+    points = np.random.default_rng(1).normal(size=(len(program.inputs), 20))
+    before, after = values_of(program, points), values_of(ordered, points)
+    for first, second in zip(program.outputs, ordered.outputs, strict=True):
+        np.testing.assert_allclose(before[first], after[second], rtol=1e-13)
+
+
+def operands(equations: Equations, dtype: torch.dtype) -> tuple[torch.Tensor, ...]:
+    generator = torch.Generator().manual_seed(0)
+    robot = CRAZYFLIE if equations.robot == "crazyflie" else MUSHR
+    layouts = equations.layouts
+    noise = lambda *shape: torch.randn(shape, generator=generator, dtype=torch.float64)  # noqa: E731
+    state = torch.cat([torch.tensor(robot.start), torch.zeros(len(layouts.state) - robot.start.size).double()])
+    state = layouts.state.normalise(state + 0.1 * noise(5, len(layouts.state)))
+    scale = torch.tensor(robot.high - robot.low)
+    actions = torch.tensor(robot.rest) + 0.1 * scale * noise(3, 1, 40, len(layouts.action))
+    known = 1e-3 * noise(3, 5, 40, len(layouts.inputs))
+    return tuple(tensor.to(dtype) for tensor in (state, actions, known))
+
+
+@needs_compiler
+@pytest.mark.parametrize("make", [CRAZYFLIE.nominal, MUSHR.nominal, flying, late, motor_lagged])
+@pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
+def test_the_kernel_rolls_out_as_torch_does(make: object, dtype: torch.dtype) -> None:
+    equations = make()
+    model, kernel = compile_model(equations, dtype=dtype), NativeRollout(equations, dtype)
+    exact = compile_model(equations, dtype=torch.float64)
+    state, actions, known = operands(equations, dtype)
+    for inputs in (None, known[0, 0, 0], known):
+        found = kernel(state, actions, inputs)
+        assert found.shape == (3, 5, 40, len(equations.layouts.state)) and found.dtype == dtype
+        given = [None if tensor is None else tensor.double() for tensor in (state, actions, inputs)]
+        reference = exact.rollout(*given)
+        error = (found - reference).abs().amax(dim=(0, 1, 2)) / reference.abs().amax(dim=(0, 1, 2))
+        assert float(error.max()) < (1e-4 if dtype == torch.float32 else 1e-12)
+        assert float((found - model.rollout(state, actions, inputs)).abs().max()) < 1e-3
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    ("state", "actions", "parameters"),
+    [((), (), ()), ((3,), (), ()), ((), (3,), (3,)), ((2, 3), (3,), ()), ((3,), (2, 1), (2, 3)), ((0,), (1,), ())],
+)
+def test_every_broadcast_is_the_one_of_torch(state: tuple, actions: tuple, parameters: tuple) -> None:
+    equations = CRAZYFLIE.nominal().lift_constants()
+    model, kernel = compile_model(equations, dtype=torch.float64), NativeRollout(equations, torch.float64)
+    generator = torch.Generator().manual_seed(0)
+    values = torch.tensor(list(equations.parameters.values())).double()
+    given = (
+        torch.randn(*state, 13, generator=generator, dtype=torch.float64),
+        0.3 + 0.1 * torch.randn(*actions, 6, 4, generator=generator, dtype=torch.float64),
+        None,
+        values * (1 + 0.05 * torch.randn(*parameters, len(values), generator=generator, dtype=torch.float64)),
+    )
+    torch.testing.assert_close(kernel(*given), model.rollout(*given), rtol=1e-10, atol=1e-10)
+
+
+@needs_compiler
+def test_strided_operands_are_read_in_place() -> None:
+    equations = MUSHR.nominal()
+    kernel = NativeRollout(equations, torch.float64)
+    state, actions, _ = operands(equations, torch.float64)
+    wide = torch.zeros(7, 10).double()
+    wide[:, ::2][:, :5] = state.T
+    turned = actions.movedim(-1, 0).contiguous().movedim(0, -1)
+    torch.testing.assert_close(kernel(wide[:, ::2][:, :5].T, turned), kernel(state, actions))
+
+
+@needs_compiler
+def test_models_that_work_much_go_to_c_and_say_the_same() -> None:
+    equations = CRAZYFLIE.nominal().lift_constants()
+    model = compile_model(equations, dtype=torch.float64)
+    state = torch.tensor(CRAZYFLIE.start).double().expand(200, -1)
+    actions = torch.tensor(CRAZYFLIE.rest) + 0.1 * torch.randn(200, 40, 4, dtype=torch.float64)
+    first = rollout(model, state, actions)
+    for _ in range(MANY // 8000 + 1):
+        last = rollout(model, state, actions)
+    torch.testing.assert_close(first, last, rtol=1e-10, atol=1e-10)
+    assert not torch.equal(first, last), "torch and C round differently; equal bits mean that C did not run"
+    values = torch.tensor(list(equations.parameters.values())).double().requires_grad_()
+    rollout(model, state, actions, parameters=values).sum().backward()
+    assert values.grad.isfinite().all()
+
+
+@needs_compiler
+def test_the_kernel_is_an_operator_that_scripts_can_call() -> None:
+    equations = MUSHR.nominal()
+    KERNELS["test car"] = NativeRollout(equations, torch.float64)
+
+    @torch.jit.script
+    def ahead(state: torch.Tensor, actions: torch.Tensor) -> torch.Tensor:
+        return torch.ops.sym2real.rollout("test car", state, actions)
+
+    state, actions, _ = operands(equations, torch.float64)
+    torch.testing.assert_close(ahead(state, actions), KERNELS.pop("test car")(state, actions))
+
+
+@needs_compiler
+def test_wrong_shapes_are_refused() -> None:
+    kernel = NativeRollout(MUSHR.nominal(), torch.float64)
+    state, actions = torch.zeros(7).double(), torch.zeros(3, 2).double()
+    with pytest.raises(ShapeError, match="expected 7 state columns, found 6"):
+        kernel(state[:6], actions)
+    with pytest.raises(ShapeError, match="inputs for 3 steps, found 4"):
+        kernel(state, actions, torch.zeros(4, 3).double())

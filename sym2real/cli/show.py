@@ -41,8 +41,8 @@ class Show:
             console.print(f"note: {note}")
         latex = equations.latex()
         if self.latex:
-            for text in latex.values():
-                console.print(text, soft_wrap=True, markup=False)
+            for name, text in latex.items():
+                console.print(f"{name} = {text}", soft_wrap=True, markup=False)
         return {
             "dt": equations.dt,
             "equations": equations.text().splitlines(),

@@ -159,8 +159,12 @@ class Equations:
         return "\n".join(lines)
 
     def latex(self) -> dict[str, str]:
-        """State column → LaTeX of its next value."""
-        return {column: sympy.latex(expression) for column, expression in self.next.items()}
+        """LaTeX of every quantity, of the next value of every state column, and of what is measured where that differs.
+
+        Keys are names of quantities, state columns, and ``measured …``.
+        """
+        measured = {f"measured {column}": expression for column, expression in self.output.items()}
+        return {name: sympy.latex(value) for name, value in {**self.quantities, **self.next, **measured}.items()}
 
     def complexity(self) -> dict[str, int]:
         """State column → nodes of its equation; a quantity counts as one variable."""

@@ -35,8 +35,9 @@ def exported_program(equations: Equations) -> ExportedProgram:
 
 
 def latex_document(equations: Equations) -> str:
-    """LaTeX ``align`` lines, one equation per state column."""
-    lines = [rf"{_name(column)}' &= {right}" for column, right in equations.latex().items()]
+    """LaTeX ``align`` lines: quantities, next state columns with a prime, and what is measured where that differs."""
+    primes = dict.fromkeys(equations.next, "'")
+    lines = [rf"{_name(name)}{primes.get(name, '')} &= {right}" for name, right in equations.latex().items()]
     return "\\begin{align}\n" + " \\\\\n".join(lines) + "\n\\end{align}\n"
 
 

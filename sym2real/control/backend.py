@@ -6,7 +6,6 @@ from typing import Literal
 
 import sympy
 import torch
-from torch import nn
 
 from sym2real.effects.visible import visible_state
 from sym2real.native import find_compiler
@@ -23,7 +22,9 @@ def equations_of(model: object) -> Equations | None:
     equations = getattr(model, "equations", None)
     if not isinstance(equations, Equations):
         return None
-    return read_back(model, equations) if isinstance(model, nn.Module) and equations.parameters else equations
+    if isinstance(model, torch.jit.ScriptModule) and equations.parameters:
+        return read_back(model, equations)
+    return equations
 
 
 def why_not_fused(model: object, robot: Robot, task: Task, device: torch.device, dtype: torch.dtype) -> str:
@@ -40,6 +41,6 @@ def why_not_fused(model: object, robot: Robot, task: Task, device: torch.device,
         robot.layouts.action.columns,
     ):
         return "the model's columns are not the robot's"
-    if equations.layouts.state != visible_state(equations) and isinstance(model, nn.Module):
+    if equations.layouts.state != visible_state(equations) and isinstance(model, torch.jit.ScriptModule):
         return "the model expects hidden states from outside"
     return "" if find_compiler() else NO_COMPILER

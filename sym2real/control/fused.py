@@ -17,6 +17,7 @@ from sympy import Expr
 from torch import Tensor
 
 from sym2real.control.fused_filters import FilterLines, memory_of
+from sym2real.control.fused_residual import Residual, packed, sizes_of
 from sym2real.control.fused_text import Fused, Sampling, fused_text
 from sym2real.control.noise import smoothing
 from sym2real.effects.filters import FilterState
@@ -69,6 +70,7 @@ class FusedStep:
         factor: C ``# (action, action)``, of the noise's covariance.
         sizes: of the sampling.
         filters: what actions go through.
+        residual: a network that adds to the next state.
 
     Raises:
         CompilationError: when it cannot be compiled here.
@@ -84,13 +86,15 @@ class FusedStep:
         factor: Tensor,
         sizes: Sizes,
         filters: FilterState | None = None,
+        residual: Residual | None = None,
     ) -> None:
         self.horizon, self.samples, self.filters = sizes.horizon, sizes.samples, filters
         self.shape = (sizes.horizon, len(robot.layouts.action))
         settings, whole = robot.mppi, factor.double().cpu().numpy()
         lines = FilterLines(filters, robot.layouts.action.columns, equations.dt)
         sampling = Sampling(_colour(settings), bool((whole == np.diag(np.diag(whole))).all()))
-        self.text = fused_text(Fused(equations, robot, cost, sampling, lines))
+        sizes_of_layers = () if residual is None else sizes_of(residual)
+        self.text = fused_text(Fused(equations, robot, cost, sampling, lines, sizes_of_layers))
         self._library = library(self.text)
         smooth = smoothing(self.horizon, robot.dt, settings).numpy() if sampling.colour == 2 else np.eye(self.horizon)
         self.state = _aligned(len(robot.layouts.state))
@@ -102,6 +106,7 @@ class FusedStep:
             "high": _aligned(robot.high),
             "factor": _aligned(whole),
             "smooth": _aligned(smooth),
+            "weights": _aligned(0 if residual is None else packed(residual, self._library.tile())),
         }
         buffers = {"state": self.state, "inputs": self.inputs, "costs": self.costs, "memory": self._memory}
         self._plan = _Plan(**{name: array.ctypes.data for name, array in {**self._constant, **buffers}.items()})

@@ -14,6 +14,7 @@ from string import Template
 from sympy import Expr
 
 from sym2real.control.fused_filters import FilterLines
+from sym2real.control.fused_residual import residual_lines, residual_text
 from sym2real.control.planning_program import REACH, UNIT, Planning, planning_program
 from sym2real.effects.filters import spelled_out
 from sym2real.robots.robot import Robot
@@ -85,6 +86,7 @@ class Fused:
         cost: running cost over state, action and ``ref_<column>``.
         sampling: what of it is fixed.
         filters: what actions go through.
+        residual: sizes of the layers of a network that adds to the next state; none for none.
     """
 
     equations: Equations
@@ -92,19 +94,23 @@ class Fused:
     cost: Expr
     sampling: Sampling
     filters: FilterLines
+    residual: tuple[int, ...] = ()
 
 
 def fused_text(step: Fused, machine: str = "cpu") -> str:
     """C text that exports ``plan_share``, ``finish`` and ``noise_of`` (machine "cpu"), or CUDA kernels ("gpu")."""
-    equations, filters = step.equations, step.filters
-    planning = planning_program(equations, step.robot, step.cost, filtered=bool(filters.stages))
+    planning = planning_program(
+        step.equations, step.robot, step.cost, filtered=bool(step.filters.stages), residual=bool(step.residual)
+    )
+    network = [header("network.h"), residual_text(step.residual)] if step.residual else []
     return "\n".join(
         [
             preamble(SINGLE, machine),
-            *definitions(equations, step.sampling),
+            *definitions(step.equations, step.sampling),
             header("random.h"),
             header("plan.h"),
-            *rollouts(equations, planning, filters),
+            *network,
+            *rollouts(step, planning),
             header(f"plan_{machine}.h"),
         ]
     )
@@ -125,23 +131,24 @@ def definitions(equations: Equations, sampling: Sampling) -> list[str]:
     return lines
 
 
-def rollouts(equations: Equations, planning: Planning, filters: FilterLines) -> list[str]:
+def rollouts(step: Fused, planning: Planning) -> list[str]:
     """The rollout with short sines, with any sines where they differ, and the choice between them."""
     sines = plan_sines(planning.program, planning.assumed, planning.program.outputs[:-1])
     guarded = bool(sines)
-    texts = [_horizon("short", equations, planning, filters, sines)]
-    texts += [_horizon("any", equations, planning, filters, {}), AGAIN] if guarded else []
+    texts = [_horizon("short", step, planning, sines)]
+    texts += [_horizon("any", step, planning, {}), AGAIN] if guarded else []
     texts.append(TOTAL.substitute(guarded=int(guarded), limit=f"R({REACH**2!r})"))
     return [text if guarded else text.replace("again(p, track)", "cost") for text in texts]
 
 
-def _horizon(
-    name: str, equations: Equations, planning: Planning, filters: FilterLines, sines: Mapping[int, Sine]
-) -> str:
+def _horizon(name: str, step: Fused, planning: Planning, sines: Mapping[int, Sine]) -> str:
+    equations, filters = step.equations, step.filters
     layouts, program = equations.layouts, planning.program
     numbers = {label: number for number, label in enumerate(program.inputs)}
     named = {numbers[f"planned {a}"]: f"planned_{a}" for a in layouts.action}
-    named |= {n: f"reference_{label.split()[1]}" for label, n in numbers.items() if label.startswith("reference ")}
+    named |= {
+        n: label.replace(" ", "_") for label, n in numbers.items() if label.split()[0] in ("reference", "residual")
+    }
     lines = CLines(program, SINGLE, sines, named)
     moving = program.reached_by({label for label in program.inputs if label not in layouts.inputs or label == TIME})
     held = [value for value in program.computed if value not in moving]
@@ -152,7 +159,7 @@ def _horizon(
         memory=_indented(filters.before(), 4),
         loaded=_indented(_loaded(equations, program), 8),
         filtered=_indented(filters.lines(), 8),
-        first=_indented(_hidden(equations), 8),
+        first=_indented(_hidden(equations) + (residual_lines(layouts) if step.residual else []), 8),
         guard=_indented(_guard(planning, lines) if sines else [], 8),
         step=_indented(lines.lines(moving), 8),
         following=_indented(_following(equations, planning, lines, bool(sines)), 8),

@@ -139,6 +139,7 @@ class MPPI:
             factor=self._factor,
             sizes=Sizes(self.samples, self.horizon),
             filters=self.filters,
+            residual=getattr(self.model, "residual", None),
         )
         fused.threads = helpful_threads(fused) if threads is None else threads
         return fused

@@ -34,7 +34,7 @@ def _class_from_source(source: str, name: str) -> type[nn.Module]:
     return found
 
 
-def _script(module: nn.Module) -> torch.jit.ScriptModule:
+def script(module: nn.Module) -> torch.jit.ScriptModule:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)
         scripted: torch.jit.ScriptModule = torch.jit.script(module)
@@ -74,7 +74,7 @@ def compile_model(
     Raises:
         ModelError: when a function is not supported, with its name.
     """
-    model = _script(build_module(equations, trainable).to(device=device, dtype=dtype))
+    model = script(build_module(equations, trainable).to(device=device, dtype=dtype))
     model.equations = equations  # for those who can do better than call it; not saved with it
     return model
 
@@ -96,7 +96,7 @@ def compile_function(
     if not expressions or not all(len(columns) for columns in arguments) or not arguments:
         raise ModelError("expected at least one expression and one column per argument")
     source = function_source([canonical(expression) for expression in expressions], arguments)
-    return _script(_class_from_source(source, "Function")())
+    return script(_class_from_source(source, "Function")())
 
 
 def rollout(

@@ -46,7 +46,9 @@ def native_rollout(
     """
     equations = getattr(model, "equations", None)
     operands = [state, actions, *(tensor for tensor in others if tensor is not None)]
-    if not isinstance(equations, Equations) or state.dtype not in (torch.float32, torch.float64):
+    if not isinstance(model, torch.jit.ScriptModule) or not isinstance(equations, Equations):
+        return None
+    if state.dtype not in (torch.float32, torch.float64):
         return None
     if any(tensor.device.type != "cpu" or tensor.dtype != state.dtype for tensor in operands):
         return None

@@ -1,0 +1,78 @@
+"""A multilayer perceptron that predicts what equations leave over of the next state.
+
+::
+
+    r = b_L + W_L relu(… relu(b_1 + W_1 z)),   z = ((s, a) - mean) / scale,   residual = r · output_scale
+
+It begins at zero: an untrained residual changes nothing. Source: the paper, "Residual learning" (4 × 200, ReLU).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import torch
+from torch import Tensor, nn
+
+from sym2real.errors import ShapeError
+from sym2real.layout import Layouts
+
+
+class ResidualMLP(nn.Module):
+    """Residual of the next state ``# (..., n)`` for state ``# (..., n)`` and action ``# (..., m)``.
+
+    Args:
+        layouts: state and action columns; inputs are not seen.
+        widths: of the hidden layers; the paper's are four of 200.
+        seed: of the first weights.
+
+    Raises:
+        ShapeError: without a hidden layer.
+    """
+
+    input_mean: Tensor
+    input_scale: Tensor
+    output_scale: Tensor
+
+    def __init__(self, layouts: Layouts, widths: Sequence[int] = (200, 200, 200, 200), seed: int = 0) -> None:
+        super().__init__()
+        if not widths or min(widths) < 1:
+            raise ShapeError(f"expected at least one hidden layer of at least one unit, found {tuple(widths)}")
+        self.columns = (layouts.state.columns, layouts.action.columns)
+        self.widths = tuple(int(width) for width in widths)
+        seen, size = len(layouts.state) + len(layouts.action), len(layouts.state)
+        self.register_buffer("input_mean", torch.zeros(seen))
+        self.register_buffer("input_scale", torch.ones(seen))
+        self.register_buffer("output_scale", torch.ones(size))
+        self.linears = nn.Sequential(*(nn.Linear(i, o) for i, o in zip((seen, *widths), (*widths, size), strict=True)))
+        self._begin(seed)
+
+    def _begin(self, seed: int) -> None:
+        generator = torch.Generator().manual_seed(seed)
+        with torch.no_grad():
+            for linear in self._linears():
+                bound = (6.0 / linear.in_features) ** 0.5  # K. He et al., ICCV 2015, for ReLU
+                linear.weight.uniform_(-bound, bound, generator=generator)
+                linear.bias.zero_()
+            self._linears()[-1].weight.zero_()
+
+    def _linears(self) -> list[nn.Linear]:
+        return [linear for linear in self.linears if isinstance(linear, nn.Linear)]
+
+    def forward(self, state: Tensor, action: Tensor) -> Tensor:
+        """Residual ``# (..., n)``; leading dimensions broadcast."""
+        batch = torch.broadcast_shapes(state.shape[:-1], action.shape[:-1])
+        both = [state.expand(batch + state.shape[-1:]), action.expand(batch + action.shape[-1:])]
+        values = (torch.cat(both, dim=-1) - self.input_mean) / self.input_scale
+        for place, linear in enumerate(self.linears):
+            values = linear(values if place == 0 else torch.relu(values))
+        return values * self.output_scale
+
+    def layers(self) -> list[tuple[Tensor, Tensor]]:
+        """Weights ``# (in, out)`` and biases ``# (out,)`` over raw state and action, ReLU in between."""
+        found = [(linear.weight.detach().T.clone(), linear.bias.detach().clone()) for linear in self._linears()]
+        weight, bias = found[0]
+        found[0] = (weight / self.input_scale[:, None], bias - (self.input_mean / self.input_scale) @ weight)
+        weight, bias = found[-1]
+        found[-1] = (weight * self.output_scale, bias * self.output_scale)
+        return found

@@ -1,0 +1,136 @@
+"""Networks: shapes, start at nothing, composition with equations, files, and the residual in the fused kernel."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from reference_models import flying, motor_lagged
+
+from sym2real.control import MPPI
+from sym2real.errors import DataError, ModelError, ShapeError
+from sym2real.native import find_compiler
+from sym2real.neural import Composed, Ensemble, ResidualMLP, load_residual, save_residual
+from sym2real.robots import CRAZYFLIE, MUSHR, Robot
+from sym2real.symbolic import compile_model, rollout
+from sym2real.tasks import make_task
+
+
+def lively(robot: Robot, widths: tuple[int, ...]) -> ResidualMLP:
+    """A residual that matters: a few millimetres and milliradians a step."""
+    residual = ResidualMLP(robot.layouts, widths, seed=1)
+    generator = torch.Generator().manual_seed(2)
+    with torch.no_grad():
+        residual.linears[-1].weight.normal_(0.0, 0.3, generator=generator)
+        residual.linears[-1].bias.normal_(0.0, 0.3, generator=generator)
+        residual.input_mean.normal_(0.0, 0.5, generator=generator)
+        residual.input_scale.uniform_(0.5, 3.0, generator=generator)
+        residual.output_scale.fill_(3e-3)
+    return residual
+
+
+def batch(robot: Robot, count: int) -> tuple[torch.Tensor, torch.Tensor]:
+    generator = torch.Generator().manual_seed(0)
+    state = torch.tensor(robot.start).float() + 0.1 * torch.randn(count, robot.start.size, generator=generator)
+    actions = torch.tensor(robot.rest).float() + 0.1 * torch.randn(count, 5, robot.rest.size, generator=generator)
+    return robot.layouts.state.normalise(state), actions
+
+
+def test_an_untrained_residual_changes_nothing() -> None:
+    equations = CRAZYFLIE.nominal()
+    state, actions = batch(CRAZYFLIE, 4)
+    composed = Composed(equations, ResidualMLP(CRAZYFLIE.layouts))
+    torch.testing.assert_close(rollout(composed, state, actions), compile_model(equations).rollout(state, actions))
+
+
+@pytest.mark.parametrize("robot", [CRAZYFLIE, MUSHR], ids=lambda robot: robot.name)
+def test_a_composition_is_a_sum_on_the_manifold(robot: Robot) -> None:
+    equations, residual = robot.nominal(), lively(robot, (32, 16))
+    state, actions = batch(robot, 4)
+    composed, base = Composed(equations, residual), compile_model(equations)
+    expected = state
+    found = rollout(composed, state, actions)
+    for step in range(5):
+        raw = base(expected, actions[:, step]) + residual(expected, actions[:, step])
+        expected = robot.layouts.state.normalise(raw)
+        torch.testing.assert_close(found[:, step], expected)
+    assert float((found - base.rollout(state, actions)).abs().max()) > 1e-3
+
+
+def test_layers_are_the_network_over_raw_columns() -> None:
+    residual = lively(MUSHR, (20, 12))
+    state, actions = batch(MUSHR, 6)
+    values = torch.cat([state, actions[:, 0]], dim=-1)
+    for place, (weight, bias) in enumerate(residual.layers()):
+        values = (values.relu() if place else values) @ weight + bias
+    torch.testing.assert_close(values, residual(state, actions[:, 0]))
+
+
+def test_an_ensemble_is_the_mean_of_its_members() -> None:
+    ensemble = Ensemble(CRAZYFLIE.layouts)
+    state, actions = batch(CRAZYFLIE, 6)
+    members = ensemble.members(state, actions[:, 0])
+    assert members.shape == (4, 6, 13)
+    assert sum(parameter.numel() for parameter in ensemble.parameters()) == 4 * (18 * 200 + 3 * 201 * 200 + 201 * 13)
+    assert float(members.std(dim=0).min()) > 0
+    found = ensemble(state, actions[:, 0])
+    torch.testing.assert_close(found, CRAZYFLIE.layouts.state.normalise(state + members.mean(0)))
+    torch.testing.assert_close(found[2], ensemble(state[2], actions[2, 0]))
+    assert ensemble(state[:, None], actions).shape == (6, 5, 13)
+
+
+def test_a_residual_survives_its_file(tmp_path: Path) -> None:
+    residual = lively(MUSHR, (20, 12))
+    save_residual(residual, tmp_path)
+    again = load_residual(tmp_path)
+    state, actions = batch(MUSHR, 6)
+    torch.testing.assert_close(again(state, actions[:, 0]), residual(state, actions[:, 0]), rtol=0, atol=0)
+    (tmp_path / "residual.safetensors").write_bytes(b"nothing")
+    with pytest.raises(DataError, match="weights of a residual"):
+        load_residual(tmp_path)
+
+
+def test_what_does_not_fit_is_refused() -> None:
+    with pytest.raises(ShapeError, match="other columns"):
+        Composed(CRAZYFLIE.nominal(), ResidualMLP(MUSHR.layouts))
+    with pytest.raises(ModelError, match="hidden states"):
+        equations = motor_lagged()
+        Composed(equations, ResidualMLP(equations.layouts))
+    with pytest.raises(ShapeError, match="at least one hidden layer"):
+        ResidualMLP(MUSHR.layouts, ())
+
+
+@pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
+@pytest.mark.parametrize(
+    ("robot", "widths"),
+    [(CRAZYFLIE, (64, 64)), (CRAZYFLIE, (200, 200, 200, 200)), (MUSHR, (10,)), (MUSHR, (33, 7, 5))],
+)
+def test_the_kernel_plans_with_a_residual_as_torch_does(robot: Robot, widths: tuple[int, ...]) -> None:
+    equations = flying() if robot is CRAZYFLIE else robot.nominal()
+    model = Composed(equations, lively(robot, widths))
+    small = replace(robot, mppi=replace(robot.mppi, samples=70))
+    task = make_task("circle", robot)
+    fused, slow = (MPPI(model, small, task, backend=backend) for backend in ("c", "torch"))
+    fused.act(robot.start, 0)
+    plan = slow.improve(robot.start, 0, fused._fused.noise(0, 1))
+    torch.testing.assert_close(fused.plan.costs, plan.costs, rtol=2e-5, atol=1e-5)
+    scale = torch.tensor(robot.high - robot.low).float()
+    assert float(((fused.mean - slow.mean).abs() / scale).max()) < 5e-5
+    without = MPPI(compile_model(equations), small, task, backend="torch")
+    calm = without.improve(robot.start, 0, fused._fused.noise(0, 1))
+    assert float((calm.costs - plan.costs).abs().max()) > 0.01
+
+
+@pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
+def test_retraining_compiles_nothing() -> None:
+    task = make_task("circle", MUSHR)
+    texts = set()
+    for seed in (1, 2):
+        residual = lively(MUSHR, (64, 64))
+        residual._begin(seed)
+        texts.add(MPPI(Composed(MUSHR.nominal(), residual), MUSHR, task, backend="c")._fused.text)
+    assert len(texts) == 1
+    assert np.isfinite(MUSHR.start).all()

@@ -10,6 +10,7 @@ It begins at zero: an untrained residual changes nothing. Source: the paper, "Re
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import torch
 from torch import Tensor, nn
@@ -30,9 +31,10 @@ class ResidualMLP(nn.Module):
         ShapeError: without a hidden layer.
     """
 
-    input_mean: Tensor
-    input_scale: Tensor
-    output_scale: Tensor
+    if TYPE_CHECKING:  # TorchScript cannot read postponed annotations of attributes
+        input_mean: Tensor
+        input_scale: Tensor
+        output_scale: Tensor
 
     def __init__(self, layouts: Layouts, widths: Sequence[int] = (200, 200, 200, 200), seed: int = 0) -> None:
         super().__init__()

@@ -212,34 +212,48 @@ class Problems:
             return 1.0
         return float(stats.wilcoxon(gains.numpy(), alternative="greater").pvalue)
 
-    def covariance(self, fit: Fit) -> Tensor:
-        """Cluster-robust covariance of the free parameters in units of their scale ``# (A, A)``."""
-        used = torch.as_tensor(self.blocks >= 0)
-        index = torch.as_tensor(self.blocks)[used]
-        scores = torch.zeros(self.block_count, len(fit.whole), dtype=torch.float64)
+    @property
+    def log_count(self) -> int:
+        return len(np.unique(self.problem.segments.log))
+
+    def covariance(self, fit: Fit, clusters: NDArray[np.int64] | None = None) -> Tensor:
+        """Cluster-robust covariance of the free parameters in units of their scale ``# (A, A)``.
+
+        Args:
+            fit: at its best.
+            clusters: of every segment, -1 for none ``# (S,)``; by default blocks of a second.
+        """
+        clusters = self.blocks if clusters is None else clusters
+        used = torch.as_tensor(clusters >= 0)
+        index = torch.as_tensor(clusters)[used]
+        count = int(clusters.max()) + 1
+        scores = torch.zeros(count, len(fit.whole), dtype=torch.float64)
         scores = scores.index_add(0, index, fit.gradient[used])
-        inflation = len(self.blocks) / max(1, int(used.sum()))
-        count = self.block_count
+        inflation = len(clusters) / max(1, int(used.sum()))
         inverse = torch.linalg.pinv(fit.curvature.sum(0), hermitian=True)
         meat = (scores - scores.mean(0)).T @ (scores - scores.mean(0)) * inflation * count / max(1, count - 1)
         result: Tensor = inverse @ meat @ inverse
         return result
 
-    def p_value(self, fit: Fit, places: Sequence[int], null: Tensor) -> float:
-        """Probability of parameters this far from null by chance: Hotelling's test on blocks.
+    def p_value(
+        self, fit: Fit, places: Sequence[int], null: Tensor, clusters: NDArray[np.int64] | None = None
+    ) -> float:
+        """Probability of parameters this far from null by chance: Hotelling's test on clusters.
 
         Args:
             fit: at its best.
             places: which of its free parameters.
             null: their values without effect ``# (len(places),)``.
+            clusters: as of :meth:`covariance`.
         """
         index = list(places)
         slots = [fit.free[i][0] for i in index]
         away = (fit.values[slots] - null) / self.problem.library.scale[slots]
-        size, count = len(index), self.block_count
+        size = len(index)
+        count = self.block_count if clusters is None else len(np.unique(clusters[clusters >= 0]))
         if count <= size + 1:
             return 1.0
-        spread = self.covariance(fit)[index][:, index]
+        spread = self.covariance(fit, clusters)[index][:, index]
         squared = float(away @ torch.linalg.pinv(spread, hermitian=True) @ away)
         freedom = count - size
         return float(stats.f.sf(squared * freedom / (size * (count - 1)), size, freedom))

@@ -21,7 +21,7 @@ WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 @dataclass(frozen=True)
 class Slot:
-    """One parameter of the problem: of which effect, and its numbers."""
+    """One parameter of the problem: of which effect ("" for a parameter of the equations), and its numbers."""
 
     effect: str
     name: str
@@ -63,7 +63,10 @@ class Library:
     def columns(self) -> tuple[int, ...]:
         """Place of every slot among the parameters of the equations."""
         names = list(self.equations.parameters)
-        return tuple(names.index(self.effects[s.effect].symbols()[s.name].name) for s in self.slots)
+        return tuple(names.index(self._parameter(slot)) for slot in self.slots)
+
+    def _parameter(self, slot: Slot) -> str:
+        return self.effects[slot.effect].symbols()[slot.name].name if slot.effect else slot.name
 
     def indices(self, key: str) -> tuple[int, ...]:
         """Slots of an effect."""
@@ -119,7 +122,8 @@ class Library:
     @cached_property
     def measuring(self) -> tuple[int, ...]:
         """Slots of effects that change what is measured."""
-        return tuple(i for i, slot in enumerate(self.slots) if self.effects[slot.effect].stage == "measurement")
+        measuring = {key for key, one in self.effects.items() if one.stage == "measurement"}
+        return tuple(i for i, slot in enumerate(self.slots) if slot.effect in measuring)
 
     @cached_property
     def remembering(self) -> tuple[int, ...] | None:

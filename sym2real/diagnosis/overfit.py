@@ -55,7 +55,7 @@ def _centre(start: Tensor, last: Tensor, kept: Sequence[Candidate]) -> Tensor:
 def _fitted(problems: Problems, chosen: Sequence[Candidate], centre: Tensor, values: Tensor, steps: int) -> Tensor:
     free = tuple(dict.fromkeys(tied for one in chosen for tied in one.free))
     for _ in range(steps):
-        values, moved = _improved(problems, free, values, centre)
+        values, moved = improved(problems, free, values, centre)
         if not moved:
             break
     return values
@@ -76,7 +76,7 @@ def _with_a_start(problems: Problems, rivals: Sequence[Candidate], values: Tenso
     return sets[best + 1], [trials[best][0]]
 
 
-def _improved(problems: Problems, free: Free, values: Tensor, centre: Tensor) -> tuple[Tensor, bool]:
+def improved(problems: Problems, free: Free, values: Tensor, centre: Tensor) -> tuple[Tensor, bool]:
     """One Gauss–Newton step within bounds, the prior's mean at ``centre``."""
     library = problems.problem.library
     fit = problems.quadratics([Hypothesis(free, values)], with_nuisance=False)[0]

@@ -11,9 +11,11 @@ from torch import Tensor
 from sym2real.diagnosis.candidates import Candidate
 from sym2real.diagnosis.fit import Fit, Free, Hypothesis, Problems
 
-# Relative fall of the held-out loss, and chance of a false alarm per data set, that a finding needs (DIAGNOSIS.md).
-GAIN = 0.03
-FALSE_ALARMS = 0.002
+# What a finding needs: a relative fall of the held-out loss (null data show 0.2 % at most), and a small chance of being a
+# false alarm, per data set by blocks of a second and for itself by whole logs, whose trim differs from run to run.
+GAIN = 0.01
+FALSE_ALARMS, BY_LOGS = 0.002, 0.01
+FEWEST_LOGS = 6
 MOST_FINDINGS = 8
 # Candidates that are refitted in full after screening: at most so many, none that saves less than this part of what
 # the best one does, or of the gain that a finding needs; and Gauss–Newton steps of a refit.
@@ -172,8 +174,11 @@ class Selection:
             before = self.problems.fit([Hypothesis(rest, values)], STEPS)[0]
             chance = self.problems.p_value_of_gain(before.loss, fit.loss)
         else:
-            neutral = self._neutral(fit, one)
-            chance = self.problems.p_value(fit, self.places(chosen, one), neutral)
+            neutral, places = self._neutral(fit, one), self.places(chosen, one)
+            chance = self.problems.p_value(fit, places, neutral)
+            log, enough = self.problems.problem.segments.log, len(places) + 1 < FEWEST_LOGS <= self.problems.log_count
+            if enough and self.problems.p_value(fit, places, neutral, log) > BY_LOGS:
+                return False
         return chance < FALSE_ALARMS / max(1, self.tried)
 
     def _neutral(self, fit: Fit, one: Candidate) -> Tensor:

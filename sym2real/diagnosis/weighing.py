@@ -14,6 +14,7 @@ from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.nuisance import nuisance_of
 from sym2real.diagnosis.overfit import overfitted
 from sym2real.diagnosis.prepared import with_filtered_commands
+from sym2real.diagnosis.refine import refined
 from sym2real.diagnosis.sanity import Checked, check
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.whitening import Spread, Whitening, estimate
@@ -34,7 +35,7 @@ class Weighed:
     Args:
         model: the base without its command filters, which have acted on the data.
         checked: the data, faults undone.
-        library: the equations with every candidate in them.
+        library: the model's equations with every candidate in them; hypotheses compete on a refined base.
         tried: what competes.
         problems: data, whitening, folds.
         spread: what shapes the covariance.
@@ -76,11 +77,7 @@ def weigh(
     checked = check_and_filter(model, data if isinstance(data, Dataset) else Dataset([data]))
     model = replace(model, filters=()) if model.filters else model
     library = library_for(model, checked.data, exclude, include)
-    tried = candidates(library, checked.data)
-    problem = Problem(library, checked.data)
-    on_progress("weighing errors")
-    spread, whitening = whiten(problem, tried)
-    notes, origin, calibration = list(checked.notes), library.null, None
+    notes, flown, base = list(checked.notes), None, model
     if plant is None:
         notes.append("no plain simulator: the base's own errors were not calibrated and may look like effects")
     else:
@@ -89,9 +86,14 @@ def weigh(
         if flown is None:
             notes.append("the logs' manoeuvres cannot be flown in the plain simulator: the base is not calibrated")
         else:
-            calibration = calibrate.calibrated(library, tried, flown, whitening)
-            origin = calibration.origin
-    problems = Problems.of(problem, whitening, nuisance_of(library, origin))
+            base = refined(library, flown, checked.data)
+    searched = library if base is model else library_for(base, checked.data, exclude, include)
+    tried, problem = candidates(searched, checked.data), Problem(searched, checked.data)
+    on_progress("weighing errors")
+    spread, whitening = whiten(problem, tried)
+    calibration = None if flown is None else calibrate.calibrated(searched, tried, flown, whitening)
+    origin = searched.null if calibration is None else calibration.origin
+    problems = Problems.of(problem, whitening, nuisance_of(searched, origin))
     return Weighed(model, checked, library, tried, problems, spread, origin, calibration, tuple(notes))
 
 

@@ -22,6 +22,7 @@ import torch
 import tyro
 from figures import report
 from hidden_scores import Record, confusion, figures, right
+from hidden_truth import error_of_the_truth
 from joblib import Parallel, delayed
 from rich.console import Console
 from rich.table import Table
@@ -106,8 +107,8 @@ def answer(question: Question, base: str) -> Record:
     """One case simulated and diagnosed."""
     torch.set_num_threads(1)
     case, robot = question.case, ROBOTS[question.case.robot]
-    equations = _equations(base)
-    found = diagnose(equations, simulate_case(case), MujocoPlant(robot), exclude=question.exclude)
+    equations, data = _equations(base), simulate_case(case)
+    found = diagnose(equations, data, MujocoPlant(robot), exclude=question.exclude)
     findings = found.to_dict()["findings"]
     return {
         "name": question.name,
@@ -120,6 +121,8 @@ def answer(question: Question, base: str) -> Record:
         "findings": findings,
         "leftover": None if found.leftover is None else found.leftover.to_dict(),
         "position_error": [_position_error(stage.to_dict()) for stage in found.ladder],
+        "error_of_truth": error_of_the_truth(case, data, HORIZON) if question.kind == "single" else None,
+        "misfit": list(found.misfit),
         "seconds": found.seconds,
     }
 

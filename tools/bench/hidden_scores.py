@@ -97,6 +97,12 @@ def fall(record: Record) -> list[float]:
     return [1.0 - ladder[-1] / ladder[0]] if len(ladder) > 1 and ladder[0] > 0 else []
 
 
+def against_truth(record: Record) -> list[float]:
+    """0.8 s position error after adding, as a multiple of that of the simulator with the true effect."""
+    truth = record.get("error_of_truth")
+    return [record["position_error"][-1] / truth] if truth else []
+
+
 def of_kind(records: Sequence[Record], robot: str, kind: str) -> list[Record]:
     """Records of a robot of one kind: single, pair, null or removed."""
     return [record for record in records if record["robot"] == robot and record["kind"] == kind]
@@ -147,6 +153,11 @@ def _singles(single: Sequence[Record], robot: str) -> list[Figure]:
             Figure(f"{robot}, parameter error: p90", float(np.quantile(errors, 0.9)), ""),
             Figure(f"{robot}, 95 % interval holds the truth, of {len(inside)}", _share(inside), "", ">= 0.90"),
         ]
+    ratios = [one for record in single for one in against_truth(record)]
+    if ratios:
+        name = f"{robot}, 0.8 s held-out error after adding, of that of the simulator with the effect"
+        found.append(Figure(f"{name}: median of {len(ratios)}", float(np.median(ratios)), "", "<= 1.3"))
+        found.append(Figure(f"{name}: p90", float(np.quantile(ratios, 0.9)), ""))
     if falls:
         found.append(Figure(f"{robot}, fall of held-out 0.8 s position error: median", float(np.median(falls)), ""))
     return found

@@ -1,0 +1,68 @@
+"""The best that anybody could predict: the simulator with the true effect, from the starts that the logs allow."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import mujoco
+import numpy as np
+import torch
+
+from sym2real.diagnosis.ladder import HORIZONS, windows_of
+from sym2real.diagnosis.segments import WARM_UP
+from sym2real.effects import Effect, effect
+from sym2real.experiments.standard_set import Case
+from sym2real.plants import MujocoPlant
+from sym2real.robots import ROBOTS
+from sym2real.trajectory import Array, Dataset
+
+MOST_WINDOWS = 60
+
+
+def error_of_the_truth(case: Case, data: Dataset, horizon: float) -> float:
+    """Root mean square position error in m after ``horizon`` s, over windows spread evenly over the logs.
+
+    The simulator has the case's effects, but none of what differs from run to run; commands before a window fill its
+    delays and lags, then it is put at the window's start.
+
+    Args:
+        case: gives the effects.
+        data: measured logs.
+        horizon: in s.
+    """
+    robot = ROBOTS[case.robot]
+    found = [(effect(key, robot), values) for key, values in case.effects]
+    windows = windows_of(data, round(max(HORIZONS) / robot.dt))
+    assert windows is not None
+    windows = windows.some(MOST_WINDOWS)
+    plant = MujocoPlant(robot, tuple(one.inject(**values) for one, values in found))
+    steps, place = round(horizon / robot.dt), robot.layouts.state.slice("position")
+    errors = []
+    for number in range(len(windows)):
+        starts = [_true(states[number], found) for states in (windows.before, windows.start)]
+        log, row = data[int(windows.log[number])], int(windows.row[number])
+        predicted = _predicted(plant, starts, log.action[: row + steps], row)
+        errors.append(predicted[place] - windows.measured[number, steps, place].numpy())
+    return float(np.sqrt(np.mean(np.sum(np.square(errors), axis=1))))
+
+
+def _predicted(plant: MujocoPlant, starts: list[Array], actions: Array, row: int) -> Array:
+    """State measured after the last action, from a start at ``row`` and one :data:`WARM_UP` rows before it."""
+    plant.reset(starts[0])
+    plant.mj_data.time = (row - WARM_UP) * plant.dt
+    for action in actions[row - WARM_UP : row]:
+        plant.step(action)
+    coordinates, velocities = plant.robot.to_coordinates(starts[1])
+    plant.mj_data.qpos[:7], plant.mj_data.qvel[:6] = coordinates[:7], velocities[:6]
+    mujoco.mj_forward(plant.mj_model, plant.mj_data)
+    for action in actions[row:]:
+        state = plant.step(action)
+    return state
+
+
+def _true(measured: torch.Tensor, found: list[tuple[Effect, Mapping[str, float]]]) -> Array:
+    """The state that sensors with the effects measured as this."""
+    for one, values in found:
+        if one.correctable:
+            measured = one.correct(measured, values)
+    return measured.numpy().astype(np.float64)

@@ -11,8 +11,8 @@ from torch import Tensor
 from sym2real.diagnosis.candidates import Candidate
 from sym2real.diagnosis.fit import Fit, Free, Hypothesis, Problems
 
-# What a finding needs: a relative fall of the held-out loss (null data show 0.2 % at most), and a small chance of being a
-# false alarm, per data set by blocks of a second and for itself by whole logs, whose trim differs from run to run.
+# What a finding needs: a relative fall of the held-out loss (null data show 0.2 % at most), and small chances of a false
+# alarm: per data set by blocks of a second, and for itself by whole logs, whose trim differs from run to run.
 GAIN = 0.01
 FALSE_ALARMS, BY_LOGS = 0.002, 0.01
 FEWEST_LOGS = 6

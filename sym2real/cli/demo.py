@@ -1,4 +1,4 @@
-"""``sym2real demo``: the whole path on both robots and on a real flight, in a few minutes."""
+"""``sym2real demo``: the whole path on both robots, and what a model is missing in simulated and real flights."""
 
 from __future__ import annotations
 
@@ -14,35 +14,39 @@ if TYPE_CHECKING:
 
 EPISODES = {"crazyflie": 3, "mushr": 5}
 FLOWN = {"crazyflie": ("hover", "circle", "lemniscate"), "mushr": ("circle", "park")}
-STEPS = 300
+STEPS = 400
 SECONDS = 5.0
-SPEC = "crazyflie_battery_drag"
 
 
 @dataclass(frozen=True)
 class Demo:
-    """Learn, fly and compare: both robots from their description files, then equations against a real flight.
+    """Learn, fly, compare, diagnose: both robots from their description files, then what a model is missing.
 
-    Everything that is printed is also written under OUT: models, logs (CSV), figures (PNG).
+    The last two acts are the package's main story, on simulated flights with an effect that the seed draws and on a
+    real flight. Everything that is printed is also written under OUT: models, logs (CSV), figures (PNG).
     """
 
     out: Path = Path("runs/demo")
     """Folder for models, logs and figures."""
-    samples: int = 512
-    """MPPI samples; fewer than the robots' default, so that the demo is quick."""
+    samples: int | None = None
+    """MPPI samples; the robots' own number by default."""
     seed: int = 0
     """Of starts, commands, pushes and samples."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
 
     def run(self, console: Console) -> dict[str, Any]:
-        """Run the three acts."""
+        """Run the four acts."""
+        from sym2real.cli.story import Story
+
         started = time.perf_counter()
         robots = {name: self._robot(name, console) for name in EPISODES}
-        real = self._real_flight(console)
+        story = Story(self.out, self.samples, self.seed, SECONDS)
+        hidden = story.simulated(self.out / "crazyflie" / "model", console)
+        real = story.real(console)
         seconds = time.perf_counter() - started
         console.print(f"\neverything is in {self.out}; {seconds:.0f} s")
-        return {"robots": robots, "real_flight": real, "seconds": seconds}
+        return {"robots": robots, "hidden_effect": hidden, "real_flight": real, "seconds": seconds}
 
     def _robot(self, name: str, console: Console) -> dict[str, Any]:
         from sym2real.adaptation import StageOne
@@ -82,24 +86,3 @@ class Demo:
                 )
         console.print(flight_table(flights))
         return [flight_result(flight) | write_flight(flight, self.out / name) for flight in flights]
-
-    def _real_flight(self, console: Console) -> dict[str, Any]:
-        from sym2real.data import example_flight
-        from sym2real.diagnosis import compare
-        from sym2real.experiments.real_flight import motor_level_equations
-        from sym2real.logs import read_log
-        from sym2real.report.drawing import draw_comparison
-        from sym2real.report.tables import comparison_table
-        from sym2real.symbolic import save_model
-        from sym2real.trajectory import Dataset
-
-        console.rule("A real Crazyflie: first-principles equations at motor level against its log")
-        equations = motor_level_equations(example_flight(), SPEC)
-        save_model(equations, self.out / "real_flight" / "model")
-        log = read_log(example_flight(), spec=SPEC, layouts=equations.layouts, dt=equations.dt)
-        comparison = compare(equations, log)
-        console.print(comparison_table(comparison))
-        for one in comparison.where:
-            console.print(f"- {one.statement}", markup=False)
-        figures = draw_comparison(equations, Dataset([log]), comparison, self.out / "real_flight")
-        return {**comparison.to_dict(), "figures": figures}

@@ -1,0 +1,97 @@
+"""The story that ``sym2real demo`` ends with: compare, diagnose, fly what was found; by the verbs a user types."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+FLIGHTS, KEPT, ROWS = 6, 2, 300
+TASK = "circle"
+SPEC = "crazyflie_battery_drag"
+
+
+@dataclass(frozen=True)
+class Story:
+    """What is missing in a simulated robot, whose hidden effect the seed draws, and in a real one.
+
+    Args:
+        out: folder.
+        samples: of MPPI; None for the robot's own number.
+        seed: of the effect, the flights' noise, and the samples.
+        seconds: of a flight with MPPI.
+    """
+
+    out: Path
+    samples: int | None
+    seed: int
+    seconds: float
+
+    def simulated(self, model: Path, console: Console) -> dict[str, Any]:
+        """The learned quadrotor against a plant with an effect that nothing in the logs names."""
+        from sym2real.diagnosis import add
+        from sym2real.experiments.hidden import flown_with, hidden_case, write_flights
+        from sym2real.report.tables import flight_table
+        from sym2real.symbolic import load_model
+
+        console.rule("A hidden effect: which one, how much, and does it help to know?")
+        case = hidden_case("crazyflie", self.seed)
+        with console.status("flying the changed robot"):
+            logs = write_flights(case, self.out / "hidden" / "logs", FLIGHTS, ROWS)
+        used, kept = logs[: FLIGHTS - KEPT], logs[FLIGHTS - KEPT :]
+        compared = self._compare(model, used, None, self.out / "hidden" / "compare", console)
+        found = self._diagnose(model, used, kept, None, self.out / "hidden", console)
+        base, informed = load_model(model), self.out / "hidden" / "model"
+        models = {"base": base, "that knows the truth": add(base, case.effects)}
+        if informed.is_dir():
+            models = {"base": base, "with what was found": load_model(informed), **models}
+        with console.status("flying the changed robot with MPPI"):
+            flights = flown_with(case, models, [TASK], seconds=self.seconds, samples=self.samples, seed=self.seed)
+        console.print(flight_table(flights))
+        truth = [{"effect": key, "values": dict(values)} for key, values in case.effects]
+        said = "; ".join(f"{key} {dict(values)}" for key, values in case.effects)
+        console.print(f"the hidden effect was {said}", markup=False, style="bold")
+        closed_loop = {flight.trajectory.name: flight.tracking for flight in flights}
+        return {"truth": truth, "compared": compared, "diagnosis": found, "closed_loop": closed_loop}
+
+    def real(self, console: Console) -> dict[str, Any]:
+        """First-principles equations at motor level against the log of a real Crazyflie."""
+        from sym2real.data import example_flight
+        from sym2real.experiments.real_flight import motor_level_equations
+        from sym2real.symbolic import save_model
+
+        console.rule("A real Crazyflie: first-principles equations at motor level against its log")
+        folder = self.out / "real_flight"
+        save_model(motor_level_equations(example_flight(), SPEC), folder / "nominal")
+        logs = [example_flight()]
+        compared = self._compare(folder / "nominal", logs, SPEC, folder / "compare", console)
+        found = self._diagnose(folder / "nominal", logs, [], SPEC, folder, console)
+        return {"compared": compared, "diagnosis": found}
+
+    @staticmethod
+    def _compare(model: Path, logs: Sequence[Path], spec: str | None, out: Path, console: Console) -> dict[str, Any]:
+        from sym2real.cli.compare import Compare
+
+        _say(f"compare {model} {_names(logs)}", spec, console)
+        return Compare(str(model), tuple(logs), spec=spec, out=out).run(console)
+
+    @staticmethod
+    def _diagnose(  # noqa: PLR0917 — the verb's own options
+        model: Path, logs: Sequence[Path], kept: Sequence[Path], spec: str | None, out: Path, console: Console
+    ) -> dict[str, Any]:
+        from sym2real.cli.diagnose import Diagnose
+
+        _say(f"diagnose {model} {_names(logs)}" + (f" --held-out {_names(kept)}" if kept else ""), spec, console)
+        return Diagnose(str(model), tuple(logs), held_out=tuple(kept), spec=spec, out=out).run(console)
+
+
+def _say(command: str, spec: str | None, console: Console) -> None:
+    options = f" --spec {spec}" if spec else ""
+    console.print(f"\n$ sym2real {command}{options}", style="bold cyan", markup=False, soft_wrap=True)
+
+
+def _names(logs: Sequence[Path]) -> str:
+    return " ".join(path.name for path in logs)

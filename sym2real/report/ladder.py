@@ -25,7 +25,7 @@ def ladder_table(stages: Sequence[Stage], floor: Sequence[Floor], held_out: Sequ
     channels = stages[0].horizons[horizon]
     main = next(iter(channels))
     title = f"the ladder: error {horizon:g} s ahead on {_names(held_out)}"
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     table.add_column("model", overflow="fold", min_width=13)
     for channel, error in channels.items():
         table.add_column(f"{channel}\n{error.unit}", justify="right", no_wrap=True)

@@ -229,6 +229,6 @@ def _rivals(selection: Selection, others: list[Candidate]) -> tuple[Rival, ...]:
 def _finding(selection: Selection, rivals: Iterable[Rival], provisional: bool) -> Finding:
     (own,) = selection.chosen
     alike = (rival.effect for rival in rivals if rival.as_good)
-    group = tuple(dict.fromkeys([*always_alike(own.name, selection), *alike]))
+    group = tuple(dict.fromkeys([*own.alike, *always_alike(own.name, selection), *alike]))
     (found,) = findings(selection, {own.name: group}, selection.problems.whitening.freedom, provisional)
     return found

@@ -13,6 +13,7 @@ import torch
 from sym2real.diagnosis.library import Library
 from sym2real.effects import Effect, applicable, effect
 from sym2real.effects.filters import spelled_out
+from sym2real.effects.groups import Group, holding, others_of, unnamed
 from sym2real.symbolic import Equations, compile_function
 from sym2real.trajectory import Array, Dataset, Trajectory
 
@@ -71,6 +72,8 @@ class Candidate:
         free: slots, those that move together in one tuple.
         starts: further starting values of the first free parameter; the null value is always one.
         needs_start: the null value is no start, because nothing changes there.
+        alike: keys of effects that this data cannot tell from it, by physics.
+        excludes: those of them that cannot be found beside it.
     """
 
     name: str
@@ -78,6 +81,8 @@ class Candidate:
     free: tuple[tuple[int, ...], ...]
     starts: tuple[float, ...] = ()
     needs_start: bool = False
+    alike: tuple[str, ...] = ()
+    excludes: tuple[str, ...] = ()
 
 
 def library_for(
@@ -89,7 +94,8 @@ def library_for(
     for key, others in STANDS_FOR.items():
         if key in keys:
             found = [one for one in found if not any(fnmatch(one.key, other) for other in others)]
-    chosen = tuple(dict.fromkeys((*(one.key for one in found), *include)))
+    dropped = unnamed({one.key for one in found}, data)
+    chosen = tuple(dict.fromkeys((*(one.key for one in found if one.key not in dropped), *include)))
     return _library(equations, chosen)
 
 
@@ -112,6 +118,8 @@ def _skipped(one: Effect, data: Dataset, exclude: Collection[str]) -> bool:
 def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
     """What competes: one candidate per effect; the two lateral rate commands as one."""
     found: list[Candidate] = []
+    groups, known = holding(data), [one.key for one in applicable(library.equations)]
+    exclusive = [group for group in groups if group.one_of]
     for key, one in library.effects.items():
         slots = library.indices(key)
         if not slots or one.column == PAIR[1]:
@@ -130,8 +138,14 @@ def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
         if one.kind == "limit":
             free = tuple(f for f in free if library.slots[f[0]].name == "upper")
         starts, needs = _starts(library, one, data)
-        found.append(Candidate(key, keys, free, starts, needs))
+        alike, excludes = _matching(key, groups, known), _matching(key, exclusive, known)
+        found.append(Candidate(key, keys, free, starts, needs, alike, excludes))
     return tuple(found)
+
+
+def _matching(key: str, groups: Iterable[Group], known: Iterable[str]) -> tuple[str, ...]:
+    patterns = others_of(key, groups)
+    return tuple(one for one in known if one != key and any(fnmatch(one, pattern) for pattern in patterns))
 
 
 def _starts(library: Library, one: Effect, data: Dataset) -> tuple[tuple[float, ...], bool]:

@@ -139,7 +139,7 @@ def compare(
     left_out = [horizon for horizon in horizons if horizon not in reachable]
     if left_out:
         notes.append(f"no log is long enough for horizons {left_out} s")
-    free = min(round(_free_run_seconds(dataset.layouts.state) / dataset.dt), longest)
+    free = min(round(free_run_seconds(dataset.layouts.state) / dataset.dt), longest)
     steps = sorted({1, free, *(round(horizon / dataset.dt) for horizon in reachable)})
     table = dict(zip(steps, _errors(predictor, dataset, steps, start), strict=True))
     return Comparison(
@@ -154,7 +154,8 @@ def compare(
     )
 
 
-def _free_run_seconds(layout: Layout) -> float:
+def free_run_seconds(layout: Layout) -> float:
+    """How long a free run is, s."""
     return FREE_RUN["heading" if layout.has_field("heading") else "otherwise"]
 
 

@@ -11,10 +11,12 @@ import numpy as np
 import torch
 
 from sym2real.diagnosis.candidates import Candidate
+from sym2real.diagnosis.deviations import parameter_set
 from sym2real.diagnosis.features import Region
-from sym2real.diagnosis.findings import Finding, by_importance, findings, parameter_set
+from sym2real.diagnosis.findings import Finding, findings
 from sym2real.diagnosis.floor import Floor, floor_of_explained
 from sym2real.diagnosis.groups import groups_of
+from sym2real.diagnosis.importance import by_importance
 from sym2real.diagnosis.ladder import Stage, horizons_for, ladder
 from sym2real.diagnosis.leftover import Leftover, Rest, find_leftover
 from sym2real.diagnosis.library import Library

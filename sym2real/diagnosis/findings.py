@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import torch
 from scipy import stats
-from torch import Tensor
 
 from sym2real.diagnosis.candidates import Candidate
+from sym2real.diagnosis.deviations import reported
+from sym2real.diagnosis.importance import by_importance
 from sym2real.diagnosis.nuisance import BY_TORQUE, STIFFNESS
 from sym2real.diagnosis.select import Selection
 from sym2real.effects import Effect
@@ -70,13 +70,6 @@ class Finding:
     @property
     def values(self) -> dict[str, float]:
         return {name: estimate.value for name, estimate in self.parameters.items()}
-
-
-def reported(value: float, origin: float, null: float) -> float:
-    """A fitted value as a deviation from what calibration says of the base, counted from the null value."""
-    if null == 0.0:
-        return value - origin
-    return value / origin if null == 1.0 and origin > 0 else value
 
 
 def estimates(selection: Selection, one: Candidate) -> dict[str, dict[str, Estimate]]:
@@ -145,40 +138,3 @@ def findings(
                 )
             )
     return found
-
-
-def by_importance(selection: Selection) -> list[tuple[Candidate, Any]]:
-    """Chosen effects in the order in which each removes most of what is left, with the fit of all so far."""
-    rest = list(selection.chosen)
-    done: list[Candidate] = []
-    ordered: list[tuple[Candidate, Any]] = []
-    while rest:
-        if len(rest) > 1:
-            trials = selection.refitted(done, [(one, _without(selection, rest, one)) for one in rest])
-            one, fit = trials[0].candidate, trials[0].fit
-        else:
-            one, fit = rest[0], selection.fit
-        done = [*done, one]
-        rest = [other for other in rest if other is not one]
-        ordered.append((one, fit))
-    return ordered
-
-
-def _without(selection: Selection, rest: Sequence[Candidate], one: Candidate) -> Tensor:
-    """The result's parameter set with every effect of ``rest`` at the origin but ``one``."""
-    values = selection.fit.values.clone()
-    slots = [slot for other in rest if other is not one for tied in other.free for slot in tied]
-    values[slots] = selection.origin[slots]
-    return values
-
-
-def parameter_set(selection: Selection, chosen: list[Candidate], values: Tensor) -> Tensor:
-    """The library's parameter set of a model with some effects at their reported values, and nothing else."""
-    library = selection.problems.problem.library
-    result = library.null
-    for one in chosen:
-        for tied in one.free:
-            for index in tied:
-                slot = library.slots[index]
-                result[index] = reported(float(values[index]), float(selection.origin[index]), slot.null)
-    return result

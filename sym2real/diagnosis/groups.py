@@ -22,7 +22,7 @@ def groups_of(selection: Selection) -> dict[str, tuple[str, ...]]:
     rivals = selection.swap()
     found = {}
     for one in selection.chosen:
-        members = list(always_alike(one.name, selection))
+        members = [*one.alike, *always_alike(one.name, selection)]
         for scored, share, difference in rivals.get(one.name, []):
             name = scored.candidate.name
             if name in {other.name for other in selection.chosen}:

@@ -61,6 +61,7 @@ class Selection:
         held_out: its loss per fold.
         tried: number of hypotheses that had a chance.
         on_progress: told what has been found so far.
+        order: what is in by importance, once somebody has asked.
     """
 
     problems: Problems
@@ -71,6 +72,7 @@ class Selection:
     held_out: Tensor = None  # type: ignore[assignment]
     tried: int = 0
     on_progress: OnProgress = lambda _: None
+    order: list[tuple[Candidate, Fit]] | None = None
     _rankings: dict[tuple[str, ...], list[Scored]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -79,7 +81,7 @@ class Selection:
 
     def put(self, chosen: Sequence[Candidate], fit: Fit) -> None:
         """Make this the present state."""
-        self.chosen, self.fit = list(chosen), fit
+        self.chosen, self.fit, self.order = list(chosen), fit, None
         self.held_out = self.problems.held_out(fit)
 
     @property
@@ -116,7 +118,12 @@ class Selection:
     def _open(self, chosen: Sequence[Candidate], rivals: Sequence[Candidate]) -> list[Candidate]:
         """Those of the rivals that share no parameter with what is chosen."""
         taken = {slot for tied in self.free(chosen) for slot in tied}
-        return [one for one in rivals if not any(slot in taken for tied in one.free for slot in tied)]
+        shut = {name for one in chosen for name in one.excludes}
+        return [
+            one
+            for one in rivals
+            if one.name not in shut and not any(slot in taken for tied in one.free for slot in tied)
+        ]
 
     def refitted(self, chosen: Sequence[Candidate], started: Sequence[tuple[Candidate, Tensor]]) -> list[Scored]:
         """Candidates, each fitted jointly with what is chosen from a parameter set, best first."""

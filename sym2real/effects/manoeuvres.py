@@ -1,0 +1,120 @@
+"""What logs lack that would tell effects apart: turns of yaw, changes of thrust, dither, several circles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from sym2real.trajectory import Array, Trajectory
+
+# Length of the mean heading vector above which yaw stays (standard deviation below 0.46 rad).
+STEADY_YAW = 0.9
+# Relative standard deviation of the thrust below which it stays: an offset then differs from a gain by a tenth.
+STEADY_THRUST = 0.1
+# Standard deviation of rate commands from row to row that counts as dither, rad/s (DIAGNOSIS: 0.15 and more separate).
+DITHER = 0.15
+# Share of commands in one direction, and least speed (m/s) at which a car's circle is looked at.
+ONE_DIRECTION, MOVING = 0.95, 0.2
+# Squared cosine between a lever arm's and a yaw bias's sideways velocity from which on they count as one.
+ONE_CIRCLE = 0.5
+# Interquartile range of the speed, by its median, below which a flight or drive has one speed.
+ONE_SPEED = 0.25
+# Lateral acceleration (m/s²) that tyres hold (DIAGNOSIS: grip shows from 2.7 on).
+GRIP = 2.7
+MOTORS = ("motor1", "motor2", "motor3", "motor4")
+# White noise to its third difference.
+THIRD_DIFFERENCE = np.sqrt(20.0)
+
+
+def always(logs: Iterable[Trajectory]) -> bool:
+    """True on every flight."""
+    return True
+
+
+def steady_yaw(logs: Iterable[Trajectory]) -> bool:
+    """Whether a quadrotor looks one way: a force from the ground then looks like a tilted sensor."""
+    headings = []
+    for log in logs:
+        if not _has(log, ("qw", "qx", "qy", "qz")):
+            return False
+        w, x, y, z = (log.column(name) for name in ("qw", "qx", "qy", "qz"))
+        headings.append(np.exp(1j * np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))))
+    return bool(headings) and bool(abs(np.concatenate(headings).mean()) > STEADY_YAW)
+
+
+def steady_thrust(logs: Iterable[Trajectory]) -> bool:
+    """Whether the thrust command hardly varies."""
+    values = [_thrust(log) for log in logs]
+    if not values or any(len(one) == 0 for one in values):
+        return False
+    together = np.concatenate(values)
+    return bool(together.std() < STEADY_THRUST * abs(together.mean()))
+
+
+def one_speed(logs: Iterable[Trajectory]) -> bool:
+    """Whether half of the time is spent close to one speed."""
+    names = ("vx", "vy", "vz")
+    values = [np.linalg.norm([log.column(name) for name in names if name in log.layouts.state], axis=0) for log in logs]
+    if not values:
+        return False
+    low, middle, high = np.quantile(np.concatenate(values), (0.25, 0.5, 0.75))
+    return bool(high - low < ONE_SPEED * middle)
+
+
+def tyres_hold(logs: Iterable[Trajectory]) -> bool:
+    """Whether a car hardly ever turns hard enough to slide."""
+    pushed = []
+    for log in logs:
+        if not _has(log, ("vx", "vy", "wz", "steer")):
+            return False
+        pushed.append(np.hypot(log.column("vx"), log.column("vy")) * abs(log.column("wz")))
+    return bool(pushed) and bool(np.quantile(np.concatenate(pushed), 0.95) < GRIP)
+
+
+def calm_rates(logs: Iterable[Trajectory]) -> bool:
+    """Whether rate commands change smoothly."""
+    names = ("wx_cmd", "wy_cmd")
+    logs = [log for log in logs if _has(log, names) and len(log) > 3]
+    if not logs:
+        return False
+    jumps = [np.diff(log.column(name), n=3).std() / THIRD_DIFFERENCE for log in logs for name in names]
+    return bool(np.mean(jumps) < DITHER)
+
+
+def one_direction(logs: Iterable[Trajectory]) -> bool:
+    """Whether a car only ever drives forwards, or only backwards."""
+    values = [log.column("speed") for log in logs if "speed" in log.layouts.action]
+    if not values:
+        return False
+    forward = float((np.concatenate(values) > 0).mean())
+    return max(forward, 1 - forward) > ONE_DIRECTION
+
+
+def one_circle(logs: Iterable[Trajectory]) -> bool:
+    """Whether yaw rate and speed go together, as on one circle: a lever arm then looks like a turned heading."""
+    speeds, rates = [], []
+    for log in logs:
+        if not _has(log, ("sin_yaw", "cos_yaw", "vx", "vy", "wz")):
+            return False
+        speed = log.column("vx") * log.column("cos_yaw") + log.column("vy") * log.column("sin_yaw")
+        speeds.append(speed[abs(speed) > MOVING])
+        rates.append(log.column("wz")[abs(speed) > MOVING])
+    if not speeds or not sum(len(one) for one in speeds):
+        return False
+    speed, rate = np.concatenate(speeds), np.concatenate(rates)
+    return bool((speed @ rate) ** 2 > ONE_CIRCLE * (speed @ speed) * (rate @ rate))
+
+
+def _thrust(log: Trajectory) -> Array:
+    if "thrust" in log.layouts.action:
+        return log.column("thrust")
+    if _has(log, MOTORS):
+        total: Array = np.sum([log.column(name) for name in MOTORS], axis=0)
+        return total
+    return np.zeros(0)
+
+
+def _has(log: Trajectory, names: Iterable[str]) -> bool:
+    known = {*log.layouts.state, *log.layouts.action, *log.layouts.inputs, *log.extra}
+    return all(name in known for name in names)

@@ -1,0 +1,72 @@
+"""Covariance of what is left: recovered from draws of it, and not by pieces in which something odd happens."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import torch
+from torch import Tensor
+
+from sym2real.diagnosis.whitening import PIECES, Spread, Whitening, estimate
+
+SEGMENTS, ROWS, COMPONENTS, SENSOR, PUSH = 60, 25, 3, 0.002, 0.4
+
+
+@pytest.fixture
+def spread() -> Spread:
+    """One push that is integrated twice into every component, and a start with position and velocity."""
+    time = torch.arange(ROWS, dtype=torch.float64) * 0.02
+    eye = torch.eye(COMPONENTS, dtype=torch.float64)
+    start = torch.cat([torch.kron(torch.ones(ROWS, 1), eye), torch.kron(time[:, None], eye)], dim=1)
+    edges = torch.linspace(0, float(time[-1]), PIECES + 1, dtype=torch.float64)
+    after = [(time[:, None] - edge).clamp_min(0) ** 2 / 2 for edge in edges]
+    pieces = torch.cat([a - b for a, b in pairwise(after)], dim=1)  # (ROWS, PIECES)
+    pushes = torch.einsum("tp,cd->tcdp", pieces, eye).reshape(ROWS * COMPONENTS, COMPONENTS, PIECES)
+    return Spread(
+        start=start.double().expand(SEGMENTS, -1, -1),
+        pushes=pushes.expand(SEGMENTS, -1, -1, -1),
+        names=("fx", "fy", "fz"),
+        sizes=torch.ones(COMPONENTS, dtype=torch.float64),
+        components=COMPONENTS,
+    )
+
+
+def drawn(spread: Spread, seed: int) -> Tensor:
+    """Residuals of the model that the covariance describes ``# (S, R)``."""
+    rng = np.random.default_rng(seed)
+    start = torch.as_tensor(rng.standard_normal((SEGMENTS, spread.start.shape[-1]))) * 0.1
+    push = torch.as_tensor(rng.standard_normal((SEGMENTS, COMPONENTS * PIECES))) * PUSH
+    noise = torch.as_tensor(rng.standard_normal((SEGMENTS, ROWS * COMPONENTS))) * SENSOR
+    moved = torch.einsum("srn,sn->sr", spread.start, start)
+    return moved + torch.einsum("srp,sp->sr", spread.pushes.flatten(-2), push) + noise
+
+
+def estimated(spread: Spread, residuals: Tensor) -> Whitening:
+    return estimate(spread, residuals, np.full(COMPONENTS, 0.001), (0, 0, 0))
+
+
+def test_variances_are_recovered_and_every_piece_of_gaussian_data_is_trusted(spread: Spread) -> None:
+    for seed in range(5):
+        residuals = drawn(spread, seed)
+        found = estimated(spread, residuals)
+        assert found.sensor.tolist() == pytest.approx([SENSOR] * COMPONENTS, rel=0.05)
+        assert list(found.pushes.values()) == pytest.approx([PUSH] * COMPONENTS, rel=0.25)
+        assert bool((found.trust == 1).all())
+        assert float(found.loss(residuals[None]).sum()) == pytest.approx(found.freedom, rel=0.05)
+
+
+def test_few_odd_pieces_are_trusted_less_and_do_not_raise_the_variances(spread: Spread) -> None:
+    residuals = drawn(spread, 0)
+    odd = torch.arange(0, SEGMENTS, 10)
+    residuals[odd] *= 8.0
+    found = estimated(spread, residuals)
+    others = torch.ones(SEGMENTS, dtype=torch.bool)
+    others[odd] = False
+    assert float(found.trust[odd].max()) < 0.2
+    assert float(found.trust[others].min()) > 0.5
+    assert found.sensor.tolist() == pytest.approx([SENSOR] * COMPONENTS, rel=0.2)
+    assert found.products(residuals[..., None])[:, 0, 0].tolist() == pytest.approx(
+        found.loss(residuals[None])[0].tolist()
+    )

@@ -1,0 +1,110 @@
+"""What logs cannot tell apart: conditions on the manoeuvre, and what follows for candidates."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sym2real.diagnosis.candidates import candidates, library_for
+from sym2real.effects import effect
+from sym2real.effects.groups import holding, others_of
+from sym2real.effects.manoeuvres import (
+    calm_rates,
+    one_circle,
+    one_direction,
+    one_speed,
+    steady_thrust,
+    steady_yaw,
+    tyres_hold,
+)
+from sym2real.effects.trim import TRIM, is_trim
+from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.trajectory import Array, Dataset, Trajectory
+
+ROWS = 300
+
+
+def flight(yaw: Array, thrust: Array, speed: Array, rates: Array | float = 0.0) -> Trajectory:
+    state = np.tile(CRAZYFLIE.start, (ROWS, 1))
+    layout, action = CRAZYFLIE.layouts.state, CRAZYFLIE.layouts.action
+    state[:, layout.index("qw")], state[:, layout.index("qz")] = np.cos(yaw / 2), np.sin(yaw / 2)
+    state[:, layout.index("vx")] = speed
+    sent = np.tile(CRAZYFLIE.rest, (ROWS, 1))
+    sent[:, action.index("thrust")] = thrust
+    sent[:, action.index("wx_cmd")] = sent[:, action.index("wy_cmd")] = rates
+    time = np.arange(ROWS) * CRAZYFLIE.dt
+    return Trajectory(time, state, sent, np.zeros((ROWS, len(CRAZYFLIE.layouts.inputs))), CRAZYFLIE.layouts)
+
+
+def drive(steer: Array, speed: Array) -> Trajectory:
+    length, dt = MUSHR.constants["wheelbase"], MUSHR.dt
+    rate = speed * np.tan(steer) / length
+    yaw = np.cumsum(rate) * dt
+    along = np.stack([np.cos(yaw), np.sin(yaw)], axis=1) * speed[:, None]
+    path = np.cumsum(along, axis=0) * dt
+    state = np.column_stack([path, np.sin(yaw), np.cos(yaw), along, rate])
+    actions = np.column_stack([steer, speed])
+    return Trajectory(np.arange(ROWS) * dt, state, actions, np.zeros((ROWS, len(MUSHR.layouts.inputs))), MUSHR.layouts)
+
+
+still, phase = np.zeros(ROWS), np.linspace(0, 8 * np.pi, ROWS)
+hover = flight(0.1 * np.sin(phase), 0.27 + 0.01 * np.sin(phase), still)
+busy = flight(
+    phase / 2, 0.27 + 0.08 * np.sin(phase), 1.5 * np.sin(phase), np.random.default_rng(0).normal(0, 0.5, ROWS)
+)
+circle = drive(np.full(ROWS, 0.2), np.full(ROWS, 0.9))
+eight = drive(0.3 * np.sin(phase), 1.0 + 0.8 * np.sin(1.7 * phase))
+fast = drive(np.full(ROWS, 0.25), np.full(ROWS, 2.5))
+
+
+def test_conditions_hold_where_the_manoeuvre_lacks_what_separates() -> None:
+    for condition in (steady_yaw, steady_thrust, calm_rates):
+        assert condition([hover])
+        assert not condition([busy])
+    for condition in (one_circle, one_speed, one_direction, tyres_hold):
+        assert condition([circle])
+    for condition in (one_circle, one_speed):
+        assert not condition([eight])
+    assert not tyres_hold([fast])
+    assert not one_direction([circle, drive(np.full(ROWS, 0.2), np.full(ROWS, -0.9))])
+    # Two circles, one each way, separate what one does not.
+    assert not one_circle([circle, drive(np.full(ROWS, -0.2), np.full(ROWS, 0.9))])
+    # Two flights that look different ways do as well.
+    assert not steady_yaw([hover, flight(still + 2.0, still + 0.27, still)])
+
+
+def test_conditions_of_another_robot_do_not_hold() -> None:
+    for condition in (steady_yaw, steady_thrust, calm_rates):
+        assert not condition([circle])
+    for condition in (one_circle, tyres_hold, one_direction):
+        assert not condition([hover])
+
+
+def test_equal_effects_compete_in_one_place() -> None:
+    assert "mounting_tilt" in others_of("wind", holding([hover]))
+    assert "mounting_tilt" not in others_of("wind", holding([busy]))
+    found = {one.name: one for one in candidates(library_for(CRAZYFLIE.nominal(), Dataset([hover])), Dataset([hover]))}
+    assert found["wind"].excludes == ("mounting_tilt",)
+    assert found["mounting_tilt"].excludes == ("wind",)
+    assert {"gain:thrust", "offset:thrust"} <= set(found["added_mass"].alike)
+    separated = candidates(library_for(CRAZYFLIE.nominal(), Dataset([busy])), Dataset([busy]))
+    assert all(not one.excludes for one in separated)
+
+
+def test_drag_at_one_speed_is_called_linear() -> None:
+    steady = flight(still, still + 0.27, still + 1.0)
+    assert "quadratic_drag" not in library_for(CRAZYFLIE.nominal(), Dataset([steady])).effects
+    assert "quadratic_drag" in library_for(CRAZYFLIE.nominal(), Dataset([busy])).effects
+
+
+@pytest.mark.parametrize(("part", "expected"), [(0.5, True), (2.0, False)])
+def test_trim_is_a_small_tilt_or_a_force_that_looks_like_one(part: float, expected: bool) -> None:
+    tilt, wind = effect("mounting_tilt", CRAZYFLIE), effect("wind", CRAZYFLIE)
+    assert is_trim(tilt, {"roll": part * TRIM, "pitch": 0.0}, [hover]) == expected
+    force = part * TRIM * CRAZYFLIE.mass * 9.81
+    assert is_trim(wind, {"fx": 0.0, "fy": -force}, [hover]) == expected
+    assert not is_trim(wind, {"fx": force, "fy": 0.0}, [busy])  # yaw turns: a force of the world, no tilt
+    assert not is_trim(effect("added_mass", CRAZYFLIE), {"value": 0.0}, [hover])
+    assert not is_trim(effect("wind", MUSHR), {"fx": 0.0, "fy": 0.0}, [replace(circle)])

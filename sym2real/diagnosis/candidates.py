@@ -14,6 +14,7 @@ from sym2real.diagnosis.library import Library
 from sym2real.effects import Effect, applicable, effect
 from sym2real.effects.filters import spelled_out
 from sym2real.effects.groups import Group, holding, others_of, unnamed
+from sym2real.effects.manoeuvres import one_circle
 from sym2real.symbolic import Equations, compile_function
 from sym2real.trajectory import Array, Dataset, Trajectory
 
@@ -135,6 +136,8 @@ def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
                 )
         if one.kind == "wind":  # a vertical force is thrust's: mass, its map, its offset
             free = tuple(f for f in free if library.slots[f[0]].name != "fz")
+        if one.kind == "lever_arm" and one_circle(data):  # an arm aside is the speed's: its gain, its limit
+            free = tuple(f for f in free if library.slots[f[0]].name != "ry")
         if one.kind == "limit":
             free = tuple(f for f in free if library.slots[f[0]].name == "upper")
         starts, needs = _starts(library, one, data)

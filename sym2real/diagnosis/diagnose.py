@@ -22,6 +22,7 @@ from sym2real.diagnosis.leftover import Leftover, Rest, find_leftover
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.locate import Where, locate
 from sym2real.diagnosis.sanity import Fault
+from sym2real.diagnosis.search import search
 from sym2real.diagnosis.select import FEWEST_BLOCKS, Selection
 from sym2real.diagnosis.verdict import Verdict, makes_worse, summary, verdict
 from sym2real.diagnosis.weighing import OnProgress, Weighed, check_and_filter, weigh
@@ -129,15 +130,6 @@ def diagnose(
     on_progress("locating errors")
     where = locate(weighed.model, weighed.checked.data, region)
     return replace(found, where=where, seconds=time.perf_counter() - started)
-
-
-def search(selection: Selection) -> None:
-    """Additions, then every one against dropping and against its rivals."""
-    selection.grow()
-    selection.prune()
-    if selection.chosen:
-        selection.swap()
-        selection.prune()
 
 
 def _answer(

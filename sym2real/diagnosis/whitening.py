@@ -9,8 +9,10 @@ Graph. Stat. 28 (2019): θ ← θ √(rᵀC⁻¹A C⁻¹r / tr C⁻¹A).
 Real logs have pieces in which something rare happens that no model of pushes foresees (a motor controller winds up, a
 wheel slips). Few of them must not decide, nor hide what all others obey: where the over-fitted residuals have heavy
 tails, each segment's covariance is C/g with the weight g that Student's t gives it, g = (ν + n)/(ν + rᵀC⁻¹r), its
-degrees of freedom ν by maximum likelihood. Gaussian residuals make ν infinite and every g one. Source: K. Lange, R.
-Little, J. Taylor, "Robust statistical modeling using the t distribution", J. Am. Stat. Assoc. 84 (1989).
+degrees of freedom ν by maximum likelihood. Gaussian residuals make ν infinite and every g one. Sources: K. Lange, R.
+Little, J. Taylor, "Robust statistical modeling using the t distribution", J. Am. Stat. Assoc. 84 (1989); weights
+divided by their mean, so that the scale converges: C. Liu, D. Rubin, Y. Wu, "Parameter expansion to accelerate EM",
+Biometrika 85 (1998).
 """
 
 from __future__ import annotations
@@ -163,13 +165,13 @@ def estimate(spread: Spread, residuals: Tensor, noise: np.ndarray, channel: tupl
     sensor, power = _variances(part, inside, sensor, power, groups)
     found = spread.whitening(sensor, power)
     for _ in range(TRUST_ROUNDS):
-        found = replace(found, trust=_trust(found, residuals))
-        if bool((found.trust == 1).all()):
-            break
-        weighted = inside * found.trust[few, None].sqrt()
-        sensor, power = _variances(part, weighted, sensor, power, groups)
-        found = replace(spread.whitening(sensor, power), trust=found.trust)
-    return found
+        trust = _trust(found, residuals)
+        if bool((trust == 1).all()):
+            return found
+        weight = trust[few] / trust[few].mean()  # without the mean the scale would hardly move (see above)
+        sensor, power = _variances(part, inside * weight[:, None].sqrt(), sensor, power, groups)
+        found = spread.whitening(sensor, power)
+    return replace(found, trust=_trust(found, residuals))
 
 
 def _variances(

@@ -17,7 +17,10 @@ from sym2real.symbolic import Equations, symbol
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return tuple(Parameter(name, "m", null=0.0, low=-1.0, high=1.0, scale=0.05) for name in ("rx", "ry"))
+    """What is measured is a point of the robot: a wheelbase ahead or behind, half of one aside."""
+    longest = body.numbers.get("wheelbase", 1.0)
+    bounds = {"rx": longest, "ry": longest / 2}
+    return tuple(Parameter(name, "m", null=0.0, low=-most, high=most, scale=0.05) for name, most in bounds.items())
 
 
 def _arm(sine: Any, cosine: Any, values: Any) -> tuple[Any, Any]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from sym2real.diagnosis.candidates import Candidate
 from sym2real.diagnosis.fit import Fit
-from sym2real.diagnosis.select import GAIN, Selection
+from sym2real.diagnosis.select import GAIN_BESIDE, Selection
 
 # Whitened squares per degree of freedom of a result that leaves nothing to explain. First effects that save this part
 # of what the best one does are tried as well, so many of them.
@@ -29,7 +29,7 @@ class _Result:
 
     @classmethod
     def of(cls, selection: Selection) -> _Result:
-        price = selection.loss * (1 + GAIN) ** len(selection.chosen)
+        price = selection.loss * (1 + GAIN_BESIDE) ** len(selection.chosen)
         return cls(selection.chosen, selection.fit, price)
 
 

@@ -53,7 +53,7 @@ def test_without_dither_hover_shows_neither_delay_nor_motor_lag() -> None:
     still = planned("crazyflie", HOVER, dither=0.01)
     assert still.smallest("motor_lag") is None
     assert (still.smallest("delay") or 1.0) > 0.1
-    assert planned("crazyflie", HOVER).smallest("motor_lag") == pytest.approx(0.008, rel=0.5)
+    assert 0.008 / 3 < (planned("crazyflie", HOVER).smallest("motor_lag") or 1.0) < 0.008 * 3
     assert not inseparable(planned("crazyflie", FLIGHTS), "delay", "motor_lag")
 
 

@@ -13,7 +13,7 @@ from sym2real.report.figures import comparison_figure, predictions_of, save
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset
 
-MOST_PREDICTED = 8  # logs that get a figure of their own
+MOST_PREDICTED = 4  # logs that get a figure of their own
 
 
 def draw_comparison(equations: Equations, data: Dataset, comparison: Comparison, folder: Path) -> list[Path]:

@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 from sym2real.diagnosis import ROWS, Comparison, Windows, predict_windows
 from sym2real.diagnosis.prepared import prepared
 from sym2real.diagnosis.start import Start
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Array, Dataset, Trajectory
 
 MEASURED, PREDICTED, INFORMED, REFERENCE = "#1b6ca8", "#d1495b", "#2a9d5c", "#8d99ae"
 WINDOWS_DRAWN = 12
@@ -24,7 +25,7 @@ def save(figure: Figure, path: Path) -> Path:
     """Write a figure beside, then rename; the format follows the file's ending."""
     path.parent.mkdir(parents=True, exist_ok=True)
     beside = path.with_name(f".{os.getpid()}-{path.name}")
-    figure.savefig(beside, dpi=150, bbox_inches="tight")
+    figure.savefig(beside, dpi=120)
     beside.replace(path)
     return path
 
@@ -80,18 +81,24 @@ def prediction_figure(trajectory: Trajectory, windows: dict[str, Windows]) -> Fi
     for position, (axis, column) in enumerate(zip(axes, columns, strict=False)):
         axis.plot(trajectory.time, trajectory.state[:, position], color=MEASURED, linewidth=1, label="measured")
         for colour, (label, predictions) in zip((PREDICTED, INFORMED), windows.items(), strict=False):
-            every = max(1, len(predictions.rows) // WINDOWS_DRAWN)
-            for number, start in enumerate(predictions.rows[::every]):
-                predicted = predictions.predicted[number * every, :, position].numpy()
-                ahead = trajectory.time[start : start + len(predicted) + 1]
-                values = np.concatenate([trajectory.state[start : start + 1, position], predicted])
-                axis.plot(ahead, values, color=colour, linewidth=1, label=label if number == 0 else None)
+            times, values = _pieces(trajectory, predictions, position)
+            axis.plot(times, values, color=colour, linewidth=1, label=label)
         axis.set(title=f"{column} in {trajectory.layouts.state.units[column]}")
     for axis in axes[len(columns) :]:
         axis.set_visible(False)
     axes[0].legend()
     figure.suptitle(f"{trajectory.name}: measured, and predicted {PREDICTED_SECONDS:g} s ahead")
     return figure
+
+
+def _pieces(trajectory: Trajectory, predictions: Windows, position: int) -> tuple[Array, Array]:
+    """Times and values of a few predictions along a log, each from its measured start, as one line with gaps."""
+    every = max(1, len(predictions.rows) // WINDOWS_DRAWN)
+    times, values = list[ArrayLike](), list[ArrayLike]()
+    for start, predicted in zip(predictions.rows[::every], predictions.predicted[::every], strict=True):
+        times += [trajectory.time[start : start + len(predicted) + 1], [np.nan]]
+        values += [trajectory.state[start : start + 1, position], predicted[:, position].numpy(), [np.nan]]
+    return np.concatenate(times), np.concatenate(values)
 
 
 def predictions_of(models: Mapping[str, Equations], data: Dataset, start: Start = "smoothed") -> dict[str, Figure]:

@@ -6,10 +6,13 @@ import re
 from pathlib import Path
 
 import pytest
+import tyro
 
-from sym2real.cli import VERBS
+from sym2real.cli import VERBS, Verb
 
-README = (Path(__file__).resolve().parent.parent / "README.md").read_text()
+ROOT = Path(__file__).resolve().parent.parent
+README = (ROOT / "README.md").read_text()
+PAGES = ("README.md", "docs/diagnosis.md", "docs/tutorial.md")
 
 
 def test_the_python_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
@@ -22,3 +25,14 @@ def test_the_verbs_of_the_readme_exist() -> None:
     verbs = re.findall(r"^sym2real (\w+)", README, re.MULTILINE)
     assert len(verbs) >= 8
     assert set(verbs) <= set(VERBS)
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_command_of_the_docs_is_one(page: str) -> None:
+    """Options and their order are right; nothing is run."""
+    text = (ROOT / page).read_text()
+    commands = re.findall(r"^sym2real (.*?)(?:\s+#.*)?$", text, re.MULTILINE)
+    assert commands
+    for command in commands:
+        parsed: object = tyro.cli(Verb, args=command.split())  # type: ignore[call-overload]
+        assert parsed is not None

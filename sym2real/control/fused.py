@@ -36,6 +36,7 @@ class _Plan(ctypes.Structure):
         *((name, ctypes.c_void_p) for name in ("mean", "low", "high", "factor", "smooth", "price", "noise", "costs")),
         ("temperature", ctypes.c_float),
         ("correlation", ctypes.c_float),
+        ("fresh", ctypes.c_float),
         ("seed", ctypes.c_uint32),
         ("call", ctypes.c_uint32),
         *((name, ctypes.c_int) for name in ("samples", "horizon", "draws", "begun")),
@@ -112,7 +113,8 @@ class FusedStep:
         self._plan = _Plan(**{name: array.ctypes.data for name, array in {**self._constant, **buffers}.items()})
         self._plan.temperature, self._plan.samples = settings.temperature, self.samples
         self._plan.horizon, self._plan.draws = self.horizon, smooth.shape[1]
-        self._plan.correlation = math.exp(-robot.dt / settings.correlation) if sampling.colour == 1 else 0.0
+        kept = math.exp(-robot.dt / settings.correlation) if sampling.colour == 1 else 0.0
+        self._plan.correlation, self._plan.fresh = kept, math.sqrt(1.0 - kept**2)
         self.threads = sizes.threads
 
     @property

@@ -80,7 +80,7 @@ def planning_program(
     known |= {action: (1.0, graph.inputs[f"planned {action}"]) for action in actions}
     known |= {f"ref_{column}": (1.0, graph.inputs[f"reference {column}"]) for column in visible}
     price = graph.whole(Lowering(graph, values=known).lower(cost))
-    program = by_height(make_program(graph, [*nodes, price]))
+    program = by_height(make_program(graph, [*nodes, price]), carried=range(len(state)))
     return Planning(program, _guarded(program, equations), _assumed(equations, robot, filtered))
 
 

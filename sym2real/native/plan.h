@@ -5,54 +5,45 @@ struct plan {
     const real *state, *inputs, *reference, *memory, *weights;
     const real *mean, *low, *high, *factor, *smooth, *price, *noise;
     real *costs;
-    real temperature, correlation;
+    real temperature, correlation, fresh; /* of a step that follows another: correlation² + fresh² = 1 */
     word seed, call;
     int samples, horizon, draws, begun;
 };
 
-/* Noise of a block into its track; the first sample has none, so that the mean itself is among the candidates. */
-INLINE void colour(const struct plan *p, TRACK track, int step, const v *normals, v *past) {
-    for (int a = 0; a < ACTIONS; a++) {
-        v coloured = normals[a];
-#if COLOUR == 1
-        const real kept = p->correlation;
-        const v fresh = step ? coloured * OF_REAL(sqrt)(R(1.0) - kept * kept) : coloured;
-        coloured = past[a] = step ? past[a] * kept + fresh : fresh;
+/* One row of normal numbers through the factor of the covariance. */
+INLINE void correlate(const struct plan *p, v *row) {
+    for (int a = ACTIONS - 1; a >= 0; a--) {
+        row[a] *= p->factor[a * ACTIONS + a];
+#if !DIAGONAL
+        for (int b = 0; b < a; b++) row[a] += row[b] * p->factor[a * ACTIONS + b];
 #endif
-        AT(track, step, a) = coloured;
     }
 }
+/* Noise of a block into its track. Colour acts along the horizon and the factor across the actions: they commute. */
+APART void draw_noise(const struct plan *p, words sample, TRACK track, TRACK drawn) {
+    struct stream s = stream_of(sample, p->seed, p->call);
+    const TRACK into = COLOUR == 2 ? drawn : track;
+    v row[ACTIONS], before[ACTIONS];
+    for (int a = 0; a < ACTIONS; a++) before[a] = splat(R(0.0));
+    for (int step = 0; step < p->draws; step++) {
+        draw_normals(&s, ACTIONS, row);
+        correlate(p, row);
+        for (int a = 0; a < ACTIONS; a++) {
+#if COLOUR == 1
+            row[a] = step ? before[a] * p->correlation + row[a] * p->fresh : row[a];
+            before[a] = row[a];
+#endif
+            AT(into, step, a) = row[a];
+        }
+    }
 #if COLOUR == 2
-INLINE void through_matrix(const struct plan *p, TRACK track, TRACK drawn) {
     for (int h = 0; h < p->horizon; h++)
         for (int a = 0; a < ACTIONS; a++) {
             v sum = splat(R(0.0));
             for (int k = 0; k < p->draws; k++) sum += AT(drawn, k, a) * p->smooth[h * p->draws + k];
             AT(track, h, a) = sum;
         }
-}
 #endif
-APART void draw_noise(const struct plan *p, words sample, TRACK track, TRACK drawn) {
-    struct stream s = stream_of(sample, p->seed, p->call);
-    v past[ACTIONS], normals[ACTIONS];
-    const TRACK first = COLOUR == 2 ? drawn : track;
-    for (int step = 0; step < p->draws; step++) {
-        draw_normals(&s, ACTIONS, normals);
-        colour(p, first, step, normals, past);
-    }
-#if COLOUR == 2
-    through_matrix(p, track, drawn);
-#endif
-    for (int h = 0; h < p->horizon; h++) {
-        v row[ACTIONS];
-        for (int a = 0; a < ACTIONS; a++) {
-            row[a] = AT(track, h, a) * p->factor[a * ACTIONS + a];
-#if !DIAGONAL
-            for (int b = 0; b < a; b++) row[a] += AT(track, h, b) * p->factor[a * ACTIONS + b];
-#endif
-        }
-        for (int a = 0; a < ACTIONS; a++) AT(track, h, a) = row[a];
-    }
 }
 /* Noise → actions within the limits. */
 INLINE void to_actions(const struct plan *p, TRACK track) {

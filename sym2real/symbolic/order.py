@@ -7,6 +7,8 @@ Source: T. C. Hu, "Parallel sequencing and assembly line problems", Operations R
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 from sym2real.symbolic.program import Instruction, Program
 
 # Cycles until a result can be used, roughly, on current processors.
@@ -34,9 +36,20 @@ ARITHMETIC = frozenset(
 )
 
 
-def heights(program: Program) -> list[int]:
-    """Cycles from the start of each value's instruction to the end of the program."""
-    height = [0] * (program.first_instruction + len(program.instructions))
+def heights(program: Program, carried: Sequence[int] = ()) -> list[int]:
+    """Cycles from the start of each value's instruction to the end of the program.
+
+    Args:
+        program: what is ordered.
+        carried: inputs, by number, that the first outputs become when the program runs again: the end is then that of
+            a second run, so that what the next run waits for comes early.
+    """
+    height = _heights(program, {})
+    return _heights(program, {o: height[i] for o, i in zip(program.outputs, carried, strict=False)}) if carried else height
+
+
+def _heights(program: Program, after: Mapping[int, int]) -> list[int]:
+    height = [after.get(value, 0) for value in range(program.first_instruction + len(program.instructions))]
     for value in reversed(program.computed):
         operation, operands = program.instructions[value - program.first_instruction]
         height[value] += _latency(operation)
@@ -51,9 +64,9 @@ def _latency(operation: str) -> int:
     return LATENCY.get(operation, LATENCY_OF_CALLS)
 
 
-def by_height(program: Program) -> Program:
-    """The same program, its instructions in falling order of height."""
-    height = heights(program)
+def by_height(program: Program, carried: Sequence[int] = ()) -> Program:
+    """The same program, its instructions in falling order of height; arguments as of :func:`heights`."""
+    height = heights(program, carried)
     order = sorted(program.computed, key=lambda value: (-height[value], value))
     number = {value: place for place, value in enumerate(order, program.first_instruction)}
 

@@ -18,6 +18,7 @@ import logging
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cached_property
 from typing import cast
 
 import numpy as np
@@ -95,7 +96,6 @@ class MPPI:
         self.device, self.dtype, self.seed = torch.device(device), dtype, seed
         self.price_noise, self.filters = price_noise, filters
         self.horizon = max(1, round(self.settings.horizon / robot.dt))
-        self.cost = running_cost(task, robot.layouts)
         self._factor = covariance_factor(self.settings.noise if noise_covariance is None else noise_covariance).to(
             self.device, dtype
         )
@@ -148,6 +148,11 @@ class MPPI:
         """Draw fewer samples where the period asks for it."""
         self.samples = samples_within(period, self.samples, self._trial)
         self.reset()
+
+    @cached_property
+    def cost(self) -> RunningCost:
+        """The task's cost over a batch: states, actions, references → ``# (...,)``."""
+        return running_cost(self.task, self.robot.layouts)
 
     @property
     def backend(self) -> str:

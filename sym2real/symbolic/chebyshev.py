@@ -24,6 +24,7 @@ FORMS = {"sin": ("odd", "full"), "cos": ("even", "full"), "exp2": ("full",), "lo
 FUNCTIONS = {"sin": np.sin, "cos": np.cos, "exp2": np.exp2, "log2": np.log2}
 _NODES = chebyshev.chebpts1(DEGREE + 1)
 _TO_SERIES = np.linalg.inv(chebyshev.chebvander(_NODES, DEGREE))
+_TO_POWERS = np.array([np.pad(chebyshev.cheb2poly(row), (0, DEGREE - n)) for n, row in enumerate(np.eye(DEGREE + 1))]).T
 
 
 @dataclass(frozen=True)
@@ -96,7 +97,7 @@ def _middle_and_half(interval: Interval) -> tuple[float, float]:
 def _polynomial(function: str, form: str, series: Array, interval: Interval, single: bool) -> Polynomial:
     real: type[np.floating] = np.float32 if single else np.float64
     middle, half = _middle_and_half(interval)
-    powers = chebyshev.cheb2poly(series) / half ** np.arange(len(series)) if half else series[:1]
+    powers = _TO_POWERS[: len(series), : len(series)] @ series / half ** np.arange(len(series)) if half else series[:1]
     if middle and half:
         powers = _shifted(powers, -middle)
     stride, first = {"full": (1, 0), "even": (2, 0), "odd": (2, 1)}[form]

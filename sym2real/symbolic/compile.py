@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import linecache
+import sys
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any
+from types import ModuleType
 
 import torch
 from sympy import Expr
@@ -28,9 +29,9 @@ def _class_from_source(source: str, name: str) -> type[nn.Module]:
     label = f"sym2real_generated_{hashlib.sha256(source.encode()).hexdigest()[:16]}"
     file = f"<{label}>"
     linecache.cache[file] = (len(source), None, source.splitlines(keepends=True), file)
-    namespace: dict[str, Any] = {"__name__": label}
-    exec(compile(source, file, "exec"), namespace)  # our own generated text
-    found: type[nn.Module] = namespace[name]
+    module = sys.modules[label] = ModuleType(label)  # where torch.compile looks for it
+    exec(compile(source, file, "exec"), module.__dict__)  # our own generated text
+    found: type[nn.Module] = getattr(module, name)
     return found
 
 
@@ -79,10 +80,7 @@ def compile_model(
     return model
 
 
-def compile_function(
-    expressions: Sequence[Expr],
-    arguments: Sequence[Sequence[str]],
-) -> torch.jit.ScriptModule:
+def compile_function(expressions: Sequence[Expr], arguments: Sequence[Sequence[str]]) -> torch.jit.ScriptModule:
     """Scripted ``f(*tensors)``: values ``# (..., len(expressions))`` of expressions over named columns.
 
     Args:
@@ -93,10 +91,15 @@ def compile_function(
         ModelError: when a function is not supported, with its name.
         UnknownNameError: when an expression uses a name that no argument has.
     """
+    return script(build_function(expressions, arguments))
+
+
+def build_function(expressions: Sequence[Expr], arguments: Sequence[Sequence[str]]) -> nn.Module:
+    """Plain module of :func:`compile_function`, for ``torch.compile`` and ``torch.export``."""
     if not expressions or not all(len(columns) for columns in arguments) or not arguments:
         raise ModelError("expected at least one expression and one column per argument")
     source = function_source([canonical(expression) for expression in expressions], arguments)
-    return script(_class_from_source(source, "Function")())
+    return _class_from_source(source, "Function")()
 
 
 def rollout(

@@ -45,7 +45,9 @@ def heights(program: Program, carried: Sequence[int] = ()) -> list[int]:
             a second run, so that what the next run waits for comes early.
     """
     height = _heights(program, {})
-    return _heights(program, {o: height[i] for o, i in zip(program.outputs, carried, strict=False)}) if carried else height
+    return (
+        _heights(program, {o: height[i] for o, i in zip(program.outputs, carried, strict=False)}) if carried else height
+    )
 
 
 def _heights(program: Program, after: Mapping[int, int]) -> list[int]:

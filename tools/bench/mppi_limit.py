@@ -1,0 +1,35 @@
+"""The arithmetic limit: multiply-or-FMA slots of a sample's step at this machine's measured throughput."""
+
+from __future__ import annotations
+
+import ctypes
+import time
+
+from sym2real.native import library
+from sym2real.symbolic.c_functions import preamble
+
+SLOTS = 980  # of the quadrotor's reference equations: 840 with normalisation and cost, 140 for four normal numbers
+CHAINS, ROUNDS = 12, 400_000
+
+TEXT = """
+EXPORTED float multiply_adds(float c, float d) {
+    v x[%d];
+    for (int i = 0; i < %d; i++) x[i] = splat(c + i);
+    for (int round = 0; round < %d; round++) {
+#pragma GCC unroll 16
+        for (int i = 0; i < %d; i++) x[i] = x[i] * c + d;
+    }
+    v sum = x[0];
+    for (int i = 1; i < %d; i++) sum += x[i];
+    return sum[0];
+}
+EXPORTED int lanes(void) { return WIDTH; }
+"""
+
+
+def slots_per_second() -> float:
+    """FMA throughput of one core: independent chains of vector multiply-adds."""
+    kernel = library(preamble(single=True) + TEXT % (CHAINS, CHAINS, ROUNDS, CHAINS, CHAINS))
+    started = time.perf_counter()
+    kernel.multiply_adds(ctypes.c_float(0.5), ctypes.c_float(0.1))
+    return CHAINS * ROUNDS * kernel.lanes() / (time.perf_counter() - started)

@@ -1,0 +1,149 @@
+"""What a control loop feels: first calls, missed periods alone and beside busy processes, the diagnosis, the import."""
+
+from __future__ import annotations
+
+import logging
+import multiprocessing
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import torch
+from figures import Figure
+from mppi_models import Subject
+
+from sym2real.control import MPPI
+from sym2real.diagnosis import diagnose
+from sym2real.experiments.standard_cases import standard_cases
+from sym2real.experiments.standard_set import simulate_case
+from sym2real.robots import ROBOTS
+from sym2real.symbolic import compile_model, native_choice
+
+PERIOD = 0.02
+
+FIRST_CALL = """
+import sys, time
+sys.path.insert(0, {tools!r})
+from pathlib import Path
+from mppi_models import subject
+from sym2real.control import MPPI
+from sym2real.symbolic import compile_model
+one = subject("crazyflie", Path({file!r}))
+model = compile_model(one.equations)
+started = time.perf_counter()
+MPPI(model, one.robot, one.task, backend="c").act(one.start, 0)
+print(time.perf_counter() - started)
+"""
+
+
+def first_calls(file: Path) -> list[Figure]:
+    """Building MPPI and its first action, in fresh processes: empty cache, then the same again."""
+    code = FIRST_CALL.format(tools=str(Path(__file__).parent), file=str(file))
+    with tempfile.TemporaryDirectory() as cache:
+        environment = {**os.environ, "XDG_CACHE_HOME": cache}
+        run = lambda: float(  # noqa: E731
+            subprocess.run(
+                [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
+            ).stdout
+        )
+        cold, *warm = (run() for _ in range(4))
+    return [
+        Figure("first call, cold cache", cold, "s", "< 1.5"),
+        Figure("first call, warm cache", min(warm), "s", "< 0.05"),
+    ]
+
+
+def import_time() -> Figure:
+    """What ``import sym2real`` takes beyond ``import torch``, least of five."""
+
+    def seconds(code: str) -> float:
+        timed = f"import torch, time; t = time.perf_counter(); {code}; print(time.perf_counter() - t)"
+        return float(subprocess.run([sys.executable, "-c", timed], capture_output=True, text=True, check=True).stdout)
+
+    return Figure("import sym2real beyond torch", min(seconds("import sym2real") for _ in range(5)), "s", "< 0.3")
+
+
+def _busy() -> None:
+    while True:
+        sum(range(10_000))
+
+
+def held(subject: Subject, seconds: float) -> list[Figure]:
+    """Missed periods at 50 Hz: the kernel alone and beside one busy process per core; torch without a compiler."""
+    fused = MPPI(compile_model(subject.equations), subject.robot, subject.task, backend="c")
+    figures = _loop("c", fused, subject, seconds, "< 1")
+    crowd = [multiprocessing.get_context("fork").Process(target=_busy, daemon=True) for _ in range(os.cpu_count() or 1)]
+    for one in crowd:
+        one.start()
+    try:
+        figures += _loop("c beside busy processes", fused, subject, seconds, "")
+    finally:
+        for one in crowd:
+            one.terminate()
+            one.join()
+    kept = os.environ.get("CC")
+    os.environ["CC"] = "/nonexistent/cc"
+    logging.getLogger("sym2real").setLevel(logging.ERROR)
+    try:
+        slow = MPPI(compile_model(subject.equations), subject.robot, subject.task)
+    finally:
+        if kept is None:
+            del os.environ["CC"]
+        else:
+            os.environ["CC"] = kept
+    return [*figures, *_loop(f"no compiler, {slow.samples} samples", slow, subject, seconds, "")]
+
+
+def _loop(name: str, mppi: MPPI, subject: Subject, seconds: float, bar: str) -> list[Figure]:
+    durations, missed, due = [], 0, time.perf_counter()
+    for step in range(round(seconds / PERIOD)):
+        due += PERIOD
+        started = time.perf_counter()
+        mppi.act(subject.start, step)
+        ended = time.perf_counter()
+        durations.append(ended - started)
+        missed += ended > due
+        time.sleep(max(0.0, due - time.perf_counter()))
+    return [
+        Figure(f"{name}: p99 at 50 Hz", 1e3 * float(np.quantile(durations, 0.99)), "ms", bar),
+        Figure(f"{name}: missed periods of {len(durations)}", missed, "", "<= 0"),
+    ]
+
+
+def diagnosis() -> list[Figure]:
+    """8 × 400 rows with a wind, the rollouts in C and in torch."""
+    case = next(case for case in standard_cases("crazyflie", quick=True) if case.keys == ("wind",))
+    data, base = simulate_case(case), ROBOTS["crazyflie"].nominal()
+    find, answers, seconds = native_choice.find_compiler, {}, {}
+    for name in ("torch", "c", "c"):  # the second time without compiling
+        native_choice.find_compiler = find if name == "c" else lambda: None
+        started = time.perf_counter()
+        found = diagnose(base, data, None)
+        seconds[name] = time.perf_counter() - started
+        answers[name] = {f.effect: {k: p.value for k, p in f.parameters.items()} for f in found.findings}
+    native_choice.find_compiler = find
+    same = answers["torch"].keys() == answers["c"].keys() and all(
+        np.allclose(list(answers["torch"][key].values()), list(answers["c"][key].values()), rtol=1e-4)
+        for key in answers["c"]
+    )
+    return [
+        Figure("diagnosis of 8 × 400 rows, fused rollouts", seconds["c"], "s", "<= 5"),
+        Figure("diagnosis of 8 × 400 rows, torch", seconds["torch"], "s"),
+        Figure("the same answer", float(same), "", ">= 1"),
+    ]
+
+
+def quieter(subject: Subject, samples: int) -> Subject:
+    """The subject with another number of samples."""
+    settings = replace(subject.robot.mppi, samples=samples)
+    return replace(subject, robot=replace(subject.robot, mppi=settings))
+
+
+def one_thread() -> None:
+    """Torch on one thread, as the kernel."""
+    torch.set_num_threads(1)

@@ -91,7 +91,7 @@ class Tried:
 
     def apply(self, equations: Equations) -> Equations:
         """The equations with the effect at its fitted values."""
-        return add(equations, self.finding.effect, self.finding.values)
+        return add(self.finding.bound(equations), self.finding.effect, self.finding.values)
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``sym2real add --fit … --json`` prints."""

@@ -15,6 +15,7 @@ from sym2real.effects import Effect, applicable, effect
 from sym2real.effects.filters import spelled_out
 from sym2real.effects.groups import Group, holding, others_of, unnamed
 from sym2real.effects.manoeuvres import one_circle
+from sym2real.effects.voltage import voltage_at_start, with_voltage
 from sym2real.symbolic import Equations, compile_function
 from sym2real.trajectory import Array, Dataset, Trajectory
 
@@ -89,7 +90,13 @@ class Candidate:
 def library_for(
     equations: Equations, data: Dataset, exclude: Collection[str] = (), include: Sequence[str] = ()
 ) -> Library:
-    """The equations with every effect that is to be tried on this data, and those to be included in any case."""
+    """The equations with every effect that is to be tried on this data, and those to be included in any case.
+
+    Logs with the battery's voltage give the equations that input, so that thrust may sag with it.
+    """
+    reference = voltage_at_start(data)
+    if reference is not None and "thrust" in (*equations.layouts.action, *equations.quantities):
+        equations = with_voltage(equations, reference)
     found = [one for one in applicable(equations) if not _skipped(one, data, exclude)]
     keys = {one.key for one in found}
     for key, others in STANDS_FOR.items():

@@ -67,6 +67,8 @@ class Diagnosis:
 
     def apply(self, equations: Equations) -> Equations:
         """The equations with every finding in them."""
+        for one in self.findings:
+            equations = one.bound(equations)
         return compose(equations, [(effect(one.effect, equations), one.values) for one in self.findings])
 
     def to_dict(self) -> dict[str, Any]:

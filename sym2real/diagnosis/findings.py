@@ -14,6 +14,8 @@ from sym2real.diagnosis.importance import by_importance
 from sym2real.diagnosis.nuisance import BY_TORQUE, STIFFNESS
 from sym2real.diagnosis.select import Selection
 from sym2real.effects import Effect
+from sym2real.effects.voltage import REFERENCE, VOLTAGE, with_voltage
+from sym2real.symbolic import Equations
 
 # Model form dominates quoted intervals (DIAGNOSIS.md): relative floor of their half-width.
 INTERVAL_FLOOR = 0.03
@@ -44,6 +46,8 @@ class Finding:
         separate_by: the manoeuvre that would.
         provisional: too few independent pieces of data for a test.
         fix: what to change on the robot or in the model.
+        log_spread: standard deviation of each parameter over logs that are fitted one by one.
+        voltage: of the battery where the thrust map holds (V), when the effect goes by the voltage.
     """
 
     effect: str
@@ -54,6 +58,7 @@ class Finding:
     provisional: bool = False
     fix: str = ""
     log_spread: dict[str, float] = field(default_factory=dict)
+    voltage: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
         return {
@@ -65,11 +70,15 @@ class Finding:
             "provisional": self.provisional,
             "fix": self.fix,
             "spread_over_logs": self.log_spread,
-        }
+        } | ({} if self.voltage is None else {"full_battery": self.voltage})
 
     @property
     def values(self) -> dict[str, float]:
         return {name: estimate.value for name, estimate in self.parameters.items()}
+
+    def bound(self, equations: Equations) -> Equations:
+        """The equations with the inputs that the effect's values refer to."""
+        return equations if self.voltage is None else with_voltage(equations, self.voltage)
 
 
 def estimates(selection: Selection, one: Candidate) -> dict[str, dict[str, Estimate]]:
@@ -135,6 +144,12 @@ def findings(
                     provisional=provisional,
                     fix=effect.fix,
                     log_spread=logs,
+                    voltage=_voltage(effect),
                 )
             )
     return found
+
+
+def _voltage(found: Effect) -> float | None:
+    by_voltage = found.kind == "battery_sag" and VOLTAGE in found.body.layouts.inputs
+    return found.body.numbers.get(REFERENCE) if by_voltage else None

@@ -13,6 +13,7 @@ from torch import Tensor
 
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.segments import WARM_UP, Segments, cut, padded
+from sym2real.effects.voltage import VOLTAGE, settled
 from sym2real.layout import Layout
 from sym2real.symbolic import Equations, rollout
 from sym2real.trajectory import Array, Dataset, Trajectory
@@ -271,7 +272,9 @@ def _inputs(equations: Equations, trajectory: Trajectory) -> Array:
     """Inputs of the equations along a log: what it has, time from its start, zeros for pushes."""
     columns = []
     for name in equations.layouts.inputs:
-        if name in trajectory.layouts.inputs or name in trajectory.extra:
+        if name == VOLTAGE:
+            columns.append(settled(trajectory))
+        elif name in trajectory.layouts.inputs or name in trajectory.extra:
             columns.append(trajectory.column(name))
         elif name == "t":
             columns.append(trajectory.time - trajectory.time[0])

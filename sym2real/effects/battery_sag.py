@@ -1,4 +1,7 @@
-"""Thrust that fades as the battery empties: T (1 - s·t), or T (1 - s·(V₀ - V)) where the voltage is an input."""
+"""Thrust that fades as the battery empties: T (1 - s·t), or T (1 - s·(V₀ - V)) where the voltage is an input.
+
+V₀ is where the thrust map holds: the number ``full_battery`` of the equations, else that of a full cell.
+"""
 
 from __future__ import annotations
 

@@ -1,0 +1,51 @@
+"""The battery's voltage as an input of equations that were written, or learned, without it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from sym2real.layout import Layout
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Array, Trajectory
+
+VOLTAGE, REFERENCE = "vbat", "full_battery"
+# Time from a log's start in which its thrust map is taken to hold, as in a calibration of the thrust per unit, s.
+CALIBRATION_SECONDS = 2.0
+# Time over which a logged voltage is averaged, s: its noise and the load's ripple are as large as the fall of a flight,
+# and an effect of a noisy input is found too small.
+SMOOTHING_SECONDS = 2.5
+
+
+def with_voltage(equations: Equations, reference: float) -> Equations:
+    """The equations with the input ``vbat`` (V), added last where they have none; the motion is the same.
+
+    Args:
+        equations: of a robot with a battery.
+        reference: voltage at which their thrust map holds, V; kept where the equations know one.
+    """
+    numbers = {REFERENCE: reference, **equations.numbers}
+    if VOLTAGE in equations.layouts.inputs:
+        return replace(equations, numbers=numbers)
+    inputs = equations.layouts.inputs + Layout.of((VOLTAGE,))
+    return replace(equations, layouts=replace(equations.layouts, inputs=inputs), numbers=numbers)
+
+
+def settled(log: Trajectory) -> Array:
+    """The voltage of a log, averaged over :data:`SMOOTHING_SECONDS` around every row ``# (rows,)``."""
+    kernel = np.ones(min(len(log), 2 * round(SMOOTHING_SECONDS / 2 / log.dt) + 1))
+    count = np.convolve(np.ones(len(log)), kernel, "same")
+    smooth: Array = np.convolve(log.column(VOLTAGE), kernel, "same") / count
+    return smooth
+
+
+def voltage_at_start(logs: Iterable[Trajectory]) -> float | None:
+    """Voltage in the first two seconds, median over logs, V; None where a log does not hold it."""
+    found = []
+    for log in logs:
+        if VOLTAGE not in log.layouts.inputs and VOLTAGE not in log.extra:
+            return None
+        found.append(float(log.column(VOLTAGE)[log.time <= log.time[0] + CALIBRATION_SECONDS].mean()))
+    return float(np.median(found)) if found else None

@@ -88,9 +88,18 @@ def test_equal_effects_compete_in_one_place() -> None:
     found = {one.name: one for one in candidates(library_for(CRAZYFLIE.nominal(), Dataset([hover])), Dataset([hover]))}
     assert found["wind"].excludes == ("mounting_tilt",)
     assert found["mounting_tilt"].excludes == ("wind",)
-    assert {"gain:thrust", "offset:thrust"} <= set(found["added_mass"].alike)
+    assert {"gain:thrust", "offset:thrust", "thrust_curve"} <= set(found["added_mass"].alike)
+    assert not {"offset:thrust", "thrust_curve"} & found.keys()  # near one thrust every thrust map is a gain
     separated = candidates(library_for(CRAZYFLIE.nominal(), Dataset([busy])), Dataset([busy]))
     assert all(not one.excludes for one in separated)
+    assert {"offset:thrust", "thrust_curve"} <= {one.name for one in separated}
+
+
+def test_one_of_two_equal_effects_shuts_the_other_out() -> None:
+    data = Dataset([hover])
+    found = {one.name: one for one in candidates(library_for(CRAZYFLIE.nominal(), data), data)}
+    assert found["wind"].name in found["mounting_tilt"].excludes
+    assert "wind" not in others_of("wind", holding([hover]))
 
 
 def test_drag_at_one_speed_is_called_linear() -> None:

@@ -4,7 +4,8 @@ The whitened loss that the search works with says how sure an effect is; a tiny 
 What matters to a user is the error of long predictions, from windows all along the logs, of position and attitude as a
 product, so that no unit counts more than another. The order is found from behind: of all findings, the one without
 which the others predict best is the last, and so on; all keep their values, because one that is fitted without another
-borrows what that does (drag is huge where wind is forbidden). Trim, which the next run has anew, comes last of all.
+borrows what that does (drag is huge where wind is forbidden). Trim, which the next run has anew, stays in meanwhile
+and comes last of all.
 """
 
 from __future__ import annotations
@@ -55,16 +56,22 @@ def _ordered(selection: Selection) -> Ordered:
 
 
 def _order(selection: Selection) -> list[Candidate]:
-    rest, last = list(selection.chosen), list[Candidate]()
-    if len(rest) < 2:
-        return rest
+    if len(selection.chosen) < 2:
+        return list(selection.chosen)
     windows = _windows(selection)
-    trim = [one for one in rest if _is_trim(selection, one)]
+    trim = [one for one in selection.chosen if _is_trim(selection, one)]
+    lasting = [one for one in selection.chosen if one not in trim]
+    return [*_from_behind(selection, windows, lasting, trim), *_from_behind(selection, windows, trim, lasting)]
+
+
+def _from_behind(
+    selection: Selection, windows: Problem, some: Sequence[Candidate], others: Sequence[Candidate]
+) -> list[Candidate]:
+    """Some of the effects by importance, while the others stay."""
+    rest, last = list(some), list[Candidate]()
     while len(rest) > 1:
-        leaving = [one for one in rest if one in trim] or rest
-        scores = [_score(selection, windows, [other for other in rest if other is not one]) for one in leaving]
-        last.append(leaving[scores.index(min(scores))])
-        rest.remove(last[-1])
+        scores = [_score(selection, windows, [*others, *(kept for kept in rest if kept is not one)]) for one in rest]
+        last.append(rest.pop(scores.index(min(scores))))
     return [*rest, *reversed(last)]
 
 

@@ -50,9 +50,18 @@ GROUPS = (
     Group(("delay", "delay:?*"), "only that command is excited"),
     Group(("yaw_drag", "lateral_slip"), "the tyres hold", tyres_hold),
 )
-# Equal on such logs only: elsewhere a fit tells them apart, so that they do not count as each other. The first is the
-# law that holds at the speeds of small robots (rotors in inflow, G. Hoffmann et al., AIAA 2007-6461) and is named.
-AT_ONE_SPEED = Group(("linear_drag", "quadratic_drag"), "speed stays near one value", one_speed, one_of=True)
+# Equal on such logs only: elsewhere a fit tells them apart, so that they do not count as each other. The first is
+# named: the law that holds at the speeds of small robots (rotors in inflow, G. Hoffmann et al., AIAA 2007-6461), and
+# the mass, because near one thrust every thrust map is a gain.
+NAMED = (
+    Group(("linear_drag", "quadratic_drag"), "speed stays near one value", one_speed, one_of=True),
+    Group(
+        ("added_mass", "gain:thrust", "offset:thrust", "thrust_curve"),
+        "thrust stays near one value",
+        steady_thrust,
+        one_of=True,
+    ),
+)
 # Effects that count as others together.
 COUNT_AS = {"payload": ("added_mass", "com_offset"), "rate_damping": ("rate_loop_gain", "gain:w?_cmd")}
 
@@ -68,7 +77,7 @@ def holding(logs: Iterable[Trajectory]) -> tuple[Group, ...]:
     Where physics cannot separate two effects, a fit that does so leans on what neither of them models.
     """
     logs = list(logs)
-    return tuple(one for one in (*GROUPS, AT_ONE_SPEED) if one.holds is not None and one.holds(logs))
+    return tuple(one for one in (*GROUPS, *NAMED) if one.holds is not None and one.holds(logs))
 
 
 def others_of(key: str, groups: Iterable[Group]) -> tuple[str, ...]:
@@ -80,10 +89,10 @@ def others_of(key: str, groups: Iterable[Group]) -> tuple[str, ...]:
 
 
 def unnamed(keys: Collection[str], logs: Iterable[Trajectory]) -> set[str]:
-    """Of keys those that another of them stands for in these logs."""
-    if AT_ONE_SPEED.members[0] in keys and one_speed(logs):
-        return set(AT_ONE_SPEED.members[1:])
-    return set()
+    """Keys that another one, which is among these, stands for in these logs."""
+    logs = list(logs)
+    found = (group for group in NAMED if group.members[0] in keys and group.holds is not None and group.holds(logs))
+    return {member for group in found for member in group.members[1:]}
 
 
 def same_group(one: str, other: str) -> bool:

@@ -95,13 +95,6 @@ def test_equal_effects_compete_in_one_place() -> None:
     assert {"offset:thrust", "thrust_curve"} <= {one.name for one in separated}
 
 
-def test_one_of_two_equal_effects_shuts_the_other_out() -> None:
-    data = Dataset([hover])
-    found = {one.name: one for one in candidates(library_for(CRAZYFLIE.nominal(), data), data)}
-    assert found["wind"].name in found["mounting_tilt"].excludes
-    assert "wind" not in others_of("wind", holding([hover]))
-
-
 def test_drag_at_one_speed_is_called_linear() -> None:
     steady = flight(still, still + 0.27, still + 1.0)
     assert "quadratic_drag" not in library_for(CRAZYFLIE.nominal(), Dataset([steady])).effects

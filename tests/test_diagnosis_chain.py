@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
 import torch
+from noisy_flights import flights, flights_with
 
 from sym2real import rotation
-from sym2real.control import GeometricQuadrotor
 from sym2real.diagnosis import Diagnosis, diagnose
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.sanity import check
@@ -18,12 +17,9 @@ from sym2real.diagnosis.segments import cut
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.whitening import Spread, estimate
 from sym2real.effects import effect
-from sym2real.experiments.disturbed import ColouredNoise, Disturbed
-from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import symbol
-from sym2real.tasks import make_task
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Dataset
 
 # Left out to keep the tests short: wind, linear drag, mass, centre of mass, delay and mounting tilt compete.
 OTHERS = (
@@ -40,41 +36,6 @@ OTHERS = (
     ),
     *("torque_bias", "motor_lag", "rate_loop_gain", "flapping_moment", "translational_lift", "quadratic_drag"),
 )
-NOISE = {"position": 5e-4, "attitude": np.deg2rad(0.3), "rate": 0.02}
-
-
-@cache
-def flights(key: str = "", **values: float) -> Dataset:
-    return _flights(key, values)
-
-
-def _flights(key: str, values: dict[str, float], count: int = 4, steps: int = 220) -> Dataset:
-    robot, runs = CRAZYFLIE, []
-    for index in range(count):
-        rng = np.random.default_rng([5, index])
-        name = ("hover", "circle", "lemniscate", "circle")[index]
-        task = make_task(name, robot)
-        changes = [effect(key, robot).inject(**values)] if key else []
-        tracking = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, task.reference, yaw_rate=0.7)
-        dither = ColouredNoise(np.array([0.005, 0.15, 0.15, 0.15]), 0.05, robot.dt, rng)
-        push = ColouredNoise(np.array([1.5e-3, 1.5e-3, 1e-3, 1e-6, 1e-6, 1e-6]), 0.2, robot.dt, rng)
-        wrench = np.array([push.next() for _ in range(steps)])
-        flown = run_episode(
-            MujocoPlant(robot, changes), Disturbed(tracking, dither, robot.low, robot.high), task,
-            steps=steps, wrench=wrench, name=f"{name} {index}", seed=index,
-        )  # fmt: skip
-        runs.append(_measured(flown, rng))
-    return Dataset(runs)
-
-
-def _measured(flown: Trajectory, rng: np.random.Generator) -> Trajectory:
-    layout = flown.layouts.state
-    deviation = np.concatenate([np.full(f.tangent_size, NOISE.get(f.name, 0.0)) for f in layout.fields])
-    tangent = torch.as_tensor(deviation * rng.standard_normal((len(flown), layout.tangent_size)))
-    state = layout.retract(torch.as_tensor(flown.state), tangent).numpy()
-    velocity = layout.slice("velocity")
-    state[1:, velocity] = np.diff(state[:, layout.slice("position")], axis=0) / CRAZYFLIE.dt
-    return replace(flown, state=state, inputs=np.zeros_like(flown.inputs))
 
 
 def diagnosed(data: Dataset) -> Diagnosis:
@@ -92,7 +53,7 @@ def diagnosed(data: Dataset) -> Diagnosis:
 def test_the_effect_is_named_with_its_value_and_adding_it_lowers_the_error(
     key: str, values: dict[str, float], tolerance: float
 ) -> None:
-    found = diagnosed(_flights(key, values))
+    found = diagnosed(flights_with(key, values))
     assert found.verdict == "EFFECT"
     assert [one.effect for one in found.findings] == [key]
     for name, value in values.items():

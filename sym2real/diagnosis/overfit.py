@@ -21,7 +21,7 @@ STEPS, AGAIN = 4, 2
 # Precision of a parameter beforehand, in units of its scale.
 PRIOR = 1.0
 # Part of the loss that an effect must save by itself to be in the fit when its null is no place to start from.
-STARTED = 0.05
+STARTED = 0.02
 
 
 def overfitted(problems: Problems, tried: Sequence[Candidate], start: Tensor, last: Tensor | None = None) -> Tensor:

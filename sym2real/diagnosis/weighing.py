@@ -107,10 +107,10 @@ def whiten(problem: Problem, tried: tuple[Candidate, ...]) -> tuple[Spread, Whit
     """The covariance of what a fully explained model leaves, from over-fitted residuals."""
     null, segments = problem.library.null, problem.segments
     spread = Spread.of(problem, null)
-    whitening = estimate(spread, problem.residuals(null[None])[0], segments.noise, segments.channel)
+    whitening = estimate(spread, problem.residuals(null[None])[0], segments.noise, segments.channel, alike=True)
     values: torch.Tensor | None = None
-    for _ in range(ROUNDS):
+    for left in reversed(range(ROUNDS)):
         values = overfitted(Problems.of(problem, whitening), tried, null, values)
         residuals = problem.residuals(values[None])[0]
-        whitening = estimate(spread, residuals, segments.noise, segments.channel)
+        whitening = estimate(spread, residuals, segments.noise, segments.channel, alike=left > 0)
     return spread, whitening

@@ -145,7 +145,9 @@ def disturbances(equations: Equations) -> list[tuple[str, float]]:
     return [(name, others.get(name, 0.05)) for name in equations.layouts.action]
 
 
-def estimate(spread: Spread, residuals: Tensor, noise: np.ndarray, channel: tuple[int, ...]) -> Whitening:
+def estimate(
+    spread: Spread, residuals: Tensor, noise: np.ndarray, channel: tuple[int, ...], *, alike: bool = False
+) -> Whitening:
     """The whitening that makes residuals ``# (S, R)`` most likely.
 
     Args:
@@ -153,6 +155,8 @@ def estimate(spread: Spread, residuals: Tensor, noise: np.ndarray, channel: tupl
         residuals: of an over-fitted model.
         noise: first guess of the sensors' standard deviation ``# (C,)``.
         channel: channel of each component; components of a channel share one variance ``# (C,)``.
+        alike: every segment is trusted alike. While an effect may still be missing from the model, segments in which
+            it acts are not to be taken for odd ones.
     """
     few = torch.linspace(0, len(residuals) - 1, min(len(residuals), MOST_SEGMENTS)).round().long()
     part, inside = spread.of_segments(few), residuals[few]
@@ -164,14 +168,14 @@ def estimate(spread: Spread, residuals: Tensor, noise: np.ndarray, channel: tupl
     power = torch.full((len(spread.names),), 0.25, dtype=torch.float64)
     sensor, power = _variances(part, inside, sensor, power, groups)
     found = spread.whitening(sensor, power)
-    for _ in range(TRUST_ROUNDS):
+    for _ in range(0 if alike else TRUST_ROUNDS):
         trust = _trust(found, residuals)
         if bool((trust == 1).all()):
             return found
         weight = trust[few] / trust[few].mean()  # without the mean the scale would hardly move (see above)
         sensor, power = _variances(part, inside * weight[:, None].sqrt(), sensor, power, groups)
         found = spread.whitening(sensor, power)
-    return replace(found, trust=_trust(found, residuals))
+    return found if alike else replace(found, trust=_trust(found, residuals))
 
 
 def _variances(

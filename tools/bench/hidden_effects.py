@@ -13,7 +13,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from typing import Any
 import torch
 import tyro
 from figures import report
+from hidden_control import control_figures
 from hidden_scores import Record, confusion, figures, right
 from hidden_truth import error_of_the_truth
 from joblib import Parallel, delayed
@@ -29,16 +30,21 @@ from rich.table import Table
 
 from sym2real.diagnosis.diagnose import diagnose
 from sym2real.effects import effect, equivalents
+from sym2real.experiments.flights import car_drives
 from sym2real.experiments.models import cached_base
 from sym2real.experiments.standard_cases import standard_cases
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.plants import MujocoPlant
-from sym2real.robots import ROBOTS
+from sym2real.regression import BeamSearch
+from sym2real.robots import MUSHR, ROBOTS
 from sym2real.symbolic import Equations
 
 HORIZON = 0.8
 # Of the single cases of an effect so many are also asked with the effect and its equivalents out of the library.
 REMOVED = 1
+# Flights with MPPI for each model in the full size.
+FLIGHTS = 3
+BASE_SEED = 1
 
 
 @dataclass(frozen=True)
@@ -53,6 +59,8 @@ class Options:
     """Only cases with one of these effects, and none without an effect."""
     jobs: int = 2
     """Cases that run at the same time, each on one thread."""
+    control: bool = True
+    """Also fly three effects a robot with MPPI: base, what was found, truth."""
     results: Path | None = None
     """Keep every answer in this file, one JSON line each, and go on from what is there."""
     json: Path | None = None
@@ -98,6 +106,16 @@ def questions(options: Options) -> list[Question]:
 
 
 @lru_cache(maxsize=2)
+def base_of(robot: str) -> Equations:
+    """The learned base: three episodes of Stage I for the quadrotor, five drives for the car, and pushed runs."""
+    if robot != MUSHR.name:
+        return cached_base(ROBOTS[robot])
+    drives = car_drives(5, BASE_SEED) + car_drives(3, BASE_SEED + 1, pushed=True)
+    fitted = BeamSearch(angles=MUSHR.angles).fit(drives.transitions())
+    return replace(fitted, robot=MUSHR.name, numbers=MUSHR.numbers)
+
+
+@lru_cache(maxsize=2)
 def _equations(base: str) -> Equations:
     """One object per text, so that what is compiled from it is kept."""
     return Equations.from_json(base)
@@ -138,7 +156,7 @@ def answers(options: Options) -> Iterator[Record]:
     asked = questions(options)
     yield from (kept[question.name] for question in asked if question.name in kept)
     rest = [question for question in asked if question.name not in kept]
-    bases = {robot: cached_base(ROBOTS[robot]).to_json() for robot in {one.case.robot for one in rest}}
+    bases = {robot: base_of(robot).to_json() for robot in {one.case.robot for one in rest}}
     runs = (delayed(answer)(question, bases[question.case.robot]) for question in rest)
     for number, record in enumerate(Parallel(n_jobs=options.jobs, return_as="generator_unordered")(runs), 1):
         said = ", ".join(finding["effect"] for finding in record["findings"]) or record["verdict"]
@@ -187,6 +205,10 @@ def main(options: Options) -> None:
     for robot in options.robots:
         print_confusion(records, robot, console)
     rows = [figure for robot in options.robots for figure in figures(records, robot)]
+    if options.control:
+        flights = 1 if options.quick else FLIGHTS
+        for robot in options.robots:
+            rows += control_figures(records, robot, base_of(robot), flights)
     seeds = sorted({question.case.seed for question in questions(options)})
     report("hidden effects", rows, seeds, options.json)
 

@@ -1,0 +1,80 @@
+"""Parts of the diagnosis against what must hold of them: nuisance, over-fit, refined base, segments one by one."""
+
+from __future__ import annotations
+
+import pytest
+import torch
+from noisy_flights import flights, flights_with
+
+from sym2real.diagnosis import calibrate, diagnose
+from sym2real.diagnosis.candidates import candidates, library_for
+from sym2real.diagnosis.library import Library
+from sym2real.diagnosis.refine import refined
+from sym2real.diagnosis.sensitivity import Problem
+from sym2real.diagnosis.weighing import whiten
+from sym2real.effects import effect
+from sym2real.plants import MujocoPlant
+from sym2real.robots import CRAZYFLIE
+from sym2real.symbolic import symbol
+
+# What competes in these tests: the loop's gain, wind, centre of mass, delay.
+OTHERS = (
+    *(
+        "gain:*",
+        "offset:*",
+        "limit:*",
+        "delay:*",
+        "lag*",
+        "thrust_curve",
+        "battery_sag",
+        "ground_effect",
+        "torque_bias",
+    ),
+    *("motor_lag", "flapping_moment", "translational_lift", "quadratic_drag", "linear_drag", "added_mass"),
+    "mounting_tilt",
+)
+
+
+@pytest.mark.parametrize(("gain", "found"), [(0.88, []), (0.5, ["rate_loop_gain"])])
+def test_the_rate_loops_gain_is_a_finding_only_beyond_what_nobody_knows(gain: float, found: list[str]) -> None:
+    data = flights_with("rate_loop_gain", {"value": gain})
+    result = diagnose(CRAZYFLIE.nominal(), data, exclude=OTHERS)
+    assert [one.effect for one in result.findings] == found
+    if found:
+        assert result.findings[0].values["value"] == pytest.approx(gain, rel=0.1)
+
+
+def test_variances_do_not_depend_on_an_effect_that_is_there() -> None:
+    base = CRAZYFLIE.nominal()
+    deviations = []
+    for data in (flights(), flights_with("wind", {"fx": 0.02, "fy": -0.01})):
+        library = library_for(base, data, OTHERS)
+        _, whitening = whiten(Problem(library, data), candidates(library, data))
+        deviations.append(whitening.pushes)
+    for name in ("fx", "fy", "fz"):
+        assert deviations[1][name] == pytest.approx(deviations[0][name], rel=0.2)
+
+
+def test_a_base_with_a_wrong_constant_is_mended_in_the_plain_simulator() -> None:
+    base, plant = CRAZYFLIE.nominal(), MujocoPlant(CRAZYFLIE)
+    flown = calibrate.simulated(plant, flights())
+    assert flown is not None
+    assert refined(Library.of(base, []), flown, flights()) is base
+    wrong = base.substitute({"thrust": 1.03 * symbol("thrust")})
+    mended = refined(Library.of(wrong, []), flown, flights())
+    errors = []
+    for equations in (wrong, mended):
+        problem = Problem(Library.of(equations, []), flown)
+        missed = problem.residuals(problem.library.null[None]).reshape(-1, len(problem.segments.compared))
+        errors.append(float(missed[:, :3].square().mean().sqrt()))
+    assert errors[1] < 0.25 * errors[0]
+
+
+def test_segments_under_sets_of_their_own_are_those_of_one_set_for_all() -> None:
+    base = CRAZYFLIE.nominal()
+    library = Library.of(base, [effect(key, base) for key in ("wind", "delay")])
+    problem = Problem(library, flights())
+    sets = torch.stack([library.null, library.null + 0.01])
+    which = torch.arange(len(problem.segments)) % 2
+    together, each = problem.states(sets), problem.states_by_segment(sets, which)
+    torch.testing.assert_close(each, together[which, torch.arange(len(which))])

@@ -1,0 +1,77 @@
+"""What a diagnosis is worth in closed loop: MPPI with the base, with what was found, and with the truth.
+
+Three effects a robot, one of them of the sensors, in the simulator without noise. The truth is the base's equations
+with the effect at its true value: what a perfect diagnosis would have added.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from figures import Figure
+from hidden_scores import Record, of_kind
+
+from sym2real.effects import compose, effect
+from sym2real.experiments.flying import fly, mppi_controller
+from sym2real.plants import MujocoPlant
+from sym2real.robots import ROBOTS
+from sym2real.symbolic import Equations
+from sym2real.tasks import make_task
+
+FLOWN = {
+    "crazyflie": ("added_mass", "wind", "mounting_tilt"),
+    "mushr": ("offset:steer", "delay", "yaw_bias"),
+}
+SECONDS = 6.0
+
+
+def control_figures(records: Sequence[Record], robot: str, base: Equations, flights: int) -> list[Figure]:
+    """Tracking errors of a robot's three effects, as multiples of what knowing the truth gives.
+
+    Args:
+        records: answers to the standard set; the first single case of each effect is flown.
+        robot: name.
+        base: the learned base.
+        flights: number of flights of each, from starts of their own.
+    """
+    rows, ratios = list[Figure](), []
+    for key in FLOWN[robot]:
+        record = next((one for one in of_kind(records, robot, "single") if key in one["truth"]), None)
+        if record is None:
+            continue
+        before, after, truth = tracking(record, base, flights)
+        ratios.append(after / truth)
+        name = f"{robot}, {key}, tracking error with MPPI"
+        rows += [Figure(f"{name}: {model}", error, "m") for model, error in
+                 (("base", before), ("after adding", after), ("with the truth", truth))]  # fmt: skip
+    if ratios:
+        name = f"{robot}, tracking error after adding, of that with the truth: worst of {len(ratios)}"
+        rows.append(Figure(name, max(ratios), "", "<= 1.1"))
+    return rows
+
+
+def tracking(record: Record, base: Equations, flights: int) -> tuple[float, float, float]:
+    """Mean distance from a circle in m, flown with the base, with what was found, and with the truth."""
+    robot = ROBOTS[record["robot"]]
+    changes = [effect(key, robot).inject(**values) for key, values in record["truth"].items()]
+    found = [
+        (one["effect"], {name: estimate["value"] for name, estimate in one["parameters"].items()})
+        for one in record["findings"]
+    ]
+    models = (base, _with(base, found), _with(base, list(record["truth"].items())))
+    task = make_task("circle", robot)
+    errors = [
+        [
+            fly(MujocoPlant(robot, changes), mppi_controller(model, robot, task, seed=seed), task,
+                seconds=SECONDS, seed=seed).tracking
+            for seed in range(flights)
+        ]
+        for model in models
+    ]  # fmt: skip
+    before, after, truth = (float(np.mean(one)) for one in errors)
+    return before, after, truth
+
+
+def _with(base: Equations, effects: Sequence[tuple[str, dict[str, float]]]) -> Equations:
+    return compose(base, [(effect(key, base), values) for key, values in effects])

@@ -22,7 +22,7 @@ from sym2real.control.fused_text import Fused, Sampling, fused_text
 from sym2real.control.noise import smoothing
 from sym2real.effects.filters import FilterState
 from sym2real.native import library
-from sym2real.robots.robot import MPPISettings, Robot
+from sym2real.robots.robot import Robot
 from sym2real.symbolic import Equations
 
 Single = NDArray[np.float32]
@@ -30,7 +30,18 @@ WORTH_ASKING, TRIALS = 160_000, 5  # sample-steps; calls per number of threads
 LINE = 64  # bytes: buffers start where a vector may
 
 
-class _Plan(ctypes.Structure):
+@dataclass(frozen=True)
+class Sizes:
+    """How much is sampled: rollouts, steps of each, threads that share the rollouts."""
+
+    samples: int
+    horizon: int
+    threads: int = 1
+
+
+class PlanArguments(ctypes.Structure):
+    """``struct plan`` of plan.h."""
+
     _fields_ = (
         *((name, ctypes.c_void_p) for name in ("state", "inputs", "reference", "memory", "weights")),
         *((name, ctypes.c_void_p) for name in ("mean", "low", "high", "factor", "smooth", "price", "noise", "costs")),
@@ -42,6 +53,20 @@ class _Plan(ctypes.Structure):
         *((name, ctypes.c_int) for name in ("samples", "horizon", "draws", "begun")),
     )
 
+    @classmethod
+    def of(cls, robot: Robot, sampling: Sampling, sizes: Sizes, draws: int) -> PlanArguments:
+        """Numbers of a sampling; addresses are filled in later."""
+        settings = robot.mppi
+        kept = math.exp(-robot.dt / settings.correlation) if sampling.colour == 1 else 0.0
+        return cls(
+            temperature=settings.temperature,
+            correlation=kept,
+            fresh=math.sqrt(1.0 - kept**2),
+            samples=sizes.samples,
+            horizon=sizes.horizon,
+            draws=draws,
+        )
+
 
 class _Share(ctypes.Structure):
     _fields_ = (
@@ -50,15 +75,6 @@ class _Share(ctypes.Structure):
         ("rejected", ctypes.c_int),
         ("unused", ctypes.c_int),
     )
-
-
-@dataclass(frozen=True)
-class Sizes:
-    """How much is sampled: rollouts, steps of each, threads that share the rollouts."""
-
-    samples: int
-    horizon: int
-    threads: int = 1
 
 
 class FusedStep:
@@ -91,13 +107,12 @@ class FusedStep:
     ) -> None:
         self.horizon, self.samples, self.filters = sizes.horizon, sizes.samples, filters
         self.shape = (sizes.horizon, len(robot.layouts.action))
-        settings, whole = robot.mppi, factor.double().cpu().numpy()
         lines = FilterLines(filters, robot.layouts.action.columns, equations.dt)
-        sampling = Sampling(_colour(settings), bool((whole == np.diag(np.diag(whole))).all()))
+        sampling = Sampling.of(robot.mppi, factor)
         sizes_of_layers = () if residual is None else sizes_of(residual)
         self.text = fused_text(Fused(equations, robot, cost, sampling, lines, sizes_of_layers))
         self._library = library(self.text)
-        smooth = smoothing(self.horizon, robot.dt, settings).numpy() if sampling.colour == 2 else np.eye(self.horizon)
+        smooth = smoothing(self.horizon, robot.dt, robot.mppi).numpy() if sampling.colour == 2 else np.eye(self.horizon)
         self.state = _aligned(len(robot.layouts.state))
         self.inputs = _aligned(len(equations.layouts.inputs))
         self.costs = _aligned(self.samples)
@@ -105,16 +120,14 @@ class FusedStep:
         self._constant = {
             "low": _aligned(robot.low),
             "high": _aligned(robot.high),
-            "factor": _aligned(whole),
+            "factor": _aligned(factor.double().cpu().numpy()),
             "smooth": _aligned(smooth),
             "weights": _aligned(0 if residual is None else packed(residual, self._library.tile())),
         }
         buffers = {"state": self.state, "inputs": self.inputs, "costs": self.costs, "memory": self._memory}
-        self._plan = _Plan(**{name: array.ctypes.data for name, array in {**self._constant, **buffers}.items()})
-        self._plan.temperature, self._plan.samples = settings.temperature, self.samples
-        self._plan.horizon, self._plan.draws = self.horizon, smooth.shape[1]
-        kept = math.exp(-robot.dt / settings.correlation) if sampling.colour == 1 else 0.0
-        self._plan.correlation, self._plan.fresh = kept, math.sqrt(1.0 - kept**2)
+        self._plan = PlanArguments.of(robot, sampling, sizes, smooth.shape[1])
+        for name, array in {**self._constant, **buffers}.items():
+            setattr(self._plan, name, array.ctypes.data)
         self.threads = sizes.threads
 
     @property
@@ -217,12 +230,6 @@ def helpful_threads(step: FusedStep) -> int:
             durations.append(time.perf_counter() - started)
         seconds[count] = min(durations)
     return 2 if seconds[2] < 0.75 * seconds[1] else 1
-
-
-def _colour(settings: MPPISettings) -> int:
-    if settings.knots:
-        return 2
-    return 1 if settings.correlation > 0 else 0
 
 
 def _aligned(content: int | NDArray[np.floating]) -> Single:

@@ -12,12 +12,13 @@ from dataclasses import dataclass
 from string import Template
 
 from sympy import Expr
+from torch import Tensor
 
 from sym2real.control.fused_filters import FilterLines
 from sym2real.control.fused_residual import residual_lines, residual_text
 from sym2real.control.planning_program import REACH, UNIT, Planning, planning_program
 from sym2real.effects.filters import spelled_out
-from sym2real.robots.robot import Robot
+from sym2real.robots.robot import MPPISettings, Robot
 from sym2real.symbolic.c_functions import header, polynomial_macro, preamble
 from sym2real.symbolic.c_source import CLines
 from sym2real.symbolic.chebyshev import shortest
@@ -74,6 +75,12 @@ class Sampling:
 
     colour: int
     diagonal: bool
+
+    @classmethod
+    def of(cls, settings: MPPISettings, factor: Tensor) -> Sampling:
+        """The sampling of these settings with noise of covariance C Cᵀ."""
+        colour = 2 if settings.knots else 1 if settings.correlation > 0 else 0
+        return cls(colour, bool((factor == factor.diag().diag()).all()))
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,51 @@
+/* What vectors.h says, for the one sample of a thread; float32. Tests give it to a C compiler with SHIM defined. */
+#if defined(SHIM)
+#define __device__
+#define __global__
+#define __forceinline__ inline
+#define __noinline__ __attribute__((noinline))
+#define __float_as_uint(x) (((union { float f; unsigned int u; }){.f = (x)}).u)
+#define __uint_as_float(x) (((union { float f; unsigned int u; }){.u = (x)}).f)
+#define C_NAME __attribute__((visibility("default")))
+float sqrtf(float), expf(float), logf(float), tanf(float), asinf(float), acosf(float), atanf(float), tanhf(float);
+float atan2f(float, float), powf(float, float), floorf(float);
+struct index {
+    unsigned int x;
+};
+static struct index blockIdx, blockDim, threadIdx;
+#define __launch_bounds__(n)
+#else
+#define C_NAME extern "C"
+#endif
+typedef float real;
+typedef unsigned int word;
+typedef float v;
+typedef int mask;
+typedef unsigned int words;
+typedef struct {
+    real *at;
+    int stride;
+} TRACK; /* (steps, actions, samples): neighbours in a warp read neighbouring numbers */
+
+#define WIDTH 1
+#define R(x) x##f
+#define OF_REAL(name) name##f
+#define INLINE static __device__ __forceinline__
+#define APART static __device__ __noinline__
+#define EXPORTED C_NAME __global__
+#define EACH_LANE
+#define LANE(x) (x)
+#define NOT(c) (!(c))
+#define INFINITE __uint_as_float(0x7f800000u)
+#define AT(track, h, a) ((track).at[((h) * ACTIONS + (a)) * (track).stride])
+
+INLINE v splat(real x) { return x; }
+INLINE v select(mask c, v a, v b) { return c ? a : b; }
+INLINE v square_root(v a) { return sqrtf(a); }
+INLINE v minimum(v a, v b) { return a < b ? a : b; }
+INLINE v maximum(v a, v b) { return a > b ? a : b; }
+INLINE v to_reals(words a) { return (float)(int)a; }
+INLINE words bits_of(v a) { return __float_as_uint(a); }
+INLINE v from_bits(words a) { return __uint_as_float(a); }
+INLINE int any_beyond(v a, real most) { return !(a <= most); }
+INLINE v two_to_the(v k) { return __uint_as_float((unsigned int)((int)k + 127) << 23); }

@@ -91,7 +91,7 @@ def asserted_chain(hidden: Hidden, folder: Path) -> None:
     after, unaided = compare(informed, kept).at(0.8).errors, compare(base, kept).at(0.8).errors
     assert after["position"].value < 0.5 * unaided["position"].value
     known = compare(add(base, hidden.key, hidden.values), kept).at(0.8).errors
-    assert after["position"].value < 1.15 * known["position"].value
+    assert after["position"].value < 1.3 * known["position"].value
     errors, improved = window_errors(base, data), window_errors(informed, data)
     channel = max(errors.errors, key=lambda name: np.median(errors.errors[name]) / errors.floor[name])
     (worst,), (left,) = worst_segments(errors, channel, 1), worst_segments(improved, channel, 1)

@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from sym2real.symbolic import Equations
 
 
+# What stands before CHANNEL=EXPRESSION where a term of one's own is added.
+TERM = "term:"
+
+
 @dataclass(frozen=True)
 class Add:
     """Put physical effects into a model's equations: at values you know, or fitted to logs.
@@ -26,12 +30,14 @@ class Add:
       sym2real add runs/base added_mass value=0.005 --out runs/heavier
       sym2real add runs/base wind fx=0.02 com_offset rx=0.001 --out runs/both
       sym2real add runs/base added_mass --fit flight1.csv flight2.csv --out runs/heavier
+      sym2real add runs/base "term:fz=0.02*vx*vx" --out runs/term
     """
 
     model: tyro.conf.Positional[str]
     """A model folder, or a robot's name (its base is learned once and cached)."""
     effects: tyro.conf.Positional[tuple[str, ...]]
-    """Each effect as KIND or KIND:COLUMN, then its PARAMETER=VALUE in the unit that the catalogue gives."""
+    """Each effect as KIND or KIND:COLUMN, then its PARAMETER=VALUE in the unit that the catalogue gives; or a term of
+    your own, as a diagnosis may propose it: term:CHANNEL=EXPRESSION over the model's columns and the time t."""
     out: Path
     """Folder of the new model; the robot with the effects as a simulator goes to OUT/simulator."""
     fit: tuple[Path, ...] = ()
@@ -52,14 +58,16 @@ class Add:
         from sym2real.cli.chosen_effects import chosen_effects
         from sym2real.cli.found import write_simulator
         from sym2real.cli.model import open_with_progress
-        from sym2real.diagnosis import add
+        from sym2real.diagnosis import add, add_term
         from sym2real.errors import ModelError
         from sym2real.report.tables import changed_equations
         from sym2real.symbolic import save_model
 
         base = open_with_progress(self.model, console)
-        chosen = [(one.key, values) for one, values in chosen_effects(self.effects, base)]
-        if not chosen:
+        terms = [text.removeprefix(TERM).partition("=") for text in self.effects if text.startswith(TERM)]
+        named = [text for text in self.effects if not text.startswith(TERM)]
+        chosen = [(one.key, values) for one, values in chosen_effects(named, base)]
+        if not chosen and not terms:
             raise ModelError("expected an effect and its values, found none; `sym2real effects` lists them")
         result: dict[str, Any] = {}
         if self.fit:
@@ -68,13 +76,17 @@ class Add:
             values, result = self._fitted(base, chosen[0][0], console)
             chosen = [(chosen[0][0], values)]
         changed = add(base, chosen)
+        for channel, _, expression in terms:
+            changed = add_term(changed, channel, expression)
         save_model(changed, self.out)
         console.print(changed_equations(base, changed))
         for note in changed.notes:
             console.print(f"note: {note}", markup=False)
         console.print(f"model in {self.out}", markup=False)
-        write_simulator(base, chosen, self.out / "simulator", console)
-        added = [{"effect": key, "values": values} for key, values in chosen]
+        if chosen:
+            write_simulator(base, chosen, self.out / "simulator", console)
+        added: list[dict[str, Any]] = [{"effect": key, "values": values} for key, values in chosen]
+        added += [{"effect": f"{TERM}{channel}", "expression": expression} for channel, _, expression in terms]
         return {"model": self.out, "effects": added, "latex": changed.latex(), **result}
 
     def _fitted(self, base: Equations, key: str, console: Console) -> tuple[dict[str, float], dict[str, Any]]:

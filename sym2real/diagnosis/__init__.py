@@ -9,6 +9,7 @@ from sym2real.diagnosis.floor import Floor
 from sym2real.diagnosis.locate import Where, locate, training_region, where_of, worst_segments
 from sym2real.diagnosis.plan import plan
 from sym2real.diagnosis.start import ROWS
+from sym2real.diagnosis.term import Term, add_term
 from sym2real.diagnosis.visible import AssumedNoise, Plan, Visible
 from sym2real.diagnosis.window_errors import WindowErrors, window_errors
 from sym2real.diagnosis.windows import Windows, predict_windows
@@ -26,12 +27,14 @@ __all__ = [
     "HorizonErrors",
     "Plan",
     "Rival",
+    "Term",
     "Tried",
     "Visible",
     "Where",
     "WindowErrors",
     "Windows",
     "add",
+    "add_term",
     "compare",
     "data_report",
     "diagnose",

@@ -24,6 +24,7 @@ from sym2real.diagnosis.locate import Where, locate
 from sym2real.diagnosis.sanity import Fault
 from sym2real.diagnosis.search import search
 from sym2real.diagnosis.select import FEWEST_BLOCKS, Selection
+from sym2real.diagnosis.term import Term, propose
 from sym2real.diagnosis.verdict import Verdict, makes_worse, summary, verdict
 from sym2real.diagnosis.weighing import OnProgress, Weighed, check_and_filter, weigh
 from sym2real.effects import compose, effect
@@ -41,6 +42,7 @@ class Diagnosis:
         faults: of the data, undone before the search.
         findings: effects that are there, in order of importance.
         leftover: what no effect explains.
+        proposal: a term that would explain some of it, unverified.
         where: regions in which the model fails.
         ladder: errors of the base and of the first k findings, on held-out data.
         floor: errors of a fully explained model.
@@ -56,6 +58,7 @@ class Diagnosis:
     faults: tuple[Fault, ...] = ()
     findings: tuple[Finding, ...] = ()
     leftover: Leftover | None = None
+    proposal: Term | None = None
     where: tuple[Where, ...] = ()
     ladder: tuple[Stage, ...] = ()
     floor: tuple[Floor, ...] = ()
@@ -71,6 +74,14 @@ class Diagnosis:
             equations = one.bound(equations)
         return compose(equations, [(effect(one.effect, equations), one.values) for one in self.findings])
 
+    def _leftover(self, leftover: Leftover) -> dict[str, Any]:
+        """With the proposed expression as its term, and where the push changes in words."""
+        words = leftover.to_dict()
+        if self.proposal is None:
+            return {**words, "split": leftover.term, "term": ""}
+        proposed = self.proposal
+        return {**words, "split": leftover.term, "term": proposed.expression, "gain": proposed.gain, "verified": False}
+
     def to_dict(self) -> dict[str, Any]:
         """The object that ``--json`` prints (DESIGN.md, "Names that stay")."""
         return {
@@ -78,7 +89,7 @@ class Diagnosis:
             "summary": self.summary,
             "faults": [fault.to_dict() for fault in self.faults],
             "findings": [finding.to_dict() for finding in self.findings],
-            "leftover": None if self.leftover is None else self.leftover.to_dict(),
+            "leftover": None if self.leftover is None else self._leftover(self.leftover),
             "where": [one.to_dict() for one in self.where],
             "ladder": [stage.to_dict() for stage in self.ladder],
             "floor": [one.to_dict() for one in self.floor],
@@ -149,6 +160,10 @@ def _answer(
     own = weighed.calibration
     of_the_base = None if own is None else lambda: Rest.of(own.problem, own.spread, own.whitening, own.origin)
     leftover = find_leftover(rest, of_the_base)
+    proposal = None
+    if leftover is not None:
+        informed = compose(weighed.model, [(effect(one.effect, weighed.model), one.values) for one in found])
+        proposal = propose(informed, checked.data, rest, leftover.channel, problems.whitening)
     base = float(problems.whitening.loss(problems.problem.residuals(library.null[None])).sum())
     answer = verdict(checked.faults, found, leftover, problems)
     return Diagnosis(
@@ -157,6 +172,7 @@ def _answer(
         faults=checked.faults,
         findings=found,
         leftover=leftover,
+        proposal=proposal,
         ladder=stages,
         floor=floor_of_explained(library, scored, selection.fit.values, problems.whitening, horizons),
         held_out=tuple(trajectory.name for trajectory in scored),

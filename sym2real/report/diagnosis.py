@@ -8,7 +8,7 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from sym2real.diagnosis import Diagnosis, Finding, Tried, Where
+from sym2real.diagnosis import Diagnosis, Finding, Term, Tried, Where
 from sym2real.report.ladder import ladder_table
 from sym2real.report.tables import number
 
@@ -28,11 +28,22 @@ def diagnosis_report(diagnosis: Diagnosis) -> RenderableType:
         left = diagnosis.leftover
         said = f"{left.channel} depends on {left.explained_by} (R² {left.r2:.2f} on unseen logs): {left.term}"
         parts.append(f"[red]left over[/] {escape(said)}")
+        if diagnosis.proposal is not None:
+            parts.append(proposal_line(diagnosis.proposal))
     base, explained = diagnosis.misfit
     misfit = f"misfit per degree of freedom {number(base)} → {number(explained)}; 1 is fully explained"
     parts += _remarks(diagnosis.notes)
     parts.append(f"[dim]{misfit}; {diagnosis.tried} hypotheses competed; {diagnosis.seconds:.0f} s[/]")
     return Group(*parts)
+
+
+def proposal_line(term: Term) -> str:
+    """A proposed term, and how to try it."""
+    fall = f"lowers the whitened loss of pieces left out by {100 * term.gain:.1f} %"
+    return (
+        f"[yellow]proposed, unverified[/] {escape(term.channel)} + {escape(term.expression)}: {fall}; "
+        f'sym2real add MODEL "term:{escape(term.channel)}={escape(term.expression)}" --out NEW'
+    )
 
 
 def tried_report(tried: Tried) -> RenderableType:

@@ -23,7 +23,7 @@ class Figure:
         name: what was measured.
         value: in ``unit``.
         unit: SI, or what the name says.
-        bar: what the issue asks, as "< 0.3" or ">= 19"; empty where nothing is asked.
+        bar: what the issue asks, as "< 0.3", ">= 19" or "0.64 to 0.69"; empty where nothing is asked.
     """
 
     name: str
@@ -36,6 +36,9 @@ class Figure:
         """Whether the bar is met; None where there is none."""
         if not self.bar:
             return None
+        if " to " in self.bar:
+            low, high = map(float, self.bar.split(" to "))
+            return low <= self.value <= high
         sign, limit = self.bar.split()
         return {"<": self.value < float(limit), "<=": self.value <= float(limit), ">=": self.value >= float(limit)}[
             sign

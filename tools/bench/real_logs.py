@@ -1,0 +1,122 @@
+"""Diagnoses of the measured logs beside what is known of them: verdict, findings, ladder, truth.
+
+The sets lie outside the project (``../shared/data`` beside the checkout, or ``SYM2REAL_DATA``). A base is learned in
+the plain simulator, or made of first principles; the sets whose interface is a thrust with a measured attitude, or four
+motors, have the latter alone. Every flight of those sets is diagnosed by itself; the others leave one log out.
+
+    python tools/bench/real_logs.py --json docs/figures/real_logs.json
+    python tools/bench/real_logs.py --sets mushr_steering_offset
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import torch
+import tyro
+from figures import Figure, report
+from real_scores import Answer, battery_figures, car_figures, penny_figures, wind_figures
+from rich.console import Console
+from rich.markup import escape
+
+from sym2real.diagnosis import diagnose
+from sym2real.experiments.models import cached_base
+from sym2real.experiments.real_flight import motor_level_equations
+from sym2real.logs import read_logs
+from sym2real.plants import MujocoPlant
+from sym2real.report.diagnosis import diagnosis_report
+from sym2real.robots import ROBOTS, car, quadrotor
+from sym2real.symbolic import Equations
+
+BESIDE = Path(__file__).resolve().parents[3] / "shared" / "data"
+WHEELBASE = 0.2955  # m, FACTS of the robot
+TRUTH = {
+    "crazyflie_two_pennies": (
+        "wy has the wrong sign; thrust over mass 0.67 (5 g of pennies in it, mass and thrust gain are one in hover); "
+        "rate commands 40 ms late and 56 to 68 ms slow, thrust 20 to 40 ms late and 90 to 120 ms slow; trim of about "
+        "1 degree in roll and pitch; weak yaw response"
+    ),
+    "mushr_steering_offset": (
+        "speed stops at 0.87 m/s; steering +0.10 rad injected (+0.12 with a steering gain of 0.68, +0.08 without); "
+        "speed 150 to 200 ms late and 0.1 to 0.3 s slow, steering 200 ms late; yaw bias 0.056 rad with a lever arm of "
+        "0.14 m"
+    ),
+    "quadrotor_wind": (
+        "constant force along -x of 1.2, 3.1, 5.8 m/s² at 4.2, 8.5, 12.1 m/s; drag second; without wind a thrust curve "
+        "(exponent about 1.35) first and a trim of 0.5 m/s²; 70p20sint: the wind swings with sin t"
+    ),
+    "crazyflie_battery_drag": (
+        "drag over mass 0.40 ± 0.07 (x) and 0.41 ± 0.02 1/s (y); thrust 0.2 to 0.3 1/V; trim of the frame 1 to 2 "
+        "degrees"
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Options:
+    """Diagnose the measured logs."""
+
+    data: Path = Path(os.environ.get("SYM2REAL_DATA", BESIDE))
+    """Folder with the sets."""
+    sets: tuple[str, ...] = tuple(TRUTH)
+    """Sets to diagnose."""
+    json: Path | None = None
+    """Write the figures to this file (- is standard output)."""
+
+
+def bases(name: str, logs: list[Path]) -> Iterator[tuple[str, Equations, MujocoPlant | None]]:
+    """What the logs of a set are held against: title, equations, plain simulator to calibrate them."""
+    if name == "crazyflie_two_pennies":
+        yield "learned", cached_base(ROBOTS["crazyflie"]), MujocoPlant(ROBOTS["crazyflie"])
+        yield "first principles", quadrotor(ROBOTS["crazyflie"].mass), None
+    elif name == "mushr_steering_offset":
+        yield "learned", cached_base(ROBOTS["mushr"]), MujocoPlant(ROBOTS["mushr"])
+        yield "first principles", car(WHEELBASE), None
+    elif name == "quadrotor_wind":
+        yield "first principles", quadrotor(1.0, attitude="measured"), None
+    else:
+        yield "first principles", motor_level_equations(logs[0], name), None
+
+
+def answers(options: Options, name: str, console: Console) -> Iterator[Answer]:
+    """Diagnose and print all that belongs to a set."""
+    paths = sorted((options.data / name).glob("*.csv"))
+    together = name in ("crazyflie_two_pennies", "mushr_steering_offset")
+    for logs in [paths] if together else [[path] for path in paths]:
+        for base, equations, plant in bases(name, logs):
+            data = read_logs(logs, spec=name, layouts=equations.layouts, dt=equations.dt)
+            title = name if together else logs[0].stem
+            with console.status(f"{title}, {base}") as status:
+                found = diagnose(equations, data, plant, on_progress=status.update)
+            console.rule(f"{title}, {base}")
+            console.print(diagnosis_report(found))
+            console.print(f"[bold]Truth[/] {escape(TRUTH[name])}\n")
+            yield Answer(title, base, found, data, equations)
+
+
+def figures_of(options: Options, console: Console) -> list[Figure]:
+    """One per bar of the issue, for every set that was asked for."""
+    scores = {
+        "crazyflie_two_pennies": penny_figures,
+        "mushr_steering_offset": car_figures,
+        "quadrotor_wind": wind_figures,
+        "crazyflie_battery_drag": battery_figures,
+    }
+    found: list[Figure] = []
+    for name in options.sets:
+        found += scores[name](list(answers(options, name, console)))
+    return found
+
+
+def main(options: Options) -> None:
+    """Diagnose, print, write."""
+    torch.set_num_threads(1)
+    console = Console(stderr=options.json == Path("-"))
+    report("Measured logs", figures_of(options, console), (), options.json)
+
+
+if __name__ == "__main__":
+    main(tyro.cli(Options))

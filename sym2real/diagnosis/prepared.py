@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import torch
 
+from sym2real.diagnosis.inputs import with_inputs
 from sym2real.effects.filters import command_filters, filter_commands
 from sym2real.effects.sensors import MeasuredModel
 from sym2real.effects.visible import visible_state
@@ -21,13 +22,14 @@ DT_TOLERANCE = 0.02
 
 
 def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[DynamicsModel, Dataset]:
-    """The model to predict with, and the logs with the commands that reach the robot.
+    """The model to predict with, and the logs with its inputs and the commands that reach the robot.
 
     Raises:
         ShapeError: when columns or time steps differ.
     """
     if not isinstance(model, Equations):
         return model, dataset
+    dataset = with_inputs(model.layouts.inputs, dataset)
     wanted = replace(model.layouts, state=visible_state(model))
     if wanted != dataset.layouts:
         raise ShapeError(f"the model's columns are {wanted}, the log's are {dataset.layouts}")

@@ -11,12 +11,12 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from sym2real.diagnosis.inputs import inputs_along
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.segments import WARM_UP, Segments, cut, padded
-from sym2real.effects.voltage import VOLTAGE, settled
 from sym2real.layout import Layout
-from sym2real.symbolic import Equations, rollout
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.symbolic import rollout
+from sym2real.trajectory import Dataset
 
 # Parameter sets that go through one rollout, and difference steps in units of a parameter's scale.
 BATCH = 48
@@ -41,7 +41,7 @@ class Problem:
         self.data = data
         self.segments: Segments = cut(data) if segments is None else segments
         self._actions = padded(trajectory.action for trajectory in data)  # (logs, T, m)
-        self._inputs = padded(_inputs(library.equations, trajectory) for trajectory in data)
+        self._inputs = padded(inputs_along(library.equations.layouts.inputs, trajectory) for trajectory in data)
         defaults = torch.tensor(list(library.equations.parameters.values()), dtype=torch.float64)
         self._defaults = defaults
         self._visible = data.layouts.state.size
@@ -266,21 +266,6 @@ class Problem:
                 rows = rows.clone()
                 rows[busy] = effect.filter(rows[busy], library.equations.dt, given)
         return rows
-
-
-def _inputs(equations: Equations, trajectory: Trajectory) -> Array:
-    """Inputs of the equations along a log: what it has, time from its start, zeros for pushes."""
-    columns = []
-    for name in equations.layouts.inputs:
-        if name == VOLTAGE:
-            columns.append(settled(trajectory))
-        elif name in trajectory.layouts.inputs or name in trajectory.extra:
-            columns.append(trajectory.column(name))
-        elif name == "t":
-            columns.append(trajectory.time - trajectory.time[0])
-        else:
-            columns.append(np.zeros(len(trajectory)))
-    return np.stack(columns, axis=1) if columns else np.zeros((len(trajectory), 0))
 
 
 def _compared(segments: Segments) -> tuple[Layout, list[int], list[int] | None]:

@@ -1,0 +1,40 @@
+"""Inputs along a log for equations that use more, or others, than the log was read with."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from sym2real.effects.voltage import VOLTAGE, settled
+from sym2real.layout import Layout
+from sym2real.trajectory import Array, Dataset, Trajectory
+
+TIME, PUSHES = "t", ("fx", "fy", "fz", "tx", "ty", "tz")
+
+
+def inputs_along(inputs: Layout, log: Trajectory) -> Array:
+    """What the log holds, time from its start, zeros for the rest ``# (rows, inputs)``."""
+    columns = [_column(name, log) for name in inputs]
+    return np.stack(columns, axis=1) if columns else np.zeros((len(log), 0))
+
+
+def with_inputs(inputs: Layout, logs: Dataset) -> Dataset:
+    """The logs with these inputs, as they are where one of them is neither in a log nor known without it."""
+    if logs.layouts.inputs == inputs or not all(_is_known(name, log) for log in logs for name in inputs):
+        return logs
+    layouts = replace(logs.layouts, inputs=inputs)
+    return Dataset(replace(log, inputs=inputs_along(inputs, log), layouts=layouts) for log in logs)
+
+
+def _is_known(name: str, log: Trajectory) -> bool:
+    return name in log.layouts.inputs or name in log.extra or name == TIME or name in PUSHES
+
+
+def _column(name: str, log: Trajectory) -> Array:
+    held = name in log.layouts.inputs or name in log.extra
+    if name == VOLTAGE and held:
+        return settled(log)
+    if held:
+        return log.column(name)
+    return log.time - log.time[0] if name == TIME else np.zeros(len(log))

@@ -36,13 +36,12 @@ class Figure:
         """Whether the bar is met; None where there is none."""
         if not self.bar:
             return None
+        value = float(self.value)
         if " to " in self.bar:
             low, high = map(float, self.bar.split(" to "))
-            return low <= self.value <= high
+            return low <= value <= high
         sign, limit = self.bar.split()
-        return {"<": self.value < float(limit), "<=": self.value <= float(limit), ">=": self.value >= float(limit)}[
-            sign
-        ]
+        return {"<": value < float(limit), "<=": value <= float(limit), ">=": value >= float(limit)}[sign]
 
 
 def machine() -> dict[str, Any]:
@@ -77,7 +76,7 @@ def report(title: str, figures: Sequence[Figure], seeds: Sequence[int], json_fil
     console.print(table)
     if json_file is None:
         return
-    rows = [asdict(figure) | {"holds": figure.holds} for figure in figures]
+    rows = [asdict(figure) | {"value": float(figure.value), "holds": figure.holds} for figure in figures]
     text = json.dumps({"figures": rows, "machine": machine(), "seeds": list(seeds)}, indent=1)
     if json_file == Path("-"):
         print(text)

@@ -9,7 +9,12 @@ import pytest
 import torch
 from torch import Tensor
 
+from sym2real.diagnosis.library import Library
+from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.whitening import PIECES, Spread, Whitening, estimate
+from sym2real.effects import effect
+from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.robots import CRAZYFLIE
 
 SEGMENTS, ROWS, COMPONENTS, SENSOR, PUSH = 60, 25, 3, 0.002, 0.4
 
@@ -70,3 +75,12 @@ def test_few_odd_pieces_are_trusted_less_and_do_not_raise_the_variances(spread: 
     assert found.products(residuals[..., None])[:, 0, 0].tolist() == pytest.approx(
         found.loss(residuals[None])[0].tolist()
     )
+
+
+def test_equations_whose_sensors_err_by_known_values_make_a_problem() -> None:
+    """A finding put into equations leaves an output without a parameter."""
+    tilted = effect("mounting_tilt", CRAZYFLIE).substitute(CRAZYFLIE.nominal(), {"roll": 0.02})
+    data = simulate_case(Case("crazyflie", (), 1), 1, 100)
+    problem = Problem(Library.of(tilted, []), data)
+    residuals = problem.residuals(torch.zeros(1, 0, dtype=torch.float64))
+    assert bool(residuals.isfinite().all())

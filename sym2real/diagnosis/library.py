@@ -109,7 +109,8 @@ class Library:
             return None
         state = self.equations.layouts.state
         expressions = [self.equations.output.get(column, symbol(column)) for column in state]
-        return compile_function(expressions, [state.columns, tuple(self.equations.parameters)])
+        groups = [state.columns, tuple(self.equations.parameters)]
+        return compile_function(expressions, [group for group in groups if group])
 
     @cached_property
     def hidden_start(self) -> torch.jit.ScriptModule | None:

@@ -3,11 +3,14 @@
 Effects are added one by one, and the first decides what the next ones look like. Where two first effects save nearly
 the same (a gain and a limit of a command that is mostly beyond the limit), the better one by a hair may be the wrong
 one, and others pile up on it to make up for that. So a result that leaves much unexplained is not the last word: the
-search starts again from every first effect that was nearly as good, and the result that predicts best is taken.
+search starts again from every first effect that was nearly as good, and the result that predicts best is taken. It
+also starts again with a limit in the place of a gain and an offset of the same command: together they are the straight
+line through a bent map.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from sym2real.diagnosis.candidates import Candidate
@@ -43,12 +46,32 @@ def search(selection: Selection) -> None:
     results = [_Result.of(selection)]
     ranking = selection.ranked([], empty.values)
     nearly = [one for one in ranking[1:] if empty.total - one.loss > NEARLY * (empty.total - ranking[0].loss)]
-    for first in nearly[:MOST_STARTS]:
-        selection.put([first.candidate], first.fit)
+    again = [([first.candidate], first.fit) for first in nearly[:MOST_STARTS]] + _with_limits(selection)
+    for chosen, fit in again:
+        selection.put(chosen, fit)
         _from_here(selection)
         results.append(_Result.of(selection))
     best = min(results, key=lambda result: result.price)
     selection.put(best.chosen, best.fit)
+
+
+def _with_limits(selection: Selection) -> list[tuple[list[Candidate], Fit]]:
+    """What is chosen, with a limit in the place of both gain and offset, for every command that has both."""
+    names = {one.name for one in selection.chosen}
+    found = []
+    for limit in (one for one in selection.candidates if one.name.startswith("limit:")):
+        line = {limit.name.replace("limit:", kind) for kind in ("gain:", "offset:")}
+        if line <= names and limit.name not in names:
+            rest = [one for one in selection.chosen if one.name not in line]
+            values, slots = selection.fit.values.clone(), _slots(one for one in selection.chosen if one.name in line)
+            values[slots] = selection.origin[slots]
+            ranking = selection.ranked(rest, values, [limit])
+            found += [([*rest, limit], ranking[0].fit)] if ranking else []
+    return found
+
+
+def _slots(chosen: Iterable[Candidate]) -> list[int]:
+    return [slot for one in chosen for tied in one.free for slot in tied]
 
 
 def _from_here(selection: Selection) -> None:

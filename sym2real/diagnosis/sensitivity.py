@@ -194,7 +194,10 @@ class Problem:
         output = self.library.output
         if output is None:
             return states
-        found: Tensor = output(states, parameters.expand(*states.shape[:-1], -1))
+        given = [states]
+        if parameters.shape[-1]:
+            given.append(parameters.expand(*states.shape[:-1], -1))
+        found: Tensor = output(*given)
         return found
 
     def _with_hidden(

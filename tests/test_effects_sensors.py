@@ -72,3 +72,13 @@ def test_mppi_flies_where_it_should_with_a_tilt_that_it_knows() -> None:
     ]
     assert finals[1] < 0.5 * finals[0]
     assert np.isfinite(finals[0])
+
+
+def test_a_model_that_fades_with_time_predicts_a_log_without_a_clock() -> None:
+    task = make_task("hover", CRAZYFLIE)
+    plant = MujocoPlant(CRAZYFLIE, [effect("battery_sag", CRAZYFLIE).inject(value=0.02)])
+    log = fly(plant, geometric_controller(CRAZYFLIE, task), task, seconds=5.0).trajectory
+    assert "t" not in log.layouts.inputs
+    plain = CRAZYFLIE.nominal()
+    errors = [compare(model, log).at(0.5).errors for model in (plain, add(plain, "battery_sag", {"value": 0.02}))]
+    assert errors[1]["position"].value < 0.2 * errors[0]["position"].value

@@ -50,7 +50,7 @@ def on_processor(robot: Robot, equations: Equations) -> tuple[FusedStep, torch.T
     mean = torch.tensor(robot.rest).float().repeat(HORIZON, 1)
     times = torch.arange(1, HORIZON + 1).double() * robot.dt
     reference = np.ascontiguousarray(make_task("circle", robot).reference(times).numpy(), dtype=np.float32)
-    return kernel, mean, reference, kernel(mean, reference, (3, 5))[0]
+    return kernel, mean, reference, kernel(mean, reference.ctypes.data, (3, 5))[0]
 
 
 @pytest.mark.parametrize(("robot", "make"), CASES)

@@ -27,6 +27,7 @@ from sym2real.symbolic import Equations
 
 Single = NDArray[np.float32]
 WORTH_ASKING, TRIALS = 160_000, 5  # sample-steps; calls per number of threads
+_POINTER = ctypes.c_void_p
 LINE = 64  # bytes: buffers start where a vector may
 
 
@@ -128,6 +129,10 @@ class FusedStep:
         self._plan = PlanArguments.of(robot, sampling, sizes, smooth.shape[1])
         for name, array in {**self._constant, **buffers}.items():
             setattr(self._plan, name, array.ctypes.data)
+        self._address = ctypes.addressof(self._plan)
+        self._library.plan_share.argtypes = (_POINTER, ctypes.c_int, ctypes.c_int, _POINTER, _POINTER, _POINTER)
+        self._library.finish.argtypes = (_POINTER, ctypes.c_int, _POINTER, _POINTER, _POINTER)
+        self._library.noise_of.argtypes = (_POINTER, _POINTER, _POINTER)
         self.threads = sizes.threads
 
     @property
@@ -145,12 +150,17 @@ class FusedStep:
         self._scratch = [_aligned(tracks * self.shape[1] * width) for _ in range(count)]
         self._sums = _aligned(count * self.shape[0] * self.shape[1])
         self._shares = (_Share * count)()
+        rows = self.shape[0] * self.shape[1]
+        self._at = [  # addresses, found once: asking NumPy for one takes a microsecond
+            (scratch.ctypes.data, self._sums.ctypes.data + 4 * i * rows, ctypes.addressof(self._shares[i]))
+            for i, scratch in enumerate(self._scratch)
+        ]
         self._others = ThreadPoolExecutor(count - 1, thread_name_prefix="mppi") if count > 1 else None
 
     def __call__(
         self,
         mean: Tensor,
-        reference: Single,
+        reference: int,
         draw: tuple[int, int],
         *,
         price: Tensor | None = None,
@@ -162,7 +172,7 @@ class FusedStep:
 
         Args:
             mean: of the last plan ``# (H, action)``, float32.
-            reference: after each step ``# (H, state)``, float32, contiguous.
+            reference: address of the references after each step ``# (H, state)``, float32, contiguous.
             draw: seed and number of the call, of the noise.
             price: λ Σ⁻¹ of the mean ``# (H, action)``, where noise is priced.
             noise: ``# (N, H, action)`` instead of noise of its own.
@@ -170,48 +180,34 @@ class FusedStep:
         plan = self._plan
         mean = mean.contiguous()
         following = mean.clone()
-        plan.mean, plan.reference = mean.data_ptr(), reference.ctypes.data
+        plan.mean, plan.reference = mean.data_ptr(), reference
         plan.seed, plan.call = draw[0] & 0xFFFFFFFF, draw[1] & 0xFFFFFFFF
         plan.price = None if price is None else price.data_ptr()
         plan.noise = None if noise is None else noise.data_ptr()
         if self.filters is not None:
             plan.begun = int(bool(self.filters.memories))
             self._memory[:] = memory_of(self.filters, self._memory.size)
-        waiting = [self._others.submit(self._run, i) for i in range(1, self.threads)] if self._others else []
-        self._run(0)
-        for one in waiting:
-            one.result()
-        rejected = self._library.finish(
-            ctypes.byref(plan),
-            self.threads,
-            self._pointer(self._sums),
-            self._shares,
-            ctypes.c_void_p(following.data_ptr()),
-        )
+        if self._others is None:
+            self._run(0)
+        else:
+            waiting = [self._others.submit(self._run, i) for i in range(1, self.threads)]
+            self._run(0)
+            for one in waiting:
+                one.result()
+        share = ctypes.addressof(self._shares)
+        rejected: int = self._library.finish(self._address, self.threads, self._at[0][1], share, following.data_ptr())
         return following, rejected
 
     def _run(self, thread: int) -> None:
         first, last = self._ranges[thread]
-        size = self.shape[0] * self.shape[1]
-        self._library.plan_share(
-            ctypes.byref(self._plan),
-            first,
-            last,
-            self._pointer(self._scratch[thread]),
-            self._pointer(self._sums, thread * size),
-            ctypes.byref(self._shares[thread]),
-        )
-
-    @staticmethod
-    def _pointer(array: Single, offset: int = 0) -> ctypes.c_void_p:
-        return ctypes.c_void_p(array.ctypes.data + 4 * offset)
+        self._library.plan_share(self._address, first, last, *self._at[thread])
 
     def noise(self, seed: int, call: int) -> Tensor:
         """The noise ``# (N, H, action)`` of a call."""
         plan = self._plan
         plan.seed, plan.call, plan.noise = seed & 0xFFFFFFFF, call & 0xFFFFFFFF, None
         found = np.empty((self.samples, *self.shape), dtype=np.float32)
-        self._library.noise_of(ctypes.byref(plan), self._pointer(self._scratch[0]), self._pointer(found))
+        self._library.noise_of(self._address, self._at[0][0], found.ctypes.data)
         return torch.from_numpy(found)
 
 
@@ -226,7 +222,7 @@ def helpful_threads(step: FusedStep) -> int:
         durations = []
         for call in range(TRIALS):
             started = time.perf_counter()
-            step(rest, reference, (0, call))
+            step(rest, reference.ctypes.data, (0, call))
             durations.append(time.perf_counter() - started)
         seconds[count] = min(durations)
     return 2 if seconds[2] < 0.75 * seconds[1] else 1

@@ -22,14 +22,15 @@ class ReferenceTable:
 
     def __init__(self, task: Task, dt: float, horizon: int) -> None:
         self.task, self.dt, self.horizon = task, dt, horizon
-        self._first = 0
+        self._first = self._address = 0
         self._rows: NDArray[np.float32] = np.empty((0, 0), dtype=np.float32)
 
-    def rows(self, step: int) -> NDArray[np.float32]:
-        """References ``# (H, state)`` at the steps ``step + 1 … step + H``, in one piece of memory."""
+    def address(self, step: int) -> int:
+        """Where the references ``# (H, state)`` at the steps ``step + 1 … step + H`` lie, as float32, row after row."""
         start = step + 1 - self._first
         if start < 0 or start + self.horizon > len(self._rows):
             self._first, start = step + 1, 0
             steps = torch.arange(step + 1, step + 1 + self.horizon + AHEAD, dtype=torch.float64)
             self._rows = np.ascontiguousarray(self.task.reference(steps * self.dt).numpy(), dtype=np.float32)
-        return self._rows[start : start + self.horizon]
+            self._address = self._rows.ctypes.data
+        return self._address + start * self._rows.strides[0]

@@ -165,6 +165,8 @@ def test_help_teaches_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
         "compare",
         "effects",
         "add",
+        "plan",
+        "diagnose",
     ):
         with pytest.raises(SystemExit) as stopped:
             main([verb, "--help"])
@@ -178,7 +180,7 @@ def test_help_teaches_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
 def test_an_effect_in_the_model_explains_a_log_that_has_it(tmp_path: Path) -> None:
     main(["nominal", "quadrotor", "--mass", "0.027", "--out", str(tmp_path / "plain")])
     added = result_of(["add", str(tmp_path / "plain"), "wind", "fx=0.02", "--out", str(tmp_path / "windy")], tmp_path)
-    assert added["effect"] == "wind"
+    assert added["effects"] == [{"effect": "wind", "values": {"fx": 0.02}}]
     log = tmp_path / "log.csv"
     main(["simulate", "crazyflie", "circle", "--seconds", "4", "--effects", "wind", "fx=0.02", "--out", str(log)])
     errors = {}

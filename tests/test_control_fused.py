@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import logging
 import math
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -257,3 +259,18 @@ def test_deadlines_count_what_took_too_long() -> None:
     mppi = controller(MUSHR, MUSHR.nominal(), "c")
     mppi.act(MUSHR.start, 0)
     assert mppi.deadlines.count == 1 and mppi.deadlines.worst > 0
+
+
+def test_an_action_allocates_nothing_that_grows() -> None:
+    mppi = controller(CRAZYFLIE, CRAZYFLIE.nominal(), "c")
+    for step in range(200):  # past several blocks of references
+        mppi.act(CRAZYFLIE.start, step)
+    gc.collect()
+    tracemalloc.start()
+    before, objects = tracemalloc.get_traced_memory()[0], len(gc.get_objects())
+    for step in range(200, 600):
+        mppi.act(CRAZYFLIE.start, step)
+    gc.collect()
+    grown, more = tracemalloc.get_traced_memory()[0] - before, len(gc.get_objects()) - objects
+    tracemalloc.stop()
+    assert grown < 100_000 and more < 100

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from sym2real.adaptation import EpisodeReport, Progress, StageOne, stage_one
+from sym2real.experiments.flights import car_drives
 from sym2real.layout import Layouts
 from sym2real.logs import read_logs
 from sym2real.plants import MujocoPlant
 from sym2real.regression import ENGINES, Dependence, dependence
-from sym2real.robots import Robot
+from sym2real.robots import MUSHR, Robot
 from sym2real.symbolic import Equations, save_model
 from sym2real.tasks import Task, make_task
 from sym2real.trajectory import Dataset
@@ -25,6 +26,7 @@ TRAINING_TASKS: dict[str, tuple[tuple[str, dict[str, Any]], ...]] = {
 }
 # The most episodes that the paper's bases took.
 MOST_EPISODES = {"crazyflie": 10, "mushr": 20}
+DRIVES_SEED, PUSHED_DRIVES = 1, 3
 
 
 @dataclass(frozen=True)
@@ -78,6 +80,16 @@ def learn_in_simulation(
     plant, tasks = MujocoPlant(robot), training_tasks(robot)
     base = stage_one(plant, tasks, search, settings, folder=folder, on_progress=on_progress)
     return _learned(base.equations, Dataset(base.episodes + base.pushed), robot, base.reports)
+
+
+def learn_from_drives(count: int) -> Learned:
+    """The car's equations from so many drives in its plain simulator, steered by pure pursuit and at random.
+
+    Three further drives are pushed and teach the wrench inputs.
+    """
+    drives = car_drives(count, DRIVES_SEED) + car_drives(PUSHED_DRIVES, DRIVES_SEED + 1, pushed=True)
+    fitted = ENGINES["beam"](angles=MUSHR.angles).fit(drives.transitions())
+    return _learned(replace(fitted, robot=MUSHR.name, numbers=MUSHR.numbers), drives, MUSHR, ())
 
 
 def learn_from_logs(robot: Robot, paths: Sequence[Path], spec: str | None, engine: str) -> Learned:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -30,13 +30,11 @@ from rich.table import Table
 
 from sym2real.diagnosis.diagnose import diagnose
 from sym2real.effects import effect, equivalents
-from sym2real.experiments.flights import car_drives
 from sym2real.experiments.models import cached_base
 from sym2real.experiments.standard_cases import standard_cases
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.plants import MujocoPlant
-from sym2real.regression import BeamSearch
-from sym2real.robots import MUSHR, ROBOTS
+from sym2real.robots import ROBOTS
 from sym2real.symbolic import Equations
 
 HORIZON = 0.8
@@ -44,7 +42,6 @@ HORIZON = 0.8
 REMOVED = 1
 # Flights with MPPI for each model in the full size.
 FLIGHTS = 3
-BASE_SEED = 1
 
 
 @dataclass(frozen=True)
@@ -108,11 +105,7 @@ def questions(options: Options) -> list[Question]:
 @lru_cache(maxsize=2)
 def base_of(robot: str) -> Equations:
     """The learned base: three episodes of Stage I for the quadrotor, five drives for the car, and pushed runs."""
-    if robot != MUSHR.name:
-        return cached_base(ROBOTS[robot])
-    drives = car_drives(5, BASE_SEED) + car_drives(3, BASE_SEED + 1, pushed=True)
-    fitted = BeamSearch(angles=MUSHR.angles).fit(drives.transitions())
-    return replace(fitted, robot=MUSHR.name, numbers=MUSHR.numbers)
+    return cached_base(ROBOTS[robot])
 
 
 @lru_cache(maxsize=2)

@@ -112,5 +112,5 @@ def whiten(problem: Problem, tried: tuple[Candidate, ...]) -> tuple[Spread, Whit
     for left in reversed(range(ROUNDS)):
         values = overfitted(Problems.of(problem, whitening), tried, null, values)
         residuals = problem.residuals(values[None])[0]
-        whitening = estimate(spread, residuals, segments.noise, segments.channel, alike=left > 0)
+        whitening = estimate(spread, residuals, segments.noise, segments.channel, alike=left == ROUNDS - 1)
     return spread, whitening

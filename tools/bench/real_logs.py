@@ -13,6 +13,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import isnan
 from pathlib import Path
 
 import torch
@@ -108,7 +109,7 @@ def figures_of(options: Options, console: Console) -> list[Figure]:
     found: list[Figure] = []
     for name in options.sets:
         found += scores[name](list(answers(options, name, console)))
-    return found
+    return [one for one in found if one.bar or not isnan(one.value)]
 
 
 def main(options: Options) -> None:

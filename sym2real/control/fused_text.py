@@ -32,7 +32,9 @@ NOISE_ERROR = {"sin": 2e-5, "cos": 2e-5, "log2": 2e-5}
 SINGLE = True
 
 HORIZON = Template("""
+$table
 INLINE v horizon_$name(const struct plan *p, const TRACK track, v *worst) {
+$numbers
 $start
 $held
 $memory
@@ -117,7 +119,7 @@ def fused_text(step: Fused, machine: str = "cpu") -> str:
             header("random.h"),
             header("plan.h"),
             *network,
-            *rollouts(step, planning),
+            *rollouts(step, planning, machine),
             header(f"plan_{machine}.h"),
         ]
     )
@@ -138,17 +140,17 @@ def definitions(equations: Equations, sampling: Sampling) -> list[str]:
     return lines
 
 
-def rollouts(step: Fused, planning: Planning) -> list[str]:
+def rollouts(step: Fused, planning: Planning, machine: str) -> list[str]:
     """The rollout with short sines, with any sines where they differ, and the choice between them."""
     sines = plan_sines(planning.program, planning.assumed, planning.program.outputs[:-1])
     guarded = bool(sines)
-    texts = [_horizon("short", step, planning, sines)]
-    texts += [_horizon("any", step, planning, {}), AGAIN] if guarded else []
+    texts = [_horizon("short", step, planning, sines, machine)]
+    texts += [_horizon("any", step, planning, {}, machine), AGAIN] if guarded else []
     texts.append(TOTAL.substitute(guarded=int(guarded), limit=f"R({REACH**2!r})"))
     return [text if guarded else text.replace("again(p, track)", "cost") for text in texts]
 
 
-def _horizon(name: str, step: Fused, planning: Planning, sines: Mapping[int, Sine]) -> str:
+def _horizon(name: str, step: Fused, planning: Planning, sines: Mapping[int, Sine], machine: str) -> str:
     equations, filters = step.equations, step.filters
     layouts, program = equations.layouts, planning.program
     numbers = {label: number for number, label in enumerate(program.inputs)}
@@ -156,20 +158,29 @@ def _horizon(name: str, step: Fused, planning: Planning, sines: Mapping[int, Sin
     named |= {
         n: label.replace(" ", "_") for label, n in numbers.items() if label.split()[0] in ("reference", "residual")
     }
-    lines = CLines(program, SINGLE, sines, named)
+    table: list[str] | None = [] if machine == "cpu" else None
+    lines = CLines(program, SINGLE, sines, named, table)
     moving = program.reached_by({label for label in program.inputs if label not in layouts.inputs or label == TIME})
     held = [value for value in program.computed if value not in moving]
+    parts = {
+        "start": _indented(_start(equations, planning, bool(sines)), 4),
+        "held": _indented(_inputs(equations) + lines.lines(held), 4),
+        "memory": _indented(filters.before(), 4),
+        "loaded": _indented(_loaded(equations, program), 8),
+        "filtered": _indented(filters.lines(), 8),
+        "first": _indented(_hidden(equations) + (residual_lines(layouts) if step.residual else []), 8),
+        "guard": _indented(_guard(planning, lines) if sines else [], 8),
+        "step": _indented(lines.lines(moving), 8),
+        "following": _indented(_following(equations, planning, lines, bool(sines)), 8),
+    }
+    if not table:
+        return HORIZON.substitute(parts, name=name, table="", numbers="")
+    # The empty assembly hides what the numbers are: each is then loaded where it is used, four bytes at a time.
     return HORIZON.substitute(
+        parts,
         name=name,
-        start=_indented(_start(equations, planning, bool(sines)), 4),
-        held=_indented(_inputs(equations) + lines.lines(held), 4),
-        memory=_indented(filters.before(), 4),
-        loaded=_indented(_loaded(equations, program), 8),
-        filtered=_indented(filters.lines(), 8),
-        first=_indented(_hidden(equations) + (residual_lines(layouts) if step.residual else []), 8),
-        guard=_indented(_guard(planning, lines) if sines else [], 8),
-        step=_indented(lines.lines(moving), 8),
-        following=_indented(_following(equations, planning, lines, bool(sines)), 8),
+        table=f"static const real numbers_{name}[] = {{{', '.join(table)}}};",
+        numbers=f'    const real *k = numbers_{name};\n    __asm__("" : "+r"(k));',
     )
 
 

@@ -68,6 +68,8 @@ class CLines:
         single: float32, else float64.
         sines: how sines and cosines are computed; those that are not named are called with any argument.
         names: expressions of values that are computed elsewhere, by number; inputs are ``x_<name>`` else.
+        table: collects the numbers of the text, which are then ``k[i]``; written in place without one. A compiler
+            makes whole vectors of numbers that it sees, and they crowd the first-level cache.
     """
 
     def __init__(
@@ -76,9 +78,11 @@ class CLines:
         single: bool,
         sines: Mapping[int, Sine] | None = None,
         names: Mapping[int, str] | None = None,
+        table: list[str] | None = None,
     ) -> None:
         self.program, self.single, self.sines = program, single, sines or {}
         self.names = {number: f"x_{name}" for number, name in enumerate(program.inputs)} | dict(names or {})
+        self.table = table
         self._reduced: dict[tuple[int, int], str] = {}
 
     def name(self, value: int) -> str:
@@ -92,7 +96,12 @@ class CLines:
         return f"splat({self.name(value)})" if self.program.is_constant(value) else self.name(value)
 
     def number(self, value: float) -> str:
-        return literal(value, self.single)
+        written = literal(value, self.single)
+        if self.table is None:
+            return written
+        if written not in self.table:
+            self.table.append(written)
+        return f"k[{self.table.index(written)}]"
 
     def lines(self, wanted: Collection[int]) -> list[str]:
         """One statement or more per value, in the program's order."""

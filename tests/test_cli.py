@@ -103,6 +103,8 @@ def test_motor_level_equations_of_a_real_flight(tmp_path: Path) -> None:
     assert load_model(tmp_path / "model").layouts.action.columns == ("motor1", "motor2", "motor3", "motor4")
     compared = result_of(["compare", str(tmp_path / "model"), str(example_flight()), "--spec", SPEC], tmp_path)
     assert compared["one_step"]["errors"]["position"]["value"] < 0.001
+    assert {"floor", "excess", "fit", "skill", "skill_mean"} <= set(compared["horizons"][0]["errors"]["position"])
+    assert compared["residuals"]["lines"]
 
 
 def test_inspect_proposes_a_specification_that_reads_the_log(tmp_path: Path) -> None:

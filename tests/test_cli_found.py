@@ -119,6 +119,9 @@ def test_a_wrong_hypothesis_is_refused_and_a_better_one_named(folder: Path, logs
     assert "do not ask for torque_bias" in tried.summary
     assert tried.rivals[0].effect in ("added_mass", "offset:thrust")
     assert abs(tried.finding.values["tx"]) < 2e-6
+    without = try_effect(base, "torque_bias", data, exclude=("added_mass", "gain:*"))
+    assert without.rivals[0].effect == "offset:thrust"
+    assert not {rival.effect for rival in without.rivals} & {"added_mass", "gain:thrust"}
 
 
 def test_several_effects_with_values_go_in_together(folder: Path, tmp_path: Path) -> None:

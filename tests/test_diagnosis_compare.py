@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 
 from sym2real.data import example_flight
 from sym2real.diagnosis import ROWS, compare, predict_windows
+from sym2real.diagnosis.prediction_errors import off_the_mean
 from sym2real.diagnosis.start import noise_level, start_states
 from sym2real.errors import ShapeError
 from sym2real.experiments.real_flight import motor_level_equations
@@ -49,6 +51,48 @@ def test_hold_predicts_that_nothing_changes() -> None:
     assert error.hold == pytest.approx(0.25, rel=1e-9)
     assert error.value == pytest.approx(0.0, abs=1e-12)
     assert error.skill == pytest.approx(1.0)
+
+
+def test_fit_is_that_of_system_identification() -> None:
+    rng = np.random.default_rng(1)
+    time = DT * np.arange(600)
+    swinging = on_a_line(600, np.sin(2 * time), 2 * np.cos(2 * time))
+    error = compare(FALLING, swinging, start="measured").at(0.5).errors["velocity"]
+    ends = np.arange(ROWS - 1, 600 - 25, 5) + 25
+    assert error.spread == pytest.approx(swinging.state[ends, 1].std(), rel=1e-9)
+    assert error.fit == pytest.approx(100 * (1 - error.value / error.spread))
+    assert error.skill_mean == pytest.approx(error.fit / 100)
+    # A model that says "the mean" has a fit of zero.
+    still = Equations.parse(LINE, {"x": "0", "vx": "0"}, DT)
+    noise = on_a_line(600, rng.normal(size=600), rng.normal(size=600))
+    assert compare(still, noise).at(0.5).errors["position"].fit == pytest.approx(0.0, abs=1.0)
+
+
+def test_the_mean_of_rotations_is_on_the_manifold() -> None:
+    robot = ROBOTS["crazyflie"]
+    layout = robot.layouts.state
+    level = torch.zeros(1, layout.size, dtype=torch.float64)
+    level[:, layout.index("qw")] = 1.0
+    tangent = torch.as_tensor(np.random.default_rng(0).normal(size=(200, layout.tangent_size)) * 0.3)
+    tangent -= tangent.mean(0)
+    spread = off_the_mean(layout, layout.retract(level, tangent))["attitude"]
+    about_level = layout.difference(layout.retract(level, tangent), level.expand(200, -1))[:, 3:6].norm(dim=-1)
+    assert np.sqrt(np.square(spread).mean()) == pytest.approx(float(about_level.square().mean().sqrt()), rel=1e-3)
+
+
+def test_excess_and_floor_make_the_error() -> None:
+    rng = np.random.default_rng(3)
+    clean = accelerated(600)
+    noisy = replace(clean, state=clean.state + rng.normal(size=clean.state.shape) * [0.002, 0.02])
+    for errors in compare(FALLING, noisy).horizons:
+        for error in errors.errors.values():
+            assert error.floor > 0
+            assert error.excess == pytest.approx(np.sqrt(max(error.value**2 - error.floor**2, 0.0)))
+            assert error.to_dict()["excess"] == error.excess
+    # A model that is complete has noise left: the excess is a small part of the error.
+    complete = Equations.parse(LINE, {"x": "x + 0.02*vx + 0.00012", "vx": "vx + 0.012"}, DT)
+    error = compare(complete, noisy).at(0.5).errors["position"]
+    assert error.excess < 0.6 * error.value
 
 
 def test_windows_start_every_tenth_of_a_second_and_end_inside() -> None:

@@ -46,6 +46,8 @@ class Add:
     """Logs that score the fit; by default each log is scored by the fit without it."""
     spec: str | None = None
     """How the logs' columns are named: a shipped specification's name or a TOML file."""
+    exclude: tuple[str, ...] = ()
+    """Effects that are not to be tried in its place (KIND or KIND:COLUMN)."""
     horizon: float | None = None
     """Longest horizon of the error ladder in s."""
     calibrate: bool = True
@@ -100,7 +102,16 @@ class Add:
         held_out = logs_for(base, self.held_out, self.spec) if self.held_out else None
         plant = plain_simulator(base) if self.calibrate else None
         with stages_progress(console) as on_progress:
-            tried = try_effect(base, key, data, plant, held_out=held_out, horizon=self.horizon, on_progress=on_progress)
+            tried = try_effect(
+                base,
+                key,
+                data,
+                plant,
+                held_out=held_out,
+                exclude=self.exclude,
+                horizon=self.horizon,
+                on_progress=on_progress,
+            )
         console.print(tried_report(tried))
         figures = write_figures(base, tried.apply(base), data, tried, self.out / "figures")
         console.print(f"figures in {self.out / 'figures'}", markup=False)

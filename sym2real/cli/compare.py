@@ -33,23 +33,15 @@ class Compare:
     """Write the result to this file (- is standard output)."""
 
     def run(self, console: Console) -> dict[str, Any]:
-        """Print the table, draw the figures."""
+        """Print the report, draw the figures."""
         from sym2real.cli.model import logs_for, open_with_progress, region_of
         from sym2real.diagnosis import compare
-        from sym2real.report.diagnosis import where_lines
-        from sym2real.report.tables import comparison_table
+        from sym2real.report.comparison import comparison_report
 
         equations = open_with_progress(self.model, console)
         data = logs_for(equations, self.logs, self.spec)
         comparison = compare(equations, data, start=self.start, region=region_of(self.model))
-        if comparison.data is not None:
-            for line in comparison.data.lines():
-                console.print(f"data: {line}", style="dim", markup=False)
-        console.print(comparison_table(comparison))
-        for line in where_lines(comparison.where):
-            console.print(line)
-        for note in comparison.notes:
-            console.print(f"note: {note}", style="dim", markup=False)
+        console.print(comparison_report(comparison))
         figures = []
         if self.out:
             from sym2real.report.drawing import draw_comparison

@@ -1,13 +1,16 @@
 """Compare a model with measurements, and name the physical effect that it misses."""
 
 from sym2real.diagnosis.adding import Rival, Tried, add, try_effect
-from sym2real.diagnosis.compare import ChannelError, Comparison, HorizonErrors, compare
+from sym2real.diagnosis.compare import Comparison, compare
 from sym2real.diagnosis.data_report import DataReport, data_report
 from sym2real.diagnosis.diagnose import Diagnosis, diagnose
 from sym2real.diagnosis.findings import Estimate, Finding
 from sym2real.diagnosis.floor import Floor
 from sym2real.diagnosis.locate import Where, locate, training_region, where_of, worst_segments
+from sym2real.diagnosis.one_step import one_step_residuals
 from sym2real.diagnosis.plan import plan
+from sym2real.diagnosis.prediction_errors import ChannelError, HorizonErrors
+from sym2real.diagnosis.residuals import Residuals
 from sym2real.diagnosis.start import ROWS
 from sym2real.diagnosis.term import Term, add_term
 from sym2real.diagnosis.visible import AssumedNoise, Plan, Visible
@@ -26,6 +29,7 @@ __all__ = [
     "Floor",
     "HorizonErrors",
     "Plan",
+    "Residuals",
     "Rival",
     "Term",
     "Tried",
@@ -39,6 +43,7 @@ __all__ = [
     "data_report",
     "diagnose",
     "locate",
+    "one_step_residuals",
     "plan",
     "predict_windows",
     "training_region",

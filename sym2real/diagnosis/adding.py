@@ -8,7 +8,7 @@ try_effect(base, "added_mass", logs)                is it there at all, and what
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -150,6 +150,7 @@ def try_effect(
     plant: MujocoPlant | None = None,
     *,
     held_out: Dataset | None = None,
+    exclude: Collection[str] = (),
     horizon: float | None = None,
     on_progress: OnProgress = lambda _: None,
 ) -> Tried:
@@ -158,7 +159,7 @@ def try_effect(
     Args:
         equations: the base.
         key: of the effect.
-        data, plant, held_out, horizon, on_progress: as of :func:`~sym2real.diagnosis.diagnose`.
+        data, plant, held_out, exclude, horizon, on_progress: as of :func:`~sym2real.diagnosis.diagnose`.
 
     Raises:
         UnknownNameError: for an effect that does not exist.
@@ -167,7 +168,7 @@ def try_effect(
     """
     started = time.perf_counter()
     _check_fittable(effect(key, equations), equations)
-    weighed = weigh(equations, data, plant, include=(key,), on_progress=on_progress)
+    weighed = weigh(equations, data, plant, exclude=exclude, include=(key,), on_progress=on_progress)
     own = _candidate(key, weighed.library, weighed.checked.data)
     on_progress(f"fitting {key}")
     selection = Selection(weighed.problems, (own,), weighed.origin)

@@ -76,7 +76,17 @@ class DataReport:
     @property
     def feedback(self) -> bool:
         """Whether a command follows the measured state."""
-        return any(one.feedback > CLOSED_LOOP for one in self.commands.values())
+        return bool(self.following)
+
+    @property
+    def following(self) -> tuple[str, ...]:
+        """Commands that follow the measured state."""
+        return tuple(name for name, one in self.commands.items() if one.feedback > CLOSED_LOOP)
+
+    @property
+    def constant(self) -> tuple[str, ...]:
+        """Commands that hardly vary."""
+        return tuple(name for name, one in self.commands.items() if one.weak)
 
     def lines(self) -> list[str]:
         """What a person should know, a sentence each; remarks only on what is not as it should be."""
@@ -94,8 +104,7 @@ class DataReport:
         found += [_said(name, one, "attitude") for name, one in self.rates.items() if _remarkable(one)]
         found += [_said(name, one, "position") for name, one in self.velocities.items() if _remarkable(one)]
         if self.feedback:
-            following = [name for name, one in self.commands.items() if one.feedback > CLOSED_LOOP]
-            found.append(f"closed loop: {', '.join(following)} follow the measured state")
+            found.append(f"closed loop: {', '.join(self.following)} follow the measured state")
         return found
 
     def to_dict(self) -> dict[str, Any]:

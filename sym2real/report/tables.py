@@ -10,7 +10,6 @@ from rich.markup import escape
 from rich.table import Table
 
 from sym2real.adaptation import EpisodeReport
-from sym2real.diagnosis import Comparison
 from sym2real.experiments.flying import Flight
 from sym2real.regression import Dependence
 from sym2real.symbolic import Equations
@@ -88,22 +87,6 @@ def episode_table(reports: Sequence[EpisodeReport]) -> Table:
             number(report.fitted),
             number(report.seconds),
         )
-    return table
-
-
-def comparison_table(comparison: Comparison) -> Table:
-    """Errors per channel over the horizon, in the channel's unit, beside "hold"."""
-    table = Table(
-        title="prediction error at the window's end, root mean square; beside it that of holding the start",
-        title_justify="left",
-    )
-    table.add_column("ahead s", justify="right", no_wrap=True)
-    table.add_column("windows", justify="right", no_wrap=True)
-    for channel, error in comparison.one_step.errors.items():
-        table.add_column(f"{channel} {error.unit}", justify="right", no_wrap=True)
-    for errors in (comparison.one_step, *comparison.horizons, comparison.free_run):
-        cells = [f"{number(one.value, 2)} [dim]{number(one.hold, 2)}[/]" for one in errors.errors.values()]
-        table.add_row(f"{errors.horizon:g}", str(errors.windows), *cells)
     return table
 
 

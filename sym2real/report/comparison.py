@@ -1,0 +1,69 @@
+"""A comparison of a model with logs, for the terminal."""
+
+from __future__ import annotations
+
+from rich import box
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.table import Table
+
+from sym2real.diagnosis import Comparison
+from sym2real.report.diagnosis import where_lines
+from sym2real.report.sparkline import sparkline
+from sym2real.report.tables import number
+
+SHOWN_HORIZON = 0.8  # s, that of the error ladder
+
+
+def comparison_report(comparison: Comparison) -> RenderableType:
+    """Everything a person reads of a comparison."""
+    parts: list[RenderableType] = []
+    if comparison.data is not None:
+        parts += [f"[dim]data: {escape(line)}[/]" for line in comparison.data.lines()]
+    parts += [comparison_table(comparison), floor_table(comparison), *where_lines(comparison.where)]
+    if comparison.residuals is not None:
+        parts += [escape(line) for line in comparison.residuals.lines()]
+    parts += [f"[dim]note: {escape(note)}[/]" for note in comparison.notes]
+    return Group(*parts)
+
+
+def comparison_table(comparison: Comparison) -> Table:
+    """Errors per channel over the horizon, in the channel's unit, beside "hold"."""
+    table = Table(
+        title="prediction error at the window's end, root mean square; beside it that of holding the start",
+        title_justify="left",
+    )
+    table.add_column("ahead s", justify="right", no_wrap=True)
+    table.add_column("windows", justify="right", no_wrap=True)
+    for channel, error in comparison.one_step.errors.items():
+        table.add_column(f"{channel} {error.unit}", justify="right", no_wrap=True)
+    for errors in (comparison.one_step, *comparison.horizons, comparison.free_run):
+        cells = [f"{number(one.value, 2)} [dim]{number(one.hold, 2)}[/]" for one in errors.errors.values()]
+        table.add_row(f"{errors.horizon:g}", str(errors.windows), *cells)
+    return table
+
+
+def floor_table(comparison: Comparison) -> Table:
+    """Errors near 0.8 s ahead beside what no model can do better, one row per channel.
+
+    Also fit and skill, and how the error grows with the horizon.
+    """
+    shown = comparison.horizons or (comparison.one_step,)
+    errors = min(shown, key=lambda one: abs(one.horizon - SHOWN_HORIZON))
+    table = Table(
+        title=f"{errors.horizon:g} s ahead, beside the noise floor",
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
+        padding=(0, 1, 0, 0),
+    )
+    table.add_column("channel")
+    for heading in ("error", "floor", "excess", "fit %", "skill\nhold", "skill\nmean"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column(f"to {max(one.horizon for one in shown):g} s", no_wrap=True)
+    for channel, error in errors.errors.items():
+        over = sparkline([one.errors[channel].value for one in (comparison.one_step, *comparison.horizons)])
+        sizes = [number(value) for value in (error.value, error.floor, error.excess)]
+        skills = (f"{error.fit:.0f}", f"{error.skill:.2f}", f"{error.skill_mean:.2f}")
+        table.add_row(f"{channel} {error.unit}", *sizes, *skills, over)
+    return table

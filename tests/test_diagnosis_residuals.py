@@ -106,11 +106,24 @@ def test_a_delayed_command_shows_at_its_lag(delay: int) -> None:
     assert "of the same row" in said
 
 
-def test_an_answering_command_is_said_to_answer() -> None:
-    gain = replace(driven(np.random.default_rng(0)), action=0.5 * driven(np.random.default_rng(0)).action)
-    (said,) = one_step_residuals(TROLLEY, Dataset([gain]), answering=("speed",)).lines()[1:]
+def test_a_wrong_gain_shows_in_the_same_row() -> None:
+    log = driven(np.random.default_rng(0))
+    (said,) = one_step_residuals(TROLLEY, Dataset([replace(log, action=0.5 * log.action)])).lines()[1:]
     assert "follows speed of the same row" in said
-    assert said.endswith("it answers the state, so noise may do that")
+    assert "noise" not in said
+
+
+def test_a_loop_that_answers_noise_is_said_to_do_so() -> None:
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        truth, measured, sent = np.zeros(2), np.zeros((600, 2)), np.zeros(600)
+        for row in range(600):
+            measured[row] = truth + rng.normal(size=2) * [0.005, 0.15]
+            sent[row] = 0.1 * rng.normal() - 2.0 * measured[row, 0] - 1.5 * measured[row, 1]
+            truth = np.array([truth[0] + DT * truth[1], truth[1] + 0.2 * (sent[row] - truth[1])])
+        log = Trajectory(DT * np.arange(600), measured, sent[:, None], np.zeros((600, 0)), LINE)
+        (said,) = one_step_residuals(TROLLEY, Dataset([log])).lines()[1:]
+        assert said.endswith("a loop that answers sensor noise may do that")
 
 
 def test_logs_do_not_touch_each_other() -> None:

@@ -117,7 +117,7 @@ def compare(
         where=locate(predictor, dataset, region),
         data=about,
         floor=floor,
-        residuals=one_step_residuals(model, logs, about.constant, about.following),
+        residuals=one_step_residuals(model, logs, about.constant),
     )
 
 

@@ -31,7 +31,6 @@ def one_step_residuals(
     model: Equations | DynamicsModel,
     data: Dataset,
     constant: Collection[str] = (),
-    answering: Collection[str] = (),
 ) -> Residuals:
     """Autocorrelation of what one-step predictions miss, and its correlation with what was sent.
 
@@ -39,7 +38,6 @@ def one_step_residuals(
         model: predicts in float64, with the data's columns.
         data: logs; those shorter than a window's history and a few rows are left out.
         constant: commands that hardly vary, which are left out.
-        answering: commands that follow the measured state.
 
     Raises:
         ShapeError: when columns or time steps differ.
@@ -64,7 +62,7 @@ def one_step_residuals(
         found = residual_of(centred([rows[:, place] for rows in misses]), commands, lags, unit)
         if found is not None:
             components[name] = found
-    return Residuals(dataset.dt, sum(map(len, misses)), lags, components, tuple(answering))
+    return Residuals(dataset.dt, sum(map(len, misses)), lags, components)
 
 
 def residual_of(pieces: Sequence[Array], commands: dict[str, list[Array]], lags: int, unit: str) -> Residual | None:

@@ -17,8 +17,8 @@ from scipy.stats import norm
 from sym2real.trajectory import Array
 
 CHANCE = 0.05
-# A command that answers the measured row correlates with that row's noise, and so with the residual up to this lag:
-# a velocity by differences has noise of two rows.
+# A command that answers the noise of a measured row meets it again in the residual up to this lag: a velocity by
+# differences has noise of two rows.
 ANSWERED = 1
 
 
@@ -38,6 +38,16 @@ class Following:
     def causal(self) -> Array:
         """Lags from 0 on: the command of the step itself, then earlier ones ``# (lags + 1,)``."""
         return self.correlation[len(self.correlation) // 2 :]
+
+    @property
+    def answers_noise(self) -> bool:
+        """Whether the next command goes with the residual, and the step's own against it, or the other way round.
+
+        Noise of a row stands in its own residual and, with the other sign, in the next; a controller answers it once
+        in between. A command that is merely slow goes with both alike.
+        """
+        after = self.correlation[len(self.correlation) // 2 - 1]
+        return bool(after * self.causal[0] < 0 and abs(after) > _bar(1) * self.deviation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,14 +84,12 @@ class Residuals:
         rows: of all logs together.
         lags: longest lag in rows.
         components: by name; those that the model predicts to the last digit are left out.
-        answering: commands that follow the measured state.
     """
 
     dt: float
     rows: int
     lags: int
     components: dict[str, Residual]
-    answering: tuple[str, ...] = ()
 
     @property
     def white_bar(self) -> float:
@@ -137,8 +145,7 @@ class Residuals:
             f"{_verb(one.causal[lag], what)} {_when(lag)} (r {one.causal[lag]:.2f})"
             for lag, what in zip(lags, names, strict=False)
         ]
-        answered = command in self.answering and lags[0] <= ANSWERED
-        noise = "; it answers the state, so noise may do that" if answered else ""
+        noise = "; a loop that answers sensor noise may do that" if lags[0] <= ANSWERED and one.answers_noise else ""
         return f"the residual of {name} {' and '.join(said)}, band {band:.2f}{noise}"
 
     def to_dict(self) -> dict[str, Any]:

@@ -29,14 +29,11 @@ def comparison_report(comparison: Comparison) -> RenderableType:
 
 def comparison_table(comparison: Comparison) -> Table:
     """Errors per channel over the horizon, in the channel's unit, beside "hold"."""
-    table = Table(
-        title="prediction error at the window's end, root mean square; beside it that of holding the start",
-        title_justify="left",
-    )
-    table.add_column("ahead s", justify="right", no_wrap=True)
+    table = _plain_table("error at the end of windows, and that of holding the start")
+    table.add_column("ahead\ns", justify="right", no_wrap=True)
     table.add_column("windows", justify="right", no_wrap=True)
     for channel, error in comparison.one_step.errors.items():
-        table.add_column(f"{channel} {error.unit}", justify="right", no_wrap=True)
+        table.add_column(f"{channel}\n{error.unit}", justify="right", no_wrap=True)
     for errors in (comparison.one_step, *comparison.horizons, comparison.free_run):
         cells = [f"{number(one.value, 2)} [dim]{number(one.hold, 2)}[/]" for one in errors.errors.values()]
         table.add_row(f"{errors.horizon:g}", str(errors.windows), *cells)
@@ -50,13 +47,7 @@ def floor_table(comparison: Comparison) -> Table:
     """
     shown = comparison.horizons or (comparison.one_step,)
     errors = min(shown, key=lambda one: abs(one.horizon - SHOWN_HORIZON))
-    table = Table(
-        title=f"{errors.horizon:g} s ahead, beside the noise floor",
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-        pad_edge=False,
-        padding=(0, 1, 0, 0),
-    )
+    table = _plain_table(f"{errors.horizon:g} s ahead, beside the noise floor")
     table.add_column("channel")
     for heading in ("error", "floor", "excess", "fit %", "skill\nhold", "skill\nmean"):
         table.add_column(heading, justify="right", no_wrap=True)
@@ -67,3 +58,8 @@ def floor_table(comparison: Comparison) -> Table:
         skills = (f"{error.fit:.0f}", f"{error.skill:.2f}", f"{error.skill_mean:.2f}")
         table.add_row(f"{channel} {error.unit}", *sizes, *skills, over)
     return table
+
+
+def _plain_table(title: str) -> Table:
+    """Without rules between columns: four channels with two figures each stay within 80 columns."""
+    return Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))

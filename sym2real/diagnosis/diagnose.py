@@ -11,6 +11,7 @@ import numpy as np
 import torch
 
 from sym2real.diagnosis.candidates import Candidate
+from sym2real.diagnosis.constant import find_constant
 from sym2real.diagnosis.deviations import parameter_set
 from sym2real.diagnosis.features import Region
 from sym2real.diagnosis.findings import Finding, findings
@@ -159,11 +160,11 @@ def _answer(
     rest = Rest.of(problems.problem, weighed.spread, problems.whitening, selection.fit.values)
     own = weighed.calibration
     of_the_base = None if own is None else lambda: Rest.of(own.problem, own.spread, own.whitening, own.origin)
-    leftover = find_leftover(rest, of_the_base)
+    leftover = find_leftover(rest, of_the_base) or find_constant(selection, weighed.spread, own)
     proposal = None
     if leftover is not None:
         informed = compose(weighed.model, [(effect(one.effect, weighed.model), one.values) for one in found])
-        proposal = propose(informed, checked.data, rest, leftover.channel, problems.whitening)
+        proposal = propose(informed, checked.data, rest, leftover, problems.whitening)
     base = float(problems.whitening.loss(problems.problem.residuals(library.null[None])).sum())
     answer = verdict(checked.faults, found, leftover, problems)
     return Diagnosis(

@@ -30,19 +30,29 @@ FEWEST = 60
 
 @dataclass(frozen=True)
 class Leftover:
-    """A push that depends on something.
+    """A push that depends on something, or is the same everywhere.
 
     Args:
-        explained_by: the feature it depends on most.
+        explained_by: the feature it depends on most, or "constant".
         channel: direction of the push.
-        r2: share of its variance that logs not seen confirm.
+        r2: share of its variance (of its squares, where it is constant) that logs not seen confirm.
         term: where the push changes, in words.
+        size, unit: of a constant push, as the model lacks it.
     """
 
     explained_by: str
     channel: str
     r2: float
     term: str
+    size: float | None = None
+    unit: str = ""
+
+    @property
+    def statement(self) -> str:
+        """What is left, for a sentence."""
+        if self.size is not None:
+            return f"a constant push along {self.channel} of {self.size:.3g} {self.unit}"
+        return f"a push along {self.channel} that depends on {self.explained_by}"
 
     def to_dict(self) -> dict[str, Any]:
         return dict(vars(self))

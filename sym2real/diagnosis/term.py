@@ -17,7 +17,7 @@ import torch
 from numpy.typing import NDArray
 from sympy import Expr
 
-from sym2real.diagnosis.leftover import Rest
+from sym2real.diagnosis.leftover import Leftover, Rest
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.prepared import with_filtered_commands
 from sym2real.diagnosis.sensitivity import Problem
@@ -79,19 +79,25 @@ def add_term(equations: Equations, channel: str, expression: str) -> Equations:
     return replace(changed, notes=(*changed.notes, note))
 
 
-def propose(informed: Equations, data: Dataset, rest: Rest, channel: str, whitening: Whitening) -> Term | None:
+def propose(informed: Equations, data: Dataset, rest: Rest, leftover: Leftover, whitening: Whitening) -> Term | None:
     """The term that explains most of what is left in a channel; None where none gains on what it has not seen.
 
     Args:
         informed: the equations with every finding in them.
         data: the logs that the rest is of.
         rest: what is left.
-        channel: of the leftover.
+        leftover: what it depends on, or its size where it is constant.
         whitening: weighs the residuals.
     """
+    channel = leftover.channel
+    if channel not in rest.names:  # a measurement that is off is no push
+        return None
     known = {name: value for name, value in _symbols(informed).items() if name in rest.features}
     columns = {value: rest.values[:, rest.features.index(name)] for name, value in known.items()}
-    found = _regressed(columns, rest.pushes[:, rest.names.index(channel)], rest.groups)
+    if leftover.size is None:
+        found = _regressed(columns, rest.pushes[:, rest.names.index(channel)], rest.groups)
+    else:
+        found = sympy.Float(leftover.size)
     if found is None:
         return None
     scale, gain = _scaled(informed, data, channel, found, whitening)

@@ -47,9 +47,7 @@ def summary(
         if fall is not None:
             parts.append(f"with it the {fall[0]} error on held-out pieces changes from {fall[1]:.3g} to {fall[2]:.3g}")
     if leftover is not None:
-        parts.append(
-            f"a push along {leftover.channel} that depends on {leftover.explained_by} is left (R² {leftover.r2:.2f})"
-        )
+        parts.append(f"{leftover.statement} is left (R² {leftover.r2:.2f})")
     if answer == "NOTHING_MISSING":
         parts.append("nothing is missing beyond noise and small disturbances")
     if answer == "CANNOT_TELL":

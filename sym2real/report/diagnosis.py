@@ -26,7 +26,7 @@ def diagnosis_report(diagnosis: Diagnosis) -> RenderableType:
         parts.append(ladder_table(diagnosis.ladder, diagnosis.floor, diagnosis.held_out))
     if diagnosis.leftover is not None:
         left = diagnosis.leftover
-        said = f"{left.channel} depends on {left.explained_by} (R² {left.r2:.2f} on unseen logs): {left.term}"
+        said = f"{left.statement} (R² {left.r2:.2f} on unseen logs): {left.term}"
         parts.append(f"[red]left over[/] {escape(said)}")
         if diagnosis.proposal is not None:
             parts.append(proposal_line(diagnosis.proposal))

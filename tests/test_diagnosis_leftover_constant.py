@@ -1,0 +1,75 @@
+"""A constant push that the library has no name for is left over with its size; the trim of single runs is not."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from sym2real.diagnosis import Diagnosis, diagnose
+from sym2real.diagnosis.constant import Constants
+from sym2real.diagnosis.library import Library
+from sym2real.diagnosis.sensitivity import Problem
+from sym2real.diagnosis.whitening import Spread, estimate
+from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.robots import CRAZYFLIE, MUSHR
+
+# The wind and what stands for it; and, to keep the tests short, much else: mass, drag and centre of mass compete.
+OUT = (
+    *("wind", "mounting_tilt", "slope", "gain:*", "offset:*", "limit:*", "delay*", "lag*", "motor_lag", "thrust_curve"),
+    *("battery_sag", "ground_effect", "flapping_moment", "translational_lift", "quadratic_drag", "rate_loop_gain"),
+)
+WIND = {"fx": 0.02, "fy": 0.0}
+
+
+@cache
+def diagnosed(*, windy: bool) -> Diagnosis:
+    """Eight short noisy flights, each with a trim of its own, in MuJoCo's air."""
+    case = Case("crazyflie", (("wind", WIND),) if windy else (), seed=11, yaw=True)
+    return diagnose(CRAZYFLIE.nominal(), simulate_case(case, rows=150), exclude=OUT)
+
+
+def test_a_constant_without_a_name_is_left_over_with_its_size() -> None:
+    found = diagnosed(windy=True)
+    assert found.verdict == "UNEXPLAINED"
+    assert found.leftover is not None
+    assert (found.leftover.explained_by, found.leftover.channel, found.leftover.unit) == ("constant", "fx", "N")
+    assert found.leftover.size == pytest.approx(WIND["fx"], rel=0.1)
+    assert found.leftover.r2 > 0.9
+    assert "constant push along fx of 0.0" in found.summary
+
+
+def test_the_constant_is_proposed_as_a_term() -> None:
+    proposal = diagnosed(windy=True).proposal
+    assert proposal is not None
+    assert proposal.channel == "fx"
+    assert float(proposal.expression) == pytest.approx(WIND["fx"], rel=0.1)
+    assert proposal.gain > 0.0
+
+
+def test_trim_that_differs_from_run_to_run_is_no_constant() -> None:
+    found = diagnosed(windy=False)
+    assert found.leftover is None
+    assert found.verdict == "NOTHING_MISSING"
+
+
+@pytest.mark.parametrize(
+    ("key", "channel", "value"), [("yaw_bias", "measured heading", np.deg2rad(2.0)), ("offset:steer", "steer", 0.05)]
+)
+def test_a_cars_constants_are_those_that_were_put_in(key: str, channel: str, value: float) -> None:
+    plain, changed = (_constants(((key, {"value": size}),) if size else ()) for size in (0.0, value))
+    place = plain.names.index(channel)
+    assert plain.units[place] == "rad"
+    assert float(changed.sizes[place] - plain.sizes[place]) == pytest.approx(value, rel=0.1)
+    logs = np.arange(len(changed.gradient)) // (len(changed.gradient) // 8)
+    assert float(changed.p_values(logs)[place]) < 1e-6
+
+
+def _constants(effects: tuple[tuple[str, dict[str, float]], ...]) -> Constants:
+    data = simulate_case(Case("mushr", effects, seed=11), rows=180)
+    library = Library.of(MUSHR.nominal(), [])
+    problem = Problem(library, data)
+    spread, residual = Spread.of(problem, library.null), problem.residuals(library.null[None])[0]
+    whitening = estimate(spread, residual, problem.segments.noise, problem.segments.channel, alike=True)
+    return Constants.of(problem, spread, whitening, library.null)

@@ -55,7 +55,7 @@ def expected_error(task: Task) -> float:
     The rate that is fed forward comes 1/gain + half a control period late; attitude feedback divides that by
     |K_R + iω|, position feedback by |K_p - ω² + iωK_v|.
     """
-    points = [sample_reference(task.reference, time) for time in np.arange(3.0, 6.0, CRAZYFLIE.dt)]
+    points = sample_reference(task.reference, np.arange(3.0, 6.0, CRAZYFLIE.dt))
     speed = max(np.linalg.norm(point.velocity) for point in points)
     acceleration = max(np.linalg.norm(point.acceleration) for point in points)
     frequency, gains = acceleration / speed, Gains()

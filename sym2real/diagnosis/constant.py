@@ -47,8 +47,8 @@ class Constants:
     def of(cls, problem: Problem, spread: Spread, whitening: Whitening, values: Tensor) -> Constants:
         """At a parameter set ``# (P,)``."""
         offsets = _offsets(problem)
-        shapes = torch.stack([offset for _, _, offset in offsets], dim=-1).expand(len(problem.segments), -1, -1)
-        columns = torch.cat([spread.pushes.sum(dim=-1) / spread.sizes, shapes], dim=-1)  # (S, R, D)
+        shapes = [offset.expand(len(problem.segments), -1)[..., None] for _, _, offset in offsets]
+        columns = torch.cat([spread.pushes.sum(dim=-1) / spread.sizes, *shapes], dim=-1)  # (S, R, D)
         residual = problem.residuals(values[None])[0]
         weighted = whitening.products(torch.cat([residual[..., None], columns], dim=-1))
         names = (*spread.names, *(name for name, _, _ in offsets))

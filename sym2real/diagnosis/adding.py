@@ -20,7 +20,8 @@ from sym2real.diagnosis.groups import always_alike, as_good
 from sym2real.diagnosis.ladder import Stage, horizons_for
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.sanity import Fault
-from sym2real.diagnosis.select import FEWEST_BLOCKS, GAIN, Selection
+from sym2real.diagnosis.select import GAIN, Selection
+from sym2real.diagnosis.significance import FEWEST_BLOCKS
 from sym2real.diagnosis.weighing import OnProgress, check_and_filter, weigh
 from sym2real.effects import Effect, compose, effect
 from sym2real.errors import ModelError
@@ -174,7 +175,7 @@ def try_effect(
     selection = Selection(weighed.problems, (own,), weighed.origin)
     (scored,) = selection.ranked([], weighed.origin, [own])
     gain = selection.gain(scored)
-    supported = gain > GAIN and selection.significant([own], scored.fit, own)
+    supported = gain > GAIN and selection.significant(scored.fit, own)
     selection.put([own], scored.fit)
     on_progress("trying other effects in its place")
     rivals = _rivals(selection, [one for one in weighed.tried if key not in one.keys])

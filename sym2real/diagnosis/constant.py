@@ -19,8 +19,9 @@ from torch import Tensor
 from sym2real.diagnosis.calibrate import Calibration
 from sym2real.diagnosis.fit import Problems
 from sym2real.diagnosis.leftover import OWN, Leftover
-from sym2real.diagnosis.select import FALSE_ALARMS, FEWEST_BLOCKS, FEWEST_LOGS, GAIN, GAIN_BESIDE, Selection
+from sym2real.diagnosis.select import GAIN, GAIN_BESIDE, Selection
 from sym2real.diagnosis.sensitivity import Problem
+from sym2real.diagnosis.significance import FALSE_ALARMS, FEWEST_BLOCKS, FEWEST_LOGS
 from sym2real.diagnosis.whitening import Spread, Whitening
 from sym2real.effects.wrench import AXES
 

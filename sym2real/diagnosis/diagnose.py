@@ -24,7 +24,8 @@ from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.locate import Where, locate
 from sym2real.diagnosis.sanity import Fault
 from sym2real.diagnosis.search import search
-from sym2real.diagnosis.select import FEWEST_BLOCKS, Selection
+from sym2real.diagnosis.select import Selection
+from sym2real.diagnosis.significance import FEWEST_BLOCKS
 from sym2real.diagnosis.term import Term, propose
 from sym2real.diagnosis.verdict import Verdict, makes_worse, summary, verdict
 from sym2real.diagnosis.weighing import OnProgress, Weighed, check_and_filter, weigh

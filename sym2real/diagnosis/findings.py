@@ -13,6 +13,7 @@ from sym2real.diagnosis.deviations import reported
 from sym2real.diagnosis.importance import by_importance
 from sym2real.diagnosis.nuisance import BY_TORQUE, STIFFNESS
 from sym2real.diagnosis.select import Selection
+from sym2real.diagnosis.significance import covariance
 from sym2real.effects import Effect
 from sym2real.effects.voltage import REFERENCE, VOLTAGE, with_voltage
 from sym2real.symbolic import Equations
@@ -84,7 +85,7 @@ class Finding:
 def estimates(selection: Selection, one: Candidate) -> dict[str, dict[str, Estimate]]:
     """Values of a chosen candidate by effect and parameter."""
     fit, library = selection.fit, selection.problems.problem.library
-    spread = selection.problems.covariance(fit).diagonal().clamp_min(0).sqrt()
+    spread = covariance(selection.problems, fit).diagonal().clamp_min(0).sqrt()
     quantile = float(stats.t.ppf(0.975, max(1, selection.problems.block_count - 1)))
     found: dict[str, dict[str, Estimate]] = {}
     for place, tied in zip(selection.places(selection.chosen, one), one.free, strict=True):

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import ceil
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from scipy import stats
 from torch import Tensor
 
 from sym2real.diagnosis.nuisance import Nuisance
+from sym2real.diagnosis.parts import blocks_of, folds_of
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.whitening import Whitening
 
@@ -20,10 +19,9 @@ Free = tuple[tuple[int, ...], ...]
 NONE = Nuisance()
 
 LINE_SEARCH = (1.0, 0.4, 0.1)
+# Gauss–Newton steps of a hypothesis that competes.
+REFIT_STEPS = 4
 CONVERGED = 1e-4
-# Folds of the cross-validation where there are fewer logs.
-FEWEST_FOLDS = 4
-BLOCK_SECONDS, GAP_SECONDS = 1.0, 0.5
 RIDGE = 1e-9
 
 
@@ -99,7 +97,9 @@ class Problems:
 
     @classmethod
     def of(cls, problem: Problem, whitening: Whitening, nuisance: Nuisance = NONE) -> Problems:
-        return cls(problem, whitening, _folds(problem), _blocks(problem), nuisance)
+        """With one fold per log and blocks of a second."""
+        dt = problem.library.equations.dt
+        return cls(problem, whitening, folds_of(problem.segments), blocks_of(problem.segments, dt), nuisance)
 
     @property
     def block_count(self) -> int:
@@ -197,66 +197,9 @@ class Problems:
         """Step to the quadratic model's minimum within bounds ``# (A,)``."""
         return self._within(fit, solve(fit.curvature.sum(0), -fit.gradient.sum(0)))
 
-    def p_value_of_gain(self, before: Tensor, after: Tensor) -> float:
-        """Probability that a loss falls so widely by chance: Wilcoxon's one-sided signed-rank test on blocks.
-
-        Ranks, because a limit saves much in few blocks and little in many.
-
-        Args:
-            before, after: whitened squares per segment ``# (S,)``.
-        """
-        used = torch.as_tensor(self.blocks >= 0)
-        gains = torch.zeros(self.block_count, dtype=torch.float64)
-        gains = gains.index_add(0, torch.as_tensor(self.blocks)[used], (before - after)[used])
-        if not bool(gains.any()):
-            return 1.0
-        return float(stats.wilcoxon(gains.numpy(), alternative="greater").pvalue)
-
     @property
     def log_count(self) -> int:
         return len(np.unique(self.problem.segments.log))
-
-    def covariance(self, fit: Fit, clusters: NDArray[np.int64] | None = None) -> Tensor:
-        """Cluster-robust covariance of the free parameters in units of their scale ``# (A, A)``.
-
-        Args:
-            fit: at its best.
-            clusters: of every segment, -1 for none ``# (S,)``; by default blocks of a second.
-        """
-        clusters = self.blocks if clusters is None else clusters
-        used = torch.as_tensor(clusters >= 0)
-        index = torch.as_tensor(clusters)[used]
-        count = int(clusters.max()) + 1
-        scores = torch.zeros(count, len(fit.whole), dtype=torch.float64)
-        scores = scores.index_add(0, index, fit.gradient[used])
-        inflation = len(clusters) / max(1, int(used.sum()))
-        inverse = torch.linalg.pinv(fit.curvature.sum(0), hermitian=True)
-        meat = (scores - scores.mean(0)).T @ (scores - scores.mean(0)) * inflation * count / max(1, count - 1)
-        result: Tensor = inverse @ meat @ inverse
-        return result
-
-    def p_value(
-        self, fit: Fit, places: Sequence[int], null: Tensor, clusters: NDArray[np.int64] | None = None
-    ) -> float:
-        """Probability of parameters this far from null by chance: Hotelling's test on clusters.
-
-        Args:
-            fit: at its best.
-            places: which of its free parameters.
-            null: their values without effect ``# (len(places),)``.
-            clusters: as of :meth:`covariance`.
-        """
-        index = list(places)
-        slots = [fit.free[i][0] for i in index]
-        away = (fit.values[slots] - null) / self.problem.library.scale[slots]
-        size = len(index)
-        count = self.block_count if clusters is None else len(np.unique(clusters[clusters >= 0]))
-        if count <= size + 1:
-            return 1.0
-        spread = self.covariance(fit, clusters)[index][:, index]
-        squared = float(away @ torch.linalg.pinv(spread, hermitian=True) @ away)
-        freedom = count - size
-        return float(stats.f.sf(squared * freedom / (size * (count - 1)), size, freedom))
 
 
 def solve(matrix: Tensor, vector: Tensor) -> Tensor:
@@ -265,29 +208,3 @@ def solve(matrix: Tensor, vector: Tensor) -> Tensor:
     ridge = torch.diag(RIDGE * scale + 1e-12 * scale.max().clamp_min(1e-300))
     result: Tensor = torch.linalg.solve(matrix + ridge, vector)
     return result
-
-
-def _folds(problem: Problem) -> NDArray[np.int64]:
-    """Leave one log out; few logs are parted further in time."""
-    log = problem.segments.log
-    parts = max(1, ceil(FEWEST_FOLDS / len(np.unique(log))))
-    folds = np.zeros(len(log), dtype=np.int64)
-    for index in np.unique(log):
-        mine = np.flatnonzero(log == index)
-        folds[mine] = index * parts + np.arange(len(mine)) * parts // len(mine)
-    return np.unique(folds, return_inverse=True)[1].astype(np.int64)
-
-
-def _blocks(problem: Problem) -> NDArray[np.int64]:
-    """Block of every segment, -1 in the gaps between them ``# (S,)``."""
-    segments = problem.segments
-    seconds = segments.length * problem.library.equations.dt
-    inside, gap = ceil(BLOCK_SECONDS / seconds - 1e-9), ceil(GAP_SECONDS / seconds - 1e-9)
-    blocks = np.full(len(segments), -1, dtype=np.int64)
-    count = 0
-    for index in np.unique(segments.log):
-        mine = np.flatnonzero(segments.log == index)
-        for first in range(0, len(mine), inside + gap):
-            blocks[mine[first : first + inside]] = count
-            count += 1
-    return blocks

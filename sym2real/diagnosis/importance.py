@@ -17,10 +17,10 @@ import torch
 from sym2real.diagnosis.candidates import Candidate
 from sym2real.diagnosis.compare import free_run_seconds
 from sym2real.diagnosis.deviations import parameter_set
-from sym2real.diagnosis.fit import Fit, Hypothesis
+from sym2real.diagnosis.fit import REFIT_STEPS, Fit, Hypothesis
 from sym2real.diagnosis.ladder import windows_of
 from sym2real.diagnosis.segments import WARM_UP
-from sym2real.diagnosis.select import STEPS, Selection
+from sym2real.diagnosis.select import Selection
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.start import ROWS
 from sym2real.diagnosis.windows import channel_errors
@@ -49,7 +49,7 @@ def _ordered(selection: Selection) -> Ordered:
         values = values.clone()
         slots = [slot for tied in one.free for slot in tied]
         values[slots] = selection.fit.values[slots]
-        (fit,) = problems.fit([Hypothesis(selection.free(order[:number]), values)], STEPS)
+        (fit,) = problems.fit([Hypothesis(selection.free(order[:number]), values)], REFIT_STEPS)
         ordered.append((one, fit))
         values = fit.values
     return ordered

@@ -24,8 +24,9 @@ from sym2real.diagnosis.candidates import STANDS_FOR, Candidate, candidates, col
 from sym2real.diagnosis.fit import Hypothesis, Problems, solve
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.prepared import with_filtered_commands
-from sym2real.diagnosis.select import FALSE_ALARMS, FEWEST_BLOCKS, GAIN
+from sym2real.diagnosis.select import GAIN
 from sym2real.diagnosis.sensitivity import Problem
+from sym2real.diagnosis.significance import FALSE_ALARMS, FEWEST_BLOCKS
 from sym2real.diagnosis.visible import AssumedNoise, Plan, Visible
 from sym2real.diagnosis.weighing import whiten
 from sym2real.diagnosis.whitening import Spread, Whitening

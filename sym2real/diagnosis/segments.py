@@ -139,6 +139,22 @@ def compared_components(layout: Layout) -> tuple[tuple[int, ...], tuple[int, ...
     return tuple(compared), tuple(channel)
 
 
+def compared_fields(segments: Segments) -> tuple[Layout, list[int], list[int] | None]:
+    """Fields that hold what is compared, their columns, and its places in their tangent; None for all of them."""
+    layout = segments.layout
+    ends = np.cumsum([field.tangent_size for field in layout.fields])
+    owner = np.searchsorted(ends, segments.compared, side="right")
+    numbers = sorted(set(owner.tolist()))
+    part = Layout(tuple(layout.fields[number] for number in numbers))
+    places: list[int] = []
+    for number in numbers:
+        first = int(ends[number]) - layout.fields[number].tangent_size
+        places += range(first, int(ends[number]))
+    chosen = [places.index(component) for component in segments.compared]
+    columns = [layout.index(column) for column in part]
+    return part, columns, None if chosen == list(range(len(places))) else chosen
+
+
 def component_noise(data: Dataset) -> Array:
     """Noise of every tangent component, median over logs ``# (tangent,)``."""
     return np.median([noise_level(tangents(trajectory)) for trajectory in data], axis=0)

@@ -5,26 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-import torch
 from torch import Tensor
 
 from sym2real.diagnosis.candidates import Candidate
-from sym2real.diagnosis.fit import Fit, Free, Hypothesis, Problems
+from sym2real.diagnosis.fit import REFIT_STEPS, Fit, Free, Hypothesis, Problems
+from sym2real.diagnosis.significance import beyond_chance
 
-# What a finding needs: a relative fall of the held-out loss, and small chances of a false alarm: per data set by blocks
-# of a second, and for itself by whole logs, whose trim differs from run to run. Null data show falls of 0.2 % at most;
+# What a finding needs beside significance: a relative fall of the held-out loss. Null data show falls of 0.2 % at most;
 # beside another finding, whose form may be a little wrong, more is asked for.
 GAIN, GAIN_BESIDE = 0.01, 0.03
-FALSE_ALARMS, BY_LOGS = 0.002, 0.01
-FEWEST_LOGS = 6
 MOST_FINDINGS = 8
 # Candidates that are refitted in full after screening: at most so many, none that saves less than this part of what
-# the best one does, or of the gain that a finding needs; and Gauss–Newton steps of a refit.
+# the best one does, or of the gain that a finding needs.
 REFITTED = 6
 PROMISING, HOPELESS = 0.25, 0.3
-STEPS = 4
-FEWEST_BLOCKS = 10
-
 
 OnProgress = Callable[[str], None]
 
@@ -77,7 +71,7 @@ class Selection:
 
     def __post_init__(self) -> None:
         self.tried = len(self.candidates)
-        self.put([], self.problems.fit([Hypothesis((), self.origin)], STEPS)[0])
+        self.put([], self.problems.fit([Hypothesis((), self.origin)], REFIT_STEPS)[0])
 
     def put(self, chosen: Sequence[Candidate], fit: Fit) -> None:
         """Make this the present state."""
@@ -127,7 +121,7 @@ class Selection:
 
     def refitted(self, chosen: Sequence[Candidate], started: Sequence[tuple[Candidate, Tensor]]) -> list[Scored]:
         """Candidates, each fitted jointly with what is chosen from a parameter set, best first."""
-        fits = self.problems.fit([Hypothesis(self.free([*chosen, one]), start) for one, start in started], STEPS)
+        fits = self.problems.fit([Hypothesis(self.free([*chosen, one]), start) for one, start in started], REFIT_STEPS)
         found = [Scored(one, fit, self.problems.held_out(fit)) for (one, _), fit in zip(started, fits, strict=True)]
         return sorted(found, key=lambda scored: scored.loss)
 
@@ -171,31 +165,9 @@ class Selection:
         """Relative fall of the held-out loss against the present state."""
         return 1.0 - scored.loss / self.loss
 
-    def significant(self, chosen: Sequence[Candidate], fit: Fit, one: Candidate) -> bool:
+    def significant(self, fit: Fit, one: Candidate) -> bool:
         """Whether a candidate's parameters differ from none beyond chance; with few blocks nobody can say."""
-        if self.problems.block_count < FEWEST_BLOCKS:
-            return True
-        if one.needs_start:  # its null is no value that a fit could be near: the loss itself is tested
-            values, slots = fit.values.clone(), [slot for tied in one.free for slot in tied]
-            values[slots] = self.origin[slots]
-            rest = tuple(tied for tied in fit.free if tied not in one.free)
-            before = self.problems.fit([Hypothesis(rest, values)], STEPS)[0]
-            chance = self.problems.p_value_of_gain(before.loss, fit.loss)
-        else:
-            neutral, places = self._neutral(fit, one), self.places(chosen, one)
-            chance = self.problems.p_value(fit, places, neutral)
-            log, enough = self.problems.problem.segments.log, len(places) + 1 < FEWEST_LOGS <= self.problems.log_count
-            if enough and self.problems.p_value(fit, places, neutral, log) > BY_LOGS:
-                return False
-        return chance < FALSE_ALARMS / max(1, self.tried)
-
-    def _neutral(self, fit: Fit, one: Candidate) -> Tensor:
-        """Values of a candidate's parameters that need no effect ``# (free,)``."""
-        nearest = [
-            self.problems.nuisance.nearest(tied, float(fit.values[tied[0]]), float(self.origin[tied[0]]))
-            for tied in one.free
-        ]
-        return torch.tensor(nearest, dtype=torch.float64)
+        return beyond_chance(self.problems, fit, one, self.origin, self.tried)
 
     def grow(self) -> None:
         """Add the best candidate while it is worth it."""
@@ -204,7 +176,7 @@ class Selection:
                 if self.gain(scored) <= (GAIN_BESIDE if self.chosen else GAIN):
                     return
                 chosen = [*self.chosen, scored.candidate]
-                if self.significant(chosen, scored.fit, scored.candidate):
+                if self.significant(scored.fit, scored.candidate):
                     self.put(chosen, scored.fit)
                     self.on_progress(f"found so far: {', '.join(one.name for one in chosen)}; searching on")
                     break
@@ -217,7 +189,7 @@ class Selection:
         values = self.fit.values.clone()
         slots = [slot for tied in one.free for slot in tied]
         values[slots] = self.origin[slots]
-        return rest, self.problems.fit([Hypothesis(self.free(rest), values)], STEPS)[0]
+        return rest, self.problems.fit([Hypothesis(self.free(rest), values)], REFIT_STEPS)[0]
 
     def prune(self) -> None:
         """Drop what is not worth its place beside the others."""
@@ -226,7 +198,7 @@ class Selection:
                 return
             rest, fit = self.without(one)
             kept = 1.0 - self.loss / float(self.problems.held_out(fit).sum())
-            if kept <= GAIN_BESIDE or not self.significant(self.chosen, self.fit, one):
+            if kept <= GAIN_BESIDE or not self.significant(self.fit, one):
                 self.put(rest, fit)
 
     def swap(self) -> dict[str, list[tuple[Scored, float, Tensor]]]:
@@ -239,7 +211,7 @@ class Selection:
             ranking = [scored for scored in self.ranked(rest, fit.values) if scored.candidate is not one]
             if ranking and ranking[0].loss < self.loss * (1 - 0.002):
                 best = ranking[0]
-                if self.significant([*rest, best.candidate], best.fit, best.candidate):
+                if self.significant(best.fit, best.candidate):
                     self.put([*rest, best.candidate], best.fit)
                     present = best.candidate
             gain = float((without - self.held_out).sum())

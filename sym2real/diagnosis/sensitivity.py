@@ -1,7 +1,4 @@
-"""Predictions of all segments under many parameter sets in one rollout, and their derivatives by differences.
-
-Effects with memory filter whole logs of commands first.
-"""
+"""Predictions of all segments under many parameter sets in one rollout, and their derivatives by differences."""
 
 from __future__ import annotations
 
@@ -11,10 +8,10 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from sym2real.diagnosis.filtered import FilteredCommands
 from sym2real.diagnosis.inputs import inputs_along
 from sym2real.diagnosis.library import Library
-from sym2real.diagnosis.segments import WARM_UP, Segments, cut, padded
-from sym2real.layout import Layout
+from sym2real.diagnosis.segments import WARM_UP, Segments, compared_fields, cut, padded
 from sym2real.symbolic import rollout
 from sym2real.trajectory import Dataset
 
@@ -23,8 +20,6 @@ BATCH = 48
 STEP = 1e-3
 # Difference steps of the start state, in the tangent's units.
 START_STEP = 1e-5
-# Filtered logs that are kept, by the values of their filters.
-MOST_CACHED = 400
 
 
 class Problem:
@@ -40,13 +35,12 @@ class Problem:
         self.library = library
         self.data = data
         self.segments: Segments = cut(data) if segments is None else segments
-        self._actions = padded(trajectory.action for trajectory in data)  # (logs, T, m)
+        self._commands = FilteredCommands(library, data)
         self._inputs = padded(inputs_along(library.equations.layouts.inputs, trajectory) for trajectory in data)
         defaults = torch.tensor(list(library.equations.parameters.values()), dtype=torch.float64)
         self._defaults = defaults
         self._visible = data.layouts.state.size
-        self._filtered: dict[bytes, Tensor] = {}
-        self._compared = _compared(self.segments)
+        self._compared = compared_fields(self.segments)
         self._measured_columns = self.segments.measured[..., self._compared[1]]
 
     @property
@@ -146,7 +140,7 @@ class Problem:
         parameters = self._defaults.repeat(len(sets), 1, 1)  # (B, 1, all)
         parameters[:, 0, list(library.columns)] = sets
         log, ahead = torch.as_tensor(segments.log)[:, None], torch.as_tensor(segments.ahead())
-        commands = self._commands(sets)  # (U, logs, T, m), row of each set
+        commands = self._commands.of(sets)  # (U, logs, T, m), row of each set
         sent = commands[0][:, log, ahead][commands[1]]
         known = self._inputs[log, ahead].expand(len(sets), -1, -1, -1)
         start = self._start(segments.start, sets, parameters, moves)
@@ -207,7 +201,7 @@ class Problem:
 
         Args:
             start: ``# (B, S, visible)``.
-            commands: of :meth:`_commands`.
+            commands: of :meth:`FilteredCommands.of`.
             parameters: ``# (B, 1, all)``.
             sets: ``# (B, P)``.
             busy: parameter sets to which hidden states matter ``# (B,)``; others have zeros.
@@ -236,52 +230,3 @@ class Problem:
         """States after each action ``# (B, S, N, state)``: the one place where the diagnosis rolls out."""
         with torch.no_grad():
             return rollout(self.library.model, start, actions, inputs, parameters)
-
-    def _commands(self, sets: Tensor) -> tuple[Tensor, Tensor]:
-        """Filtered commands for every different set of filters ``# (U, logs, T, m)``, and which set has which."""
-        library = self.library
-        columns = [i for key, _ in library.equations.filters for i in library.indices(key)]
-        if not columns:
-            return self._actions[None], torch.zeros(len(sets), dtype=torch.long)
-        unique, which = torch.unique(sets[:, columns], dim=0, return_inverse=True)
-        names = [values.numpy().tobytes() for values in unique]
-        missing = [i for i, name in enumerate(names) if name not in self._filtered]
-        if missing:
-            if len(self._filtered) + len(missing) > MOST_CACHED:
-                self._filtered.clear()
-                missing = list(range(len(names)))
-            self._filtered.update(zip([names[i] for i in missing], self._filter(unique[missing]), strict=True))
-        return torch.stack([self._filtered[name] for name in names]), which
-
-    def _filter(self, unique: Tensor) -> Tensor:
-        """Commands of all logs ``# (U, logs, T, m)`` through filters of these values ``# (U, filter slots)``."""
-        library = self.library
-        rows = self._actions.expand(len(unique), -1, -1, -1)
-        place = 0
-        for key, _ in library.equations.filters:
-            effect, slots = library.effects[key], library.indices(key)
-            values = unique[:, place : place + len(slots)]
-            null = torch.tensor([library.slots[i].null for i in slots], dtype=torch.float64)
-            place += len(slots)
-            busy = (values != null).any(dim=1)
-            if busy.any():
-                given = {library.slots[i].name: values[busy, j, None] for j, i in enumerate(slots)}
-                rows = rows.clone()
-                rows[busy] = effect.filter(rows[busy], library.equations.dt, given)
-        return rows
-
-
-def _compared(segments: Segments) -> tuple[Layout, list[int], list[int] | None]:
-    """Fields that hold what is compared, their columns, and its places in their tangent; None for all of them."""
-    layout = segments.layout
-    ends = np.cumsum([field.tangent_size for field in layout.fields])
-    owner = np.searchsorted(ends, segments.compared, side="right")
-    numbers = sorted(set(owner.tolist()))
-    part = Layout(tuple(layout.fields[number] for number in numbers))
-    places: list[int] = []
-    for number in numbers:
-        first = int(ends[number]) - layout.fields[number].tangent_size
-        places += range(first, int(ends[number]))
-    chosen = [places.index(component) for component in segments.compared]
-    columns = [layout.index(column) for column in part]
-    return part, columns, None if chosen == list(range(len(places))) else chosen

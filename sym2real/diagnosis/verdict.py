@@ -10,7 +10,7 @@ from sym2real.diagnosis.fit import Problems
 from sym2real.diagnosis.ladder import Stage
 from sym2real.diagnosis.leftover import Leftover
 from sym2real.diagnosis.sanity import Fault
-from sym2real.diagnosis.select import FEWEST_BLOCKS
+from sym2real.diagnosis.significance import FEWEST_BLOCKS
 
 Verdict = Literal["EFFECT", "NOTHING_MISSING", "UNEXPLAINED", "CANNOT_TELL"]
 

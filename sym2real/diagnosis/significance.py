@@ -1,0 +1,115 @@
+"""Whether parameters differ from none beyond chance: tests on blocks of a second, or on whole logs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from scipy import stats
+from torch import Tensor
+
+from sym2real.diagnosis.candidates import Candidate
+from sym2real.diagnosis.fit import REFIT_STEPS, Fit, Hypothesis, Problems
+
+# Small chances of a false alarm: per data set by blocks of a second, and for itself by whole logs, whose trim differs
+# from run to run, where there are so many logs; and blocks without which nobody can say.
+FALSE_ALARMS, BY_LOGS = 0.002, 0.01
+FEWEST_LOGS, FEWEST_BLOCKS = 6, 10
+
+
+def beyond_chance(problems: Problems, fit: Fit, one: Candidate, origin: Tensor, tried: int) -> bool:
+    """Whether a candidate's parameters differ from none beyond chance; with few blocks nobody can say.
+
+    Args:
+        problems: what was fitted.
+        fit: of the candidate and others, at its best.
+        one: the candidate.
+        origin: parameter set without effects ``# (P,)``.
+        tried: number of hypotheses that had a chance.
+    """
+    if problems.block_count < FEWEST_BLOCKS:
+        return True
+    if one.needs_start:  # its null is no value that a fit could be near: the loss itself is tested
+        values, slots = fit.values.clone(), [slot for tied in one.free for slot in tied]
+        values[slots] = origin[slots]
+        rest = tuple(tied for tied in fit.free if tied not in one.free)
+        before = problems.fit([Hypothesis(rest, values)], REFIT_STEPS)[0]
+        chance = chance_of_gain(problems, before.loss, fit.loss)
+    else:
+        neutral, places = _neutral(problems, fit, one, origin), [fit.free.index(tied) for tied in one.free]
+        chance = p_value(problems, fit, places, neutral)
+        log, enough = problems.problem.segments.log, len(places) + 1 < FEWEST_LOGS <= problems.log_count
+        if enough and p_value(problems, fit, places, neutral, log) > BY_LOGS:
+            return False
+    return chance < FALSE_ALARMS / max(1, tried)
+
+
+def _neutral(problems: Problems, fit: Fit, one: Candidate, origin: Tensor) -> Tensor:
+    """Values of a candidate's parameters that need no effect ``# (free,)``."""
+    nearest = [problems.nuisance.nearest(tied, float(fit.values[tied[0]]), float(origin[tied[0]])) for tied in one.free]
+    return torch.tensor(nearest, dtype=torch.float64)
+
+
+def covariance(problems: Problems, fit: Fit, clusters: NDArray[np.int64] | None = None) -> Tensor:
+    """Cluster-robust covariance of the free parameters in units of their scale ``# (A, A)``.
+
+    Args:
+        problems: what was fitted.
+        fit: at its best.
+        clusters: of every segment, -1 for none ``# (S,)``; by default blocks of a second.
+    """
+    clusters = problems.blocks if clusters is None else clusters
+    used = torch.as_tensor(clusters >= 0)
+    index = torch.as_tensor(clusters)[used]
+    count = int(clusters.max()) + 1
+    scores = torch.zeros(count, len(fit.whole), dtype=torch.float64)
+    scores = scores.index_add(0, index, fit.gradient[used])
+    inflation = len(clusters) / max(1, int(used.sum()))
+    inverse = torch.linalg.pinv(fit.curvature.sum(0), hermitian=True)
+    meat = (scores - scores.mean(0)).T @ (scores - scores.mean(0)) * inflation * count / max(1, count - 1)
+    result: Tensor = inverse @ meat @ inverse
+    return result
+
+
+def p_value(
+    problems: Problems, fit: Fit, places: Sequence[int], null: Tensor, clusters: NDArray[np.int64] | None = None
+) -> float:
+    """Probability of parameters this far from null by chance: Hotelling's test on clusters.
+
+    Args:
+        problems: what was fitted.
+        fit: at its best.
+        places: which of its free parameters.
+        null: their values without effect ``# (len(places),)``.
+        clusters: as of :func:`covariance`.
+    """
+    index = list(places)
+    slots = [fit.free[i][0] for i in index]
+    away = (fit.values[slots] - null) / problems.problem.library.scale[slots]
+    size = len(index)
+    count = problems.block_count if clusters is None else len(np.unique(clusters[clusters >= 0]))
+    if count <= size + 1:
+        return 1.0
+    spread = covariance(problems, fit, clusters)[index][:, index]
+    squared = float(away @ torch.linalg.pinv(spread, hermitian=True) @ away)
+    freedom = count - size
+    return float(stats.f.sf(squared * freedom / (size * (count - 1)), size, freedom))
+
+
+def chance_of_gain(problems: Problems, before: Tensor, after: Tensor) -> float:
+    """Probability that a loss falls so widely by chance: Wilcoxon's one-sided signed-rank test on blocks.
+
+    Ranks, because a limit saves much in few blocks and little in many.
+
+    Args:
+        problems: what was fitted.
+        before, after: whitened squares per segment ``# (S,)``.
+    """
+    used = torch.as_tensor(problems.blocks >= 0)
+    gains = torch.zeros(problems.block_count, dtype=torch.float64)
+    gains = gains.index_add(0, torch.as_tensor(problems.blocks)[used], (before - after)[used])
+    if not bool(gains.any()):
+        return 1.0
+    return float(stats.wilcoxon(gains.numpy(), alternative="greater").pvalue)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 import torch
-from noisy_flights import flights, flights_with
+from noisy_flights import LEFT_OUT, flights, flights_with
 
 from sym2real.diagnosis import calibrate, diagnose
 from sym2real.diagnosis.candidates import candidates, library_for
@@ -18,21 +18,7 @@ from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import symbol
 
 # What competes in these tests: the loop's gain, wind, centre of mass, delay.
-OTHERS = (
-    *(
-        "gain:*",
-        "offset:*",
-        "limit:*",
-        "delay:*",
-        "lag*",
-        "thrust_curve",
-        "battery_sag",
-        "ground_effect",
-        "torque_bias",
-    ),
-    *("motor_lag", "flapping_moment", "translational_lift", "quadratic_drag", "linear_drag", "added_mass"),
-    "mounting_tilt",
-)
+OTHERS = (*LEFT_OUT, "linear_drag", "added_mass", "mounting_tilt")
 
 
 @pytest.mark.parametrize(("gain", "found"), [(0.88, []), (0.5, ["rate_loop_gain"])])

@@ -50,6 +50,7 @@ class Rival:
     as_good: bool
 
     def to_dict(self) -> dict[str, Any]:
+        """An entry of ``rivals`` in what ``sym2real add --fit … --json`` prints."""
         return dict(vars(self))
 
 

@@ -142,11 +142,11 @@ def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
                     tuple(zip(slots, other, strict=True)) if one.kind != "offset" else (*free, *((s,) for s in other))
                 )
         if one.kind == "wind":  # a vertical force is thrust's: mass, its map, its offset
-            free = tuple(f for f in free if library.slots[f[0]].name != "fz")
+            free = tuple(f for f in free if library.slots[f[0]].parameter.name != "fz")
         if one.kind == "lever_arm" and one_circle(data):  # an arm aside is the speed's: its gain, its limit
-            free = tuple(f for f in free if library.slots[f[0]].name != "ry")
+            free = tuple(f for f in free if library.slots[f[0]].parameter.name != "ry")
         if one.kind == "limit":
-            free = tuple(f for f in free if library.slots[f[0]].name == "upper")
+            free = tuple(f for f in free if library.slots[f[0]].parameter.name == "upper")
         starts, needs = _starts(library, one, data)
         alike, excludes = _matching(key, groups, known), _matching(key, exclusive, known)
         found.append(Candidate(key, keys, free, starts, needs, alike, excludes))

@@ -25,5 +25,5 @@ def parameter_set(selection: Selection, chosen: Sequence[Candidate], values: Ten
         for tied in one.free:
             for index in tied:
                 slot = library.slots[index]
-                result[index] = reported(float(values[index]), float(selection.origin[index]), slot.null)
+                result[index] = reported(float(values[index]), float(selection.origin[index]), slot.parameter.null)
     return result

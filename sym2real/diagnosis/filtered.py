@@ -50,11 +50,11 @@ class FilteredCommands:
         for key, _ in library.equations.filters:
             effect, slots = library.effects[key], library.indices(key)
             values = unique[:, place : place + len(slots)]
-            null = torch.tensor([library.slots[i].null for i in slots], dtype=torch.float64)
+            null = torch.tensor([library.slots[i].parameter.null for i in slots], dtype=torch.float64)
             place += len(slots)
             busy = (values != null).any(dim=1)
             if busy.any():
-                given = {library.slots[i].name: values[busy, j, None] for j, i in enumerate(slots)}
+                given = {library.slots[i].parameter.name: values[busy, j, None] for j, i in enumerate(slots)}
                 rows = rows.clone()
                 rows[busy] = effect.filter(rows[busy], library.equations.dt, given)
         return rows

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import torch
@@ -30,9 +30,6 @@ class Estimate:
     low: float
     high: float
     unit: str
-
-    def to_dict(self) -> dict[str, float | str]:
-        return dict(vars(self))
 
 
 @dataclass(frozen=True)
@@ -62,9 +59,10 @@ class Finding:
     voltage: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
+        """The entry of ``findings`` in DESIGN.md, "Names that stay"."""
         return {
             "effect": self.effect,
-            "parameters": {name: estimate.to_dict() for name, estimate in self.parameters.items()},
+            "parameters": {name: asdict(estimate) for name, estimate in self.parameters.items()},
             "share": self.share,
             "group": list(self.group),
             "separate_by": self.separate_by,
@@ -75,6 +73,7 @@ class Finding:
 
     @property
     def values(self) -> dict[str, float]:
+        """Values alone, by parameter."""
         return {name: estimate.value for name, estimate in self.parameters.items()}
 
     def bound(self, equations: Equations) -> Equations:
@@ -90,14 +89,14 @@ def estimates(selection: Selection, one: Candidate) -> dict[str, dict[str, Estim
     found: dict[str, dict[str, Estimate]] = {}
     for place, tied in zip(selection.places(selection.chosen, one), one.free, strict=True):
         for index in tied:
-            slot = library.slots[index]
+            of, slot = library.slots[index].effect, library.slots[index].parameter
             origin = float(selection.origin[index])
             value = reported(float(fit.values[index]), origin, slot.null)
             half = float(spread[place]) * slot.scale * quantile
             reference = value - slot.null if slot.null in (0.0, 1.0) else value
-            floor = (INTERVAL_FLOOR**2 + (STIFFNESS if slot.effect in BY_TORQUE else 0.0) ** 2) ** 0.5
+            floor = (INTERVAL_FLOOR**2 + (STIFFNESS if of in BY_TORQUE else 0.0) ** 2) ** 0.5
             half = (half**2 + (floor * reference) ** 2) ** 0.5
-            found.setdefault(slot.effect, {})[slot.name] = Estimate(value, value - half, value + half, slot.unit)
+            found.setdefault(of, {})[slot.name] = Estimate(value, value - half, value + half, slot.unit)
     return found
 
 
@@ -114,7 +113,7 @@ def spread_over_logs(selection: Selection, one: Candidate) -> dict[str, float]:
     deviation = torch.stack(steps).std(dim=0)
     slots = problems.problem.library.slots
     return {
-        slots[tied[0]].name: float(deviation[place]) * slots[tied[0]].scale
+        slots[tied[0]].parameter.name: float(deviation[place]) * slots[tied[0]].parameter.scale
         for place, tied in zip(selection.places(selection.chosen, one), one.free, strict=True)
     }
 

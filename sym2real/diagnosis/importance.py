@@ -78,7 +78,7 @@ def _from_behind(
 def _is_trim(selection: Selection, one: Candidate) -> bool:
     problem = selection.problems.problem
     slots, found = problem.library.slots, parameter_set(selection, [one], selection.fit.values)
-    values = {slots[i].name: float(found[i]) for tied in one.free for i in tied}
+    values = {slots[i].parameter.name: float(found[i]) for tied in one.free for i in tied}
     return all(is_trim(problem.library.effects[key], values, problem.data) for key in one.keys)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -32,9 +32,6 @@ class StageError:
     high: float
     unit: str
 
-    def to_dict(self) -> dict[str, float | str]:
-        return dict(vars(self))
-
 
 @dataclass(frozen=True)
 class Stage:
@@ -44,8 +41,9 @@ class Stage:
     horizons: dict[float, dict[str, StageError]]
 
     def to_dict(self) -> dict[str, Any]:
+        """The entry of ``ladder`` in DESIGN.md, "Names that stay"."""
         rows = [
-            {"horizon": horizon, "errors": {channel: error.to_dict() for channel, error in errors.items()}}
+            {"horizon": horizon, "errors": {channel: asdict(error) for channel, error in errors.items()}}
             for horizon, errors in self.horizons.items()
         ]
         return {"model": self.model, "horizons": rows}

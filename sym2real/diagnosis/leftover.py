@@ -55,6 +55,7 @@ class Leftover:
         return f"a push along {self.channel} that depends on {self.explained_by}"
 
     def to_dict(self) -> dict[str, Any]:
+        """The entry of ``leftover`` in DESIGN.md, "Names that stay"."""
         return dict(vars(self))
 
 
@@ -78,6 +79,7 @@ class Rest:
 
     @classmethod
     def of(cls, problem: Problem, spread: Spread, whitening: Whitening, values: torch.Tensor) -> Rest:
+        """What a parameter set ``# (P,)`` leaves of a problem."""
         pushes = most_likely_pushes(problem, spread, whitening, values)
         names, features = features_of(problem)
         logs = np.repeat(problem.segments.log, PIECES)

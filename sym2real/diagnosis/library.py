@@ -11,6 +11,7 @@ from sympy import Expr, Integer, Symbol
 from torch import Tensor
 
 from sym2real.effects import Effect, compose
+from sym2real.effects.effect import Parameter
 from sym2real.effects.filters import without_quantities
 from sym2real.symbolic import Equations, compile_function, compile_model, symbol
 
@@ -21,15 +22,10 @@ WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 @dataclass(frozen=True)
 class Slot:
-    """One parameter of the problem: of which effect ("" for a parameter of the equations), and its numbers."""
+    """One parameter of the problem, and the effect that it is of ("" for a parameter of the equations)."""
 
     effect: str
-    name: str
-    unit: str
-    null: float
-    low: float
-    high: float
-    scale: float
+    parameter: Parameter
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,13 +46,14 @@ class Library:
 
     @classmethod
     def of(cls, base: Equations, effects: Sequence[Effect]) -> Library:
+        """The base with these effects, their fitted parameters free."""
         chosen = []
         slots: list[Slot] = []
         for effect in effects:
             fitted = [p for p in effect.parameters if p.fitted and not p.per_log]
             symbols = effect.symbols()
             chosen.append((effect, {p.name: symbols[p.name] for p in fitted}))
-            slots += [Slot(effect.key, p.name, p.unit, p.null, p.low, p.high, p.scale) for p in fitted]
+            slots += [Slot(effect.key, p) for p in fitted]
         return cls(base, compose(shielded(base), chosen), {effect.key: effect for effect in effects}, tuple(slots))
 
     @cached_property
@@ -66,7 +63,7 @@ class Library:
         return tuple(names.index(self._parameter(slot)) for slot in self.slots)
 
     def _parameter(self, slot: Slot) -> str:
-        return self.effects[slot.effect].symbols()[slot.name].name if slot.effect else slot.name
+        return self.effects[slot.effect].symbols()[slot.parameter.name].name if slot.effect else slot.parameter.name
 
     def indices(self, key: str) -> tuple[int, ...]:
         """Slots of an effect."""
@@ -79,18 +76,18 @@ class Library:
 
     @cached_property
     def _null(self) -> Tensor:
-        return torch.tensor([slot.null for slot in self.slots], dtype=torch.float64)
+        return torch.tensor([slot.parameter.null for slot in self.slots], dtype=torch.float64)
 
     @cached_property
     def scale(self) -> Tensor:
         """``# (P,)``."""
-        return torch.tensor([slot.scale for slot in self.slots], dtype=torch.float64)
+        return torch.tensor([slot.parameter.scale for slot in self.slots], dtype=torch.float64)
 
     @cached_property
     def bounds(self) -> tuple[Tensor, Tensor]:
         """``# (P,)`` each."""
-        low = torch.tensor([slot.low for slot in self.slots], dtype=torch.float64)
-        return low, torch.tensor([slot.high for slot in self.slots], dtype=torch.float64)
+        low = torch.tensor([slot.parameter.low for slot in self.slots], dtype=torch.float64)
+        return low, torch.tensor([slot.parameter.high for slot in self.slots], dtype=torch.float64)
 
     @cached_property
     def model(self) -> torch.jit.ScriptModule:

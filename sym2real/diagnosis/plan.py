@@ -145,10 +145,11 @@ def _smooth_rows(
 ) -> list[Visible]:
     rows = []
     for place, tied in zip(places, one.free, strict=True):
-        slot, size = library.slots[tied[0]], float(information[place, place])
+        of, size = library.slots[tied[0]].effect, float(information[place, place])
+        slot = library.slots[tied[0]].parameter
         smallest = slot.scale * (needed / size) ** 0.5 if size > 0 else float("inf")
         seen = smallest < LARGEST * max(slot.high - slot.null, slot.null - slot.low)
-        shown_by = library.effects[slot.effect].shown_by
+        shown_by = library.effects[of].shown_by
         always = STANDS_FOR.get(one.name, ())
         rows.append(Visible(one.name, slot.name, slot.unit, smallest if seen else None, (), always, shown_by))
     return rows
@@ -172,16 +173,17 @@ def _absorbs(information: Tensor, own: list[int], other: list[int]) -> bool:
 def _threshold_row(one: Candidate, problems: Problems, data: Dataset, needed: float) -> Visible:
     """The mildest size of an effect with a threshold that would be found."""
     library = problems.problem.library
-    slot = library.slots[one.free[0][0]]
+    of = library.slots[one.free[0][0]]
+    effect, slot = library.effects[of.effect], of.parameter
     found = None
-    levels = _levels(library.equations, library.effects[slot.effect], data)
+    levels = _levels(library.equations, effect, data)
     if len(levels):
         sets = library.null.repeat(len(levels) + 1, 1)
         sets[1:, list(one.free[0])] = torch.as_tensor(np.asarray(levels))[:, None]
         residuals = problems.problem.residuals(sets)
         sizes = problems.whitening.loss(residuals[1:] - residuals[0]).sum(1)
         found = next((level for level, size in zip(levels, sizes, strict=True) if float(size) > needed), None)
-    return Visible(one.name, slot.name, slot.unit, found, (), (), library.effects[slot.effect].shown_by)
+    return Visible(one.name, slot.name, slot.unit, found, (), (), effect.shown_by)
 
 
 def _levels(equations: Equations, effect: Effect, data: Dataset) -> Sequence[float]:

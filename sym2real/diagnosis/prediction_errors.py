@@ -67,6 +67,7 @@ class ChannelError:
         return math.nan if math.isnan(self.floor) else math.sqrt(max(self.value**2 - self.floor**2, 0.0))
 
     def to_dict(self) -> dict[str, Any]:
+        """The entry of a channel in what ``sym2real compare --json`` prints."""
         compared = {"skill": self.skill, "skill_mean": self.skill_mean, "fit": self.fit, "excess": self.excess}
         return {**vars(self), **compared}
 

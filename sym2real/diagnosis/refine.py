@@ -19,6 +19,7 @@ from sym2real.diagnosis.overfit import improved
 from sym2real.diagnosis.segments import compared_components, component_noise
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.whitening import LEAST, Spread
+from sym2real.effects.effect import Parameter
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Dataset
 
@@ -47,7 +48,7 @@ def refined(library: Library, flown: Dataset, logs: Dataset) -> Equations:
         values, moved = improved(problems, free, values, start)
         if not moved:
             break
-    found = dict(zip((slot.name for slot in constants.slots), values.tolist(), strict=True))
+    found = dict(zip((slot.parameter.name for slot in constants.slots), values.tolist(), strict=True))
     return library.base.lift_constants().at(**found)
 
 
@@ -71,7 +72,7 @@ def _of_constants(base: Equations) -> Library:
     lifted = base.lift_constants()
     constants = {name: value for name, value in lifted.parameters.items() if name not in base.parameters}
     slots = tuple(
-        Slot("", name, "", value, value - 10 * scale, value + 10 * scale, scale)
+        Slot("", Parameter(name, "", value, value - 10 * scale, value + 10 * scale, scale))
         for name, value in constants.items()
         for scale in [RELATIVE * max(abs(value), SMALL)]
     )

@@ -7,16 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import torch
 
-from sym2real import rotation
+from sym2real.diagnosis.agreement import REVERSED, rate_agreement
 from sym2real.effects import effect
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Dataset, Trajectory
 
-RATES = ("wx", "wy", "wz")
-# Rows over which a rate and the attitude's derivative are averaged before they are compared.
-SMOOTHING = 5
-# Correlation that shows a wrong sign, and the rate (rad/s) that must be there to look at it.
-WRONG_SIGN, LEAST_RATE = -0.5, 0.05
 SATURATED = 0.05
 DT_TOLERANCE = 0.02
 
@@ -73,36 +68,11 @@ def _corrected(trajectory: Trajectory, wrong) -> Trajectory:  # type: ignore[no-
 
 def rate_signs(data: Dataset) -> tuple[Fault, ...]:
     """Body rates whose sign contradicts the attitude's derivative."""
-    faults = []
-    for column in RATES:
-        if column not in data.layouts.state:
-            continue
-        pairs = [_rate_and_derivative(trajectory, column) for trajectory in data]
-        logged, turned = (np.concatenate([pair[i] for pair in pairs]) for i in (0, 1))
-        if min(logged.std(), turned.std()) < LEAST_RATE:
-            continue
-        correlation = float(np.corrcoef(logged, turned)[0, 1])
-        if correlation < WRONG_SIGN:
-            evidence = f"the logged {column} and the attitude's derivative correlate by {correlation:.3f}"
-            faults.append(Fault(f"sensor_sign:{column}", evidence))
-    return tuple(faults)
-
-
-def _rate_and_derivative(trajectory: Trajectory, column: str) -> tuple[Array, Array]:
-    layout = trajectory.layouts.state
-    kernel = np.ones(SMOOTHING) / SMOOTHING
-    rate = trajectory.column(column)
-    middle = (rate[1:] + rate[:-1]) / 2
-    if layout.has_field("attitude"):
-        attitude = torch.as_tensor(trajectory.state[:, layout.slice("attitude")])
-        turns = rotation.logarithm(rotation.multiply(rotation.conjugate(attitude[:-1]), attitude[1:])).numpy()
-        turn = turns[:, RATES.index(column)]
-    elif layout.has_field("heading") and column == "wz":
-        sine, cosine = (trajectory.column(name) for name in ("sin_yaw", "cos_yaw"))
-        turn = np.diff(np.unwrap(np.arctan2(sine, cosine)))
-    else:
-        return np.zeros(0), np.zeros(0)
-    return np.convolve(middle, kernel, "valid"), np.convolve(turn / np.diff(trajectory.time), kernel, "valid")
+    return tuple(
+        Fault(f"sensor_sign:{column}", f"the logged {column} and the attitude's derivative correlate by {found:.3f}")
+        for column, agreement in rate_agreement(list(data)).items()
+        if (found := agreement.correlation) is not None and found < REVERSED
+    )
 
 
 def _time_step(model: Equations, data: Dataset) -> tuple[str, ...]:

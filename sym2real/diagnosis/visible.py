@@ -42,6 +42,7 @@ class Visible:
     shown_by: str
 
     def to_dict(self) -> dict[str, Any]:
+        """An entry of ``visible`` in what ``sym2real plan --json`` prints."""
         return {**vars(self), "like": list(self.like), "always": list(self.always)}
 
 

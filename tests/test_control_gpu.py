@@ -12,7 +12,8 @@ from reference_models import flying, late
 from sym2real.control.fused import FusedStep, PlanArguments, Sizes
 from sym2real.control.fused_filters import FilterLines
 from sym2real.control.fused_gpu import FusedGpuStep
-from sym2real.control.fused_text import Fused, Sampling, fused_text
+from sym2real.control.fused_problem import Fused, Sampling
+from sym2real.control.fused_text import fused_text
 from sym2real.control.noise import covariance_factor, smoothing
 from sym2real.effects.filters import FilterState
 from sym2real.errors import CompilationError, MissingDependencyError

@@ -20,8 +20,10 @@ from sym2real.symbolic.influence import influences
 from sym2real.symbolic.intervals import Interval, bounds
 from sym2real.symbolic.native_choice import MANY
 from sym2real.symbolic.native_rollout import KERNELS, NativeRollout
-from sym2real.symbolic.order import by_height, heights
+from sym2real.symbolic.order import A_CYCLE, absorbed, heights, latencies, scheduled
+from sym2real.symbolic.polynomials import written_out
 from sym2real.symbolic.program import Program
+from sym2real.symbolic.sines import Assumed, plan_sines
 from sym2real.symbolic.source import function_program, step_program
 
 EXPRESSIONS = (
@@ -38,7 +40,7 @@ needs_compiler = pytest.mark.skipif(find_compiler() is None, reason="no C compil
 
 def values_of(program: Program, points: np.ndarray) -> list[np.ndarray]:
     """Every value of a program at points ``# (inputs, N)``, by NumPy."""
-    found = [*points, *(np.full(points.shape[1], c) for c in program.constants)]
+    found = [*points, *(np.full(points.shape[1], c, points.dtype) for c in program.constants)]
     operations = {
         "add": np.add, "subtract": np.subtract, "multiply": np.multiply, "divide": np.divide, "negate": np.negative,
         "reciprocal": np.reciprocal, "sqrt": np.sqrt, "rsqrt": lambda x: 1 / np.sqrt(x), "sin": np.sin, "cos": np.cos,
@@ -109,18 +111,54 @@ def test_polynomials_keep_their_error(function: str, interval: tuple[float, floa
     assert lengths == sorted(lengths)
 
 
-def test_order_is_by_height_and_changes_nothing() -> None:
-    program = step_program(flying())
-    ordered = by_height(program)
-    height = heights(ordered)
-    found = [height[value] for value in ordered.computed]
-    assert found == sorted(found, reverse=True)
+def cycles_in_order(program: Program) -> int:
+    """Cycles of a processor that begins two operations a cycle, each when its operands are ready, in their order."""
+    inside, latency, cycle, begun = absorbed(program), latencies(program), 0, 0
+    done = dict.fromkeys(range(program.first_instruction), 0)
+    for value in program.computed:
+        ready = max((done[operand] for operand in program.instruction(value).operands), default=0)
+        if value in inside:  # its factors are read with the sum
+            done[value] = ready
+            continue
+        if max(cycle, ready) > cycle or begun == A_CYCLE:
+            cycle, begun = max(cycle + (begun == A_CYCLE), ready), 0
+        begun += 1
+        done[value] = cycle + latency[value]
+    return max(done.values())
+
+
+@pytest.mark.parametrize("make", [flying, CRAZYFLIE.nominal])
+def test_the_order_keeps_a_processor_busy_and_changes_nothing(make: object) -> None:
+    program = step_program(make())
+    ordered = scheduled(program)
+    operations = len(program.instructions) - len(absorbed(program))
+    bound = max(*heights(program), operations // A_CYCLE)
+    assert cycles_in_order(ordered) <= 1.2 * bound < cycles_in_order(program)
     for value, (_, operands) in zip(ordered.computed, ordered.instructions, strict=True):
         assert all(operand < value for operand in operands)
     points = np.random.default_rng(1).normal(size=(len(program.inputs), 20))
     before, after = values_of(program, points), values_of(ordered, points)
     for first, second in zip(program.outputs, ordered.outputs, strict=True):
         np.testing.assert_allclose(before[first], after[second], rtol=1e-13)
+
+
+def test_polynomials_written_out_are_the_sines_they_stand_for() -> None:
+    """Of arguments that may be anything, too, so that whole turns leave first."""
+    program = function_program(
+        [parse_expression("sin(a*b + c)*cos(c) + sin(a**2)"), parse_expression("cos(b)")], list(RANGES)
+    )
+    given = {name: Interval(*pair) for name, pair in RANGES.items()} | {"b": Interval(-16.0, 16.0)}
+    sines = plan_sines(program, Assumed(given), program.outputs)
+    plain = written_out(program, sines)
+    assert {sine.reduction for sine in sines.values()} > {0}
+    assert not {"sin", "cos"} & {operation for operation, _ in plain.instructions}
+    assert len(set(plain.instructions)) == len(plain.instructions)
+    rng = np.random.default_rng(0)
+    points = np.array([rng.uniform(*given[name], 4000) for name in program.inputs], dtype=np.float32)
+    exact, found = values_of(program, points.astype(float)), values_of(plain, points)
+    for first, second in zip(program.outputs, plain.outputs, strict=True):
+        assert found[second].dtype == np.float32
+        assert np.abs(exact[first] - found[second]).max() < 5e-6
 
 
 def operands(equations: Equations, dtype: torch.dtype) -> tuple[torch.Tensor, ...]:

@@ -17,8 +17,9 @@ from sympy import Expr
 from torch import Tensor
 
 from sym2real.control.fused_filters import FilterLines, memory_of
+from sym2real.control.fused_problem import Fused, Sampling
 from sym2real.control.fused_residual import Residual, packed, sizes_of
-from sym2real.control.fused_text import Fused, Sampling, fused_text
+from sym2real.control.fused_text import fused_text
 from sym2real.control.noise import smoothing
 from sym2real.effects.filters import FilterState
 from sym2real.native import library

@@ -9,7 +9,8 @@ from torch import Tensor
 
 from sym2real.control.fused import PlanArguments, Sizes
 from sym2real.control.fused_filters import memory_of
-from sym2real.control.fused_text import Fused, fused_text
+from sym2real.control.fused_problem import Fused
+from sym2real.control.fused_text import fused_text
 from sym2real.control.noise import smoothing
 from sym2real.control.weights import weigh
 from sym2real.effects.filters import FilterState

@@ -12,8 +12,7 @@ from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.graph import Graph, Lowered
 from sym2real.symbolic.intervals import Interval
 from sym2real.symbolic.lowering import Lowering
-from sym2real.symbolic.order import by_height
-from sym2real.symbolic.program import Program
+from sym2real.symbolic.program import Instruction, Program
 from sym2real.symbolic.schedule import make_program
 from sym2real.symbolic.sines import CALLS, Assumed
 from sym2real.symbolic.source import on_manifold
@@ -26,11 +25,11 @@ UNIT = 1.0001  # a component of a quaternion or of a unit circle, rounding inclu
 
 @dataclass(frozen=True)
 class Planning:
-    """A program whose outputs are the next state and the cost, and where its inputs come from.
+    """A program whose outputs are the next state, the cost and what is guarded, and where its inputs come from.
 
     Args:
         program: over state, acting actions, inputs, ``planned <action>``, ``reference <column>``,
-            ``residual <column>``.
+            ``residual <column>``; its last output is the sum of squares of the guarded columns, where there are any.
         guarded: state columns that must stay within :data:`REACH`.
         assumed: intervals under which sines may be short.
     """
@@ -80,8 +79,9 @@ def planning_program(
     known |= {action: (1.0, graph.inputs[f"planned {action}"]) for action in actions}
     known |= {f"ref_{column}": (1.0, graph.inputs[f"reference {column}"]) for column in visible}
     price = graph.whole(Lowering(graph, values=known).lower(cost))
-    program = by_height(make_program(graph, [*nodes, price]), carried=range(len(state)))
-    return Planning(program, _guarded(program, equations), _assumed(equations, robot, filtered))
+    program = make_program(graph, [*nodes, price])
+    guarded = _guarded(program, equations)
+    return Planning(_with_squares(program, guarded), guarded, _assumed(equations, robot, filtered))
 
 
 def _guarded(program: Program, equations: Equations) -> tuple[str, ...]:
@@ -89,6 +89,23 @@ def _guarded(program: Program, equations: Equations) -> tuple[str, ...]:
     free = [c for field in equations.layouts.state.fields if field.kind == "vector" for c in field.columns]
     arguments = {operands[0] for operation, operands in program.instructions if operation in CALLS}
     return tuple(column for column in free if not program.reached_by({column}).isdisjoint(arguments))
+
+
+def _with_squares(program: Program, columns: tuple[str, ...]) -> Program:
+    """The program with the sum of squares of some inputs as one more output."""
+    if not columns:
+        return program
+    instructions = {
+        instruction: value for value, instruction in zip(program.computed, program.instructions, strict=True)
+    }
+
+    def emit(operation: str, *operands: int) -> int:
+        return instructions.setdefault(Instruction(operation, operands), program.first_instruction + len(instructions))
+
+    size, *others = (emit("multiply", place, place) for place in map(program.inputs.index, columns))
+    for other in others:
+        size = emit("add", size, other)
+    return Program(program.inputs, program.constants, tuple(instructions), (*program.outputs, size))
 
 
 def _assumed(equations: Equations, robot: Robot, filtered: bool) -> Assumed:

@@ -13,7 +13,6 @@ from collections.abc import Collection, Mapping
 import numpy as np
 
 from sym2real.symbolic.program import Program
-from sym2real.symbolic.sines import TURN, Sine
 
 INFIX = {
     "add": "{} + {}",
@@ -50,7 +49,6 @@ CALLS = {
     "select": "select",
 }
 CONDITIONS = frozenset(("less", "less_equal", "equal", "and", "or", "not"))
-ROUNDER = 12582912.0  # 1.5 · 2^23: adding and subtracting it rounds a float32 to a whole number
 
 
 def literal(value: float, single: bool) -> str:
@@ -60,30 +58,69 @@ def literal(value: float, single: bool) -> str:
     return f"R({float(np.float32(value)) if single else value!r})"
 
 
+class NumberTable:
+    """Numbers of a text as data: ``k0[-128] … k0[127], k1[-128] …``, one more for every use.
+
+    A compiler makes whole vectors of numbers that it sees, keeps them through the loop and so fills the first-level
+    cache. Numbers that are read where they are used are part of an instruction, and within ±128 of a pointer it is a
+    short one: the loop must fit into the cache of decoded instructions.
+
+    Args:
+        name: of the array.
+    """
+
+    REACH = 128  # a signed byte in units of four
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self._written: list[str] = []
+
+    def add(self, written: str) -> str:
+        """Keeps a literal; the expression that reads it."""
+        pointer, place = divmod(len(self._written), 2 * self.REACH)
+        self._written.append(written)
+        return f"k{pointer}[{place - self.REACH}]"
+
+    @property
+    def declaration(self) -> str:
+        """Of the array, ahead of the function."""
+        return f"static const real {self.name}[] = {{{', '.join(self._written)}}};" if self._written else ""
+
+    @property
+    def pointers(self) -> list[str]:
+        """Declarations, ahead of the loop."""
+        return [f"const real *k{i} = {self.name} + {(2 * i + 1) * self.REACH};" for i in self._pointers]
+
+    @property
+    def hidden(self) -> list[str]:
+        """Statements inside the loop: empty assembly hides what the numbers are, so that none leaves the loop."""
+        return [f'__asm__("" : "+r"(k{i}));' for i in self._pointers]
+
+    @property
+    def _pointers(self) -> range:
+        return range(-(-len(self._written) // (2 * self.REACH)))
+
+
 class CLines:
     """Statements that compute a program's values.
 
     Args:
         program: what to compute.
         single: float32, else float64.
-        sines: how sines and cosines are computed; those that are not named are called with any argument.
         names: expressions of values that are computed elsewhere, by number; inputs are ``x_<name>`` else.
-        table: collects the numbers of the text, which are then ``k[i]``; written in place without one. A compiler
-            makes whole vectors of numbers that it sees, and they crowd the first-level cache.
+        table: keeps the numbers of the text; written in place without one.
     """
 
     def __init__(
         self,
         program: Program,
         single: bool,
-        sines: Mapping[int, Sine] | None = None,
         names: Mapping[int, str] | None = None,
-        table: list[str] | None = None,
+        table: NumberTable | None = None,
     ) -> None:
-        self.program, self.single, self.sines = program, single, sines or {}
+        self.program, self.single = program, single
         self.names = {number: f"x_{name}" for number, name in enumerate(program.inputs)} | dict(names or {})
         self.table = table
-        self._reduced: dict[tuple[int, int], str] = {}
 
     def name(self, value: int) -> str:
         """What stands for a value in an infix expression: a number or a variable."""
@@ -96,21 +133,16 @@ class CLines:
         return f"splat({self.name(value)})" if self.program.is_constant(value) else self.name(value)
 
     def number(self, value: float) -> str:
+        """What stands for a number."""
         written = literal(value, self.single)
-        if self.table is None:
-            return written
-        if written not in self.table:
-            self.table.append(written)
-        return f"k[{self.table.index(written)}]"
+        return written if self.table is None else self.table.add(written)
 
     def lines(self, wanted: Collection[int]) -> list[str]:
-        """One statement or more per value, in the program's order."""
-        return [line for value in self.program.computed if value in wanted for line in self._statement(value)]
+        """One statement per value, in the program's order."""
+        return [self._statement(value) for value in self.program.computed if value in wanted]
 
-    def _statement(self, value: int) -> list[str]:
+    def _statement(self, value: int) -> str:
         operation, operands = self.program.instructions[value - self.program.first_instruction]
-        if value in self.sines:
-            return self._sine(value, operands[0], self.sines[value])
         kind = "mask" if operation in CONDITIONS else "v"
         if operation in INFIX:
             # Two numbers would make no vector, and conditions are no numbers.
@@ -118,33 +150,4 @@ class CLines:
             right = INFIX[operation].format(*named)
         else:
             right = f"{CALLS[operation]}({', '.join(map(self.vector, operands))})"
-        return [f"const {kind} v{value} = {right};"]
-
-    def _sine(self, value: int, argument: int, sine: Sine) -> list[str]:
-        x, lines = self.vector(argument), list[str]()
-        if sine.reduction:
-            key = (argument, sine.reduction)
-            if key not in self._reduced:
-                self._reduced[key] = f"v{value}_r"
-                lines += self._reduction(f"v{value}", x, sine.reduction)
-            x = self._reduced[key]
-        polynomial, y = sine.polynomial, x
-        if polynomial.form != "full":
-            y = f"v{value}_s"
-            lines.append(f"const v {y} = {x} * {x};")
-        right, *others = [self.number(c) for c in reversed(polynomial.coefficients)]
-        if not others:
-            right = f"splat({right})"
-        for coefficient in others:
-            right = f"({right} * {y} + {coefficient})"
-        lines.append(f"const v v{value} = {f'{x} * {right}' if polynomial.form == 'odd' else right};")
-        return lines
-
-    def _reduction(self, name: str, x: str, parts: int) -> list[str]:
-        """What is left of an argument after whole turns: at most half a turn."""
-        first = float(np.float32(TURN))
-        turns = f"({x} * {self.number(1.0 / TURN)} + {self.number(ROUNDER)}) - {self.number(ROUNDER)}"
-        left = f"{x} - {name}_k * {self.number(first)}"
-        if parts == 2:
-            left = f"({left}) - {name}_k * {self.number(TURN - first)}"
-        return [f"const v {name}_k = {turns};", f"const v {name}_r = {left};"]
+        return f"const {kind} v{value} = {right};"

@@ -1,39 +1,45 @@
-"""The order in which a program's instructions are best written: longest way to a result first.
+"""The order in which a program's instructions are best written for a compiler that keeps it.
 
-Compilers keep the order of a long straight text about as it is, and a processor looks some two hundred operations
-ahead. Depth first, each waits for the one before; by height, neighbours are independent and run side by side.
+A processor computes some two hundred operations ahead of the one it must finish next, no further. Depth first, each
+operation waits for the one before. So the processor is imitated: in each of its cycles the operations begin whose
+operands are ready, longest way to a result first; where more values are alive than there are registers, those that
+free one go ahead. A product that a sum alone uses is one operation with it.
 Source: T. C. Hu, "Parallel sequencing and assembly line problems", Operations Research 9, 1961.
 """
 
 from __future__ import annotations
 
+import heapq
+from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from sym2real.symbolic.program import Instruction, Program
 
 # Cycles until a result can be used, roughly, on current processors.
-LATENCY = {"sin": 30, "cos": 30, "divide": 15, "reciprocal": 15, "sqrt": 20, "rsqrt": 30}
+LATENCY = {"sin": 30, "cos": 30, "divide": 18, "reciprocal": 18, "sqrt": 20, "rsqrt": 40}
 LATENCY_OF_CALLS = 60  # tan, exp, …
 LATENCY_OF_ARITHMETIC = 4
-ARITHMETIC = frozenset(
-    [
-        "add",
-        "subtract",
-        "multiply",
-        "negate",
-        "abs",
-        "minimum",
-        "maximum",
-        "select",
-        "less",
-        "less_equal",
-        "equal",
-        "and",
-        "or",
-        "not",
-        "sign",
-    ]
-)
+COMPARISONS = ("less", "less_equal", "equal", "and", "or", "not")
+SUMS = ("add", "subtract", "multiply", "negate", "abs", "minimum", "maximum", "select", "sign")
+ARITHMETIC = frozenset((*SUMS, *COMPARISONS))
+A_CYCLE = 2  # operations that begin in one
+REGISTERS = 28  # of 32; addresses and what the compiler moves take the others
+LOOKED_AT = 8  # ready operations among which one that frees a register is looked for
+
+
+def absorbed(program: Program) -> dict[int, int]:
+    """Product → the sum or difference that it is one operation with (a fused multiply-add)."""
+    found: dict[int, int] = {}
+    for value in program.computed:
+        operation, operands = program.instructions[value - program.first_instruction]
+        if operation not in ("add", "subtract"):
+            continue
+        for operand in reversed(operands):
+            instruction = program.instruction(operand)
+            if instruction is not None and instruction.operation == "multiply" and program.uses[operand] == 1:
+                found[operand] = value
+                break
+    return found
 
 
 def heights(program: Program, carried: Sequence[int] = ()) -> list[int]:
@@ -44,41 +50,116 @@ def heights(program: Program, carried: Sequence[int] = ()) -> list[int]:
         carried: inputs, by number, that the first outputs become when the program runs again: the end is then that of
             a second run, so that what the next run waits for comes early.
     """
-    height = _heights(program, {})
-    return (
-        _heights(program, {o: height[i] for o, i in zip(program.outputs, carried, strict=False)}) if carried else height
-    )
+    cycles = latencies(program)
+    height = _heights(program, cycles, {})
+    if not carried:
+        return height
+    return _heights(program, cycles, {o: height[i] for o, i in zip(program.outputs, carried, strict=False)})
 
 
-def _heights(program: Program, after: Mapping[int, int]) -> list[int]:
-    height = [after.get(value, 0) for value in range(program.first_instruction + len(program.instructions))]
+def _heights(program: Program, latencies: Sequence[int], after: Mapping[int, int]) -> list[int]:
+    height = [after.get(value, 0) for value in range(len(latencies))]
     for value in reversed(program.computed):
-        operation, operands = program.instructions[value - program.first_instruction]
-        height[value] += _latency(operation)
-        for operand in operands:
+        height[value] += latencies[value]
+        for operand in program.instructions[value - program.first_instruction].operands:
             height[operand] = max(height[operand], height[value])
     return height
 
 
-def _latency(operation: str) -> int:
-    if operation in ARITHMETIC:
-        return LATENCY_OF_ARITHMETIC
-    return LATENCY.get(operation, LATENCY_OF_CALLS)
+def latencies(program: Program) -> list[int]:
+    """Cycles of each value's instruction; a product inside a sum takes none of its own."""
+    inside = absorbed(program)
+    found = [0] * program.first_instruction
+    for value, (operation, _) in zip(program.computed, program.instructions, strict=True):
+        usual = LATENCY_OF_ARITHMETIC if operation in ARITHMETIC else LATENCY.get(operation, LATENCY_OF_CALLS)
+        found.append(0 if value in inside else usual)
+    return found
 
 
-def by_height(program: Program, carried: Sequence[int] = ()) -> Program:
-    """The same program, its instructions in falling order of height; arguments as of :func:`heights`."""
-    height = heights(program, carried)
-    order = sorted(program.computed, key=lambda value: (-height[value], value))
+def scheduled(program: Program, carried: Sequence[int] = ()) -> Program:
+    """The same program in another order; arguments as of :func:`heights`."""
+    order = _Schedule(program, carried).order()
     number = {value: place for place, value in enumerate(order, program.first_instruction)}
-
-    def moved(value: int) -> int:
-        return number.get(value, value)
-
+    moved = [number.get(value, value) for value in range(program.first_instruction + len(order))]
     instructions = (program.instructions[value - program.first_instruction] for value in order)
     return Program(
         program.inputs,
         program.constants,
-        tuple(Instruction(operation, tuple(map(moved, operands))) for operation, operands in instructions),
-        tuple(map(moved, program.outputs)),
+        tuple(Instruction(operation, tuple(moved[o] for o in operands)) for operation, operands in instructions),
+        tuple(moved[output] for output in program.outputs),
     )
+
+
+class _Schedule:
+    """Operations of a program begin, cycle by cycle."""
+
+    def __init__(self, program: Program, carried: Sequence[int]) -> None:
+        self.program, self.height = program, heights(program, carried)
+        self.latency, self.inside = latencies(program), absorbed(program)
+        self.product = {total: product for product, total in self.inside.items()}
+        self.reads = {value: self._operands(value) for value in program.computed if value not in self.inside}
+        self.readers: dict[int, list[int]] = {}
+        for value, operands in self.reads.items():
+            for operand in operands:
+                self.readers.setdefault(operand, []).append(value)
+        self.uses = Counter({operand: len(readers) for operand, readers in self.readers.items()})
+        self.uses.update(set(program.outputs))
+
+    def _operands(self, value: int) -> set[int]:
+        """What an operation reads, numbers aside; of a product inside it the factors."""
+        operands = self.program.instructions[value - self.program.first_instruction].operands
+        read = set(operands)
+        inner = self.product.get(value)
+        if inner is not None:
+            read.remove(inner)
+            read.update(self.program.instructions[inner - self.program.first_instruction].operands)
+        return {operand for operand in read if not self.program.is_constant(operand)}
+
+    def order(self) -> list[int]:
+        """Numbers of the instructions; a product that an operation takes in stands before it."""
+        first = self.program.first_instruction
+        waiting = {value: sum(o >= first for o in operands) for value, operands in self.reads.items()}
+        ready = [(-self.height[value], value) for value, count in waiting.items() if not count]
+        heapq.heapify(ready)
+        begins = dict.fromkeys(waiting, 0)
+        later: list[tuple[int, int]] = []
+        self.alive = {value for value in range(first) if value in self.readers}
+        order, cycle = list[int](), 0
+        while ready or later:
+            while later and later[0][0] <= cycle:
+                value = heapq.heappop(later)[1]
+                heapq.heappush(ready, (-self.height[value], value))
+            for _ in range(min(A_CYCLE, len(ready))):
+                value = self._next(ready)
+                order += [self.product[value], value] if value in self.product else [value]
+                for reader in self.readers.get(value, ()):
+                    waiting[reader] -= 1
+                    begins[reader] = max(begins[reader], cycle + self.latency[value])
+                    if not waiting[reader]:
+                        heapq.heappush(later, (begins[reader], reader))
+            cycle += 1
+        return order
+
+    def _next(self, ready: list[tuple[int, int]]) -> int:
+        """The operation that begins next; its operands and result are counted."""
+        chosen = heapq.heappop(ready)
+        if len(self.alive) >= REGISTERS and not self._frees(chosen[1]):
+            passed = [chosen]
+            while ready and len(passed) < LOOKED_AT:
+                passed.append(heapq.heappop(ready))
+                if self._frees(passed[-1][1]):
+                    chosen = passed[-1]
+                    break
+            for other in passed:
+                if other is not chosen:
+                    heapq.heappush(ready, other)
+        for operand in self.reads[chosen[1]]:
+            self.uses[operand] -= 1
+            if not self.uses[operand]:
+                self.alive.discard(operand)
+        self.alive.add(chosen[1])
+        return chosen[1]
+
+    def _frees(self, value: int) -> bool:
+        """Whether as many values are alive after an operation as before it, or fewer."""
+        return any(self.uses[operand] == 1 for operand in self.reads[value])

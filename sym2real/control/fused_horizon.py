@@ -1,0 +1,153 @@
+"""C text of a rollout over the horizon: the printed part of a fused step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from string import Template
+
+from sym2real.control.fused_problem import Fused
+from sym2real.control.fused_residual import residual_lines
+from sym2real.control.planning_program import REACH, UNIT, Planning
+from sym2real.effects.filters import spelled_out
+from sym2real.symbolic.c_source import CLines, NumberTable
+from sym2real.symbolic.equations import Equations
+from sym2real.symbolic.order import scheduled
+from sym2real.symbolic.polynomials import written_out
+from sym2real.symbolic.program import Program
+from sym2real.symbolic.sines import Sine
+from sym2real.symbolic.source import TIME, function_program
+
+SINGLE = True
+
+HORIZON = Template("""
+$table
+INLINE v horizon_$name(const struct plan *p, const TRACK track, v *worst) {
+$numbers
+$start
+$held
+$memory
+    v cost = splat(R(0.0));
+    for (int h = 0; h < p->horizon; h++) {
+$hidden
+$loaded
+$filtered
+$first
+$step
+$following
+    }
+    return cost;
+}
+""")
+
+
+def horizon_text(name: str, step: Fused, planning: Planning, sines: Mapping[int, Sine], machine: str) -> str:
+    """C function ``horizon_<name>``: total cost of a block's rollouts, and how far what is assumed was left.
+
+    Args:
+        name: "short" or "any".
+        step: what is computed.
+        planning: its program.
+        sines: how sines are computed; those that are not named are calls.
+        machine: "cpu" or "gpu".
+    """
+    equations, filters = step.equations, step.filters
+    layouts = equations.layouts
+    program = written_out(planning.program, sines)
+    if name == "short":  # of the other one, calls take the time
+        program = scheduled(program, carried=range(len(layouts.state)))
+    numbers = {label: number for number, label in enumerate(program.inputs)}
+    named = {numbers[f"planned {a}"]: f"planned_{a}" for a in layouts.action}
+    named |= {
+        n: label.replace(" ", "_") for label, n in numbers.items() if label.split()[0] in ("reference", "residual")
+    }
+    table = NumberTable(f"numbers_{name}") if machine == "cpu" else None
+    lines, outside = CLines(program, SINGLE, named, table), CLines(program, SINGLE, named)
+    moving = program.reached_by({label for label in program.inputs if label not in layouts.inputs or label == TIME})
+    held = [value for value in program.computed if value not in moving]
+    body = {
+        "loaded": _loaded(equations, program),
+        "filtered": filters.lines(),
+        "first": _hidden(equations) + (residual_lines(layouts) if step.residual else []),
+        "step": lines.lines(moving),
+        "following": _following(equations, planning, lines, bool(sines)),
+    }
+    before = {
+        "numbers": table.pointers if table else [],
+        "start": _start(equations, planning, bool(sines)),
+        "held": _inputs(equations) + outside.lines(held),
+        "memory": filters.before(),
+    }
+    return HORIZON.substitute(
+        {part: _indented(text, 4) for part, text in before.items()},
+        **{part: _indented(text, 8) for part, text in body.items()},
+        name=name,
+        table=table.declaration if table else "",
+        hidden=_indented(table.hidden if table else [], 8),
+    )
+
+
+def _start(equations: Equations, planning: Planning, guarded: bool) -> list[str]:
+    fields = equations.layouts.state.fields
+    visible = [column for field in fields if not field.hidden for column in field.columns]
+    lines = [f"v x_{column} = splat(p->state[{i}]);" for i, column in enumerate(visible)]
+    lines += [f"v x_{c} = splat(R(0.0));" for field in fields if field.hidden for c in field.columns]
+    if guarded:
+        units = [column for field in fields if field.kind != "vector" for column in field.columns]
+        lines += [f"*worst = maximum(*worst, x_{c} * x_{c} * R({(REACH / UNIT) ** 2!r}));" for c in units]
+    return lines
+
+
+def _inputs(equations: Equations) -> list[str]:
+    lines = []
+    for i, column in enumerate(equations.layouts.inputs):
+        name = f"start_{TIME}" if column == TIME else f"x_{column}"
+        lines.append(f"const v {name} = splat(p->inputs[{i}]);")
+    return lines
+
+
+def _loaded(equations: Equations, program: Program) -> list[str]:
+    lines = [f"const v planned_{a} = AT(track, h, {i});" for i, a in enumerate(equations.layouts.action)]
+    references = [label.split()[1] for label in program.inputs if label.startswith("reference ")]
+    size = len(references)
+    lines += [f"const v reference_{c} = splat(p->reference[h * {size} + {i}]);" for i, c in enumerate(references)]
+    if TIME in equations.layouts.inputs:
+        lines.append(f"const v x_{TIME} = start_{TIME} + (real)h * R({equations.dt!r});")
+    return lines
+
+
+def _hidden(equations: Equations) -> list[str]:
+    """Hidden states before the first step, from the first action that reaches the robot."""
+    if not equations.start:
+        return []
+    program = function_program_of_start(equations)
+    lines = CLines(program, SINGLE)
+    inner = lines.lines(set(program.computed))
+    inner += [f"x_{c} = {lines.vector(value)};" for c, value in zip(equations.start, program.outputs, strict=True)]
+    return ["if (h == 0) {", *(f"    {line}" for line in inner), "}"]
+
+
+def function_program_of_start(equations: Equations) -> Program:
+    """First values of the hidden states over columns, parameters at their values."""
+    layouts = equations.layouts
+    names = [*layouts.state, *layouts.action, *layouts.inputs]
+    return function_program([spelled_out(equations, expression) for expression in equations.start.values()], names)
+
+
+def _following(equations: Equations, planning: Planning, lines: CLines, guarded: bool) -> list[str]:
+    program, state = lines.program, equations.layouts.state
+    following, (cost, *squares) = program.outputs[: len(state)], program.outputs[len(state) :]
+    result = []
+    if guarded:
+        result += [f"*worst = maximum({lines.name(size)}, *worst);" for size in squares]
+        scale = f"R({REACH / planning.assumed.longest_reciprocal!r})"
+        for value, (operation, _) in zip(program.computed, program.instructions, strict=True):
+            if operation == "rsqrt":
+                result += [f"const v length_{value} = {lines.name(value)} * {scale};"]
+                result += [f"*worst = maximum(length_{value} * length_{value}, *worst);"]
+    result += [f"const v next_{i} = {lines.vector(value)};" for i, value in enumerate(following)]
+    result += [f"x_{column} = next_{i};" for i, column in enumerate(state)]
+    return [*result, f"cost += {lines.name(cost)};"]
+
+
+def _indented(lines: Sequence[str], spaces: int) -> str:
+    return "\n".join(" " * spaces + line for line in lines)

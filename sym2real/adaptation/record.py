@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from sym2real.errors import ModelError
+from sym2real.files import write_text
 from sym2real.layout import Layouts
 from sym2real.logs import read_log, write_log
 from sym2real.symbolic import Equations
@@ -36,7 +36,6 @@ class Record:
         """
         if self.folder is None:
             return
-        self.folder.mkdir(parents=True, exist_ok=True)
         path = self.folder / "settings.json"
         if path.exists():
             found = json.loads(path.read_text())
@@ -48,7 +47,7 @@ class Record:
                     "choose another folder, or delete this one to start over"
                 )
         else:
-            _write(path, json.dumps(settings, indent=1))
+            write_text(path, json.dumps(settings, indent=1))
 
     def episode(self, name: str, fly: Callable[[], Trajectory]) -> Trajectory:
         """The episode kept under this name, or a new one that is kept before it is returned."""
@@ -65,11 +64,5 @@ class Record:
             return fit()
         path = self.folder / f"{name}.json"
         if not path.exists():
-            _write(path, fit().to_json())
+            write_text(path, fit().to_json())
         return Equations.from_json(path.read_text())
-
-
-def _write(path: Path, text: str) -> None:
-    beside = path.with_name(f"{path.name}.{os.getpid()}.tmp")
-    beside.write_text(text)
-    beside.replace(path)

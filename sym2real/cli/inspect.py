@@ -28,6 +28,7 @@ class Inspect:
 
     def run(self, console: Console) -> dict[str, Any]:
         """Print the evidence, write or print the specification."""
+        from sym2real.files import write_text
         from sym2real.logs import inspect_logs
         from sym2real.report.inspection import inspection_table
 
@@ -35,10 +36,7 @@ class Inspect:
         console.print(inspection_table(inspection))
         text = inspection.toml()
         if self.out:
-            self.out.parent.mkdir(parents=True, exist_ok=True)
-            beside = self.out.with_name(f".{self.out.name}.tmp")
-            beside.write_text(text)
-            beside.replace(self.out)
+            write_text(self.out, text)
             console.print(f"specification in {self.out}; use it with --spec {self.out}")
         else:
             console.print(text, markup=False, soft_wrap=True)

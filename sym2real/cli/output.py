@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import sys
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
+
+from sym2real.files import write_text
 
 STANDARD_OUTPUT = Path("-")
 
@@ -27,10 +28,7 @@ def write_json(result: dict[str, Any], json_file: Path | None) -> None:
     if json_file == STANDARD_OUTPUT:
         sys.stdout.write(text + "\n")
         return
-    json_file.parent.mkdir(parents=True, exist_ok=True)
-    beside = json_file.with_name(f".{os.getpid()}-{json_file.name}")
-    beside.write_text(text + "\n")
-    beside.replace(json_file)
+    write_text(json_file, text + "\n")
 
 
 def _plain(value: Any) -> Any:

@@ -10,6 +10,7 @@ from typing import Any
 
 from sym2real.adaptation import EpisodeReport, Progress, StageOne, stage_one
 from sym2real.experiments.flights import car_drives
+from sym2real.files import write_text
 from sym2real.layout import Layouts
 from sym2real.logs import read_logs
 from sym2real.plants import MujocoPlant
@@ -53,9 +54,7 @@ class Learned:
             "region": self.region,
             "episodes": [asdict(report) for report in self.reports],
         }
-        beside = folder / "training.json.tmp"
-        beside.write_text(json.dumps(training, indent=1))
-        beside.replace(folder / "training.json")
+        write_text(folder / "training.json", json.dumps(training, indent=1))
 
 
 def training_tasks(robot: Robot) -> list[Task]:

@@ -26,13 +26,13 @@ Standard names are those of :data:`sym2real.layout.VOCABULARY`, ``yaw`` (which b
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
 from sym2real.errors import DataError, UnknownNameError
+from sym2real.files import write_text
 from sym2real.logs import spec_text
 from sym2real.logs.parts import Attitude, Derived, Frames, Source, TimeBase
 from sym2real.logs.spec_check import SpecChecker
@@ -113,11 +113,8 @@ class LogSpec:
         return cls.parse(text, path)
 
     def save(self, path: str | Path) -> None:
-        """Write the specification as TOML, beside the target first and then renamed."""
-        target = Path(path)
-        beside = target.with_name(f".{target.name}.{os.getpid()}.part")
-        beside.write_text(self.toml(), encoding="utf-8")
-        beside.replace(target)
+        """Write the specification as TOML."""
+        write_text(path, self.toml())
 
 
 def _shipped() -> dict[str, LogSpec]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sym2real.errors import DataError, ShapeError
+from sym2real.files import whole
 from sym2real.logs import csv_file, parquet_file
 from sym2real.logs.grouping import GROUPS, layouts_to_json
 from sym2real.logs.table import READERS
@@ -20,31 +20,27 @@ TIME = "time"
 
 
 def write_log(trajectory: Trajectory, path: str | Path) -> None:
-    """Write a trajectory as CSV or Parquet, by the file's ending; beside the target first, then renamed.
+    """Write a trajectory as CSV or Parquet, by the file's ending.
 
     Columns are ``time`` in s, then state, action, inputs and extra under their own names. A CSV reads back into the
     groups of the vocabulary or of the layouts that the reader is given; a Parquet file keeps layouts, name and notes
     in its metadata. The raw rows of the log it came from are not written.
 
     Raises:
-        DataError: when the ending is neither, or the folder cannot be written to.
+        DataError: when the ending is neither, or there is no folder to write to.
         ShapeError: when two columns have one name.
     """
     target = Path(path)
     if target.suffix.lower() not in READERS:
         raise DataError(target, f"a file name that ends in {', '.join(READERS)}", repr(target.suffix))
     columns = _columns(trajectory)
-    beside = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
+    if not target.parent.is_dir():
+        raise DataError(target, "a file that can be written", f"no folder {target.parent}")
+    with whole(target) as beside:
         if target.suffix.lower() == ".csv":
             csv_file.write(beside, columns)
         else:
             parquet_file.write(beside, columns, _metadata(trajectory))
-        beside.replace(target)
-    except OSError as error:
-        raise DataError(target, "a file that can be written", error.strerror or type(error).__name__) from None
-    finally:
-        beside.unlink(missing_ok=True)
 
 
 def _columns(trajectory: Trajectory) -> dict[str, Array]:

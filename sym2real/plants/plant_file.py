@@ -15,6 +15,7 @@ from typing import Any
 
 from sym2real.effects import effect
 from sym2real.errors import DataError, ModelError
+from sym2real.files import write_text
 from sym2real.plants.mujoco_plant import MujocoPlant, edited
 from sym2real.robots import ROBOTS, Robot
 
@@ -28,7 +29,7 @@ Chosen = Iterable[tuple[str, Mapping[str, float]]]
 
 
 def save_plant(robot: Robot, effects: Chosen, folder: str | Path) -> tuple[Path, Path]:
-    """Write a robot with effects; each file beside its place, then renamed.
+    """Write a robot with effects.
 
     Args:
         robot: the plain robot.
@@ -41,6 +42,7 @@ def save_plant(robot: Robot, effects: Chosen, folder: str | Path) -> tuple[Path,
     Raises:
         UnknownNameError: for an effect or parameter that does not exist.
         ModelError: for an effect that the simulated robot cannot have.
+        DataError: when there is no writing there.
     """
     folder, given = Path(folder), [(key, dict(values)) for key, values in effects]
     changes = [effect(key, robot).inject(**values) for key, values in given]
@@ -49,12 +51,8 @@ def save_plant(robot: Robot, effects: Chosen, folder: str | Path) -> tuple[Path,
         lines += ["", "[[effects]]", f'effect = "{key}"', *(f"{name} = {value!r}" for name, value in values.items())]
     description = edited(robot, changes)
     description.compile()  # MuJoCo writes only what it has compiled
-    folder.mkdir(parents=True, exist_ok=True)
-    texts = {DESCRIPTION: description.to_xml(), PLANT: "\n".join(lines) + "\n"}
-    for name, text in texts.items():
-        beside = folder / f".{name}.tmp"
-        beside.write_text(text, encoding="utf-8")
-        beside.replace(folder / name)
+    write_text(folder / DESCRIPTION, description.to_xml())
+    write_text(folder / PLANT, "\n".join(lines) + "\n")
     return folder / DESCRIPTION, folder / PLANT
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike
 from sym2real.diagnosis import ROWS, Comparison, Windows, predict_windows
 from sym2real.diagnosis.prepared import prepared
 from sym2real.diagnosis.start import Start
+from sym2real.files import whole
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Dataset, Trajectory
 
@@ -22,11 +22,9 @@ PREDICTED_SECONDS = 0.8
 
 
 def save(figure: Figure, path: Path) -> Path:
-    """Write a figure beside, then rename; the format follows the file's ending."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(f".{os.getpid()}-{path.name}")
-    figure.savefig(beside, dpi=120)
-    beside.replace(path)
+    """Write a figure; the format follows the file's ending."""
+    with whole(path) as beside:
+        figure.savefig(beside, dpi=120)
     return path
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
 import torch
 from torch.export import Dim, ExportedProgram
 
+from sym2real.files import whole
 from sym2real.registry import Registry
 from sym2real.symbolic.compile import build_module, compile_model
 from sym2real.symbolic.equations import Equations
@@ -73,11 +73,9 @@ def export(equations: Equations, format: str, path: str | Path) -> Path:
     Raises:
         UnknownNameError: when there is no such format.
         ModelError: when the equations cannot be compiled.
+        DataError: when there is no writing there.
     """
     write, path = EXPORTS[format], Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".exporting-") as folder:
-        beside = Path(folder) / path.name
+    with whole(path) as beside:
         write(equations, beside)
-        beside.replace(path)
     return path

@@ -1,13 +1,12 @@
 """A model as a folder: ``equations.json``, ``parameters.safetensors`` and ``module.pt``; no pickle of ours.
 
-Each file is written beside its place and then renamed, so a failure leaves the earlier model as it was. The weights
-carry the hash of the equations they belong to: a folder mixed from two models is refused.
+All files are written beside their places and then moved there, so a failure leaves the earlier model as it was. The
+weights carry the hash of the equations they belong to: a folder mixed from two models is refused.
 """
 
 from __future__ import annotations
 
 import hashlib
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 
 from sym2real.errors import DataError, ModelError
+from sym2real.files import whole
 from sym2real.symbolic.compile import compile_model
 from sym2real.symbolic.equations import Equations
 
@@ -30,19 +30,17 @@ def save_model(equations: Equations, folder: str | Path) -> Path:
 
     Raises:
         ModelError: when the equations cannot be compiled; nothing is written then.
+        DataError: when there is no writing there.
     """
     folder = Path(folder)
     source = equations.to_json()
     model = compile_model(equations)
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder, prefix=".saving-") as name:
-        beside = Path(name)
-        torch.jit.save(model, str(beside / MODULE))
-        values = torch.tensor(list(equations.parameters.values()), dtype=torch.float64)
-        save_file({"parameters": values}, beside / PARAMETERS, {"equations": _digest(source)})
-        (beside / EQUATIONS).write_text(source, encoding="utf-8")
-        for file in (MODULE, PARAMETERS, EQUATIONS):
-            (beside / file).replace(folder / file)
+    values = torch.tensor(list(equations.parameters.values()), dtype=torch.float64)
+    # Every file is written before the first one takes its place.
+    with whole(folder / EQUATIONS) as text, whole(folder / PARAMETERS) as weights, whole(folder / MODULE) as module:
+        torch.jit.save(model, str(module))
+        save_file({"parameters": values}, weights, {"equations": _digest(source)})
+        text.write_text(source, encoding="utf-8")
     return folder
 
 

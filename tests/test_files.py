@@ -1,0 +1,48 @@
+"""A file appears whole or not at all, whatever goes wrong while it is written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from sym2real.errors import DataError
+from sym2real.files import whole, write_text
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_a_file_is_written_and_replaced(tmp_path: Path) -> None:
+    file = tmp_path / "new" / "folder" / "file.txt"
+    for text in ("erste Fassung: ψ", "second"):
+        write_text(file, text)
+        assert file.read_text(encoding="utf-8") == text
+    assert names(file.parent) == ["file.txt"]
+
+
+@pytest.mark.parametrize("failure", [ValueError("bad"), KeyboardInterrupt()])
+def test_what_fails_half_way_leaves_the_earlier_file_and_nothing_else(tmp_path: Path, failure: BaseException) -> None:
+    file = tmp_path / "file.txt"
+    file.write_text("earlier")
+
+    def fail() -> None:
+        with whole(file) as beside:
+            beside.write_text("half")
+            raise failure
+
+    with pytest.raises(type(failure)):
+        fail()
+    assert file.read_text() == "earlier"
+    assert names(tmp_path) == ["file.txt"]
+
+
+def test_places_where_no_file_can_be_are_named(tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("a file")
+    with pytest.raises(DataError, match=r"taken/file\.txt: expected a file that can be written"):
+        write_text(tmp_path / "taken" / "file.txt", "")
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(DataError, match=r"folder: expected a file that can be written, found Is a directory"):
+        write_text(tmp_path / "folder", "")
+    assert names(tmp_path) == ["folder", "taken"]

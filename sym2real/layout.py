@@ -117,18 +117,22 @@ class Layout:
 
     @cached_property
     def columns(self) -> tuple[str, ...]:
+        """Names of the columns, in order."""
         return tuple(column for field in self.fields for column in field.columns)
 
     @cached_property
     def units(self) -> dict[str, str]:
+        """Column → its unit."""
         return {column: field.unit for field in self.fields for column in field.columns}
 
     @property
     def size(self) -> int:
+        """Number of columns."""
         return len(self.columns)
 
     @cached_property
     def tangent_size(self) -> int:
+        """Number of tangent components: a quaternion has three, a unit circle one."""
         return sum(field.tangent_size for field in self.fields)
 
     @cached_property
@@ -171,6 +175,7 @@ class Layout:
         raise UnknownNameError("field", name, (field.name for field in self.fields))
 
     def has_field(self, name: str) -> bool:
+        """Whether there is a field of that name."""
         return any(field.name == name for field in self.fields)
 
     def slice(self, name: str) -> slice:

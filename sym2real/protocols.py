@@ -28,7 +28,9 @@ class Plant(Protocol):
     """What a controller acts on: a simulator, a model, a replayed log or a robot."""
 
     @property
-    def layouts(self) -> Layouts: ...
+    def layouts(self) -> Layouts:
+        """Columns of state, action and inputs."""
+        ...
 
     @property
     def dt(self) -> float:
@@ -57,7 +59,9 @@ class Plant(Protocol):
 class Controller(Protocol):
     """Chooses actions; owns the memory of what was sent."""
 
-    def reset(self) -> None: ...
+    def reset(self) -> None:
+        """Forget what was sent: an episode begins."""
+        ...
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Action ``# (action,)`` for a measured state ``# (state,)`` at this step of the task."""
@@ -92,10 +96,14 @@ class Change:
 class SymbolicRegressor(Protocol[Fitted]):
     """Finds equations: warm-started from ``start`` where it is given."""
 
-    def fit(self, transitions: Transitions, start: Fitted | None = None) -> Fitted: ...
+    def fit(self, transitions: Transitions, start: Fitted | None = None) -> Fitted:
+        """Equations that predict the transitions."""
+        ...
 
 
 class Learner(Protocol):
     """Trains a residual module, warm-started from ``start`` where it is given."""
 
-    def fit(self, transitions: Transitions, start: nn.Module | None = None) -> nn.Module: ...
+    def fit(self, transitions: Transitions, start: nn.Module | None = None) -> nn.Module:
+        """A module that predicts what is left of the transitions."""
+        ...

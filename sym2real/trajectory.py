@@ -184,6 +184,7 @@ class Dataset:
 
     @property
     def layouts(self) -> Layouts:
+        """Columns of all trajectories."""
         return self.trajectories[0].layouts
 
     @property
@@ -193,6 +194,7 @@ class Dataset:
 
     @property
     def rows(self) -> int:
+        """Number of rows of all trajectories."""
         return sum(len(trajectory) for trajectory in self.trajectories)
 
     def transitions(self) -> Transitions:

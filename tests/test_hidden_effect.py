@@ -17,7 +17,7 @@ from sym2real.data import example_flight
 from sym2real.diagnosis import add, compare, diagnose, locate, window_errors, worst_segments
 from sym2real.effects import EFFECTS, Kind, catalogue, same_group
 from sym2real.effects.body import Body
-from sym2real.effects.effect import Values
+from sym2real.effects.kind import Values
 from sym2real.experiments.real_flight import motor_level_equations
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import read_log, read_logs, write_log

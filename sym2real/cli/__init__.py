@@ -86,9 +86,13 @@ class Runnable(Protocol):
     """What every verb offers."""
 
     @property
-    def json(self) -> Path | None: ...
+    def json(self) -> Path | None:
+        """Where the result goes as JSON."""
+        ...
 
-    def run(self, console: Console) -> dict[str, Any]: ...
+    def run(self, console: Console) -> dict[str, Any]:
+        """Do the work, tell the console; what ``--json`` writes."""
+        ...
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -3,8 +3,9 @@
 from sym2real.effects.body import Body
 from sym2real.effects.catalogue import EFFECTS, applicable, effect
 from sym2real.effects.compose import compose
-from sym2real.effects.effect import Effect, Kind, Parameter
+from sym2real.effects.effect import Effect
 from sym2real.effects.groups import GROUPS, equivalents, same_group
+from sym2real.effects.kind import Kind, Parameter
 
 __all__ = [
     "EFFECTS",

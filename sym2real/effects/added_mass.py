@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from sym2real.effects.body import Body
-from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.thrust import acting_thrust
 from sym2real.effects.truth import set_inertial
 from sym2real.protocols import Change

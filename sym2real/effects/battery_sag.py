@@ -10,7 +10,7 @@ from typing import Any
 from sym2real.effects import truth
 from sym2real.effects.body import Body
 from sym2real.effects.clock import with_time
-from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.thrust import scaled
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol

@@ -19,13 +19,19 @@ class Describable(Protocol):
     """A robot or equations: columns and numbers."""
 
     @property
-    def layouts(self) -> Layouts: ...
+    def layouts(self) -> Layouts:
+        """Its columns."""
+        ...
 
     @property
-    def numbers(self) -> Mapping[str, float]: ...
+    def numbers(self) -> Mapping[str, float]:
+        """Its numbers in SI units, as of :class:`Body`."""
+        ...
 
     @property
-    def dt(self) -> float: ...
+    def dt(self) -> float:
+        """Control period in s."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -67,6 +73,7 @@ class Body:
 
     @property
     def mass(self) -> float:
+        """In kg."""
         return self.number("mass")
 
     @property

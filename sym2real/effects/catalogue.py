@@ -8,11 +8,12 @@ from sym2real.effects.body import Body, Describable
 from sym2real.effects.com_offset import COM_OFFSET
 from sym2real.effects.dead_band import DEAD_BAND
 from sym2real.effects.delay import DELAY
-from sym2real.effects.effect import Effect, Kind
+from sym2real.effects.effect import Effect
 from sym2real.effects.flapping_moment import FLAPPING_MOMENT
 from sym2real.effects.gain import GAIN
 from sym2real.effects.ground_effect import GROUND_EFFECT
 from sym2real.effects.groups import equivalents
+from sym2real.effects.kind import Kind
 from sym2real.effects.lag import LAG
 from sym2real.effects.lateral_slip import LATERAL_SLIP
 from sym2real.effects.lever_arm import LEVER_ARM

@@ -19,7 +19,8 @@ from dataclasses import replace
 from sympy import Expr
 
 from sym2real.effects.body import Body
-from sym2real.effects.effect import Effect, Stage
+from sym2real.effects.effect import Effect
+from sym2real.effects.kind import Stage
 from sym2real.errors import ModelError
 from sym2real.symbolic import Equations
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sym2real.effects.body import Body
-from sym2real.effects.effect import Kind, Numbers, Parameter
+from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.memory import shift
 from sym2real.effects.truth import actuators
 from sym2real.protocols import Array, Change, Filter

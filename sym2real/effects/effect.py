@@ -1,112 +1,36 @@
-"""A physical effect: what it is, what it substitutes in equations, and how a simulator gets it for real.
+"""A physical effect: a kind of the registry (``gain``), bound to a robot and perhaps to a column (``gain:thrust``).
 
-A *kind* is one entry of the registry (``gain``); an *effect* is a kind bound to a robot and, where it has one, to a
-column (``gain:thrust``). Substitution is the hypothesis. Injection is the independent truth: it uses the simulator's
-own means and none of the substitution's formulas.
+Substitution is the hypothesis. Injection is the independent truth: it uses the simulator's own means and none of the
+substitution's formulas.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal
 
 from sympy import Expr, Symbol
 from torch import Tensor
 
 from sym2real.effects.body import Body
+from sym2real.effects.kind import Kind, Numbers, Parameter, Stage
 from sym2real.effects.memory import Memory, series
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import canonical
 
-Stage = Literal["mass", "loop", "wrench", "thrust", "filter", "command", "measurement"]
-Values = Mapping[str, Expr]
-Numbers = Mapping[str, float]
-
-# Bounds and null of what is not limited; finite, so that it can be a parameter's value and stand in a file.
-UNLIMITED = 1e15
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One number of an effect.
-
-    Args:
-        name: as the user types it.
-        unit: SI unit.
-        null: value at which the effect does nothing.
-        low, high: bounds.
-        scale: size that is to be expected beforehand: standard deviation of a prior, unit of a fit.
-        per_log: true where every log has a value of its own (a phase).
-        fitted: false where the motion hardly shows it, so that a fit had better leave it alone.
-    """
-
-    name: str
-    unit: str
-    null: float
-    low: float
-    high: float
-    scale: float
-    per_log: bool = False
-    fitted: bool = True
-
-
-Substitute = Callable[[Equations, Values, Body], Equations]
-Inject = Callable[[Body, Numbers], Change]
-Correct = Callable[[Tensor, Numbers, Body], Tensor]
-
-
-@dataclass(frozen=True)
-class Kind:
-    """An entry of the registry.
-
-    Args:
-        name: registry key.
-        stage: where it acts; a composition substitutes from the dynamics outwards.
-        parameters: its numbers for a body.
-        formula: LaTeX.
-        summary: what it is, one sentence.
-        confused_with: what it looks like, one sentence.
-        shown_by: which manoeuvre shows it, one sentence.
-        fix: what to change on the robot or in the model, one sentence.
-        inject: the truth.
-        substitute: the hypothesis; None for effects that act as filters.
-        memory: makes the recursion over a series, for filters.
-        correct: measured state ``# (..., n)`` → state without the effect, for measurements that can be undone.
-        needs: names that must exist as columns or quantities.
-        numbers: the robot's numbers that it cannot do without.
-        robot: the robots that have it.
-        columns: group whose columns it binds to; "" for none.
-        column_needed: false where no column means all of them.
-        parts: for effects that are two others: their kinds and values.
-    """
-
-    name: str
-    stage: Stage
-    parameters: Callable[[Body], tuple[Parameter, ...]]
-    formula: str
-    summary: str
-    confused_with: str
-    shown_by: str
-    fix: str
-    inject: Inject
-    substitute: Substitute | None = None
-    memory: Callable[[Body], Memory] | None = None
-    correct: Correct | None = None
-    needs: tuple[str, ...] = ()
-    numbers: tuple[str, ...] = ()
-    robot: Literal["quadrotor", "car", "both"] = "both"
-    columns: Literal["", "action", "state"] = ""
-    column_needed: bool = True
-    parts: Callable[[Values, Body], tuple[tuple[Kind, Values], ...]] | None = None
-
 
 @dataclass(frozen=True)
 class Effect:
-    """A kind, bound to a body and perhaps a column."""
+    """A kind, bound to a body and perhaps a column.
+
+    Args:
+        of: the kind.
+        body: what the effect may know about the robot; names the column.
+        group: keys, or patterns of keys, that may stand for this effect.
+    """
 
     of: Kind
     body: Body
@@ -114,10 +38,12 @@ class Effect:
 
     @property
     def kind(self) -> str:
+        """Name of the kind."""
         return self.of.name
 
     @property
     def column(self) -> str:
+        """The column that it is bound to, or ""."""
         return self.body.column
 
     @property
@@ -127,32 +53,18 @@ class Effect:
 
     @property
     def stage(self) -> Stage:
+        """Where it acts."""
         return self.of.stage
 
     @property
-    def summary(self) -> str:
-        return self.of.summary
-
-    @property
-    def confused_with(self) -> str:
-        return self.of.confused_with
-
-    @property
     def shown_by(self) -> str:
+        """Which manoeuvre shows it."""
         return self.of.shown_by
 
     @property
     def fix(self) -> str:
+        """What to change on the robot or in the model."""
         return self.of.fix
-
-    @property
-    def formula(self) -> str:
-        """LaTeX; the column stands for a where there is one."""
-        return self.of.formula
-
-    @property
-    def has_memory(self) -> bool:
-        return self.of.memory is not None
 
     @cached_property
     def memory(self) -> Memory:
@@ -167,6 +79,7 @@ class Effect:
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
+        """Its numbers, with units, bounds and null values for this robot."""
         return self.of.parameters(self.body)
 
     @property
@@ -248,6 +161,7 @@ class Effect:
 
     @property
     def correctable(self) -> bool:
+        """Whether :meth:`correct` can undo it."""
         return self.of.correct is not None
 
     def correct(self, measured: Tensor, values: Numbers) -> Tensor:

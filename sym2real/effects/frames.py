@@ -43,8 +43,10 @@ def to_world(body: Body, along: Sequence[Expr]) -> tuple[Expr, ...]:
 
 
 def dot(left: Sequence[Expr], right: Sequence[Expr]) -> Expr:
+    """Scalar product."""
     return sum((a * b for a, b in zip(left, right, strict=True)), start=Integer(0))
 
 
 def norm(vector: Sequence[Expr]) -> Expr:
+    """Length of a vector."""
     return sqrt(dot(vector, vector))

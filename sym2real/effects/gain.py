@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from sym2real.effects.body import Body
-from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.thrust import scaled
 from sym2real.effects.truth import on_column
 from sym2real.protocols import Change

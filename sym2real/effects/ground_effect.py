@@ -9,7 +9,7 @@ from sympy import exp
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.thrust import scaled
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from sym2real.effects.body import Body
-from sym2real.effects.effect import Kind, Numbers, Parameter
+from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.memory import lag
 from sym2real.effects.truth import actuators, set_lag
 from sym2real.protocols import Change

@@ -9,8 +9,8 @@ import numpy as np
 from sym2real.effects import truth
 from sym2real.effects.body import Body
 from sym2real.effects.car_turning import push_turning
-from sym2real.effects.effect import Kind, Numbers, Parameter, Values
 from sym2real.effects.frames import body_velocity
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 

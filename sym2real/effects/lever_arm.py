@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from sym2real.effects.body import Body
-from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.measured import reported, reporting
 from sym2real.effects.truth import measured
 from sym2real.protocols import Array, Change

@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from sym2real.effects.body import Body
-from sym2real.effects.effect import UNLIMITED, Kind, Numbers, Parameter
+from sym2real.effects.kind import UNLIMITED, Kind, Numbers, Parameter
 from sym2real.effects.memory import Given, Memory, first_row
 from sym2real.effects.truth import on_column
 from sym2real.protocols import Change

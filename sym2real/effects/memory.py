@@ -157,6 +157,7 @@ def zero_step(memory: Tensor, row: Tensor, dt: float, values: Given) -> tuple[Te
 
 
 def sampled_begin(row: Tensor, dt: float, values: Given) -> Tensor:
+    """Memory of :func:`sampled_lag_step`: the filtered row, and the row before."""
     row = first_row(row, dt, values)
     return torch.cat([row, row], dim=-1)
 

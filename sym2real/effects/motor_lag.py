@@ -21,8 +21,8 @@ from sympy import Abs, Expr, Integer, Max, Piecewise, cos, exp, sin, sqrt
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.effect import Kind, Numbers, Parameter, Values
 from sym2real.effects.hidden import with_hidden
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.rate_loop import NUMBERS, RateLoop, other_torque, rate_loops
 from sym2real.effects.thrust import LAGGED, MOTOR_TORQUES, defined
 from sym2real.effects.wrench import AXES, push

@@ -14,8 +14,8 @@ from torch import Tensor
 
 from sym2real import rotation
 from sym2real.effects.body import Body
-from sym2real.effects.effect import Kind, Numbers, Parameter, Values
 from sym2real.effects.frames import QUATERNION
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.measured import reported, reporting
 from sym2real.effects.truth import measured, turned_command
 from sym2real.protocols import Array, Change

@@ -7,7 +7,7 @@ from typing import Any
 from sym2real.effects.added_mass import ADDED_MASS
 from sym2real.effects.body import Body
 from sym2real.effects.com_offset import COM_OFFSET
-from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.protocols import Change
 
 RADIUS = 0.003  # m, of the ball that the truth hangs on the robot

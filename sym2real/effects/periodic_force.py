@@ -10,7 +10,7 @@ from sympy import sin
 
 from sym2real.effects.body import Body
 from sym2real.effects.clock import with_time
-from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.truth import add_force, forced
 from sym2real.effects.wind import force_parameters
 from sym2real.effects.wrench import push

@@ -11,7 +11,7 @@ import numpy as np
 
 from sym2real.effects import truth
 from sym2real.effects.body import GRAVITY, Body
-from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.rate_loop import NUMBERS, other_torque, rate_loops
 from sym2real.effects.wrench import push
 from sym2real.protocols import Change

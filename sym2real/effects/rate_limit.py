@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sym2real.effects.body import Body
-from sym2real.effects.effect import UNLIMITED, Kind, Numbers, Parameter
+from sym2real.effects.kind import UNLIMITED, Kind, Numbers, Parameter
 from sym2real.effects.memory import rate_step, stepping
 from sym2real.effects.truth import following
 from sym2real.protocols import Change

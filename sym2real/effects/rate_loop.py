@@ -32,10 +32,12 @@ class RateLoop:
 
     @property
     def rate(self) -> Expr:
+        """The axis's body rate, rad/s."""
         return symbol(f"w{self.axis}")
 
     @property
     def command(self) -> Expr:
+        """The commanded body rate, rad/s."""
         return symbol(f"w{self.axis}_cmd")
 
     @property

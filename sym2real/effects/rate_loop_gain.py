@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from sym2real.effects.body import Body
-from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.rate_loop import NUMBERS, other_torque, rate_loops
 from sym2real.effects.wrench import push
 from sym2real.protocols import Change

@@ -10,7 +10,7 @@ from sympy import sign
 from sym2real.effects import truth
 from sym2real.effects.body import Body
 from sym2real.effects.car_turning import forward_speed, push_ahead
-from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations
 

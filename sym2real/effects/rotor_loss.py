@@ -9,7 +9,7 @@ from sympy import Expr
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.rotors import alone, driven_by_motors, levers, motor_sums, shares
 from sym2real.effects.thrust import acting_thrust, defined
 from sym2real.effects.wrench import push

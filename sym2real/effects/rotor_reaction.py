@@ -18,8 +18,8 @@ from sympy import Expr, Integer, Max, exp, sqrt
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.effect import Kind, Numbers, Parameter, Values
 from sym2real.effects.hidden import with_hidden
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.rate_loop import other_torque, rate_loops
 from sym2real.effects.rotors import SPIN, driven_by_motors, motor_forces
 from sym2real.effects.thrust import acting_thrust, defined, hover_thrust

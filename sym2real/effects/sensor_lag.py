@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sym2real.effects.body import Body
-from sym2real.effects.effect import Kind, Numbers, Parameter
+from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.memory import Memory, sampled_begin, sampled_lag_step, stepping
 from sym2real.effects.truth import with_state
 from sym2real.protocols import Array, Change, Filter

@@ -5,7 +5,7 @@ from __future__ import annotations
 from torch import Tensor
 
 from sym2real.effects.body import Body
-from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.measured import reported, reporting
 from sym2real.effects.truth import on_measurement
 from sym2real.protocols import Change

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from sym2real.effects.body import Body
-from sym2real.effects.effect import Kind, Parameter
+from sym2real.effects.kind import Kind, Parameter
 from sym2real.effects.sensor_scale import divided, multiplied, multiplying
 
 

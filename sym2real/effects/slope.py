@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sym2real.effects.body import GRAVITY, Body
-from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.wrench import push
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations

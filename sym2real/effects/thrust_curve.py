@@ -5,7 +5,7 @@ from __future__ import annotations
 from sympy import Max
 
 from sym2real.effects.body import GRAVITY, Body
-from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.thrust import hover_thrust, scaled
 from sym2real.effects.truth import on_column
 from sym2real.protocols import Change

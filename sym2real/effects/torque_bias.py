@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sym2real.effects.body import GRAVITY, Body
-from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.truth import add_torque, forced
 from sym2real.effects.wrench import push
 from sym2real.protocols import Change

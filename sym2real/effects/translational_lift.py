@@ -6,8 +6,8 @@ from typing import Any
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.effect import Kind, Numbers, Parameter, Values
 from sym2real.effects.frames import QUATERNION, body_velocity
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.thrust import scaled
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations

@@ -14,7 +14,7 @@ from sympy import Abs, Max, Min, Piecewise, atan, tan
 
 from sym2real.effects.body import GRAVITY, Body
 from sym2real.effects.car_turning import forward_speed
-from sym2real.effects.effect import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 

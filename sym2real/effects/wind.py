@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from sym2real.effects.body import GRAVITY, Body
-from sym2real.effects.effect import Kind, Numbers, Parameter, Values
 from sym2real.effects.frames import velocity
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.truth import add_force, forced
 from sym2real.effects.wrench import push
 from sym2real.protocols import Change

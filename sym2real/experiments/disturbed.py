@@ -58,13 +58,16 @@ class Disturbed:
     high: Array
 
     def reset(self) -> None:
+        """Begin an episode; the noise goes on."""
         self.controller.reset()
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
+        """The controller's action with noise, within the limits ``# (action,)``."""
         action: Array = np.clip(self.controller.act(state, step, inputs) + self.noise.next(), self.low, self.high)
         return action
 
     def remember(self, sent: ArrayLike) -> None:
+        """Tell the controller what was sent."""
         self.controller.remember(sent)
 
 
@@ -88,11 +91,14 @@ class RandomRates:
     _drawn: Array = field(init=False, default_factory=lambda: np.zeros(4))
     _height: float = field(init=False, default=0.0)
 
-    def reset(self) -> None: ...
+    def reset(self) -> None:
+        """Nothing to forget: the first step draws anew."""
 
-    def remember(self, sent: ArrayLike) -> None: ...
+    def remember(self, sent: ArrayLike) -> None:
+        """What was sent changes nothing."""
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
+        """Action ``# (action,)`` for a measured state ``# (state,)``."""
         measured = np.asarray(state, dtype=np.float64)
         if step == 0:
             self._height = float(measured[2])
@@ -121,11 +127,14 @@ class RandomDriving:
     noise: ColouredNoise
     fastest: float
 
-    def reset(self) -> None: ...
+    def reset(self) -> None:
+        """Nothing to forget: the noise goes on."""
 
-    def remember(self, sent: ArrayLike) -> None: ...
+    def remember(self, sent: ArrayLike) -> None:
+        """What was sent changes nothing."""
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
+        """Steering and speed ``# (2,)``, whatever the state."""
         steer, change = self.noise.next()
         limit = self.robot.high[0]
         return np.array([np.clip(steer, -limit, limit), np.clip(1.0 + change, 0.0, self.fastest)])
@@ -152,11 +161,14 @@ class GoalAfterGoal:
     _left: int = field(init=False, default=0)
 
     def reset(self) -> None:
+        """The next step draws a new goal."""
         self._left = 0
 
-    def remember(self, sent: ArrayLike) -> None: ...
+    def remember(self, sent: ArrayLike) -> None:
+        """What was sent changes nothing."""
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
+        """Action ``# (action,)`` for a measured state ``# (state,)``."""
         x, y, sine, cosine = np.asarray(state, dtype=np.float64)[:4]
         if self._left == 0 or np.hypot(*(self._goal - [x, y])) < 0.3:
             self._goal = self.rng.uniform(-self.reach, self.reach, 2)

@@ -150,12 +150,15 @@ class LevelFlight:
     missing: float = 0.0
 
     def reset(self) -> None:
+        """Begin an episode; the integral stays."""
         self.inner.reset()
 
     def remember(self, sent: ArrayLike) -> None:
+        """Tell the inner controller what was sent."""
         self.inner.remember(sent)
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
+        """The inner controller's action with the integral's thrust, within the limits ``# (4,)``."""
         self.missing += self.inner.dt * float(self.heights[step] - np.asarray(state)[2])
         action = self.inner.act(state, step, inputs)
         action[0] += self.inner.mass * INTEGRAL * self.missing
@@ -182,11 +185,14 @@ class AtItsPace:
         return self._reference(time + self.times[-1])
 
     def reset(self) -> None:
+        """Start the path anew."""
         self.times = [0.0]
 
-    def remember(self, sent: ArrayLike) -> None: ...
+    def remember(self, sent: ArrayLike) -> None:
+        """What was sent changes nothing."""
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
+        """Steering and speed ``# (2,)`` for a measured state ``# (state,)``."""
         action = self._pursuit.act(state, 0)
         wanted = self._reference(torch.tensor(self.times[-1], dtype=torch.float64)).numpy()
         behind = (wanted[:2] - np.asarray(state)[:2]) @ wanted[[3, 2]]

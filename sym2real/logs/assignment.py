@@ -39,6 +39,7 @@ class Assignment:
 
     @property
     def is_car(self) -> bool:
+        """Whether a column is a steering angle."""
         return "steer" in self.columns
 
 

@@ -77,6 +77,7 @@ class Draft:
 
     @property
     def strides(self) -> list[int]:
+        """Rows per row of evidence, log by log."""
         return [max(1, round(1.0 / (EVIDENCE_RATE * float(np.median(np.diff(time)))))) for time in self.times]
 
     def raw(self, column: str) -> Series:

@@ -46,11 +46,13 @@ class TaskEnvironment(gymnasium.Env[Array, Array]):  # type: ignore[misc]
         self.action_space = gymnasium.spaces.Box(plant.robot.low, plant.robot.high, dtype=np.float64)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
+        """Start an episode; the observation is the measured state ``# (state,)``."""
         super().reset(seed=seed)
         self._step = 0
         return self.plant.reset(self.task.start(self.np_random), seed), {}
 
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
+        """One control period; the episode is over when the plant crashed, and cut off after the task's duration."""
         state = self.plant.step(action)
         self._step += 1
         time = torch.tensor(self._step * self.plant.dt, dtype=torch.float64)

@@ -50,18 +50,22 @@ class ModelPlant:
 
     @property
     def layouts(self) -> Layouts:
+        """The model's columns."""
         return self._layouts
 
     @property
     def dt(self) -> float:
+        """Control period in s."""
         return self._dt
 
     @property
     def inputs(self) -> Array:
+        """What is held now ``# (inputs,)``."""
         return self._inputs.copy()
 
     @property
     def crashed(self) -> bool:
+        """Whether the state is not finite, or below the ground."""
         if not np.isfinite(self._state).all():
             return True
         return "z" in self.layouts.state and bool(self._state[self.layouts.state.index("z")] < 0.0)
@@ -78,6 +82,7 @@ class ModelPlant:
 
     @torch.no_grad()
     def step(self, action: ArrayLike) -> Array:
+        """State ``# (state,)`` after one action ``# (action,)``."""
         sent = _checked(action, self.layouts.action.columns)
         after = self.model(self._tensor(self._state), self._tensor(sent), self._tensor(self._inputs))
         self._state = self.layouts.state.normalise(after.double()).numpy()

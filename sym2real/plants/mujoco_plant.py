@@ -71,14 +71,17 @@ class MujocoPlant:
 
     @property
     def layouts(self) -> Layouts:
+        """The robot's columns."""
         return self.robot.layouts
 
     @property
     def dt(self) -> float:
+        """Control period in s."""
         return self.robot.dt
 
     @property
     def time(self) -> float:
+        """Since the reset, s."""
         return float(self.mj_data.time)
 
     @property
@@ -89,6 +92,7 @@ class MujocoPlant:
 
     @property
     def crashed(self) -> bool:
+        """Whether the robot has touched the ground, or rolled over, since the reset."""
         return self._crashed
 
     @property
@@ -137,6 +141,7 @@ class MujocoPlant:
         return self._measured()
 
     def step(self, action: ArrayLike) -> Array:
+        """Measured state ``# (state,)`` after one action ``# (action,)``, held for a control period."""
         sent = np.asarray(action, dtype=np.float64)
         if sent.shape != (self.layouts.action.size,):
             raise ShapeError(f"an action has columns {self.layouts.action.columns}, found shape {sent.shape}")

@@ -9,7 +9,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from sym2real.effects import Effect, Kind
-from sym2real.effects.effect import UNLIMITED
+from sym2real.effects.kind import UNLIMITED
 
 
 def catalogue_table(kinds: Sequence[Kind], title: str) -> Table:

@@ -17,6 +17,7 @@ Vector = tuple[Expr, ...]
 
 
 def symbols(names: Iterable[str]) -> Vector:
+    """The symbols of these names."""
     return tuple(symbol(name) for name in names)
 
 
@@ -65,9 +66,11 @@ class FirstOrder:
         self.mean_drift = (1.0 - self.mean_kept) / gain
 
     def end(self, start: Expr, command: Expr, drift: Expr) -> Expr:
+        """x at the end."""
         return command + self.kept * (start - command) + self.drift * drift
 
     def mean(self, start: Expr, command: Expr, drift: Expr) -> Expr:
+        """Mean of x."""
         return command + self.mean_kept * (start - command) + self.mean_drift * drift
 
 

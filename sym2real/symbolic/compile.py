@@ -36,6 +36,7 @@ def _class_from_source(source: str, name: str) -> type[nn.Module]:
 
 
 def script(module: nn.Module) -> torch.jit.ScriptModule:
+    """TorchScript of a module, without torch's warning that scripting is deprecated."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)
         scripted: torch.jit.ScriptModule = torch.jit.script(module)

@@ -54,6 +54,7 @@ class Graph:
         return self._number((kind, *content), varies)
 
     def constant(self, value: float) -> int:
+        """The node of a number."""
         return self.node("constant", value)
 
     def whole(self, lowered: Lowered) -> int:

@@ -88,6 +88,7 @@ class Program:
         return range(self.first_instruction, self.first_instruction + len(self.instructions))
 
     def is_constant(self, value: int) -> bool:
+        """Whether the value of this number is a constant."""
         return len(self.inputs) <= value < self.first_instruction
 
     def constant(self, value: int) -> float:

@@ -51,6 +51,7 @@ def circle_distance(columns: Iterable[str]) -> sympy.Expr:
 
 
 def error(column: str) -> sympy.Expr:
+    """Distance of a column from its reference, signed."""
     return symbol(column) - symbol(f"ref_{column}")
 
 

@@ -48,6 +48,7 @@ class Answer:
         return self.found.ladder[stage].horizons[horizon][channel].value
 
     def figure(self, name: str, value: float, unit: str, bar: str = "") -> Figure:
+        """A figure of this diagnosis."""
         return Figure(f"{self.title}, {self.base}: {name}", float(value), unit, bar)
 
     def claim(self, name: str, holds: bool) -> Figure:

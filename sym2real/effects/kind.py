@@ -1,0 +1,96 @@
+"""An entry of the registry of effects: what a kind of effect is, its parameters, hypothesis and truth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from sympy import Expr
+from torch import Tensor
+
+from sym2real.effects.body import Body
+from sym2real.effects.memory import Memory
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations
+
+Stage = Literal["mass", "loop", "wrench", "thrust", "filter", "command", "measurement"]
+Values = Mapping[str, Expr]
+Numbers = Mapping[str, float]
+
+# Bounds and null of what is not limited; finite, so that it can be a parameter's value and stand in a file.
+UNLIMITED = 1e15
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of an effect.
+
+    Args:
+        name: as the user types it.
+        unit: SI unit.
+        null: value at which the effect does nothing.
+        low, high: bounds.
+        scale: size that is to be expected beforehand: standard deviation of a prior, unit of a fit.
+        per_log: true where every log has a value of its own (a phase).
+        fitted: false where the motion hardly shows it, so that a fit had better leave it alone.
+    """
+
+    name: str
+    unit: str
+    null: float
+    low: float
+    high: float
+    scale: float
+    per_log: bool = False
+    fitted: bool = True
+
+
+Substitute = Callable[[Equations, Values, Body], Equations]
+Inject = Callable[[Body, Numbers], Change]
+Correct = Callable[[Tensor, Numbers, Body], Tensor]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """An entry of the registry.
+
+    Args:
+        name: registry key.
+        stage: where it acts; a composition substitutes from the dynamics outwards.
+        parameters: its numbers for a body.
+        formula: LaTeX.
+        summary: what it is, one sentence.
+        confused_with: what it looks like, one sentence.
+        shown_by: which manoeuvre shows it, one sentence.
+        fix: what to change on the robot or in the model, one sentence.
+        inject: the truth.
+        substitute: the hypothesis; None for effects that act as filters.
+        memory: makes the recursion over a series, for filters.
+        correct: measured state ``# (..., n)`` → state without the effect, for measurements that can be undone.
+        needs: names that must exist as columns or quantities.
+        numbers: the robot's numbers that it cannot do without.
+        robot: the robots that have it.
+        columns: group whose columns it binds to; "" for none.
+        column_needed: false where no column means all of them.
+        parts: for effects that are two others: their kinds and values.
+    """
+
+    name: str
+    stage: Stage
+    parameters: Callable[[Body], tuple[Parameter, ...]]
+    formula: str
+    summary: str
+    confused_with: str
+    shown_by: str
+    fix: str
+    inject: Inject
+    substitute: Substitute | None = None
+    memory: Callable[[Body], Memory] | None = None
+    correct: Correct | None = None
+    needs: tuple[str, ...] = ()
+    numbers: tuple[str, ...] = ()
+    robot: Literal["quadrotor", "car", "both"] = "both"
+    columns: Literal["", "action", "state"] = ""
+    column_needed: bool = True
+    parts: Callable[[Values, Body], tuple[tuple[Kind, Values], ...]] | None = None

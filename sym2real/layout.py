@@ -75,8 +75,6 @@ VOCABULARY: tuple[tuple[Group, Field], ...] = (
     ("inputs", Field("time", ("t",), "s")),
 )
 
-GROUP_OF_COLUMN: dict[str, Group] = {column: group for group, field in VOCABULARY for column in field.columns}
-
 
 def _known_field(column: str) -> Field:
     for _, field in VOCABULARY:

@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from sym2real.effects import EFFECTS, Effect, effect
-from sym2real.effects.filters import filter_commands, filter_measurements, with_hidden_start
+from sym2real.effects.filters import filter_commands, measurement_filters, numbers, with_hidden_start
 from sym2real.plants import MujocoPlant
 from sym2real.protocols import Change
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
@@ -187,7 +187,9 @@ def predicted(equations: Equations, given: Run) -> Array:
     if equations.output:
         report = compile_function([equations.output.get(name, symbol(name)) for name in columns], [columns])
         states = report(states)
-    measured: Array = filter_measurements(equations, states).numpy()
+    for found, values in measurement_filters(equations):
+        states = found.filter(states, equations.dt, numbers(equations, values, None))
+    measured: Array = states.numpy()
     return measured
 
 

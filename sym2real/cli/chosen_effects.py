@@ -1,4 +1,4 @@
-"""Effects with their values as a user types them: ``wind fx=0.02 added_mass value=0.005``."""
+"""Things with their values as a user types them: ``wind fx=0.02 added_mass value=0.005``, ``circle speed=1 hover``."""
 
 from __future__ import annotations
 
@@ -25,28 +25,34 @@ def chosen_effects(texts: Sequence[str], described: Describable) -> list[tuple[E
     """
     from sym2real.effects import effect
 
-    chosen: list[tuple[Effect, dict[str, float]]] = []
+    return [(effect(key, described), values) for key, values in with_values(texts, "the name of an effect")]
+
+
+def with_values(texts: Sequence[str], what: str) -> list[tuple[str, dict[str, float]]]:
+    """Every name with the values that follow it.
+
+    Args:
+        texts: names, each followed by its ``PARAMETER=VALUE``.
+        what: a name is the name of, for the error's words.
+
+    Raises:
+        ModelError: when a value stands before the first name or is not a number.
+    """
+    chosen: list[tuple[str, dict[str, float]]] = []
     for text in texts:
-        if "=" not in text:
-            chosen.append((effect(text, described), {}))
+        name, equals, value = text.partition("=")
+        if not equals:
+            chosen.append((text, {}))
+        elif not name:
+            raise ModelError(f"expected PARAMETER=VALUE, found {text!r}")
         elif chosen:
-            name, value = split(text)
-            chosen[-1][1][name] = number_of(name, value)
+            chosen[-1][1][name] = _number(name, value)
         else:
-            raise ModelError(f"expected the name of an effect before its values, found {text!r}")
+            raise ModelError(f"expected {what} before its values, found {text!r}")
     return chosen
 
 
-def split(text: str) -> tuple[str, str]:
-    """PARAMETER=VALUE in its two parts."""
-    name, equals, value = text.partition("=")
-    if not equals or not name:
-        raise ModelError(f"expected PARAMETER=VALUE, found {text!r}")
-    return name, value
-
-
-def number_of(name: str, text: str) -> float:
-    """The value of a parameter."""
+def _number(name: str, text: str) -> float:
     try:
         return float(text)
     except ValueError:

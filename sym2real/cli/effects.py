@@ -31,10 +31,12 @@ class Effects:
         from sym2real.effects import EFFECTS, effect
         from sym2real.report.effects import catalogue_table, effect_page
         from sym2real.robots import ROBOTS
+        from sym2real.tasks.task import flies
 
         robot = ROBOTS[self.robot]
         if self.name is None:
-            kinds = [kind for kind in EFFECTS.values() if kind.robot in ("both", robot_kind(robot))]
+            having = ("both", "quadrotor" if flies(robot) else "car")
+            kinds = [kind for kind in EFFECTS.values() if kind.robot in having]
             console.print(catalogue_table(kinds, robot.title))
             return {"effects": [{"name": kind.name, "stage": kind.stage, "summary": kind.summary} for kind in kinds]}
         name = self.name
@@ -54,8 +56,3 @@ class Effects:
             "parameters": [asdict(parameter) for parameter in chosen.parameters],
             "group": list(chosen.group),
         }
-
-
-def robot_kind(robot: Any) -> str:
-    """What the catalogue calls a robot of this shape."""
-    return "quadrotor" if robot.layouts.state.has_field("attitude") else "car"

@@ -96,17 +96,7 @@ class PlanFlight:
 
 def manoeuvres_of(texts: Sequence[str], robot: Robot) -> list[Manoeuvre]:
     """Manoeuvres as a user types them: each shape, then its OPTION=VALUE."""
-    from sym2real.cli.chosen_effects import number_of, split
-    from sym2real.errors import ModelError
+    from sym2real.cli.chosen_effects import with_values
     from sym2real.experiments.planned import manoeuvre
 
-    chosen: list[tuple[str, dict[str, float]]] = []
-    for text in texts:
-        if "=" not in text:
-            chosen.append((text, {}))
-        elif chosen:
-            name, value = split(text)
-            chosen[-1][1][name] = number_of(name, value)
-        else:
-            raise ModelError(f"expected a manoeuvre before its options, found {text!r}")
-    return [manoeuvre(robot, shape, options) for shape, options in chosen]
+    return [manoeuvre(robot, shape, options) for shape, options in with_values(texts, "a manoeuvre")]

@@ -46,13 +46,6 @@ def filter_commands(equations: Equations, actions: Tensor, parameters: Tensor | 
     return actions
 
 
-def filter_measurements(equations: Equations, measured: Tensor, parameters: Tensor | None = None) -> Tensor:
-    """What sensors with memory make of outputs ``# (..., T, state)``; parameters as in :func:`filter_commands`."""
-    for found, values in measurement_filters(equations):
-        measured = found.filter(measured, equations.dt, numbers(equations, values, parameters))
-    return measured
-
-
 def numbers(equations: Equations, values: Mapping[str, Expr], parameters: Tensor | None) -> dict[str, Tensor | float]:
     """Values of an effect as numbers, or one per parameter set ``# (...)``.
 

@@ -9,7 +9,7 @@ A car drives circles, to goals, and on random commands up to 2 m/s; out of distr
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -31,6 +31,29 @@ NOISE = np.array([0.03, 1.0, 1.0, 1.0])  # N, rad/s
 NOISE_CORRELATION = 0.08  # s
 TURNING = 0.5  # rad/s, of the heading in tracking flights
 SPEED_LIMIT = 2.0  # m/s, of drives in distribution
+
+
+@dataclass(frozen=True)
+class Style:
+    """How hard tracking flights are.
+
+    Args:
+        noise: factor on :data:`NOISE`.
+        tilt: of the start at most, rad.
+        height: in m.
+        radius: least and largest, m.
+        rate: least and largest angular rate along the path, rad/s.
+    """
+
+    noise: float
+    tilt: float
+    height: float
+    radius: tuple[float, float]
+    rate: tuple[float, float]
+
+
+CALM = Style(noise=1.0, tilt=0.2, height=1.0, radius=(0.3, 0.6), rate=(1.0, 2.0))
+FAST = Style(noise=2.0, tilt=0.6, height=3.0, radius=(0.9, 1.3), rate=(2.3, 2.9))
 
 
 def quadrotor_flights(
@@ -99,13 +122,11 @@ def _tilted(rng: np.random.Generator, most: float, position: Array) -> Array:
     return start
 
 
-def _track(
-    rng: np.random.Generator, task: str, noise: float, tilt: float, height: float, **options: float | bool
-) -> Setting:
-    """Geometric tracking of a task, lifted to a height in m, with noisy commands."""
+def _track(rng: np.random.Generator, task: str, style: Style, **options: float | bool) -> Setting:
+    """Geometric tracking of a task, lifted to the style's height, with noisy commands."""
     path = make_task(task, CRAZYFLIE, **options).reference
     lift = torch.zeros(13, dtype=torch.float64)
-    lift[2] = height - 1.0
+    lift[2] = style.height - 1.0
 
     def reference(time: Tensor) -> Tensor:
         return path(time) + lift
@@ -114,44 +135,41 @@ def _track(
     # A heading that never turns leaves every term with qz to chance.
     turning = rng.uniform(-TURNING, TURNING)
     tracking = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference, yaw_rate=turning)
-    coloured = ColouredNoise(noise * NOISE, NOISE_CORRELATION, robot.dt, rng)
+    coloured = ColouredNoise(style.noise * NOISE, NOISE_CORRELATION, robot.dt, rng)
     position = reference(torch.zeros((), dtype=torch.float64)).numpy()[:3]
-    return Disturbed(tracking, coloured, robot.low, robot.high), _tilted(rng, tilt, position)
+    return Disturbed(tracking, coloured, robot.low, robot.high), _tilted(rng, style.tilt, position)
 
 
 def _hover(rng: np.random.Generator) -> Setting:
-    return _track(rng, "hover", 1.0, 0.2, 1.0)
+    return _track(rng, "hover", CALM)
 
 
-def _circle(rng: np.random.Generator) -> Setting:
-    radius, rate = rng.uniform(0.3, 0.6), rng.uniform(1.0, 2.0)
+def _circle(rng: np.random.Generator, style: Style = CALM) -> Setting:
+    radius, rate = rng.uniform(*style.radius), rng.uniform(*style.rate)
     clockwise = bool(rng.integers(2))
-    return _track(rng, "circle", 1.0, 0.2, 1.0, radius=radius, speed=radius * rate, clockwise=clockwise)
+    return _track(rng, "circle", style, radius=radius, speed=radius * rate, clockwise=clockwise)
 
 
-def _eight(rng: np.random.Generator) -> Setting:
-    radius, rate = rng.uniform(0.3, 0.6), rng.uniform(1.0, 2.0)
-    return _track(rng, "lemniscate", 1.0, 0.2, 1.0, half_width=radius, period=2.0 * np.pi / rate)
+def _eight(rng: np.random.Generator, style: Style = CALM) -> Setting:
+    radius, rate = rng.uniform(*style.radius), rng.uniform(*style.rate)
+    return _track(rng, "lemniscate", style, half_width=radius, period=2.0 * np.pi / rate)
 
 
 def _levelled_rates(rng: np.random.Generator) -> Setting:
     controller = RandomRates(CRAZYFLIE, rng, levelling=8.0, climbing=0.7)
-    return controller, _tilted(rng, 0.2, np.array([0.0, 0.0, 2.0]))
+    return controller, _tilted(rng, CALM.tilt, np.array([0.0, 0.0, 2.0]))
 
 
 def _fast_circle(rng: np.random.Generator) -> Setting:
-    radius, rate = rng.uniform(0.9, 1.3), rng.uniform(2.3, 2.9)
-    clockwise = bool(rng.integers(2))
-    return _track(rng, "circle", 2.0, 0.6, 3.0, radius=radius, speed=radius * rate, clockwise=clockwise)
+    return _circle(rng, FAST)
 
 
 def _fast_eight(rng: np.random.Generator) -> Setting:
-    radius, rate = rng.uniform(0.9, 1.3), rng.uniform(2.3, 2.9)
-    return _track(rng, "lemniscate", 2.0, 0.6, 3.0, half_width=radius, period=2.0 * np.pi / rate)
+    return _eight(rng, FAST)
 
 
 def _tumble(rng: np.random.Generator) -> Setting:
-    return RandomRates(CRAZYFLIE, rng), _tilted(rng, 0.6, np.array([0.0, 0.0, 8.0]))
+    return RandomRates(CRAZYFLIE, rng), _tilted(rng, FAST.tilt, np.array([0.0, 0.0, 8.0]))
 
 
 def _around(rng: np.random.Generator, task: str, radius: float, speed: float, fastest: float) -> Setting:

@@ -21,6 +21,7 @@ from sym2real.protocols import Controller
 from sym2real.robots import Robot
 from sym2real.symbolic import Equations
 from sym2real.tasks import Task
+from sym2real.tasks.task import flies
 from sym2real.trajectory import Array, Trajectory
 
 OnStep = Callable[[int], None]
@@ -48,7 +49,7 @@ class Flight:
 
 def geometric_controller(robot: Robot, task: Task) -> Controller:
     """The controller of test runs, which knows a mass or a wheelbase and no model."""
-    if robot.layouts.state.has_field("attitude"):
+    if flies(robot):
         return GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, task.reference)
     return PurePursuit(robot.constants["wheelbase"], robot.low, robot.high, robot.dt, task.reference)
 
@@ -61,7 +62,7 @@ def mppi_controller(
     samples: int | None = None,
     seed: int = 0,
     period: float | None = None,
-) -> MPPI | _Corrected:
+) -> MPPI | CorrectedMPPI:
     """MPPI with these equations and the robot's sampling, with another number of samples where one is given.
 
     Where the equations hold measurement effects, MPPI receives the state without them, so that references keep their
@@ -76,11 +77,19 @@ def mppi_controller(
     settings = robot.mppi if samples is None else replace(robot.mppi, samples=samples)
     filters = FilterState(equations) if command_filters(equations) else None
     mppi = MPPI(VisibleModel(equations), robot, task, settings=settings, seed=seed, filters=filters, period=period)
-    return _Corrected(mppi, Sensors(equations)) if equations.output else mppi
+    return CorrectedMPPI(mppi, Sensors(equations)) if equations.output else mppi
 
 
-class _Corrected:
-    """A controller that is given the state that the sensors mean."""
+class CorrectedMPPI:
+    """MPPI that is given the state that the sensors mean.
+
+    Args:
+        controller: knows nothing of the sensors.
+        sensors: report what is given to :meth:`act`.
+
+    Attributes:
+        samples: of the controller.
+    """
 
     def __init__(self, controller: MPPI, sensors: Sensors) -> None:
         self._controller, self._sensors = controller, sensors
@@ -88,6 +97,7 @@ class _Corrected:
         self.reset, self.remember = controller.reset, controller.remember
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
+        """Action ``# (action,)`` for a measured state ``# (state,)``."""
         measured = torch.as_tensor(np.asarray(state, dtype=np.float64))
         return self._controller.act(self._sensors.state(measured).numpy(), step, inputs)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Literal
 
 import platformdirs
 
@@ -16,7 +17,7 @@ from sym2real.symbolic import Equations, load_model
 
 # What a cached base is learned from, enough for the figures of docs/figures.md. Drives teach the car more than episodes
 # of Stage I do: over the standard drives their base's squared error is a thirteenth.
-RECIPES = {"crazyflie": "3-episodes", "mushr": "5-drives"}
+RECIPES: dict[str, tuple[int, Literal["episodes", "drives"]]] = {"crazyflie": (3, "episodes"), "mushr": (5, "drives")}
 
 
 def open_model(name: str, on_progress: Callable[[Progress], None] = lambda _: None) -> Equations:
@@ -41,11 +42,11 @@ def cached_base(robot: Robot, on_progress: Callable[[Progress], None] = lambda _
     """The base of a robot in its plain simulator, learned at the first call and kept in the user's cache."""
     folder = base_folder(robot)
     if not (folder / "equations.json").exists():
-        count, _, kind = RECIPES[robot.name].partition("-")
+        count, kind = RECIPES[robot.name]
         if kind == "drives":
-            learned = learn_from_drives(int(count))
+            learned = learn_from_drives(count)
         else:
-            settings = StageOne(episodes=int(count), until_settled=False)
+            settings = StageOne(episodes=count, until_settled=False)
             learned = learn_in_simulation(robot, "beam", settings, folder / "episodes", on_progress)
         learned.save(folder)
     return load_model(folder)
@@ -53,4 +54,5 @@ def cached_base(robot: Robot, on_progress: Callable[[Progress], None] = lambda _
 
 def base_folder(robot: Robot) -> Path:
     """Where a robot's base is cached, or will be."""
-    return Path(platformdirs.user_cache_dir("sym2real")) / __version__ / f"base-{robot.name}-{RECIPES[robot.name]}"
+    count, kind = RECIPES[robot.name]
+    return Path(platformdirs.user_cache_dir("sym2real")) / __version__ / f"base-{robot.name}-{count}-{kind}"

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from rich import box
 from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
 from sym2real.diagnosis import Comparison
 from sym2real.report.diagnosis import where_lines
+from sym2real.report.ladder import SHOWN_HORIZON
 from sym2real.report.sparkline import sparkline
-from sym2real.report.tables import number
-
-SHOWN_HORIZON = 0.8  # s, that of the error ladder
+from sym2real.report.tables import compact_table, number
 
 
 def comparison_report(comparison: Comparison) -> RenderableType:
@@ -29,7 +27,7 @@ def comparison_report(comparison: Comparison) -> RenderableType:
 
 def comparison_table(comparison: Comparison) -> Table:
     """Errors per channel over the horizon, in the channel's unit, beside "hold"."""
-    table = _plain_table("error at the end of windows, and that of holding the start")
+    table = compact_table("error at the end of windows, and that of holding the start")
     table.add_column("ahead\ns", justify="right", no_wrap=True)
     table.add_column("windows", justify="right", no_wrap=True)
     for channel, error in comparison.one_step.errors.items():
@@ -47,7 +45,7 @@ def floor_table(comparison: Comparison) -> Table:
     """
     shown = comparison.horizons or (comparison.one_step,)
     errors = min(shown, key=lambda one: abs(one.horizon - SHOWN_HORIZON))
-    table = _plain_table(f"{errors.horizon:g} s ahead, beside the noise floor")
+    table = compact_table(f"{errors.horizon:g} s ahead, beside the noise floor")
     table.add_column("channel")
     for heading in ("error", "floor", "excess", "fit %", "skill\nhold", "skill\nmean"):
         table.add_column(heading, justify="right", no_wrap=True)
@@ -58,8 +56,3 @@ def floor_table(comparison: Comparison) -> Table:
         skills = (f"{error.fit:.0f}", f"{error.skill:.2f}", f"{error.skill_mean:.2f}")
         table.add_row(f"{channel} {error.unit}", *sizes, *skills, over)
     return table
-
-
-def _plain_table(title: str) -> Table:
-    """Without rules between columns: four channels with two figures each stay within 80 columns."""
-    return Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))

@@ -48,8 +48,8 @@ def proposal_line(term: Term) -> str:
 
 def tried_report(tried: Tried) -> RenderableType:
     """Everything a person reads of one effect that was held against logs."""
-    style = "bold green" if tried.supported else "bold red"
-    parts: list[RenderableType] = [f"[{style}]{'SUPPORTED' if tried.supported else 'NOT SUPPORTED'}[/] {tried.summary}"]
+    verdict = "[bold green]SUPPORTED[/]" if tried.supported else "[bold red]NOT SUPPORTED[/]"
+    parts: list[RenderableType] = [f"{verdict} {escape(tried.summary)}"]
     parts += [f"[red]fault[/] {escape(fault.effect)}: {escape(fault.evidence)}" for fault in tried.faults]
     parts += [findings_list((tried.finding,)), ""]
     if tried.rivals:

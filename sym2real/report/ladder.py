@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rich import box
 from rich.markup import escape
 from rich.table import Table
 
 from sym2real.diagnosis import Floor
 from sym2real.diagnosis.ladder import Stage
 from sym2real.report.sparkline import sparkline
-from sym2real.report.tables import number
+from sym2real.report.tables import compact_table, number
 
 SHOWN_HORIZON = 0.8  # s
 
@@ -25,7 +24,7 @@ def ladder_table(stages: Sequence[Stage], floor: Sequence[Floor], held_out: Sequ
     channels = stages[0].horizons[horizon]
     main = next(iter(channels))
     title = f"the ladder: error {horizon:g} s ahead on {_names(held_out)}"
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table = compact_table(title)
     table.add_column("model", overflow="fold", min_width=13)
     for channel, error in channels.items():
         table.add_column(f"{channel}\n{error.unit}", justify="right", no_wrap=True)

@@ -3,7 +3,7 @@
 Fresh seeds: nothing in the package was tuned on them. ``--quick`` leaves out the closed loop and the zero-shot flights.
 
     python tools/bench/base_model.py --quick
-    python tools/bench/base_model.py --json docs/figures/base_model.json
+    python tools/bench/base_model.py --json build/base_model.json
 """
 
 from __future__ import annotations

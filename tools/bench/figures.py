@@ -14,6 +14,8 @@ import torch
 from rich.console import Console
 from rich.table import Table
 
+from sym2real.files import write_text
+
 
 @dataclass(frozen=True)
 class Figure:
@@ -81,5 +83,4 @@ def report(title: str, figures: Sequence[Figure], seeds: Sequence[int], json_fil
     if json_file == Path("-"):
         print(text)
     else:
-        json_file.parent.mkdir(parents=True, exist_ok=True)
-        json_file.write_text(text + "\n")
+        write_text(json_file, text + "\n")

@@ -12,7 +12,8 @@ import numpy as np
 from figures import Figure
 from hidden_scores import Record, of_kind
 
-from sym2real.effects import compose, effect
+from sym2real.diagnosis import add
+from sym2real.effects import effect
 from sym2real.experiments.flying import fly, mppi_controller
 from sym2real.plants import MujocoPlant
 from sym2real.robots import ROBOTS
@@ -43,8 +44,8 @@ def control_figures(records: Sequence[Record], robot: str, base: Equations, flig
         before, after, truth = tracking(record, base, flights)
         ratios.append(after / truth)
         name = f"{robot}, {key}, tracking error with MPPI"
-        rows += [Figure(f"{name}: {model}", error, "m") for model, error in
-                 (("base", before), ("after adding", after), ("with the truth", truth))]  # fmt: skip
+        errors = {"base": before, "after adding": after, "with the truth": truth}
+        rows += [Figure(f"{name}: {model}", error, "m") for model, error in errors.items()]
     if ratios:
         name = f"{robot}, tracking error after adding, of that with the truth: worst of {len(ratios)}"
         rows.append(Figure(name, max(ratios), "", "<= 1.1"))
@@ -59,19 +60,12 @@ def tracking(record: Record, base: Equations, flights: int) -> tuple[float, floa
         (one["effect"], {name: estimate["value"] for name, estimate in one["parameters"].items()})
         for one in record["findings"]
     ]
-    models = (base, _with(base, found), _with(base, list(record["truth"].items())))
+    models = (base, add(base, found), add(base, record["truth"].items()))
     task = make_task("circle", robot)
-    errors = [
-        [
-            fly(MujocoPlant(robot, changes), mppi_controller(model, robot, task, seed=seed), task,
-                seconds=SECONDS, seed=seed).tracking
-            for seed in range(flights)
-        ]
-        for model in models
-    ]  # fmt: skip
-    before, after, truth = (float(np.mean(one)) for one in errors)
+
+    def flown(model: Equations, seed: int) -> float:
+        controller = mppi_controller(model, robot, task, seed=seed)
+        return fly(MujocoPlant(robot, changes), controller, task, seconds=SECONDS, seed=seed).tracking
+
+    before, after, truth = (float(np.mean([flown(model, seed) for seed in range(flights)])) for model in models)
     return before, after, truth
-
-
-def _with(base: Equations, effects: Sequence[tuple[str, dict[str, float]]]) -> Equations:
-    return compose(base, [(effect(key, base), values) for key, values in effects])

@@ -1,11 +1,11 @@
 """Figures of the diagnosis on the standard set: hidden effects in MuJoCo, which it has to name from eight noisy logs.
 
-The base model is the learned one (three quadrotor flights, five drives); the truth is injected by MuJoCo's own means;
+The base model is the learned one (three episodes of Stage I, five drives); the truth is injected by MuJoCo's own means;
 the diagnosis sees neither the label nor the plant that flew. With ``--results FILE`` every answer is kept there as one
 line, and a run that was stopped goes on from it.
 
     python tools/bench/hidden_effects.py --quick
-    python tools/bench/hidden_effects.py --results build/hidden.jsonl --json docs/figures/hidden_effects.json
+    python tools/bench/hidden_effects.py --results build/hidden.jsonl --json build/hidden_effects.json
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ from sym2real.effects import effect, equivalents
 from sym2real.experiments.models import cached_base
 from sym2real.experiments.standard_cases import standard_cases
 from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.files import write_text
 from sym2real.plants import MujocoPlant
 from sym2real.robots import ROBOTS
 from sym2real.symbolic import Equations
@@ -165,12 +166,10 @@ def answers(options: Options) -> Iterator[Record]:
 def _kept(results: Path | None) -> dict[str, Record]:
     if results is None:
         return {}
-    results.parent.mkdir(parents=True, exist_ok=True)
-    if not results.exists():
-        return {}
+    lines = results.read_text().splitlines(keepends=True) if results.exists() else []
     # A run that was killed may have left half a line.
-    complete = [line for line in results.read_text().splitlines(keepends=True) if line.endswith("}\n")]
-    results.write_text("".join(complete))
+    complete = [line for line in lines if line.endswith("}\n")]
+    write_text(results, "".join(complete))
     return {record["name"]: record for record in map(json.loads, complete)}
 
 

@@ -4,7 +4,7 @@ The sets lie outside the project (``../shared/data`` beside the checkout, or ``S
 the plain simulator, or made of first principles; the sets whose interface is a thrust with a measured attitude, or four
 motors, have the latter alone. Every flight of those sets is diagnosed by itself; the others leave one log out.
 
-    python tools/bench/real_logs.py --json docs/figures/real_logs.json
+    python tools/bench/real_logs.py --json build/real_logs.json
     python tools/bench/real_logs.py --sets mushr_steering_offset
 """
 

@@ -11,8 +11,8 @@ from sympy import Expr, Integer, Symbol
 from torch import Tensor
 
 from sym2real.effects import Effect, compose
-from sym2real.effects.effect import Parameter
 from sym2real.effects.filters import without_quantities
+from sym2real.effects.kind import Parameter
 from sym2real.symbolic import Equations, compile_function, compile_model, symbol
 
 # Effects that bring hidden states, which do not matter where these are at their null value.

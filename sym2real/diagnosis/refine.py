@@ -19,7 +19,7 @@ from sym2real.diagnosis.overfit import improved
 from sym2real.diagnosis.segments import compared_components, component_noise
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.whitening import LEAST, Spread
-from sym2real.effects.effect import Parameter
+from sym2real.effects.kind import Parameter
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Dataset
 

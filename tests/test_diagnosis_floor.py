@@ -58,7 +58,7 @@ def test_the_floor_of_the_explained_model_is_its_error(flights: Dataset) -> None
     segments = problem.segments
     whitening = estimate(spread, problem.residuals(library.null[None])[0], segments.noise, segments.channel)
     horizons = horizons_for(flights, 0.8)
-    (stage,) = ladder(library, flights, [("right", library.null[None])], None, horizons)
+    (stage,) = ladder(library, flights, [("right", library.null[None])], None, horizons=horizons)
     floor = floor_of_explained(library, flights, library.null, whitening, horizons)
     assert [one.horizon for one in floor] == [0.1, 0.2, 0.5, 0.8]
     for one in floor:

@@ -6,6 +6,7 @@ from sym2real.diagnosis.data_report import DataReport, data_report
 from sym2real.diagnosis.diagnose import Diagnosis, diagnose
 from sym2real.diagnosis.findings import Estimate, Finding
 from sym2real.diagnosis.floor import Floor
+from sym2real.diagnosis.held_out import Fall, Gate
 from sym2real.diagnosis.locate import Where, locate, training_region, where_of, worst_segments
 from sym2real.diagnosis.one_step import one_step_residuals
 from sym2real.diagnosis.plan import plan
@@ -25,8 +26,10 @@ __all__ = [
     "DataReport",
     "Diagnosis",
     "Estimate",
+    "Fall",
     "Finding",
     "Floor",
+    "Gate",
     "HorizonErrors",
     "Plan",
     "Residuals",

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from sym2real.diagnosis.candidates import Candidate, candidates
-from sym2real.diagnosis.diagnose import ladder_of
 from sym2real.diagnosis.findings import Finding, findings
 from sym2real.diagnosis.floor import Floor, floor_of_explained
 from sym2real.diagnosis.groups import always_alike, as_good
-from sym2real.diagnosis.ladder import Stage, horizons_for
+from sym2real.diagnosis.held_out import Steps
+from sym2real.diagnosis.ladder import Stage
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.sanity import Fault
 from sym2real.diagnosis.select import GAIN, Selection
@@ -182,16 +182,17 @@ def try_effect(
     rivals = _rivals(selection, [one for one in weighed.tried if key not in one.keys])
     on_progress("scoring on held-out data")
     scored_logs = weighed.checked.data if held_out is None else check_and_filter(equations, held_out).data
-    horizons = horizons_for(scored_logs, horizon)
+    steps = Steps.of(weighed.library, selection, same=held_out is None)
+    horizons = steps.horizons(scored_logs, horizon)
     return Tried(
         finding=_finding(selection, rivals if supported else (), weighed.problems.block_count < FEWEST_BLOCKS),
         supported=supported,
         gain=gain,
         rivals=tuple(rival for rival in rivals if rival.gain > max(GAIN, WORTH_A_LINE * gain))[:MOST_RIVALS],
         faults=weighed.checked.faults,
-        ladder=tuple(ladder_of(weighed.library, selection, scored_logs, horizons, held_out is None)[0]),
+        ladder=steps.ladder(weighed.library, scored_logs, horizons),
         floor=floor_of_explained(weighed.library, scored_logs, selection.fit.values, weighed.whitening, horizons),
-        held_out=tuple(trajectory.name for trajectory in scored_logs),
+        held_out=steps.names_of(scored_logs),
         notes=weighed.notes,
         seconds=time.perf_counter() - started,
     )

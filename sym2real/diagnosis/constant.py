@@ -8,7 +8,8 @@ best fit, to whose parameters they are orthogonal: what a finding explains alrea
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -36,13 +37,14 @@ class Constants:
 
     Args:
         names, units: of the channels.
-        gradient, curvature: half the derivatives of the whitened squares by each, in its unit ``# (S, D)``.
+        gradient: half the derivative of the whitened squares by each, in its unit ``# (S, D)``.
+        coupling: half their second derivatives ``# (S, D, D)``.
     """
 
     names: tuple[str, ...]
     units: tuple[str, ...]
     gradient: Tensor
-    curvature: Tensor
+    coupling: Tensor
 
     @classmethod
     def of(cls, problem: Problem, spread: Spread, whitening: Whitening, values: Tensor) -> Constants:
@@ -54,12 +56,21 @@ class Constants:
         weighted = whitening.products(torch.cat([residual[..., None], columns], dim=-1))
         names = (*spread.names, *(name for name, _, _ in offsets))
         units = (*(_unit(problem, name) for name in spread.names), *(unit for _, unit, _ in offsets))
-        return cls(names, units, weighted[:, 0, 1:], weighted.diagonal(dim1=1, dim2=2)[:, 1:])
+        return cls(names, units, weighted[:, 0, 1:], weighted[:, 1:, 1:])
+
+    @property
+    def curvature(self) -> Tensor:
+        """Of each alone ``# (S, D)``."""
+        return self.coupling.diagonal(dim1=1, dim2=2)
 
     @property
     def sizes(self) -> Tensor:
         """What each would have to be in the model, in its unit ``# (D,)``."""
         return -self.gradient.sum(0) / self.curvature.sum(0).clamp_min(1e-300)
+
+    def beside(self, place: int) -> Constants:
+        """What the others have to explain once this one stands at its size."""
+        return replace(self, gradient=self.gradient + self.coupling[:, :, place] * self.sizes[place])
 
     def held_out(self, folds: NDArray[np.int64]) -> tuple[Tensor, Tensor]:
         """Fall of the loss by each constant of the other folds, and the most that one a fold could give ``# (D,)``."""
@@ -81,31 +92,38 @@ class Constants:
         return torch.as_tensor(2 * stats.t.sf(ratio.numpy(), max(1, count - 1)))
 
 
-def find_constant(selection: Selection, spread: Spread, own: Calibration | None = None) -> Leftover | None:
-    """The constant push that lowers held-out errors most; None where none is beyond chance and matters.
+def find_constants(
+    selection: Selection, spread: Spread, own: Calibration | None = None, exclude: Collection[str] = ()
+) -> tuple[Leftover, ...]:
+    """Constant pushes that are beyond chance and matter: the one that lowers held-out errors most, then others beside.
 
     Args:
         selection: what was found.
         spread: shapes of the pushes.
         own: the base against the plain simulator: a channel in which it is off as much there shows its own fault.
+        exclude: channels of which something else is said.
     """
     problems = selection.problems
     if problems.block_count < FEWEST_BLOCKS:
-        return None
+        return ()
     constants = Constants.of(problems.problem, spread, problems.whitening, selection.fit.values)
-    fall, most = constants.held_out(problems.folds)
-    chance = constants.p_values(_clusters(problems))
+    of_base = None if own is None else Constants.of(own.problem, own.spread, own.whitening, own.origin).sizes
+    waiting = torch.tensor([name not in exclude for name in constants.names])
     least = (GAIN_BESIDE if selection.chosen else GAIN) * selection.loss
-    counts = (fall > least) & (chance < FALSE_ALARMS / len(constants.names))
-    if own is not None:
-        of_base = Constants.of(own.problem, own.spread, own.whitening, own.origin).sizes
-        counts &= of_base.abs() <= OWN * constants.sizes.abs()
-    if not bool(counts.any()):
-        return None
-    place = int(torch.where(counts, fall, -torch.inf).argmax())
-    size, unit = float(constants.sizes[place]), constants.units[place]
-    share, term = float(fall[place] / most[place]), f"{size:.3g} {unit} everywhere"
-    return Leftover(CONSTANT, constants.names[place], share, term, size, unit)
+    chances, found = FALSE_ALARMS / len(constants.names), list[Leftover]()
+    while True:
+        fall, most = constants.held_out(problems.folds)
+        counts = waiting & (fall > least) & (constants.p_values(_clusters(problems)) < chances)
+        if of_base is not None:
+            counts &= of_base.abs() <= OWN * constants.sizes.abs()
+        if not bool(counts.any()):
+            return tuple(found)
+        place = int(torch.where(counts, fall, -torch.inf).argmax())
+        size, unit = float(constants.sizes[place]), constants.units[place]
+        share, term = float(fall[place] / most[place]), f"{size:.3g} {unit} everywhere"
+        found.append(Leftover(CONSTANT, constants.names[place], share, term, size, unit))
+        waiting[place] = False
+        constants = constants.beside(place)
 
 
 def _clusters(problems: Problems) -> NDArray[np.int64]:

@@ -3,31 +3,25 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import numpy as np
-import torch
-
-from sym2real.diagnosis.candidates import Candidate
-from sym2real.diagnosis.constant import find_constant
-from sym2real.diagnosis.deviations import parameter_set
+from sym2real.diagnosis.constant import find_constants
 from sym2real.diagnosis.features import Region
 from sym2real.diagnosis.findings import Finding, findings
 from sym2real.diagnosis.floor import Floor, floor_of_explained
 from sym2real.diagnosis.groups import groups_of
-from sym2real.diagnosis.importance import by_importance
-from sym2real.diagnosis.ladder import Stage, horizons_for, ladder
-from sym2real.diagnosis.leftover import Leftover, Rest, find_leftover
-from sym2real.diagnosis.library import Library
+from sym2real.diagnosis.held_out import Gate, without_harm
+from sym2real.diagnosis.ladder import Stage
+from sym2real.diagnosis.leftover import Leftover, Rest, find_leftovers
 from sym2real.diagnosis.locate import Where, locate
 from sym2real.diagnosis.sanity import Fault
 from sym2real.diagnosis.search import search
 from sym2real.diagnosis.select import Selection
 from sym2real.diagnosis.significance import FEWEST_BLOCKS
 from sym2real.diagnosis.term import Term, propose
-from sym2real.diagnosis.verdict import Verdict, makes_worse, summary, verdict
+from sym2real.diagnosis.verdict import Verdict, summary, verdict
 from sym2real.diagnosis.weighing import OnProgress, Weighed, check_and_filter, weigh
 from sym2real.effects import compose, effect
 from sym2real.plants import MujocoPlant
@@ -43,12 +37,13 @@ class Diagnosis:
         verdict, summary: the answer in a word and in a sentence.
         faults: of the data, undone before the search.
         findings: effects that are there, in order of importance.
-        leftover: what no effect explains.
-        proposal: a term that would explain some of it, unverified.
+        leftovers: what no effect explains, the strongest first.
+        proposal: a term that would explain some of the first, unverified.
         where: regions in which the model fails.
         ladder: errors of the base and of the first k findings, on held-out data.
         floor: errors of a fully explained model.
         held_out: names of the logs that scored the ladder.
+        gate: whether free runs on them become better by as much as they must.
         seconds: time it took.
         tried: number of hypotheses that competed.
         notes: remarks on data and method.
@@ -59,16 +54,22 @@ class Diagnosis:
     summary: str
     faults: tuple[Fault, ...] = ()
     findings: tuple[Finding, ...] = ()
-    leftover: Leftover | None = None
+    leftovers: tuple[Leftover, ...] = ()
     proposal: Term | None = None
     where: tuple[Where, ...] = ()
     ladder: tuple[Stage, ...] = ()
     floor: tuple[Floor, ...] = ()
     held_out: tuple[str, ...] = ()
+    gate: Gate = field(default_factory=Gate)
     seconds: float = 0.0
     tried: int = 0
     notes: tuple[str, ...] = ()
     misfit: tuple[float, float] = field(default=(float("nan"), float("nan")))
+
+    @property
+    def leftover(self) -> Leftover | None:
+        """The strongest of what is left."""
+        return self.leftovers[0] if self.leftovers else None
 
     def apply(self, equations: Equations) -> Equations:
         """The equations with every finding in them."""
@@ -92,10 +93,12 @@ class Diagnosis:
             "faults": [fault.to_dict() for fault in self.faults],
             "findings": [finding.to_dict() for finding in self.findings],
             "leftover": None if self.leftover is None else self._leftover(self.leftover),
+            "leftovers": [one.to_dict() for one in self.leftovers],
             "where": [one.to_dict() for one in self.where],
             "ladder": [stage.to_dict() for stage in self.ladder],
             "floor": [one.to_dict() for one in self.floor],
             "held_out": list(self.held_out),
+            "gate": self.gate.to_dict(),
             "seconds": self.seconds,
             "tried": self.tried,
             "notes": list(self.notes),
@@ -120,7 +123,8 @@ def diagnose(
         model: the base's equations.
         data: logs with the model's columns and time step.
         plant: the plain simulator that the base was learned from, to calibrate it; without one that step is skipped.
-        held_out: logs that score the ladder; by default every log by the fit without it.
+        held_out: logs that score the ladder; by default every log by the fit without it, the last third of a single
+            log by the fit to the rest.
         exclude: keys or patterns of effects that are not to be tried.
         horizon: the ladder's longest, in s.
         region: range of every column in the model's training, to say whether it fails inside or outside.
@@ -153,80 +157,35 @@ def _answer(
     problems, library, checked = selection.problems, weighed.library, weighed.checked
     freedom = problems.whitening.freedom
     scored = checked.data if held_out is None else check_and_filter(model, held_out).data
-    horizons = horizons_for(scored, horizon)
-    stages = tuple(_gated(library, selection, scored, horizons, same=held_out is None))
+    steps, stages = without_harm(library, selection, scored, horizon, same=held_out is None)
+    gate = steps.gate(library, scored)
     groups = groups_of(selection)
     provisional = problems.block_count < FEWEST_BLOCKS
     found = tuple(findings(selection, groups, freedom, provisional)) if selection.chosen else ()
     rest = Rest.of(problems.problem, weighed.spread, problems.whitening, selection.fit.values)
     own = weighed.calibration
     of_the_base = None if own is None else lambda: Rest.of(own.problem, own.spread, own.whitening, own.origin)
-    leftover = find_leftover(rest, of_the_base) or find_constant(selection, weighed.spread, own)
+    horizons = steps.horizons(scored, horizon)
+    leftovers = find_leftovers(rest, of_the_base)
+    leftovers += find_constants(selection, weighed.spread, own, exclude=[one.channel for one in leftovers])
     proposal = None
-    if leftover is not None:
+    if leftovers:
         informed = compose(weighed.model, [(effect(one.effect, weighed.model), one.values) for one in found])
-        proposal = propose(informed, checked.data, rest, leftover, problems.whitening)
+        proposal = propose(informed, checked.data, rest, leftovers[0], problems.whitening)
     base = float(problems.whitening.loss(problems.problem.residuals(library.null[None])).sum())
-    answer = verdict(checked.faults, found, leftover, problems)
+    answer = verdict(checked.faults, found, leftovers, gate, problems)
     return Diagnosis(
         verdict=answer,
-        summary=summary(answer, checked.faults, found, leftover, stages),
+        summary=summary(answer, checked.faults, found, leftovers, gate=gate, stages=stages),
         faults=checked.faults,
         findings=found,
-        leftover=leftover,
+        leftovers=leftovers,
         proposal=proposal,
         ladder=stages,
         floor=floor_of_explained(library, scored, selection.fit.values, problems.whitening, horizons),
-        held_out=tuple(trajectory.name for trajectory in scored),
+        held_out=steps.names_of(scored),
+        gate=gate,
         tried=selection.tried,
         notes=weighed.notes,
         misfit=(base / freedom, selection.fit.total / freedom),
     )
-
-
-def _gated(
-    library: Library, selection: Selection, data: Dataset, horizons: Sequence[float], *, same: bool
-) -> list[Stage]:
-    """The ladder, after every finding at its end that makes held-out predictions worse has been dropped."""
-    while True:
-        stages, last = ladder_of(library, selection, data, horizons, same)
-        if last is None or not makes_worse(stages[-2:]):
-            return stages
-        selection.put(*selection.without(last))
-
-
-def ladder_of(
-    library: Library, selection: Selection, data: Dataset, horizons: Sequence[float], same: bool
-) -> tuple[list[Stage], Candidate | None]:
-    """Base and first k findings, each log by parameters that it took no part in where the logs are the fit's own.
-
-    Also the last finding.
-    """
-    stages = [("base", library.null[None])]
-    done: list[Candidate] = []
-    for one, fit in by_importance(selection):
-        done.append(one)
-        steps = _fold_steps(selection, fit) if same else [torch.zeros(len(fit.whole), dtype=torch.float64)]
-        sets = [parameter_set(selection, done, selection.problems.moved(fit, step)) for step in steps]
-        stages.append((f"+ {one.name}", torch.stack(sets)))
-    fold_of = _fold_of_log(selection) if same else None
-    return ladder(library, data, stages, fold_of, horizons), done[-1] if done else None
-
-
-def _fold_of_log(selection: Selection) -> np.ndarray:
-    log = selection.problems.problem.segments.log
-    count = len(selection.problems.problem.data)
-    return np.array([int((log[log <= index]).size and np.unique(log[log <= index]).size - 1) for index in range(count)])
-
-
-def _fold_steps(selection: Selection, fit: Any) -> list[torch.Tensor]:
-    """Per log, the step from the fit of all logs to that of the others."""
-    log = torch.as_tensor(selection.problems.problem.segments.log)
-    steps = []
-    for index in log.unique():
-        rest = log != index
-        if not rest.any():
-            steps.append(torch.zeros(len(fit.whole), dtype=torch.float64))
-            continue
-        steps.append(selection.problems.best_step(fit.of_segments(rest)))
-    return steps

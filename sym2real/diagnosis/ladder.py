@@ -49,12 +49,18 @@ class Stage:
         return {"model": self.model, "horizons": rows}
 
 
-def windows_of(data: Dataset, steps: int) -> Segments | None:
-    """Windows of so many steps that start every 0.1 s from what the rows before them say; None for short logs."""
+def windows_of(data: Dataset, steps: int, after: float = 0.0) -> Segments | None:
+    """Windows of so many steps that start every 0.1 s from what the rows before them say; None for short logs.
+
+    Args:
+        data: logs.
+        steps: rows from a window's start to its end.
+        after: part of every log behind which windows start.
+    """
     layout, stride = data.layouts.state, max(1, round(STRIDE / data.dt))
     pieces = []
     for index, trajectory in enumerate(data):
-        rows = np.arange(ROWS - 1 + WARM_UP, len(trajectory) - steps, stride)
+        rows = np.arange(_first_start(len(trajectory), after), len(trajectory) - steps, stride)
         if len(rows):
             measured = trajectory.state[rows[:, None] + np.arange(steps + 1)]
             starts = start_states(trajectory, rows), start_states(trajectory, np.maximum(rows - WARM_UP, ROWS - 1))
@@ -76,15 +82,21 @@ def windows_of(data: Dataset, steps: int) -> Segments | None:
     )
 
 
-def horizons_for(data: Dataset, longest: float | None = None) -> tuple[float, ...]:
+def _first_start(rows: int, after: float) -> int:
+    return max(ROWS - 1 + WARM_UP, round(after * rows))
+
+
+def horizons_for(data: Dataset, longest: float | None = None, after: float = 0.0) -> tuple[float, ...]:
     """Horizons (s) that the logs are long enough for.
 
     Args:
         data: logs.
-        longest: none beyond this many seconds, and this one as well.
+        longest: none beyond this many seconds, and this one as well, or what the logs allow.
+        after: part of every log behind which windows start.
     """
-    wanted = HORIZONS if longest is None else (*(one for one in HORIZONS if one < longest), longest)
-    rows = max(len(trajectory) for trajectory in data) - ROWS - WARM_UP
+    rows = max(len(trajectory) - 1 - _first_start(len(trajectory), after) for trajectory in data)
+    last = None if longest is None else min(longest, rows * data.dt)
+    wanted = HORIZONS if last is None else (*(one for one in HORIZONS if one < last), last)
     return tuple(horizon for horizon in wanted if 1 <= round(horizon / data.dt) <= rows)
 
 
@@ -92,8 +104,10 @@ def ladder(
     library: Library,
     data: Dataset,
     stages: Sequence[tuple[str, Tensor]],
-    fold_of: Array | None,
-    horizons: Sequence[float] | None = None,
+    fold_of: NDArray[np.int64] | None,
+    *,
+    horizons: Sequence[float],
+    after: float = 0.0,
 ) -> list[Stage]:
     """Errors of every stage at the horizons that the logs are long enough for.
 
@@ -103,11 +117,12 @@ def ladder(
         stages: name, and a parameter set per fold ``# (folds, P)``; one fold where the logs took no part in the fit.
         fold_of: fold of each log; None for one fold.
         horizons: in s, of :func:`horizons_for`.
+        after: part of every log behind which windows start.
     """
-    steps = {one: round(one / library.equations.dt) for one in (horizons_for(data) if horizons is None else horizons)}
+    steps = {one: round(one / library.equations.dt) for one in horizons}
     if not steps:
         return []
-    windows = windows_of(data, max(steps.values()))
+    windows = windows_of(data, max(steps.values()), after)
     if windows is None:
         return []
     problem = Problem(library, data, windows)

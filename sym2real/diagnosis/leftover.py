@@ -100,8 +100,8 @@ class Rest:
         return [self.names[place] for place in np.argsort(-shares) if shares[place] > SUSPECT]
 
 
-def find_leftover(rest: Rest, of_the_base: Callable[[], Rest] | None = None) -> Leftover | None:
-    """The strongest dependence of what is left; None where there is none.
+def find_leftovers(rest: Rest, of_the_base: Callable[[], Rest] | None = None) -> tuple[Leftover, ...]:
+    """What is left and depends on something, the strongest first.
 
     Args:
         rest: of the logs.
@@ -109,8 +109,9 @@ def find_leftover(rest: Rest, of_the_base: Callable[[], Rest] | None = None) -> 
             there shows the base's own fault and is passed over.
     """
     if len(rest.pushes) < FEWEST:
-        return None
+        return ()
     base: Rest | None = None
+    found = []
     scored = sorted(((*rest.explained(channel), channel) for channel in rest.suspects()), reverse=True)
     for r2, size, channel in scored:
         if r2 <= DEPENDS:
@@ -120,8 +121,8 @@ def find_leftover(rest: Rest, of_the_base: Callable[[], Rest] | None = None) -> 
             continue
         place = rest.names.index(channel)
         feature, term = _tree(rest.features, rest.values, rest.pushes[:, place])
-        return Leftover(feature, channel, r2, term)
-    return None
+        found.append(Leftover(feature, channel, r2, term))
+    return tuple(found)
 
 
 def most_likely_pushes(problem: Problem, spread: Spread, whitening: Whitening, values: torch.Tensor) -> Array:

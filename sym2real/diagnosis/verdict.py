@@ -7,6 +7,7 @@ from typing import Literal
 
 from sym2real.diagnosis.findings import Finding
 from sym2real.diagnosis.fit import Problems
+from sym2real.diagnosis.held_out import JUDGED, JUDGED_AT, LEAST_FALL, Fall, Gate
 from sym2real.diagnosis.ladder import Stage
 from sym2real.diagnosis.leftover import Leftover
 from sym2real.diagnosis.sanity import Fault
@@ -14,19 +15,17 @@ from sym2real.diagnosis.significance import FEWEST_BLOCKS
 
 Verdict = Literal["EFFECT", "NOTHING_MISSING", "UNEXPLAINED", "CANNOT_TELL"]
 
-# Horizon (s) at which held-out errors are judged, and the rise that shows a finding to be spurious.
-GATE_HORIZON = 0.8
-WORSE = 0.02
-
 
 def verdict(
-    faults: Sequence[Fault], found: Sequence[Finding], leftover: Leftover | None, problems: Problems
+    faults: Sequence[Fault], found: Sequence[Finding], leftovers: Sequence[Leftover], gate: Gate, problems: Problems
 ) -> Verdict:
-    """Which of the four answers the parts make."""
-    if found or faults:
+    """Which of the four answers the parts make; findings that do not improve long predictions are no answer."""
+    if faults or (found and gate.passed):
         return "EFFECT"
-    if leftover is not None:
+    if leftovers:
         return "UNEXPLAINED"
+    if found:
+        return "CANNOT_TELL"
     return "NOTHING_MISSING" if problems.block_count >= FEWEST_BLOCKS else "CANNOT_TELL"
 
 
@@ -34,7 +33,9 @@ def summary(
     answer: Verdict,
     faults: Sequence[Fault],
     found: Sequence[Finding],
-    leftover: Leftover | None,
+    leftovers: Sequence[Leftover],
+    *,
+    gate: Gate,
     stages: Sequence[Stage],
 ) -> str:
     """One sentence a person reads."""
@@ -46,14 +47,23 @@ def summary(
         fall = fall_of_error(stages)
         if fall is not None:
             parts.append(f"with it the {fall[0]} error on held-out pieces changes from {fall[1]:.3g} to {fall[2]:.3g}")
-    if leftover is not None:
-        parts.append(f"{leftover.statement} is left (R² {leftover.r2:.2f})")
+    parts += [f"{one.statement} is left (R² {one.r2:.2f})" for one in leftovers]
     if answer == "NOTHING_MISSING":
         parts.append("nothing is missing beyond noise and small disturbances")
-    if answer == "CANNOT_TELL":
+    if found and gate.best is not None and not gate.passed:
+        parts.append(f"but {_failed(gate.best)}")
+    elif answer == "CANNOT_TELL":
         parts.append(f"too little data: fewer than {FEWEST_BLOCKS} independent pieces of a second")
     sentence = "; ".join(parts)
     return sentence[:1].upper() + sentence[1:] + "."
+
+
+def _failed(best: Fall) -> str:
+    changed = f"falls by only {100 * best.part:.0f} %" if best.part >= 0 else f"rises by {-100 * best.part:.0f} %"
+    return (
+        f"no held-out error falls by {100 * LEAST_FALL:.0f} %: that of {best.channel} after {best.horizon:g} s "
+        f"{changed}, and noise and disturbances hide whether it matters"
+    )
 
 
 def _one(finding: Finding) -> str:
@@ -65,21 +75,11 @@ def _one(finding: Finding) -> str:
 
 
 def fall_of_error(stages: Sequence[Stage]) -> tuple[str, float, float] | None:
-    """Channel, first and last error at the gate's horizon of the channel that falls most."""
+    """Channel, first and last error at the horizon that is judged of the channel that falls most."""
     if len(stages) < 2 or not stages[0].horizons:
         return None
-    horizon = min(stages[0].horizons, key=lambda one: abs(one - GATE_HORIZON))
+    horizon = min(stages[0].horizons, key=lambda one: abs(one - JUDGED_AT))
     first, last = stages[0].horizons[horizon], stages[-1].horizons[horizon]
-    channels = [channel for channel in first if channel in ("position", "attitude", "yaw")]
+    channels = [channel for channel in first if channel in JUDGED]
     best = min(channels, key=lambda channel: last[channel].value / max(first[channel].value, 1e-12))
     return f"{best} ({horizon:g} s)", first[best].value, last[best].value
-
-
-def makes_worse(stages: Sequence[Stage]) -> bool:
-    """Whether the second of two stages predicts neither position nor attitude better, and one of them worse."""
-    if len(stages) < 2 or not stages[0].horizons:
-        return False
-    horizon = min(stages[0].horizons, key=lambda one: abs(one - GATE_HORIZON))
-    before, after = stages[0].horizons[horizon], stages[1].horizons[horizon]
-    changes = [after[c].value / max(before[c].value, 1e-12) for c in before if c in ("position", "attitude", "yaw")]
-    return min(changes) > 1.0 and max(changes) > 1.0 + WORSE

@@ -8,7 +8,7 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from sym2real.diagnosis import Diagnosis, Finding, Term, Tried, Where
+from sym2real.diagnosis import Diagnosis, Fall, Finding, Term, Tried, Where
 from sym2real.report.ladder import ladder_table
 from sym2real.report.tables import number
 
@@ -24,17 +24,24 @@ def diagnosis_report(diagnosis: Diagnosis) -> RenderableType:
         parts += ["", "[bold]what the model lacks[/]", findings_list(diagnosis.findings), ""]
     if diagnosis.ladder:
         parts.append(ladder_table(diagnosis.ladder, diagnosis.floor, diagnosis.held_out))
-    if diagnosis.leftover is not None:
-        left = diagnosis.leftover
+    if diagnosis.gate.best is not None:
+        parts.append(gate_line(diagnosis.gate.best, passed=diagnosis.gate.passed))
+    for left in diagnosis.leftovers:
         said = f"{left.statement} (R² {left.r2:.2f} on unseen logs): {left.term}"
         parts.append(f"[red]left over[/] {escape(said)}")
-        if diagnosis.proposal is not None:
-            parts.append(proposal_line(diagnosis.proposal))
+    if diagnosis.proposal is not None:
+        parts.append(proposal_line(diagnosis.proposal))
     base, explained = diagnosis.misfit
     misfit = f"misfit per degree of freedom {number(base)} → {number(explained)}; 1 is fully explained"
     parts += _remarks(diagnosis.notes)
     parts.append(f"[dim]{misfit}; {diagnosis.tried} hypotheses competed; {diagnosis.seconds:.0f} s[/]")
     return Group(*parts)
+
+
+def gate_line(best: Fall, *, passed: bool) -> str:
+    """Whether held-out predictions become better by as much as they must."""
+    said = "[green]gate passed[/]" if passed else "[red]gate not passed[/]"
+    return f"{said}: the held-out error of {best.channel} after {best.horizon:g} s falls by {100 * best.part:.0f} %"
 
 
 def proposal_line(term: Term) -> str:

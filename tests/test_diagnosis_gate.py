@@ -1,0 +1,59 @@
+"""What was found must lower held-out errors by a tenth; a single log is scored on the third that the fit left out."""
+
+from __future__ import annotations
+
+import pytest
+import torch
+from noisy_flights import LEFT_OUT, flights_with
+
+from sym2real.diagnosis import Finding, Gate, diagnose
+from sym2real.diagnosis.fit import Problems
+from sym2real.diagnosis.held_out import LAST_THIRD
+from sym2real.diagnosis.ladder import Stage, StageError, windows_of
+from sym2real.diagnosis.library import Library
+from sym2real.diagnosis.sensitivity import Problem
+from sym2real.diagnosis.verdict import summary, verdict
+from sym2real.diagnosis.whitening import Spread
+from sym2real.robots import CRAZYFLIE
+from sym2real.trajectory import Dataset
+
+
+def stage(name: str, position: float, attitude: float) -> Stage:
+    errors = {"position": position, "attitude": attitude, "velocity": 10 * position}
+    return Stage(name, {0.8: {key: StageError(value, value, value, value, "") for key, value in errors.items()}})
+
+
+@pytest.mark.parametrize(
+    ("position", "attitude", "passes"), [(0.89, 1.0, True), (1.3, 0.85, True), (0.91, 0.95, False)]
+)
+def test_a_tenth_of_position_or_attitude_must_go(position: float, attitude: float, passes: bool) -> None:
+    gate = Gate(stage("base", 1.0, 1.0), stage("+ wind", position, attitude))
+    assert gate.passed is passes
+    assert gate.best is not None
+    assert gate.best.part == pytest.approx(1.0 - min(position, attitude))
+
+
+def test_findings_that_improve_no_prediction_are_no_answer() -> None:
+    gate = Gate(stage("base", 1.0, 1.0), stage("+ wind", 0.95, 0.99))
+    library = Library.of(CRAZYFLIE.nominal(), [])
+    problem = Problem(library, flights_with("", {}, count=1))
+    spread = Spread.of(problem, library.null)
+    variances = torch.as_tensor(problem.segments.noise).square(), torch.ones(len(spread.names), dtype=torch.float64)
+    problems = Problems.of(problem, spread.whitening(*variances))
+    found = (Finding("wind", {}, 1.0),)
+    assert verdict((), found, (), gate, problems) == "CANNOT_TELL"
+    said = summary("CANNOT_TELL", (), found, (), gate=gate, stages=())
+    assert "that of position after 0.8 s falls by only 5 %" in said
+    assert verdict((), found, (), Gate(stage("base", 1.0, 1.0), stage("+ wind", 0.5, 1.0)), problems) == "EFFECT"
+
+
+def test_a_single_log_is_scored_behind_its_fit() -> None:
+    (log,) = list(flights_with("wind", {"fx": 0.01, "fy": 0.0}, count=1, steps=300))
+    found = diagnose(CRAZYFLIE.nominal(), log, exclude=(*LEFT_OUT, "rate_loop_gain", "mounting_tilt"))
+    assert found.held_out == (f"{log.name} (last third)",)
+    assert found.gate.passed
+    written = found.to_dict()["gate"]
+    assert written["best"]["part"] > 0.1
+    windows = windows_of(Dataset([log]), 10, LAST_THIRD)
+    assert windows is not None
+    assert windows.row.min() >= LAST_THIRD * len(log) - 1

@@ -3,64 +3,112 @@
 from __future__ import annotations
 
 import ctypes
+from dataclasses import replace
 
-import numpy as np
 import pytest
 import torch
-from reference_models import flying, late
+from reference_models import flying, late, motor_lagged
 
-from sym2real.control.fused import FusedStep, PlanArguments, Sizes
-from sym2real.control.fused_filters import FilterLines
+from sym2real.control import MPPI, operator
+from sym2real.control.backend import fused_step
+from sym2real.control.fused import FusedStep
+from sym2real.control.fused_arguments import Call, PlanArguments, Sizes
+from sym2real.control.fused_filters import FilterLines, memory_of
 from sym2real.control.fused_gpu import FusedGpuStep
 from sym2real.control.fused_problem import Fused, Sampling
+from sym2real.control.fused_residual import sizes_of
 from sym2real.control.fused_text import fused_text
-from sym2real.control.noise import covariance_factor, smoothing
+from sym2real.control.noise import covariance_factor
 from sym2real.effects.filters import FilterState
+from sym2real.effects.visible import VisibleModel
 from sym2real.errors import CompilationError, MissingDependencyError
 from sym2real.native import find_compiler, library
 from sym2real.native.nvrtc import compile_cuda
+from sym2real.neural import ResidualMLP
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
-from sym2real.symbolic import Equations
+from sym2real.symbolic import Equations, compile_model
 from sym2real.tasks import make_task
 
-CASES = [(CRAZYFLIE, flying), (CRAZYFLIE, CRAZYFLIE.nominal), (MUSHR, late)]
+NETWORK = (20, 12)
+CASES = [
+    (CRAZYFLIE, flying, ()),
+    (CRAZYFLIE, CRAZYFLIE.nominal, ()),
+    (CRAZYFLIE, motor_lagged, ()),
+    (MUSHR, late, ()),
+    (MUSHR, MUSHR.nominal, NETWORK),
+]
 SAMPLES, HORIZON = 300, 30
-# Thread by thread, as a launch of enough blocks of 64 threads would.
+SIZES = Sizes(SAMPLES, HORIZON, 1)
+# Thread by thread, as a launch of blocks would.
 EVERY_THREAD = """
-C_NAME void launch(const struct plan *plan, real *tracks, real *draws) {
-    blockDim.x = 64;
-    for (blockIdx.x = 0; blockIdx.x * 64 < plan->samples; blockIdx.x++)
-        for (threadIdx.x = 0; threadIdx.x < 64; threadIdx.x++) plan_samples(*plan, tracks, draws);
-}
+C_NAME void launch_{kernel}(int blocks, int threads, const struct plan *plan, real *tracks, real *draws) {{
+    blockDim.x = threads;
+    for (blockIdx.x = 0; blockIdx.x < blocks; blockIdx.x++)
+        for (threadIdx.x = 0; threadIdx.x < threads; threadIdx.x++) {kernel}(*plan, tracks, draws);
+}}
 """
 
 
-def fused(robot: Robot, equations: Equations) -> tuple[Fused, FilterState | None, torch.Tensor]:
-    filters = FilterState(equations) if equations.filters else None
-    factor = covariance_factor(robot.mppi.noise).float()
-    lines = FilterLines(filters, robot.layouts.action.columns, robot.dt)
-    cost = make_task("circle", robot).cost
-    return Fused(equations, robot, cost, Sampling.of(robot.mppi, factor), lines), filters, factor
+class Shim:
+    """What loads the GPU's text on the processor."""
+
+    def __init__(self, text: str, device: torch.device) -> None:
+        launches = "".join(EVERY_THREAD.format(kernel=kernel) for kernel in ("plan_samples", "noise_of"))
+        self.library = library("#define SHIM 1\n" + text + launches)
+
+    def __call__(self, kernel: str, blocks: int, threads: int, plan: PlanArguments, *pointers: ctypes.c_void_p) -> None:
+        getattr(self.library, f"launch_{kernel}")(blocks, threads, ctypes.byref(plan), *pointers)
 
 
-def on_processor(robot: Robot, equations: Equations) -> tuple[FusedStep, torch.Tensor, np.ndarray, torch.Tensor]:
-    """A step of the processor's kernel: itself, mean, references, new mean."""
-    step, filters, factor = fused(robot, equations)
-    kernel = FusedStep(equations, robot, step.cost, factor=factor, sizes=Sizes(SAMPLES, HORIZON), filters=filters)
-    kernel.state[:] = robot.start
-    mean = torch.tensor(robot.rest).float().repeat(HORIZON, 1)
-    times = torch.arange(1, HORIZON + 1).double() * robot.dt
-    reference = np.ascontiguousarray(make_task("circle", robot).reference(times).numpy(), dtype=np.float32)
-    return kernel, mean, reference, kernel(mean, reference.ctypes.data, (3, 5))[0]
+class Case:
+    """What both machines compute: the step, and what it is given."""
+
+    def __init__(self, robot: Robot, equations: Equations, widths: tuple[int, ...]) -> None:
+        self.robot, self.factor = robot, covariance_factor(robot.mppi.noise).float()
+        self.residual = None
+        if widths:
+            self.residual = ResidualMLP(robot.layouts, widths, seed=1)
+            with torch.no_grad():
+                self.residual.linears[-1].weight.normal_(0.0, 1e-3, generator=torch.Generator().manual_seed(2))
+        self.filters = FilterState(equations) if equations.filters else None
+        lines = FilterLines(self.filters, robot.layouts.action.columns, robot.dt)
+        layers = () if self.residual is None else sizes_of(self.residual)
+        sampling = Sampling.of(robot.mppi, self.factor)
+        self.step = Fused(equations, robot, make_task("circle", robot).cost, sampling, lines, layers)
+
+    def calls(self) -> list[Call]:
+        """The first one, and one that follows it: shifted, with memory, priced, with noise from outside."""
+        robot, actions = self.robot, len(self.robot.rest)
+        times = torch.arange(1, HORIZON + 1).double() * robot.dt
+        reference = make_task("circle", robot).reference(times).float().contiguous()
+        mean = torch.tensor(robot.rest).float().repeat(HORIZON, 1)
+        inputs = torch.zeros(len(self.step.equations.layouts.inputs))
+        first = Call(torch.tensor(robot.start).float(), inputs, reference, mean, steps=0, seed=3, call=5)
+        generator = torch.Generator().manual_seed(4)
+        memory = None
+        if self.filters is not None:
+            self.filters.remember(torch.tensor(0.5 * (robot.low + robot.high)))
+            memory = torch.from_numpy(memory_of(self.filters)).float()
+        noise = 0.1 * torch.randn(SAMPLES, HORIZON, actions, generator=generator)
+        sloped = mean + 0.01 * torch.arange(HORIZON)[:, None]
+        price = 0.1 * torch.randn(HORIZON, actions, generator=generator)
+        return [first, first._replace(mean=sloped, steps=3, price=price, noise=noise, memory=memory)]
+
+    def same(self, found: tuple, expected: tuple, tolerance: float) -> None:
+        """Costs, and the means within the limits."""
+        scale = torch.tensor(self.robot.high - self.robot.low)
+        assert found[2] == expected[2] == 0
+        torch.testing.assert_close(found[1].cpu(), expected[1], rtol=tolerance, atol=1e-4)
+        assert float(((found[0].cpu() - expected[0]).abs() / scale).max()) < tolerance
 
 
-@pytest.mark.parametrize(("robot", "make"), CASES)
-def test_nvrtc_compiles_it_for_old_and_new_devices(robot: Robot, make: object) -> None:
-    text = fused_text(fused(robot, make())[0], "gpu")
+@pytest.mark.parametrize(("robot", "make", "widths"), CASES)
+def test_nvrtc_compiles_it_for_old_and_new_devices(robot: Robot, make: object, widths: tuple) -> None:
+    text = fused_text(Case(robot, make(), widths).step, "gpu")
     try:
         for architecture in ("compute_80", "compute_90"):
             ptx = compile_cuda(text, architecture)
-            assert b".entry plan_samples" in ptx
+            assert b".entry plan_samples" in ptx and b".entry noise_of" in ptx
             assert b".local" not in ptx or b"fma.rn.f32" in ptx
     except MissingDependencyError as error:
         pytest.skip(str(error))
@@ -69,43 +117,53 @@ def test_nvrtc_compiles_it_for_old_and_new_devices(robot: Robot, make: object) -
 
 
 @pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
-@pytest.mark.parametrize(("robot", "make"), CASES)
-def test_thread_by_thread_it_says_what_the_processors_kernel_says(robot: Robot, make: object) -> None:
-    equations = make()
-    kernel, mean, reference, expected = on_processor(robot, equations)
-    step, _, factor = fused(robot, equations)
-    shim = library("#define SHIM 1\n" + fused_text(step, "gpu") + EVERY_THREAD)
-    smooth = smoothing(HORIZON, robot.dt, robot.mppi).float() if step.sampling.colour == 2 else torch.zeros(1, HORIZON)
-    arguments = PlanArguments.of(robot, step.sampling, Sizes(SAMPLES, HORIZON), smooth.shape[1])
-    arrays = {
-        "state": robot.start, "inputs": np.zeros(max(1, len(equations.layouts.inputs))), "mean": mean.numpy(),
-        "reference": reference, "low": robot.low, "high": robot.high, "factor": factor.numpy(),
-        "smooth": smooth.numpy(), "costs": np.zeros(SAMPLES), "memory": np.zeros(64),
-    }  # fmt: skip
-    arrays = {name: np.ascontiguousarray(array, dtype=np.float32) for name, array in arrays.items()}
-    for name, array in arrays.items():
-        setattr(arguments, name, array.ctypes.data)
-    arguments.seed, arguments.call = 3, 5
-    tracks = np.zeros((HORIZON, len(robot.rest), SAMPLES), dtype=np.float32)
-    draws = np.zeros((smooth.shape[1], len(robot.rest), SAMPLES), dtype=np.float32)
-    pointers = [ctypes.c_void_p(array.ctypes.data) for array in (tracks, draws)]
-    shim.launch(ctypes.byref(arguments), *pointers)
-    np.testing.assert_allclose(arrays["costs"], kernel.costs, rtol=2e-5)
-    weights = torch.softmax(-torch.from_numpy(arrays["costs"]).double() / robot.mppi.temperature, dim=0)
-    found = torch.einsum("han,n->ha", torch.from_numpy(tracks).double(), weights)
-    assert float(((found - expected).abs() / torch.tensor(robot.high - robot.low)).max()) < 2e-5
+@pytest.mark.parametrize(("robot", "make", "widths"), CASES)
+def test_thread_by_thread_it_says_what_the_processors_kernel_says(robot: Robot, make: object, widths: tuple) -> None:
+    """The host's code is the GPU's, and the threads run on the processor one after the other."""
+    case = Case(robot, make(), widths)
+    here = FusedStep(case.step, factor=case.factor, sizes=SIZES, residual=case.residual)
+    device = torch.device("cpu")
+    there = FusedGpuStep(case.step, factor=case.factor, sizes=SIZES, device=device, residual=case.residual, load=Shim)
+    torch.testing.assert_close(there.noise(3, 5), here.noise(3, 5), rtol=1e-5, atol=1e-6)
+    for call in case.calls():
+        case.same(operator.plan(operator.registered(there), *call), here(call), 2e-5)
+    broken = call._replace(state=torch.full_like(call.state, torch.nan))
+    mean, costs, rejected = there(broken)
+    assert rejected == SAMPLES and not costs.isfinite().any()
+    torch.testing.assert_close(mean, here(broken)[0])
 
 
 @pytest.mark.skipif(not torch.cuda.is_available(), reason="no CUDA device here")
-@pytest.mark.parametrize(("robot", "make"), CASES)
-def test_a_gpu_plans_as_the_processor_does(robot: Robot, make: object) -> None:
-    equations = make()
-    kernel, mean, reference, expected = on_processor(robot, equations)
-    step, filters, factor = fused(robot, equations)
-    device = torch.device("cuda")
-    gpu = FusedGpuStep(step, factor=factor, sizes=Sizes(SAMPLES, HORIZON), device=device, filters=filters)
-    inputs = torch.zeros(max(1, len(equations.layouts.inputs)))
-    found, rejected = gpu(torch.tensor(robot.start), inputs, mean.to(device), torch.from_numpy(reference), (3, 5))
-    assert rejected == 0
-    np.testing.assert_allclose(gpu.costs.cpu().numpy(), kernel.costs, rtol=1e-4)
-    assert float(((found.cpu() - expected).abs() / torch.tensor(robot.high - robot.low)).max()) < 1e-4
+@pytest.mark.parametrize(("robot", "make", "widths"), CASES)
+def test_a_gpu_plans_as_the_processor_does(robot: Robot, make: object, widths: tuple) -> None:
+    case = Case(robot, make(), widths)
+    here = FusedStep(case.step, factor=case.factor, sizes=SIZES, residual=case.residual)
+    device = torch.device("cuda", 0)
+    there = FusedGpuStep(case.step, factor=case.factor, sizes=SIZES, device=device, residual=case.residual)
+    torch.testing.assert_close(there.noise(3, 5).cpu(), here.noise(3, 5), rtol=1e-4, atol=1e-5)
+    for call in case.calls():
+        moved = [one.to(device) if isinstance(one, torch.Tensor) else one for one in call]
+        case.same(operator.plan(operator.registered(there), *moved), here(call), 1e-4)
+
+
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="no CUDA device here")
+def test_mppi_on_a_gpu_uses_it() -> None:
+    task, robot = make_task("circle", CRAZYFLIE), replace(CRAZYFLIE, mppi=replace(CRAZYFLIE.mppi, samples=SAMPLES))
+    there = MPPI(VisibleModel(flying()), robot, task, device="cuda", backend="c")
+    here = MPPI(VisibleModel(flying()), robot, task, backend="c")
+    for step in range(3):
+        torch.testing.assert_close(
+            torch.tensor(there.act(robot.start, step)), torch.tensor(here.act(robot.start, step)), rtol=0, atol=1e-3
+        )
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="there is a CUDA device")
+def test_without_a_gpu_its_step_says_what_is_missing() -> None:
+    task = make_task("circle", MUSHR)
+    factor = covariance_factor(MUSHR.mppi.noise).float()
+    with pytest.raises((CompilationError, MissingDependencyError)):
+        case = Case(MUSHR, MUSHR.nominal(), ())
+        FusedGpuStep(case.step, factor=factor, sizes=SIZES, device=torch.device("cuda", 0))
+    assert isinstance(
+        fused_step(compile_model(MUSHR.nominal()), MUSHR, task, factor=factor, sizes=SIZES, filters=None), FusedStep
+    )

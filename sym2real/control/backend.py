@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Literal
+import inspect
+from collections.abc import Callable
+from typing import Literal, cast
 
 import sympy
 import torch
+from torch import Tensor
 
-from sym2real.effects.visible import visible_state
+from sym2real.control.fused import FusedStep, helpful_threads
+from sym2real.control.fused_arguments import Sizes
+from sym2real.control.fused_filters import FilterLines
+from sym2real.control.fused_gpu import FusedGpuStep
+from sym2real.control.fused_problem import Fused, Sampling
+from sym2real.control.fused_residual import sizes_of
+from sym2real.effects.filters import FilterState
+from sym2real.effects.visible import VisibleModel, visible_state
+from sym2real.errors import ModelError
 from sym2real.native import find_compiler
+from sym2real.protocols import DynamicsModel
 from sym2real.robots.robot import Robot
 from sym2real.symbolic import Equations, read_back
 from sym2real.tasks import Task
@@ -27,6 +39,22 @@ def equations_of(model: object) -> Equations | None:
     return equations
 
 
+def planned_with(model: DynamicsModel | Callable[[Tensor, Tensor], Tensor], dtype: torch.dtype) -> DynamicsModel:
+    """A model over measured states that takes inputs.
+
+    A plain ``(state, action)`` callable is given no inputs; hidden states of a compiled model start where its equations
+    say, anew with every plan.
+    """
+    equations = equations_of(model)
+    hidden = equations is not None and visible_state(equations) != equations.layouts.state
+    if equations is not None and hidden and isinstance(model, torch.jit.ScriptModule):
+        return VisibleModel(equations, dtype)
+    plain = not isinstance(model, torch.nn.Module) and not hasattr(model, "rollout")
+    if plain and len(inspect.signature(model).parameters) == 2:
+        return lambda state, action, inputs=None: model(state, action)
+    return cast(DynamicsModel, model)
+
+
 def why_not_fused(model: object, robot: Robot, task: Task, device: torch.device, dtype: torch.dtype) -> str:
     """Why the fused kernel cannot plan with this; empty where it can, as far as can be seen before compiling."""
     equations = equations_of(model)
@@ -34,13 +62,43 @@ def why_not_fused(model: object, robot: Robot, task: Task, device: torch.device,
         return "the model is not compiled from equations"
     if not isinstance(task.cost, sympy.Expr):
         return "the task's cost is no expression"
-    if device.type != "cpu" or dtype != torch.float32:
-        return f"it plans in float32 on the processor, not in {dtype} on {device.type}"
+    if device.type not in ("cpu", "cuda") or dtype != torch.float32:
+        return f"it plans in float32 on the processor or a CUDA device, not in {dtype} on {device.type}"
     if (visible_state(equations).columns, equations.layouts.action.columns) != (
         robot.layouts.state.columns,
         robot.layouts.action.columns,
     ):
         return "the model's columns are not the robot's"
-    if equations.layouts.state != visible_state(equations) and isinstance(model, torch.jit.ScriptModule):
-        return "the model expects hidden states from outside"
-    return "" if find_compiler() else NO_COMPILER
+    return "" if device.type == "cuda" or find_compiler() else NO_COMPILER
+
+
+def fused_step(
+    model: object, robot: Robot, task: Task, *, factor: Tensor, sizes: Sizes, filters: FilterState | None
+) -> FusedStep | FusedGpuStep:
+    """The kernel for a model, on the device of the noise's factor.
+
+    Args:
+        model: with equations.
+        robot: its ``mppi`` says how noise is coloured.
+        task: its cost is an expression.
+        factor: C ``# (action, action)`` of the noise's covariance.
+        sizes: of the sampling; no threads are as many as help.
+        filters: what actions go through.
+
+    Raises:
+        CompilationError: when it cannot be compiled here.
+        MissingDependencyError: for a CUDA device, without NVRTC.
+        ModelError: when the equations, the cost or a filter have no fused form.
+    """
+    equations, cost = equations_of(model), task.cost
+    if equations is None or not isinstance(cost, sympy.Expr):
+        raise ModelError("a fused kernel needs equations and a cost that is an expression")
+    residual = getattr(model, "residual", None)
+    lines = FilterLines(filters, robot.layouts.action.columns, equations.dt)
+    layers = () if residual is None else sizes_of(residual)
+    step = Fused(equations, robot, cost, Sampling.of(robot.mppi, factor), lines, layers)
+    if factor.device.type == "cuda":
+        return FusedGpuStep(step, factor=factor, sizes=sizes, device=factor.device, residual=residual)
+    made = FusedStep(step, factor=factor, sizes=sizes, residual=residual)
+    made.threads = sizes.threads or helpful_threads(made)
+    return made

@@ -95,10 +95,8 @@ class FilterLines:
         return [begin, *RULES[stage.name](stage.value, self.dt, memory, row, out)]
 
 
-def memory_of(filters: FilterState, size: int) -> Array:
-    """What filters remember ``# (size,)``, in the order of the text; zeros before anything was sent."""
-    if not filters.memories:
-        return np.zeros(size)
+def memory_of(filters: FilterState) -> Array:
+    """What filters remember ``# (size,)``, in the order of the text, once something was sent."""
     return np.concatenate([memory.double().cpu().numpy().reshape(-1) for memory in filters.memories])
 
 

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable
 
 import torch
 from torch import Tensor
 
-from sym2real.control.fused import PlanArguments, Sizes
-from sym2real.control.fused_filters import memory_of
+from sym2real.control.fused_arguments import Call, Operands, Sizes, arguments_of, constants_of
 from sym2real.control.fused_problem import Fused
+from sym2real.control.fused_residual import Residual, packed
 from sym2real.control.fused_text import fused_text
-from sym2real.control.noise import smoothing
+from sym2real.control.plan import shift
 from sym2real.control.weights import weigh
-from sym2real.effects.filters import FilterState
-from sym2real.native.nvrtc import CudaFunction, compile_cuda
+from sym2real.native.nvrtc import CudaModule
 
-THREADS = 128
+THREADS, TILE = 128, 8  # of a block; as in cuda.h
+Module = Callable[..., None]
 
 
 class FusedGpuStep:
@@ -24,63 +25,68 @@ class FusedGpuStep:
 
     Args:
         step: what is computed.
-        factor: C ``# (action, action)``.
+        factor: C ``# (action, action)``, of the noise's covariance.
         sizes: of the sampling.
-        device: a CUDA device.
-        filters: what actions go through.
+        device: where tensors are and threads run.
+        residual: the network whose sizes ``step`` names.
+        load: text and device → ``module(kernel, blocks, threads, *arguments)``, which runs a kernel of the text.
 
     Raises:
         CompilationError: when it cannot be compiled or loaded here.
         MissingDependencyError: without NVRTC.
+        ModelError: when the equations, the cost or a filter have no fused form.
     """
 
+    threads = 1  # of the processor
+
     def __init__(
-        self, step: Fused, *, factor: Tensor, sizes: Sizes, device: torch.device, filters: FilterState | None = None
+        self,
+        step: Fused,
+        *,
+        factor: Tensor,
+        sizes: Sizes,
+        device: torch.device,
+        residual: Residual | None = None,
+        load: Callable[[str, torch.device], Module] = CudaModule,
     ) -> None:
-        self.samples, self.horizon, self.filters, self.device = sizes.samples, sizes.horizon, filters, device
-        robot, self.shape = step.robot, (sizes.horizon, len(step.robot.layouts.action))
-        major, minor = torch.cuda.get_device_capability(device)
-        ptx = compile_cuda(fused_text(step, "gpu"), f"compute_{major}{minor}")
-        torch.zeros(1, device=device)  # makes the context current
-        self._function = CudaFunction(ptx, "plan_samples")
-        smooth = (
-            smoothing(sizes.horizon, robot.dt, robot.mppi)
-            if step.sampling.colour == 2
-            else torch.zeros(1, sizes.horizon)
-        )
-        self._buffers = {
-            "low": self._on_device(robot.low),
-            "high": self._on_device(robot.high),
-            "factor": self._on_device(factor),
-            "smooth": self._on_device(smooth),
-            "costs": torch.empty(sizes.samples, device=device),
-        }
-        self._tracks = torch.empty((*self.shape, sizes.samples), device=device)
-        self._draws = torch.empty((smooth.shape[1], self.shape[1], sizes.samples), device=device)
-        self._arguments = PlanArguments.of(robot, step.sampling, sizes, smooth.shape[1])
+        self.samples, self.horizon, self.device = sizes.samples, sizes.horizon, device
+        self.shape = (sizes.horizon, len(step.robot.layouts.action))
+        self.text = fused_text(step, "gpu")
+        self._module = load(self.text, device)
+        weights = None if residual is None else packed(residual, TILE)
+        constants = constants_of(step, factor, sizes.horizon, weights)
+        self._constants = {name: tensor.to(device) for name, tensor in constants.items()}
+        self._plan = arguments_of(step, sizes, self._constants)
+        self._operands = Operands(step, sizes, device)
+        self.shapes = self._operands.shapes
+        self._nothing_sent = torch.zeros(step.filters.size, device=device)
+        self._tracks = torch.empty(*self.shape, sizes.samples, device=device)
+        self._draws = torch.empty(self._plan.draws, self.shape[1], sizes.samples, device=device)
 
-    def _on_device(self, values: object) -> Tensor:
-        return torch.as_tensor(values, dtype=torch.float32).contiguous().to(self.device)
+    def __call__(self, given: Call) -> tuple[Tensor, Tensor, int]:
+        """The new mean ``# (H, action)``, costs ``# (N,)``, and the number of rollouts that were not finite."""
+        plan, pointer = self._plan, self._operands.pointer
+        pointer("mean", given.mean)
+        before = shift(given.mean, given.steps).contiguous()
+        memory = self._nothing_sent if given.memory is None else given.memory
+        costs = torch.empty(self.samples, device=self.device)
+        read = {**given._asdict(), "mean": before, "memory": memory}
+        for name in self.shapes:
+            setattr(plan, name, pointer(name, read[name]))
+        plan.costs, plan.begun = costs.data_ptr(), given.memory is not None
+        plan.seed, plan.call = given.seed & 0xFFFFFFFF, given.call & 0xFFFFFFFF
+        self._run("plan_samples")
+        weights = weigh(costs, plan.temperature)
+        rejected = int((~costs.isfinite()).sum())
+        return (before if rejected == self.samples else self._tracks @ weights), costs, rejected
 
-    @property
-    def costs(self) -> Tensor:
-        """Of the last step ``# (N,)``."""
-        return self._buffers["costs"]
+    def noise(self, seed: int, call: int) -> Tensor:
+        """The noise ``# (N, H, action)`` of a call."""
+        plan = self._plan
+        plan.seed, plan.call, plan.noise = seed & 0xFFFFFFFF, call & 0xFFFFFFFF, None
+        self._run("noise_of")
+        return self._tracks.movedim(-1, 0).contiguous()
 
-    def __call__(
-        self, state: Tensor, inputs: Tensor, mean: Tensor, reference: Tensor, draw: tuple[int, int]
-    ) -> tuple[Tensor, int]:
-        """The new mean ``# (H, action)`` and the number of rollouts that were not finite; all tensors on the device."""
-        memory = torch.zeros(1) if self.filters is None else torch.as_tensor(memory_of(self.filters, 1))
-        given = {"state": state, "inputs": inputs, "mean": mean, "reference": reference, "memory": memory}
-        kept = {**self._buffers, **{name: self._on_device(value) for name, value in given.items()}}
-        for name, tensor in kept.items():
-            setattr(self._arguments, name, tensor.data_ptr())
-        self._arguments.begun = int(self.filters is not None and bool(self.filters.memories))
-        self._arguments.seed, self._arguments.call = draw[0] & 0xFFFFFFFF, draw[1] & 0xFFFFFFFF
+    def _run(self, kernel: str) -> None:
         pointers = [ctypes.c_void_p(tensor.data_ptr()) for tensor in (self._tracks, self._draws)]
-        stream = torch.cuda.current_stream(self.device).cuda_stream
-        self._function(-(-self.samples // THREADS), THREADS, stream, self._arguments, *pointers)
-        weights = weigh(self.costs, self._arguments.temperature)
-        rejected = int((~self.costs.isfinite()).sum())
-        return (mean if rejected == self.samples else self._tracks @ weights), rejected
+        self._module(kernel, -(-self.samples // THREADS), THREADS, self._plan, *pointers)

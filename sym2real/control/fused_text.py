@@ -29,6 +29,7 @@ INLINE v total_cost(const struct plan *p, TRACK track) {
     return cost + price_of(p, track);
 }
 """)
+TILE_OF = "EXPORTED int tile(void) { return TILE; }"
 AGAIN = """
 APART v again(const struct plan *p, TRACK track) {
     v worst;
@@ -43,6 +44,7 @@ def fused_text(step: Fused, machine: str = "cpu") -> str:
         step.equations, step.robot, step.cost, filtered=bool(step.filters.stages), residual=bool(step.residual)
     )
     network = [header("network.h"), residual_text(step.residual)] if step.residual else []
+    network += [TILE_OF] if step.residual and machine == "cpu" else []
     return "\n".join(
         [
             preamble(SINGLE, machine),

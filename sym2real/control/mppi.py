@@ -13,30 +13,31 @@ the paper's section "Preliminary".
 
 from __future__ import annotations
 
-import inspect
 import logging
 import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
-from typing import cast
 
 import numpy as np
-import sympy
 import torch
 from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
-from sym2real.control.backend import NO_COMPILER, Backend, equations_of, why_not_fused
+from sym2real.control import operator
+from sym2real.control.backend import NO_COMPILER, Backend, fused_step, planned_with, why_not_fused
 from sym2real.control.deadlines import Deadlines
-from sym2real.control.fused import FusedStep, Sizes, helpful_threads
+from sym2real.control.fused import FusedStep
+from sym2real.control.fused_arguments import Sizes
+from sym2real.control.fused_filters import memory_of
+from sym2real.control.fused_gpu import FusedGpuStep
 from sym2real.control.noise import covariance_factor, sample, smoothing
-from sym2real.control.plan import Plan, Seen
+from sym2real.control.plan import Plan, Seen, shift
 from sym2real.control.reference_table import ReferenceTable
 from sym2real.control.timing import samples_within
 from sym2real.control.weights import control_cost, weigh, whitened
 from sym2real.effects.filters import FilterState
-from sym2real.errors import CompilationError, ModelError
+from sym2real.errors import CompilationError, MissingDependencyError, ModelError
 from sym2real.protocols import DynamicsModel
 from sym2real.robots.robot import MPPISettings, Robot
 from sym2real.symbolic import rollout
@@ -67,8 +68,9 @@ class MPPI:
         filters: what commands go through on the way to the robot (delay, lag); none by default.
         period: seconds an action may take. Fewer samples are drawn where this machine cannot hold it, and the log
             says so. Without a compiler it is the robot's control period by default.
-        backend: "c" (the fused kernel), "torch", or "auto": the kernel where it can be; the choice is logged once.
-        threads: of the kernel; by default two where they help.
+        backend: "c" (the fused kernel: C, or CUDA on a GPU), "torch", or "auto": the kernel where it can be; the choice
+            is logged once.
+        threads: of the kernel on a processor; by default two where they help.
 
     Raises:
         ModelError: when ``backend="c"`` cannot plan with this model, with the reason.
@@ -91,7 +93,7 @@ class MPPI:
         backend: Backend = "auto",
         threads: int | None = None,
     ) -> None:
-        self.model, self.robot, self.task = with_inputs(model), robot, task
+        self.model, self.robot, self.task = planned_with(model, dtype), robot, task
         self.settings = settings or robot.mppi
         self.device, self.dtype, self.seed = torch.device(device), dtype, seed
         self.price_noise, self.filters = price_noise, filters
@@ -102,17 +104,18 @@ class MPPI:
         self._smooth = smoothing(self.horizon, robot.dt, self.settings).to(self.device, dtype)
         self._low, self._high, self._rest = (self._tensor(v) for v in (robot.low, robot.high, robot.rest))
         self._generator = torch.Generator(self.device)
-        self._table = ReferenceTable(task, robot.dt, self.horizon)
+        self._table = ReferenceTable(task, robot.dt, self.horizon, self.device)
+        self._threads = threads or 0
         self.samples = self.settings.samples
         self.deadlines = Deadlines(period or robot.dt)
-        self._fused, reason = self._choose(backend, threads)
+        self._fused, reason = self._choose(backend)
         if reason == NO_COMPILER and backend == "auto":
             period = period or robot.dt
         self.reset()
         if period is not None:
             self._hold(period)
 
-    def _choose(self, backend: Backend, threads: int | None) -> tuple[FusedStep | None, str]:
+    def _choose(self, backend: Backend) -> tuple[FusedStep | FusedGpuStep | None, str]:
         """The fused step, or why there is none."""
         reason = "torch was asked for"
         if backend != "torch":
@@ -120,28 +123,27 @@ class MPPI:
         fused = None
         if not reason:
             try:
-                fused = self._fuse(threads)
-            except (CompilationError, ModelError) as error:
+                fused = self._fuse()
+            except (CompilationError, MissingDependencyError, ModelError) as error:
                 reason = str(error)
         if fused is None and backend == "c":
             raise ModelError(f"the fused kernel cannot plan here: {reason}")
-        chosen = f"a fused C kernel, {fused.threads} thread(s)" if fused else f"torch ({reason})"
+        kind = "C" if self.device.type == "cpu" else "CUDA"
+        chosen = f"a fused {kind} kernel, {fused.threads} thread(s)" if fused else f"torch ({reason})"
         LOGGER.info("MPPI: %d samples by %s", self.samples, chosen)
         return fused, reason
 
-    def _fuse(self, threads: int | None) -> FusedStep:
-        equations = equations_of(self.model)
-        assert equations is not None and isinstance(self.task.cost, sympy.Expr)
-        fused = FusedStep(
-            equations,
+    def _fuse(self) -> FusedStep | FusedGpuStep:
+        fused = fused_step(
+            self.model,
             replace(self.robot, mppi=self.settings),
-            self.task.cost,
+            self.task,
             factor=self._factor,
-            sizes=Sizes(self.samples, self.horizon),
+            sizes=Sizes(self.samples, self.horizon, self._threads),
             filters=self.filters,
-            residual=getattr(self.model, "residual", None),
         )
-        fused.threads = helpful_threads(fused) if threads is None else threads
+        self.kernel = operator.registered(fused)
+        self._no_inputs = torch.zeros(fused.shapes["inputs"], device=self.device)
         return fused
 
     def _hold(self, period: float) -> None:
@@ -182,16 +184,15 @@ class MPPI:
         The plan is shifted by the steps since the last call, and refined in place where there are none.
         """
         started = time.perf_counter()
-        if self._step is not None:
-            self.mean = shift(self.mean, step - self._step) if step != self._step else self.mean
-        self._step = step
+        gone, self._step = 0 if self._step is None else max(step - self._step, 0), step
         if self._fused is None:
+            self.mean = shift(self.mean, gone)
             self.improve(state, step, sample(self.samples, self._smooth, self._factor, self._generator), inputs)
         else:
             self._call += 1
-            self._improve_fused(self._fused, state, step, inputs)
-        mean: Array = self.mean.cpu().numpy()[0].astype(np.float64)
-        action: Array = np.minimum(np.maximum(mean, self.robot.low), self.robot.high)
+            self._improve_fused(state, step, inputs, gone=gone)
+        first = np.array(self.mean[0].tolist())  # single precision may have rounded a limit away
+        action: Array = np.minimum(np.maximum(first, self.robot.low), self.robot.high)
         self.deadlines.note(time.perf_counter() - started)
         return action
 
@@ -199,7 +200,7 @@ class MPPI:
     def improve(self, state: ArrayLike, step: int, noise: Tensor, inputs: ArrayLike | None = None) -> Plan:
         """One update of :attr:`mean` with this noise ``# (N, H, action)``; what it saw is kept as :attr:`plan`."""
         if self._fused is not None and len(noise) == self.samples:
-            self._improve_fused(self._fused, state, step, inputs, noise.contiguous())
+            self._improve_fused(state, step, inputs, noise.contiguous())
             assert self.plan is not None
             return self.plan
         actions = torch.clamp(self.mean + noise, self._low, self._high)
@@ -216,17 +217,26 @@ class MPPI:
         return self._plan
 
     def _improve_fused(
-        self, fused: FusedStep, state: ArrayLike, step: int, inputs: ArrayLike | None, noise: Tensor | None = None
+        self, state: ArrayLike, step: int, inputs: ArrayLike | None, noise: Tensor | None = None, gone: int = 0
     ) -> None:
-        fused.state[:] = state
-        fused.inputs[:] = 0.0 if inputs is None else inputs
-        price = self.settings.temperature * whitened(self.mean, self._factor) if self.price_noise else None
-        self._seen = Seen(np.asarray(state), inputs, self.mean, noise, self._call)
-        self._plan = None
-        self.mean, rejected = fused(
-            self.mean, self._table.address(step), (self.seed, self._call), price=price, noise=noise
-        )
+        """One call of the operator; the mean is shifted by the steps that have gone by."""
+        before, price, memory = self.mean, None, None
+        if self.price_noise:
+            before, gone = shift(before, gone), 0
+            price = self.settings.temperature * whitened(before, self._factor)
+        if self.filters is not None and self.filters.memories:
+            memory = self._given(memory_of(self.filters))
+        known = self._no_inputs if inputs is None else self._given(inputs)
+        self._seen, self._plan = Seen(np.asarray(state), inputs, before, gone, noise, self._call), None
+        self.mean, self._costs, rejected = operator.plan(
+            self.kernel, self._given(state), known, self._table.after(step), before, gone, self.seed, self._call,
+            price, noise, memory,
+        )  # fmt: skip
         self._count(rejected, step)
+
+    def _given(self, values: ArrayLike) -> Tensor:
+        """What the operator takes: a copy in single precision, on the device."""
+        return torch.from_numpy(np.array(values, dtype=np.float32)).to(self.device)
 
     def _count(self, rejected: int, step: int) -> None:
         self.rejected = rejected
@@ -240,7 +250,7 @@ class MPPI:
             seen = self._seen
             noise = self._fused.noise(self.seed, seen.call) if seen.noise is None else seen.noise
             actions = torch.clamp(seen.mean + noise, self._low, self._high)
-            costs = torch.from_numpy(self._fused.costs.copy())
+            costs = self._costs
             with torch.no_grad():
                 states = self._rollout(seen.state, actions, seen.inputs)
             self._plan = Plan(states, actions, costs, weigh(costs, self.settings.temperature))
@@ -271,24 +281,5 @@ class MPPI:
             return
         if self._fused.samples != samples:
             self.samples = samples
-            self._fused = self._fuse(self._fused.threads)
-        self._improve_fused(self._fused, self.robot.start, 0, None)
-
-
-def with_inputs(model: DynamicsModel | Callable[[Tensor, Tensor], Tensor]) -> DynamicsModel:
-    """A model that takes inputs: a plain ``(state, action)`` callable is given none of them."""
-    plain = not isinstance(model, torch.nn.Module) and not hasattr(model, "rollout")
-    if plain and len(inspect.signature(model).parameters) == 2:
-        return lambda state, action, inputs=None: model(state, action)
-    return cast(DynamicsModel, model)
-
-
-def shift(mean: Tensor, steps: int) -> Tensor:
-    """A plan ``# (H, action)`` as it stands some steps later; its last action is repeated."""
-    if steps <= 0:
-        return mean
-    values, by = mean.cpu().numpy(), min(steps, len(mean) - 1)  # a few rows: NumPy is ten times as fast as torch
-    later = np.empty_like(values)
-    later[: len(later) - by] = values[by:]
-    later[len(later) - by :] = values[-1]
-    return torch.from_numpy(later).to(mean.device)
+            self._fused = self._fuse()
+        self._improve_fused(self.robot.start, 0, None)

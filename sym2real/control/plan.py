@@ -1,4 +1,4 @@
-"""What MPPI saw at one step."""
+"""What MPPI saw at one step, and how plans move on."""
 
 from __future__ import annotations
 
@@ -41,10 +41,24 @@ class Plan:
 
 @dataclass(frozen=True)
 class Seen:
-    """What a fused step was given."""
+    """What a fused step was given: the last mean, and by how many steps it was shifted."""
 
     state: Array
     inputs: ArrayLike | None
-    mean: Tensor
+    before: Tensor
+    steps: int
     noise: Tensor | None
     call: int
+
+    @property
+    def mean(self) -> Tensor:
+        """Around which was sampled ``# (H, action)``."""
+        return shift(self.before, self.steps)
+
+
+def shift(mean: Tensor, steps: int) -> Tensor:
+    """A plan ``# (H, action)`` as it stands some steps later; its last action is repeated."""
+    if steps <= 0:
+        return mean
+    by = min(steps, len(mean) - 1)
+    return torch.cat([mean[by:], mean[-1:].expand(by, -1)])

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
 import torch
-from numpy.typing import NDArray
+from torch import Tensor
 
 from sym2real.tasks import Task
 
@@ -18,19 +17,19 @@ class ReferenceTable:
         task: its reference depends on time alone.
         dt: control period in s.
         horizon: rows that are asked for at once.
+        device: where they are wanted, as float32.
     """
 
-    def __init__(self, task: Task, dt: float, horizon: int) -> None:
-        self.task, self.dt, self.horizon = task, dt, horizon
-        self._first = self._address = 0
-        self._rows: NDArray[np.float32] = np.empty((0, 0), dtype=np.float32)
+    def __init__(self, task: Task, dt: float, horizon: int, device: torch.device) -> None:
+        self.task, self.dt, self.horizon, self.device = task, dt, horizon, device
+        self._first, self._rows = 0, list[Tensor]()
 
-    def address(self, step: int) -> int:
-        """Where the references ``# (H, state)`` at the steps ``step + 1 … step + H`` lie, as float32, row after row."""
-        start = step + 1 - self._first
-        if start < 0 or start + self.horizon > len(self._rows):
-            self._first, start = step + 1, 0
-            steps = torch.arange(step + 1, step + 1 + self.horizon + AHEAD, dtype=torch.float64)
-            self._rows = np.ascontiguousarray(self.task.reference(steps * self.dt).numpy(), dtype=np.float32)
-            self._address = self._rows.ctypes.data
-        return self._address + start * self._rows.strides[0]
+    def after(self, step: int) -> Tensor:
+        """References ``# (H, state)`` at the steps ``step + 1 … step + H``, row after row."""
+        place = step + 1 - self._first
+        if not 0 <= place < len(self._rows):
+            self._first, place = step + 1, 0
+            steps = torch.arange(step + 1, step + self.horizon + AHEAD, dtype=torch.float64)
+            rows = self.task.reference(steps * self.dt).to(self.device, torch.float32).contiguous()
+            self._rows = [rows[i : i + self.horizon] for i in range(AHEAD)]
+        return self._rows[place]

@@ -28,6 +28,9 @@ typedef struct {
 } TRACK; /* (steps, actions, samples): neighbours in a warp read neighbouring numbers */
 
 #define WIDTH 1
+#define TILE 8
+#define PREFETCH(address)
+#define UNROLLED _Pragma("unroll")
 #define R(x) x##f
 #define OF_REAL(name) name##f
 #define INLINE static __device__ __forceinline__

@@ -1,4 +1,4 @@
-"""CUDA text → PTX by NVRTC (its wheel needs no GPU), and PTX → a function that runs where there is one."""
+"""CUDA text → PTX by NVRTC (its wheel needs no GPU), and PTX → kernels that run where there is one."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import ctypes
 import importlib.util
 from functools import lru_cache
 from pathlib import Path
+
+import torch
 
 from sym2real.errors import CompilationError, MissingDependencyError
 
@@ -53,28 +55,35 @@ def compile_cuda(text: str, architecture: str = OLDEST) -> bytes:
     return ptx.raw
 
 
-class CudaFunction:
-    """A function of a PTX module, in the context that torch has made current.
+class CudaModule:
+    """A CUDA text, compiled for a device and loaded there.
 
     Args:
-        ptx: from :func:`compile_cuda`.
-        name: of the kernel.
+        text: of kernels with C names.
+        device: of torch.
 
     Raises:
-        CompilationError: when the driver refuses it.
+        MissingDependencyError: without NVRTC.
+        CompilationError: when it does not compile or the driver refuses it.
     """
 
-    def __init__(self, ptx: bytes, name: str) -> None:
-        self._driver = ctypes.CDLL("libcuda.so.1")
-        module, self._function = ctypes.c_void_p(), ctypes.c_void_p()
-        self._checked(self._driver.cuModuleLoadData(ctypes.byref(module), ptx))
-        self._checked(self._driver.cuModuleGetFunction(ctypes.byref(self._function), module, name.encode()))
+    def __init__(self, text: str, device: torch.device) -> None:
+        if not torch.cuda.is_available():
+            raise CompilationError("there is no CUDA device here, or torch was built without CUDA")
+        major, minor = torch.cuda.get_device_capability(device)
+        ptx = compile_cuda(text, f"compute_{major}{minor}")
+        torch.zeros(1, device=device)  # makes the context current
+        self._device, self._driver, self._module = device, ctypes.CDLL("libcuda.so.1"), ctypes.c_void_p()
+        self._checked(self._driver.cuModuleLoadData(ctypes.byref(self._module), ptx))
 
-    def __call__(self, blocks: int, threads: int, stream: int, *arguments: ctypes.Structure | ctypes.c_void_p) -> None:
-        """Start it on a stream with so many blocks of so many threads."""
+    def __call__(self, kernel: str, blocks: int, threads: int, *arguments: ctypes.Structure | ctypes.c_void_p) -> None:
+        """Start a kernel on torch's present stream with so many blocks of so many threads."""
+        function = ctypes.c_void_p()
+        self._checked(self._driver.cuModuleGetFunction(ctypes.byref(function), self._module, kernel.encode()))
         pointers = (ctypes.c_void_p * len(arguments))(*(ctypes.addressof(one) for one in arguments))
-        launch = self._driver.cuLaunchKernel
-        self._checked(launch(self._function, blocks, 1, 1, threads, 1, 1, 0, ctypes.c_void_p(stream), pointers, None))
+        stream = ctypes.c_void_p(torch.cuda.current_stream(self._device).cuda_stream)
+        sizes = (blocks, 1, 1, threads, 1, 1, 0)
+        self._checked(self._driver.cuLaunchKernel(function, *sizes, stream, pointers, None))
 
     @staticmethod
     def _checked(code: int) -> None:

@@ -81,6 +81,13 @@ EXPORTED void plan_share(const struct plan *p, int first, int last, v *scratch, 
         EACH_LANE out[i] += sums[i][lane];
     }
 }
+/* A mean as it stands some steps later; its last row is repeated. */
+EXPORTED void shifted(const struct plan *p, const real *before, int steps, real *mean) {
+    for (int h = 0; h < p->horizon; h++) {
+        const int from = h + steps < p->horizon ? h + steps : p->horizon - 1;
+        for (int a = 0; a < ACTIONS; a++) mean[h * ACTIONS + a] = before[from * ACTIONS + a];
+    }
+}
 /* Weighted mean of all threads' sums (threads, horizon, actions); the mean stays where no rollout was finite. */
 EXPORTED int finish(const struct plan *p, int threads, const real *sums, const struct share *shares, real *mean) {
     const int count = p->horizon * ACTIONS;
@@ -100,6 +107,13 @@ EXPORTED int finish(const struct plan *p, int threads, const real *sums, const s
     }
     for (int i = 0; i < count; i++) mean[i] /= total;
     return rejected;
+}
+/* All of it on one thread: p->mean is where the new mean goes, too. */
+EXPORTED int plan_alone(
+    const struct plan *p, const real *before, int steps, v *scratch, real *sums, struct share *share, real *mean) {
+    shifted(p, before, steps, mean);
+    plan_share(p, 0, p->samples, scratch, sums, share);
+    return finish(p, 1, sums, share, mean);
 }
 /* The noise that plan_share draws, (samples, horizon, actions). */
 EXPORTED void noise_of(const struct plan *p, v *scratch, real *out) {

@@ -3,11 +3,17 @@
  * cuda.h gives the same names for the one sample of a thread. */
 #if defined(__AVX512F__)
 #define BYTES 64
+#define TILE 16 /* sums that a layer of a network keeps in registers */
 #elif defined(__AVX__)
 #define BYTES 32
 #else
 #define BYTES 16
 #endif
+#if !defined(TILE)
+#define TILE 8
+#endif
+#define PREFETCH(address) __builtin_prefetch(address)
+#define UNROLLED _Pragma("GCC unroll 16")
 #if SINGLE
 typedef float real;
 typedef int integer;

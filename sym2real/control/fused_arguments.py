@@ -1,0 +1,151 @@
+"""What a compiled step of MPPI is given: the C structure, its constant numbers, and checks of the tensors of a call."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from sym2real.control.fused_problem import Fused
+from sym2real.control.noise import smoothing
+from sym2real.errors import ShapeError
+
+LINE = 64  # bytes: buffers start where a vector may
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """How much is sampled: rollouts, steps of each, threads that share the rollouts (0: as many as help)."""
+
+    samples: int
+    horizon: int
+    threads: int = 1
+
+
+class Call(NamedTuple):
+    """What a step is given: float32, contiguous, on its device.
+
+    Args:
+        state: measured ``# (state,)``.
+        inputs: held over the horizon ``# (inputs,)``.
+        reference: after each step ``# (H, state)``.
+        mean: of the last plan ``# (H, action)``.
+        steps: by which it is shifted first; its last row is repeated.
+        seed: of the kernel's own noise.
+        call: the noise of every call is another one.
+        price: λ Σ⁻¹ of the shifted mean ``# (H, action)``, where noise is priced.
+        noise: ``# (N, H, action)`` instead of the kernel's own.
+        memory: of the command filters, in their order ``# (size,)``; None before anything was sent.
+    """
+
+    state: Tensor
+    inputs: Tensor
+    reference: Tensor
+    mean: Tensor
+    steps: int
+    seed: int
+    call: int
+    price: Tensor | None = None
+    noise: Tensor | None = None
+    memory: Tensor | None = None
+
+
+class PlanArguments(ctypes.Structure):
+    """``struct plan`` of plan.h."""
+
+    _fields_ = (
+        *((name, ctypes.c_void_p) for name in ("state", "inputs", "reference", "memory", "weights")),
+        *((name, ctypes.c_void_p) for name in ("mean", "low", "high", "factor", "smooth", "price", "noise", "costs")),
+        ("temperature", ctypes.c_float),
+        ("correlation", ctypes.c_float),
+        ("fresh", ctypes.c_float),
+        ("seed", ctypes.c_uint32),
+        ("call", ctypes.c_uint32),
+        *((name, ctypes.c_int) for name in ("samples", "horizon", "draws", "begun")),
+    )
+
+
+def arguments_of(step: Fused, sizes: Sizes, constants: Mapping[str, Tensor]) -> PlanArguments:
+    """The structure with what stays the same from call to call; the constants must outlive it."""
+    settings = step.robot.mppi
+    kept = math.exp(-step.robot.dt / settings.correlation) if step.sampling.colour == 1 else 0.0
+    return PlanArguments(
+        temperature=settings.temperature,
+        correlation=kept,
+        fresh=math.sqrt(1.0 - kept**2),
+        samples=sizes.samples,
+        horizon=sizes.horizon,
+        draws=constants["smooth"].shape[1],
+        **{name: tensor.data_ptr() for name, tensor in constants.items()},
+    )
+
+
+def constants_of(step: Fused, factor: Tensor, horizon: int, weights: NDArray[np.float32] | None) -> dict[str, Tensor]:
+    """Limits, factor of the covariance, matrix over the horizon and weights of a residual, in aligned memory."""
+    knots = step.sampling.colour == 2
+    smooth = smoothing(horizon, step.robot.dt, step.robot.mppi) if knots else torch.zeros(1, horizon)
+    given = {
+        "low": step.robot.low,
+        "high": step.robot.high,
+        "factor": factor.cpu().numpy(),
+        "smooth": smooth.numpy(),
+        "weights": np.zeros(0) if weights is None else weights,
+    }
+    return {name: aligned(np.asarray(values)) for name, values in given.items()}
+
+
+class Operands:
+    """Tensors of a call, checked: the kernel reads their memory as it lies.
+
+    Args:
+        step: what is computed.
+        sizes: of the sampling.
+        device: where tensors must be.
+    """
+
+    def __init__(self, step: Fused, sizes: Sizes, device: torch.device) -> None:
+        actions, states = len(step.robot.layouts.action), len(step.robot.layouts.state)
+        steps = (sizes.horizon, actions)
+        self.device = device
+        self.shapes: dict[str, tuple[int, ...]] = {
+            "state": (states,),
+            "inputs": (len(step.equations.layouts.inputs),),
+            "reference": (sizes.horizon, states),
+            "mean": steps,
+            "price": steps,
+            "noise": (sizes.samples, *steps),
+            "memory": (step.filters.size,),
+        }
+
+    def pointer(self, name: str, tensor: Tensor | None) -> int | None:
+        """Address of a tensor's numbers; None for None.
+
+        Raises:
+            ShapeError: for another shape, precision, device or order in memory.
+        """
+        if tensor is None:
+            return None
+        if tensor.shape != self.shapes[name]:
+            raise ShapeError(f"{name}: expected the shape {self.shapes[name]}, found {tuple(tensor.shape)}")
+        if tensor.dtype is not torch.float32 or tensor.device != self.device or not tensor.is_contiguous():
+            found = f"{tensor.dtype} on {tensor.device}{'' if tensor.is_contiguous() else ', strided'}"
+            raise ShapeError(f"{name}: expected contiguous torch.float32 on {self.device}, found {found}")
+        return tensor.data_ptr()
+
+
+def aligned(content: int | NDArray[np.floating]) -> Tensor:
+    """A float32 tensor on the processor that starts at a cache line: zeros of that size, or a copy."""
+    shape = (content,) if isinstance(content, int) else content.shape
+    raw = np.zeros(4 * math.prod(shape) + LINE, dtype=np.uint8)
+    start = -raw.ctypes.data % LINE
+    array = raw[start : start + 4 * math.prod(shape)].view(np.float32).reshape(shape)
+    if not isinstance(content, int):
+        array[:] = content
+    return torch.from_numpy(array)

@@ -3,7 +3,8 @@
 Regression fits single steps. Over a second, errors of a step add up: a car's base may answer its speed command a fifth
 too slowly and still be a good one-step model. Effects that describe such an error exist for few of them, and what they
 leave hides small effects of the real robot. So the numbers in the base's equations, not their form, are fitted to the
-simulator's flights, which have no noise, by the estimator that reads the logs.
+simulator's flights, which have no noise, by the estimator that reads the logs. It compares velocities here, which have
+no noise either: a velocity that positions alone bind may drift off by a tenth, and a force, which acts on it, with it.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import torch
 from sym2real.diagnosis.fit import Problems
 from sym2real.diagnosis.library import Library, Slot, shielded
 from sym2real.diagnosis.overfit import improved
-from sym2real.diagnosis.segments import compared_components, component_noise
+from sym2real.diagnosis.segments import Segments, component_noise, cut, with_velocities
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.whitening import LEAST, Spread
 from sym2real.effects.kind import Parameter
@@ -38,11 +39,11 @@ def refined(library: Library, flown: Dataset, logs: Dataset) -> Equations:
         flown: the plain simulator along the logs.
         logs: whose sensors' noise says what matters.
     """
-    noise = component_noise(logs)[list(compared_components(logs.layouts.state)[0])]
-    if _misfit(_weighed(library, flown, noise), library.null) < GOOD:
+    noise = component_noise(logs)
+    if _misfit(_weighed(library, cut(flown), flown, noise), library.null) < GOOD:
         return library.base
     constants = _of_constants(library.base)
-    problems, start = _weighed(constants, flown, noise), constants.null
+    problems, start = _weighed(constants, with_velocities(cut(flown)), flown, noise), constants.null
     values, free = start, tuple((place,) for place in range(len(constants.slots)))
     for _ in range(STEPS):
         values, moved = improved(problems, free, values, start)
@@ -52,12 +53,13 @@ def refined(library: Library, flown: Dataset, logs: Dataset) -> Equations:
     return library.base.lift_constants().at(**found)
 
 
-def _weighed(library: Library, flown: Dataset, noise: Array) -> Problems:
-    """Errors weigh by the sensors' noise alone: what the simulator does, nothing disturbs."""
-    problem = Problem(library, flown)
+def _weighed(library: Library, segments: Segments, flown: Dataset, noise: Array) -> Problems:
+    """Errors weigh by the sensors' noise alone ``# (tangent,)``: what the simulator does, nothing disturbs."""
+    problem = Problem(library, flown, segments)
     spread = Spread.of(problem, library.null)
     power = torch.full((len(spread.names),), LEAST, dtype=torch.float64)
-    return Problems.of(problem, spread.whitening(torch.as_tensor(noise).square(), power))
+    sensor = torch.as_tensor(noise[list(segments.compared)]).square()
+    return Problems.of(problem, spread.whitening(sensor, power))
 
 
 def _misfit(problems: Problems, values: torch.Tensor) -> float:

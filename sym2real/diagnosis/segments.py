@@ -6,7 +6,7 @@ left out, because logs have them by differencing what is compared already.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -126,13 +126,21 @@ def cut(data: Dataset) -> Segments:
     )
 
 
-def compared_components(layout: Layout) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Tangent positions of what is compared, and the number of the field of each."""
+def with_velocities(segments: Segments) -> Segments:
+    """The same pieces with velocities compared as well, of data in which they are no differences of positions."""
+    compared, channel = compared_components(segments.layout, (*COMPARED, "velocity"))
+    return replace(segments, compared=compared, channel=channel)
+
+
+def compared_components(
+    layout: Layout, names: Collection[str] = COMPARED
+) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Tangent positions of what is compared, fields of these names, and the number of the field of each."""
     compared: list[int] = []
     channel: list[int] = []
     position = 0
     for number, field in enumerate(layout.fields):
-        if field.name in COMPARED and not field.hidden:
+        if field.name in names and not field.hidden:
             compared += range(position, position + field.tangent_size)
             channel += [number] * field.tangent_size
         position += field.tangent_size

@@ -12,6 +12,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from sym2real.diagnosis.calibrate import Calibration
 from sym2real.diagnosis.candidates import Candidate, candidates
 from sym2real.diagnosis.findings import Finding, findings
 from sym2real.diagnosis.floor import Floor, floor_of_explained
@@ -185,7 +186,7 @@ def try_effect(
     steps = Steps.of(weighed.library, selection, same=held_out is None)
     horizons = steps.horizons(scored_logs, horizon)
     return Tried(
-        finding=_finding(selection, rivals if supported else (), weighed.problems.block_count < FEWEST_BLOCKS),
+        finding=_finding(selection, rivals if supported else (), weighed.calibration),
         supported=supported,
         gain=gain,
         rivals=tuple(rival for rival in rivals if rival.gain > max(GAIN, WORTH_A_LINE * gain))[:MOST_RIVALS],
@@ -230,9 +231,10 @@ def _rivals(selection: Selection, others: list[Candidate]) -> tuple[Rival, ...]:
     return tuple(found)
 
 
-def _finding(selection: Selection, rivals: Iterable[Rival], provisional: bool) -> Finding:
-    (own,) = selection.chosen
+def _finding(selection: Selection, rivals: Iterable[Rival], calibration: Calibration | None) -> Finding:
+    (own,), problems = selection.chosen, selection.problems
     alike = (rival.effect for rival in rivals if rival.as_good)
     group = tuple(dict.fromkeys([*own.alike, *always_alike(own.name, selection), *alike]))
-    (found,) = findings(selection, {own.name: group}, selection.problems.whitening.freedom, provisional)
+    provisional = problems.block_count < FEWEST_BLOCKS
+    (found,) = findings(selection, {own.name: group}, problems.whitening.freedom, provisional, calibration)
     return found

@@ -18,7 +18,7 @@ from torch import Tensor
 
 from sym2real.control import GeometricQuadrotor, PurePursuit
 from sym2real.diagnosis.candidates import Candidate
-from sym2real.diagnosis.fit import Fit, Hypothesis, Problems
+from sym2real.diagnosis.fit import Fit, Free, Hypothesis, Problems
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.whitening import Spread, Whitening
@@ -113,6 +113,15 @@ class Calibration:
     spread: Spread
     whitening: Whitening
     origin: Tensor
+
+    def scores(self, free: Free) -> dict[str, Tensor]:
+        """Half the loss's derivative by parameters ``# (A,)``, mean over the segments of every log, by its name."""
+        here = Hypothesis(free, self.origin)
+        (fit,) = Problems.of(self.problem, self.whitening).quadratics([here], with_nuisance=False)
+        names = [self.problem.data[log].name for log in self.problem.segments.log]
+        return {
+            name: fit.gradient[torch.tensor([one == name for one in names])].mean(0) for name in dict.fromkeys(names)
+        }
 
 
 def calibrated(library: Library, candidates: Sequence[Candidate], data: Dataset, variances: Whitening) -> Calibration:

@@ -161,7 +161,7 @@ def _answer(
     gate = steps.gate(library, scored)
     groups = groups_of(selection)
     provisional = problems.block_count < FEWEST_BLOCKS
-    found = tuple(findings(selection, groups, freedom, provisional)) if selection.chosen else ()
+    found = tuple(findings(selection, groups, freedom, provisional, weighed.calibration)) if selection.chosen else ()
     rest = Rest.of(problems.problem, weighed.spread, problems.whitening, selection.fit.values)
     own = weighed.calibration
     of_the_base = None if own is None else lambda: Rest.of(own.problem, own.spread, own.whitening, own.origin)

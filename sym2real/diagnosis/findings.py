@@ -6,14 +6,16 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import torch
-from scipy import stats
 
+from sym2real.diagnosis.calibrate import Calibration
 from sym2real.diagnosis.candidates import Candidate
+from sym2real.diagnosis.cleaned import cleaned
 from sym2real.diagnosis.deviations import reported
+from sym2real.diagnosis.fit import Fit
 from sym2real.diagnosis.importance import by_importance
 from sym2real.diagnosis.nuisance import BY_TORQUE, STIFFNESS
 from sym2real.diagnosis.select import Selection
-from sym2real.diagnosis.significance import covariance
+from sym2real.diagnosis.significance import half_widths
 from sym2real.effects import Effect
 from sym2real.effects.voltage import REFERENCE, VOLTAGE, with_voltage
 from sym2real.symbolic import Equations
@@ -81,18 +83,16 @@ class Finding:
         return equations if self.voltage is None else with_voltage(equations, self.voltage)
 
 
-def estimates(selection: Selection, one: Candidate) -> dict[str, dict[str, Estimate]]:
-    """Values of a chosen candidate by effect and parameter."""
-    fit, library = selection.fit, selection.problems.problem.library
-    spread = covariance(selection.problems, fit).diagonal().clamp_min(0).sqrt()
-    quantile = float(stats.t.ppf(0.975, max(1, selection.problems.block_count - 1)))
+def estimates(selection: Selection, one: Candidate, fit: Fit) -> dict[str, dict[str, Estimate]]:
+    """Values of a chosen candidate in a fit of all, by effect and parameter."""
+    library, halves = selection.problems.problem.library, half_widths(selection.problems, fit)
     found: dict[str, dict[str, Estimate]] = {}
     for place, tied in zip(selection.places(selection.chosen, one), one.free, strict=True):
         for index in tied:
             of, slot = library.slots[index].effect, library.slots[index].parameter
             origin = float(selection.origin[index])
             value = reported(float(fit.values[index]), origin, slot.null)
-            half = float(spread[place]) * slot.scale * quantile
+            half = float(halves[place]) * slot.scale
             reference = value - slot.null if slot.null in (0.0, 1.0) else value
             floor = (INTERVAL_FLOOR**2 + (STIFFNESS if of in BY_TORQUE else 0.0) ** 2) ** 0.5
             half = (half**2 + (floor * reference) ** 2) ** 0.5
@@ -100,9 +100,9 @@ def estimates(selection: Selection, one: Candidate) -> dict[str, dict[str, Estim
     return found
 
 
-def spread_over_logs(selection: Selection, one: Candidate) -> dict[str, float]:
+def spread_over_logs(selection: Selection, one: Candidate, fit: Fit) -> dict[str, float]:
     """Standard deviation over logs of each parameter when every log fits its own, in its unit."""
-    problems, fit = selection.problems, selection.fit
+    problems = selection.problems
     log = torch.as_tensor(problems.problem.segments.log)
     steps = []
     for index in log.unique():
@@ -119,10 +119,23 @@ def spread_over_logs(selection: Selection, one: Candidate) -> dict[str, float]:
 
 
 def findings(
-    selection: Selection, groups: dict[str, tuple[str, ...]], freedom: int, provisional: bool
+    selection: Selection,
+    groups: dict[str, tuple[str, ...]],
+    freedom: int,
+    provisional: bool,
+    own: Calibration | None,
 ) -> list[Finding]:
-    """All chosen effects, in order of importance, each with its share in that order."""
+    """All chosen effects, in order of importance, each with its share in that order.
+
+    Args:
+        selection: what was found.
+        groups: by name of a candidate, effects that the data cannot tell from it.
+        freedom: whitened squares that nobody can explain.
+        provisional: whether there are too few independent pieces of data for a test.
+        own: the base against the plain simulator, if there is one.
+    """
     library, problems = selection.problems.problem.library, selection.problems
+    fit = cleaned(problems, selection.fit, own)
     ordered = by_importance(selection)
     base = float(problems.whitening.loss(problems.problem.residuals(selection.origin[None])).sum())
     losses = [base, *(stage.total for _, stage in ordered)]
@@ -130,8 +143,8 @@ def findings(
     found = []
     for number, (one, _) in enumerate(ordered):
         share = max(0.0, (losses[number] - losses[number + 1]) / excess)
-        logs = spread_over_logs(selection, one)
-        for key, parameters in estimates(selection, one).items():
+        logs = spread_over_logs(selection, one, fit)
+        for key, parameters in estimates(selection, one, fit).items():
             effect: Effect = library.effects[key]
             group = tuple(dict.fromkeys((key, *groups.get(one.name, ()))))
             found.append(

@@ -132,9 +132,7 @@ def with_velocities(segments: Segments) -> Segments:
     return replace(segments, compared=compared, channel=channel)
 
 
-def compared_components(
-    layout: Layout, names: Collection[str] = COMPARED
-) -> tuple[tuple[int, ...], tuple[int, ...]]:
+def compared_components(layout: Layout, names: Collection[str] = COMPARED) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Tangent positions of what is compared, fields of these names, and the number of the field of each."""
     compared: list[int] = []
     channel: list[int] = []

@@ -73,6 +73,31 @@ def covariance(problems: Problems, fit: Fit, clusters: NDArray[np.int64] | None 
     return result
 
 
+def half_widths(problems: Problems, fit: Fit) -> Tensor:
+    """Half-widths of 95 % intervals of the free parameters in units of their scale ``# (A,)``.
+
+    The wider of two Student intervals: on blocks of a second, which are many, and on logs, which have a trim of their
+    own. A parameter that few logs tell has few degrees of freedom there: 1/Σ s² - 1, s the shares of the logs in its
+    variance (Satterthwaite's for unequal variances).
+
+    Args:
+        problems: what was fitted.
+        fit: at its best.
+    """
+    blocks = covariance(problems, fit).diagonal().clamp_min(0).sqrt()
+    half = blocks * float(stats.t.ppf(0.975, max(1, problems.block_count - 1)))
+    if problems.log_count < FEWEST_LOGS:
+        return half
+    log = torch.as_tensor(np.unique(problems.problem.segments.log, return_inverse=True)[1])
+    inverse = torch.linalg.pinv(fit.curvature.sum(0), hermitian=True)
+    zeros = torch.zeros(problems.log_count, len(inverse), dtype=torch.float64)
+    moves = zeros.index_add(0, log, fit.gradient) @ inverse
+    shares = zeros.index_add(0, log, (inverse @ fit.curvature @ inverse).diagonal(dim1=1, dim2=2))
+    number = (shares.sum(0).square() / shares.square().sum(0).clamp_min(1e-300)).clamp_min(2.0)
+    deviation = (moves.square().sum(0) * number / (number - 1)).sqrt()
+    return torch.maximum(half, deviation * torch.as_tensor(stats.t.ppf(0.975, (number - 1).numpy())))
+
+
 def p_value(
     problems: Problems, fit: Fit, places: Sequence[int], null: Tensor, clusters: NDArray[np.int64] | None = None
 ) -> float:

@@ -1,0 +1,92 @@
+"""Values and intervals of findings: what the base's own errors contribute is taken away, and trim is heeded."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+import torch
+
+from sym2real.diagnosis import calibrate
+from sym2real.diagnosis.candidates import candidates, library_for
+from sym2real.diagnosis.cleaned import cleaned
+from sym2real.diagnosis.fit import Fit, Hypothesis, Problems
+from sym2real.diagnosis.library import Library
+from sym2real.diagnosis.refine import refined
+from sym2real.diagnosis.segments import cut, with_velocities
+from sym2real.diagnosis.sensitivity import Problem
+from sym2real.diagnosis.significance import half_widths
+from sym2real.diagnosis.weighing import whiten
+from sym2real.effects import effect
+from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.plants import MujocoPlant
+from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.symbolic import Equations, symbol
+from sym2real.trajectory import Dataset
+
+LOGS, ROWS, OWN = 8, 130, 0.002  # N, constant force that the wrong base has
+
+
+@pytest.fixture(scope="module")
+def drives() -> Dataset:
+    return simulate_case(Case("mushr"), LOGS, ROWS)
+
+
+def _fit(base: Equations, data: Dataset, key: str) -> tuple[Problems, Fit, calibrate.Calibration]:
+    """One effect fitted, with a calibration that knows no effect of the base's own."""
+    library = Library.of(base, [effect(key, base)])
+    problem = Problem(library, data)
+    _, whitening = whiten(problem, candidates(library, data))
+    problems = Problems.of(problem, whitening)
+    free = tuple((slot,) for slot in range(len(library.slots)))
+    (fit,) = problems.fit([Hypothesis(free, library.null)], 4)
+    flown = calibrate.simulated(MujocoPlant(CRAZYFLIE), data)
+    assert flown is not None
+    return problems, fit, calibrate.calibrated(library, [], flown, whitening)
+
+
+def test_a_push_that_the_base_alone_has_is_not_the_robots() -> None:
+    right = CRAZYFLIE.nominal()
+    wrong = right.substitute({"fx": symbol("fx") + OWN})
+    data = simulate_case(Case("crazyflie", (("wind", {"fx": 0.02, "fy": 0.01}),), 3), LOGS, ROWS)
+    values = []
+    for base in (right, wrong):
+        problems, fit, own = _fit(base, data, "wind")
+        values += [float(fit.values[0]), float(cleaned(problems, fit, own).values[0])]
+    assert values[2] == pytest.approx(values[0] - OWN, rel=0.01)
+    assert values[3] == pytest.approx(values[1], rel=0.005)
+    assert cleaned(problems, fit, None) is fit
+
+
+def test_intervals_hold_a_value_that_trim_scatters_from_run_to_run(drives: Dataset) -> None:
+    base = MUSHR.nominal()
+    library = library_for(base, drives, ("*",), ("gain:speed", "offset:steer"))
+    problem = Problem(library, drives)
+    _, whitening = whiten(problem, ())
+    problems, free = Problems.of(problem, whitening), ((0,), (1,))
+    (fit,) = problems.quadratics([Hypothesis(free, library.null)])
+    generator = torch.Generator().manual_seed(0)
+    log, whole, inside = torch.as_tensor(problem.segments.log), fit.curvature.sum(0), []
+    for _ in range(300):
+        # Every run has its own value, and every segment its noise, whose variance is the curvature.
+        own = 3.0 * torch.linalg.inv(whole).diagonal().sqrt() * torch.randn(LOGS, 2, generator=generator).double()
+        noise = torch.randn(len(log), 2, 1, generator=generator).double()
+        scores = (torch.linalg.cholesky(fit.curvature + 1e-9 * whole) @ noise)[..., 0]
+        scores -= torch.einsum("sab,sb->sa", fit.curvature, own[log])
+        step = torch.linalg.solve(whole, -scores.sum(0))
+        drawn = replace(fit, gradient=scores + torch.einsum("sab,b->sa", fit.curvature, step))
+        inside.append(step.abs() <= half_widths(problems, drawn))
+    assert torch.stack(inside).double().mean(0).min() > 0.93
+
+
+def test_a_refined_base_keeps_its_velocities(drives: Dataset) -> None:
+    wrong = MUSHR.nominal().substitute({"speed": 0.93 * symbol("speed")})
+    flown = calibrate.simulated(MujocoPlant(MUSHR), drives)
+    assert flown is not None
+    segments, missed = with_velocities(cut(flown)), []
+    for base in (wrong, refined(Library.of(wrong, []), flown, drives)):
+        problem = Problem(Library.of(base, []), flown, segments)
+        errors = problem.residuals(problem.library.null[None]).reshape(-1, len(segments.compared))
+        places = [i for i, n in enumerate(segments.channel) if segments.layout.fields[n].name == "velocity"]
+        missed.append(float(errors[:, places].square().mean().sqrt()))
+    assert missed[1] < 0.7 * missed[0]  # from positions alone it would double

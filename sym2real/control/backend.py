@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import logging
 from collections.abc import Callable
 from typing import Literal, cast
 
@@ -18,14 +19,17 @@ from sym2real.control.fused_problem import Fused, Sampling
 from sym2real.control.fused_residual import sizes_of
 from sym2real.effects.filters import FilterState
 from sym2real.effects.visible import VisibleModel, visible_state
-from sym2real.errors import ModelError
+from sym2real.errors import CompilationError, MissingDependencyError, ModelError
 from sym2real.native import find_compiler
 from sym2real.protocols import DynamicsModel
 from sym2real.robots.robot import Robot
 from sym2real.symbolic import Equations, read_back
+from sym2real.symbolic.level_rollout import FEW, LevelRollout
 from sym2real.tasks import Task
 
+LOGGER = logging.getLogger(__name__)
 Backend = Literal["auto", "c", "torch"]
+Step = FusedStep | FusedGpuStep
 NO_COMPILER = "there is no C compiler here (install gcc or clang, or name one by CC)"
 
 
@@ -74,7 +78,7 @@ def why_not_fused(model: object, robot: Robot, task: Task, device: torch.device,
 
 def fused_step(
     model: object, robot: Robot, task: Task, *, factor: Tensor, sizes: Sizes, filters: FilterState | None
-) -> FusedStep | FusedGpuStep:
+) -> Step:
     """The kernel for a model, on the device of the noise's factor.
 
     Args:
@@ -102,3 +106,39 @@ def fused_step(
     made = FusedStep(step, factor=factor, sizes=sizes, residual=residual)
     made.threads = sizes.threads or helpful_threads(made)
     return made
+
+
+def choose(backend: Backend, reason: str, fuse: Callable[[], Step]) -> tuple[Step | None, str]:
+    """The fused step, or why there is none; said once in the log.
+
+    Args:
+        backend: what was asked for.
+        reason: why it cannot be; empty where nothing speaks against it.
+        fuse: makes it.
+
+    Raises:
+        ModelError: when the kernel was asked for and cannot be had.
+    """
+    fused, reason = None, "torch was asked for" if backend == "torch" else reason
+    if not reason:
+        try:
+            fused = fuse()
+        except (CompilationError, MissingDependencyError, ModelError) as error:
+            reason = str(error)
+    if fused is None and backend == "c":
+        raise ModelError(f"the fused kernel cannot plan here: {reason}")
+    LOGGER.info("MPPI plans by %s", f"torch ({reason})" if fused is None else fused.description)
+    return fused, reason
+
+
+def level_rollout(model: object, sizes: Sizes, device: torch.device, dtype: torch.dtype) -> LevelRollout | None:
+    """Torch's quickest rollout of few samples; None where there is none for this model, device or precision."""
+    equations = equations_of(model)
+    if equations is None or hasattr(model, "residual") or sizes.samples > FEW:
+        return None
+    if device.type != "cpu" or dtype != torch.float32 or visible_state(equations) != equations.layouts.state:
+        return None
+    try:
+        return LevelRollout(equations, sizes.samples, sizes.horizon)
+    except ModelError:  # conditions
+        return None

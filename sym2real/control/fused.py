@@ -65,6 +65,11 @@ class FusedStep:
         self.threads = sizes.threads or 1
 
     @property
+    def description(self) -> str:
+        """For the log."""
+        return f"a fused C kernel, {self.threads} thread(s)"
+
+    @property
     def threads(self) -> int:
         """How many share the rollouts; the caller's is one of them."""
         return len(self._ranges)

@@ -37,7 +37,7 @@ class FusedGpuStep:
         ModelError: when the equations, the cost or a filter have no fused form.
     """
 
-    threads = 1  # of the processor
+    description = "a fused CUDA kernel"
 
     def __init__(
         self,

@@ -17,7 +17,6 @@ import logging
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cached_property
 
 import numpy as np
 import torch
@@ -25,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
 from sym2real.control import operator
-from sym2real.control.backend import NO_COMPILER, Backend, fused_step, planned_with, why_not_fused
+from sym2real.control.backend import NO_COMPILER, Backend, choose, fused_step, planned_with, why_not_fused
 from sym2real.control.deadlines import Deadlines
 from sym2real.control.fused import FusedStep
 from sym2real.control.fused_arguments import Sizes
@@ -35,17 +34,14 @@ from sym2real.control.noise import covariance_factor, sample, smoothing
 from sym2real.control.plan import Plan, Seen, shift
 from sym2real.control.reference_table import ReferenceTable
 from sym2real.control.timing import samples_within
+from sym2real.control.torch_step import TorchStep
 from sym2real.control.weights import control_cost, weigh, whitened
 from sym2real.effects.filters import FilterState
-from sym2real.errors import CompilationError, MissingDependencyError, ModelError
 from sym2real.protocols import DynamicsModel
 from sym2real.robots.robot import MPPISettings, Robot
-from sym2real.symbolic import rollout
 from sym2real.tasks import Task
-from sym2real.tasks.cost import running_cost
 
 Array = NDArray[np.float64]
-RunningCost = Callable[[Tensor, Tensor, Tensor], Tensor]
 
 LOGGER = logging.getLogger(__name__)
 
@@ -97,41 +93,24 @@ class MPPI:
         self.settings = settings or robot.mppi
         self.device, self.dtype, self.seed = torch.device(device), dtype, seed
         self.price_noise, self.filters = price_noise, filters
-        self.horizon = max(1, round(self.settings.horizon / robot.dt))
         self._factor = covariance_factor(self.settings.noise if noise_covariance is None else noise_covariance).to(
             self.device, dtype
         )
+        self._torch = TorchStep(self.model, robot, task, settings=self.settings, filters=filters, kind=self._factor)
+        self.horizon = self._torch.horizon
         self._smooth = smoothing(self.horizon, robot.dt, self.settings).to(self.device, dtype)
-        self._low, self._high, self._rest = (self._tensor(v) for v in (robot.low, robot.high, robot.rest))
+        self._low, self._high, self._rest = map(self._torch.tensor, (robot.low, robot.high, robot.rest))
         self._generator = torch.Generator(self.device)
         self._table = ReferenceTable(task, robot.dt, self.horizon, self.device)
         self._threads = threads or 0
         self.samples = self.settings.samples
         self.deadlines = Deadlines(period or robot.dt)
-        self._fused, reason = self._choose(backend)
+        self._fused, reason = choose(backend, why_not_fused(self.model, robot, task, self.device, dtype), self._fuse)
         if reason == NO_COMPILER and backend == "auto":
             period = period or robot.dt
         self.reset()
         if period is not None:
             self._hold(period)
-
-    def _choose(self, backend: Backend) -> tuple[FusedStep | FusedGpuStep | None, str]:
-        """The fused step, or why there is none."""
-        reason = "torch was asked for"
-        if backend != "torch":
-            reason = why_not_fused(self.model, self.robot, self.task, self.device, self.dtype)
-        fused = None
-        if not reason:
-            try:
-                fused = self._fuse()
-            except (CompilationError, MissingDependencyError, ModelError) as error:
-                reason = str(error)
-        if fused is None and backend == "c":
-            raise ModelError(f"the fused kernel cannot plan here: {reason}")
-        kind = "C" if self.device.type == "cpu" else "CUDA"
-        chosen = f"a fused {kind} kernel, {fused.threads} thread(s)" if fused else f"torch ({reason})"
-        LOGGER.info("MPPI: %d samples by %s", self.samples, chosen)
-        return fused, reason
 
     def _fuse(self) -> FusedStep | FusedGpuStep:
         fused = fused_step(
@@ -150,11 +129,6 @@ class MPPI:
         """Draw fewer samples where the period asks for it."""
         self.samples = samples_within(period, self.samples, self._trial)
         self.reset()
-
-    @cached_property
-    def cost(self) -> RunningCost:
-        """The task's cost over a batch: states, actions, references → ``# (...,)``."""
-        return running_cost(self.task, self.robot.layouts)
 
     @property
     def backend(self) -> str:
@@ -176,7 +150,7 @@ class MPPI:
     def remember(self, sent: ArrayLike) -> None:
         """Advance the memory of the command filters; without any there is nothing to note."""
         if self.filters is not None:
-            self.filters.remember(self._tensor(sent))
+            self.filters.remember(self._torch.tensor(sent))
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Action ``# (action,)`` within the limits, for a state ``# (state,)`` at time ``step · dt``.
@@ -204,15 +178,13 @@ class MPPI:
             assert self.plan is not None
             return self.plan
         actions = torch.clamp(self.mean + noise, self._low, self._high)
-        states = self._rollout(state, actions, inputs)
-        costs = self.cost(states, actions, self._reference(step)).sum(-1)
+        price = None
         if self.price_noise:
-            costs = costs + control_cost(self.mean, actions - self.mean, self._factor, self.settings.temperature)
-        costs = costs.masked_fill(~states.sum((-2, -1)).isfinite(), torch.inf)
-        self._plan = Plan(states, actions, costs, weigh(costs, self.settings.temperature))
+            price = control_cost(self.mean, actions - self.mean, self._factor, self.settings.temperature)
+        self._plan = self._torch.plan(state, step, actions, inputs, price)
         self._seen = None
         self._count(self._plan.rejected, step)
-        if self.rejected < len(costs):
+        if self.rejected < len(noise):
             self.mean = torch.einsum("n,nha->ha", self._plan.weights, actions)
         return self._plan
 
@@ -252,28 +224,14 @@ class MPPI:
             actions = torch.clamp(seen.mean + noise, self._low, self._high)
             costs = self._costs
             with torch.no_grad():
-                states = self._rollout(seen.state, actions, seen.inputs)
+                states = self._torch.rollout(seen.state, actions, seen.inputs)
             self._plan = Plan(states, actions, costs, weigh(costs, self.settings.temperature))
         return self._plan
 
     @torch.no_grad()
     def predict(self, state: ArrayLike, inputs: ArrayLike | None = None) -> Tensor:
         """States ``# (H, state)`` that the model expects under the present mean."""
-        return self._rollout(state, self.mean[None], inputs)[0]
-
-    def _rollout(self, state: ArrayLike, actions: Tensor, inputs: ArrayLike | None) -> Tensor:
-        start = self._tensor(state).expand(len(actions), -1)
-        known = None if inputs is None else self._tensor(inputs)
-        if self.filters is not None:
-            actions = self.filters.apply(actions)
-        return rollout(self.model, start, actions, known, normalise=self.robot.layouts.state.normalise)
-
-    def _reference(self, step: int) -> Tensor:
-        steps = torch.arange(step + 1, step + 1 + self.horizon, dtype=torch.float64)
-        return self.task.reference(steps * self.robot.dt).to(self.device, self.dtype)  # (H, state)
-
-    def _tensor(self, values: ArrayLike) -> Tensor:
-        return torch.as_tensor(np.asarray(values), dtype=self.dtype, device=self.device)
+        return self._torch.rollout(state, self.mean[None], inputs)[0]
 
     def _trial(self, samples: int) -> None:
         if self._fused is None:

@@ -24,7 +24,7 @@ from sym2real.symbolic.source import function_source, model_source
 
 
 @lru_cache(maxsize=256)
-def _class_from_source(source: str, name: str) -> type[nn.Module]:
+def class_from_source(source: str, name: str) -> type[nn.Module]:
     """The class that a text defines. TorchScript reads source through ``linecache``: no file is written."""
     label = f"sym2real_generated_{hashlib.sha256(source.encode()).hexdigest()[:16]}"
     file = f"<{label}>"
@@ -45,7 +45,7 @@ def script(module: nn.Module) -> torch.jit.ScriptModule:
 
 def build_module(equations: Equations, trainable: bool = False) -> nn.Module:
     """Plain module of the equations, for ``torch.export`` and as the text's meaning; see :func:`compile_model`."""
-    module = _class_from_source(model_source(equations), "Dynamics")()
+    module = class_from_source(model_source(equations), "Dynamics")()
     if trainable:
         values = module.state_dict()["values"].clone()
         del module.values
@@ -100,7 +100,7 @@ def build_function(expressions: Sequence[Expr], arguments: Sequence[Sequence[str
     if not expressions or not all(len(columns) for columns in arguments) or not arguments:
         raise ModelError("expected at least one expression and one column per argument")
     source = function_source([canonical(expression) for expression in expressions], arguments)
-    return _class_from_source(source, "Function")()
+    return class_from_source(source, "Function")()
 
 
 def rollout(

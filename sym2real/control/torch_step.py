@@ -1,0 +1,97 @@
+"""One step of MPPI by torch: any model, any cost, any device and precision; what the kernels are held to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+
+import numpy as np
+import torch
+from numpy.typing import ArrayLike
+from torch import Tensor
+
+from sym2real.control.backend import level_rollout
+from sym2real.control.fused_arguments import Sizes
+from sym2real.control.plan import Plan
+from sym2real.control.weights import weigh
+from sym2real.effects.filters import FilterState
+from sym2real.protocols import DynamicsModel
+from sym2real.robots.robot import MPPISettings, Robot
+from sym2real.symbolic import rollout
+from sym2real.symbolic.level_rollout import LevelRollout
+from sym2real.tasks import Task
+from sym2real.tasks.cost import running_cost
+
+RunningCost = Callable[[Tensor, Tensor, Tensor], Tensor]
+
+
+class TorchStep:
+    """Rollouts, their costs and weights.
+
+    Args:
+        model: takes inputs; see :class:`~sym2real.control.MPPI`.
+        robot: layouts and control period.
+        task: reference and running cost.
+        settings: horizon and temperature.
+        filters: what actions go through; None for none.
+        kind: device and precision, of a tensor that has them.
+    """
+
+    def __init__(
+        self,
+        model: DynamicsModel,
+        robot: Robot,
+        task: Task,
+        *,
+        settings: MPPISettings,
+        filters: FilterState | None,
+        kind: Tensor,
+    ) -> None:
+        self.model, self.robot, self.task, self.filters = model, robot, task, filters
+        self.temperature, self.horizon = settings.temperature, max(1, round(settings.horizon / robot.dt))
+        self.device, self.dtype = kind.device, kind.dtype
+        self._levels: dict[int, LevelRollout | None] = {}
+
+    @cached_property
+    def cost(self) -> RunningCost:
+        """The task's cost over a batch: states, actions, references → ``# (...,)``."""
+        return running_cost(self.task, self.robot.layouts)
+
+    def plan(
+        self, state: ArrayLike, step: int, actions: Tensor, inputs: ArrayLike | None, price: Tensor | None = None
+    ) -> Plan:
+        """What comes of actions ``# (N, H, action)`` from a state at a step; rollouts may have a price ``# (N,)``."""
+        states = self.rollout(state, actions, inputs, self.levels(len(actions)))
+        costs = self.cost(states, actions, self.reference(step)).sum(-1)
+        if price is not None:
+            costs = costs + price
+        costs = costs.masked_fill(~states.sum((-2, -1)).isfinite(), torch.inf)
+        return Plan(states, actions, costs, weigh(costs, self.temperature))
+
+    def rollout(
+        self, state: ArrayLike, actions: Tensor, inputs: ArrayLike | None, levels: LevelRollout | None = None
+    ) -> Tensor:
+        """States ``# (N, H, state)`` after actions ``# (N, H, action)``, which go through the filters first."""
+        start, known = self.tensor(state), None if inputs is None else self.tensor(inputs)
+        if self.filters is not None:
+            actions = self.filters.apply(actions)
+        if levels is not None:
+            return levels(start, actions, known)
+        start = start.expand(len(actions), -1)
+        return rollout(self.model, start, actions, known, normalise=self.robot.layouts.state.normalise)
+
+    def levels(self, samples: int) -> LevelRollout | None:
+        """The quickest way for this number of samples, kept for the last one; None for the model's own."""
+        if samples not in self._levels:
+            sizes = Sizes(samples, self.horizon)
+            self._levels = {samples: level_rollout(self.model, sizes, self.device, self.dtype)}
+        return self._levels[samples]
+
+    def reference(self, step: int) -> Tensor:
+        """After each step of the horizon ``# (H, state)``."""
+        steps = torch.arange(step + 1, step + 1 + self.horizon, dtype=torch.float64)
+        return self.task.reference(steps * self.robot.dt).to(self.device, self.dtype)
+
+    def tensor(self, values: ArrayLike) -> Tensor:
+        """Numbers on the device, in the precision."""
+        return torch.as_tensor(np.asarray(values), dtype=self.dtype, device=self.device)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 import torch
 from noisy_flights import LEFT_OUT, flights, flights_with
@@ -9,6 +10,7 @@ from noisy_flights import LEFT_OUT, flights, flights_with
 from sym2real.diagnosis import calibrate, diagnose
 from sym2real.diagnosis.candidates import candidates, library_for
 from sym2real.diagnosis.library import Library
+from sym2real.diagnosis.overfit import lower_factor
 from sym2real.diagnosis.refine import refined
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.weighing import whiten
@@ -64,3 +66,19 @@ def test_segments_under_sets_of_their_own_are_those_of_one_set_for_all() -> None
     which = torch.arange(len(problem.segments)) % 2
     together, each = problem.states(sets), problem.states_by_segment(sets, which)
     torch.testing.assert_close(each, together[which, torch.arange(len(which))])
+
+
+def test_rounding_leaves_a_curvature_with_a_factor() -> None:
+    """As logs without noise gave it: two parameters that are one, and a smallest eigenvalue of -6e-11."""
+    rng = np.random.default_rng(0)
+    sensitivity = rng.normal(size=(200, 6)) * 10.0 ** rng.uniform(0, 6, 6)
+    sensitivity[:, 5] = 3.0 * sensitivity[:, 4]
+    curvature = sensitivity.T @ sensitivity
+    scale = np.sqrt(np.outer(curvature.diagonal(), curvature.diagonal()))
+    values, vectors = np.linalg.eigh(curvature / scale)
+    values[0] = -6e-11
+    indefinite = (vectors * values) @ vectors.T * scale
+    with pytest.raises(np.linalg.LinAlgError):
+        np.linalg.cholesky(indefinite)
+    lower = lower_factor(indefinite)
+    np.testing.assert_allclose(lower @ lower.T / scale, curvature / scale, atol=1e-8)

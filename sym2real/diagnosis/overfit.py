@@ -15,6 +15,7 @@ from torch import Tensor
 
 from sym2real.diagnosis.candidates import Candidate
 from sym2real.diagnosis.fit import LINE_SEARCH, Fit, Free, Hypothesis, Problems
+from sym2real.trajectory import Array
 
 # Gauss–Newton steps from the start, and from the result with another whitening.
 STEPS, AGAIN = 4, 2
@@ -22,6 +23,8 @@ STEPS, AGAIN = 4, 2
 PRIOR = 1.0
 # Part of the loss that an effect must save by itself to be in the fit when its null is no place to start from.
 STARTED = 0.02
+# Part of a curvature that may be rounding: what is left of it after the free starts of segments are projected out.
+ROUNDING = 1e-9
 
 
 def overfitted(problems: Problems, tried: Sequence[Candidate], start: Tensor, last: Tensor | None = None) -> Tensor:
@@ -96,8 +99,16 @@ def _bounded_step(problems: Problems, fit: Fit, centre: Tensor) -> Tensor:
     values, unit = fit.values[slots], library.scale[slots]
     curvature = fit.curvature.sum(0).numpy() + PRIOR * np.eye(len(slots))
     gradient = fit.gradient.sum(0).numpy() + PRIOR * ((values - centre[slots]) / unit).numpy()
-    lower = np.linalg.cholesky(curvature)
+    lower = lower_factor(curvature)
     low, high = (((bound[slots] - values) / unit).numpy() for bound in library.bounds)
     target = -np.linalg.solve(lower, gradient)
     found = lsq_linear(lower.T, target, (np.minimum(low, -1e-12), np.maximum(high, 1e-12)), method="bvls")
     return torch.as_tensor(found.x)
+
+
+def lower_factor(curvature: Array) -> Array:
+    """Cholesky factor ``# (A, A)`` of a curvature that rounding may have made indefinite.
+
+    Logs almost without noise weigh so much that rounding exceeds the prior.
+    """
+    return np.linalg.cholesky(curvature + ROUNDING * np.diag(curvature.diagonal()))

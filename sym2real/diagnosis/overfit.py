@@ -111,4 +111,5 @@ def lower_factor(curvature: Array) -> Array:
 
     Logs almost without noise weigh so much that rounding exceeds the prior.
     """
-    return np.linalg.cholesky(curvature + ROUNDING * np.diag(curvature.diagonal()))
+    lower = np.linalg.cholesky(curvature + ROUNDING * np.diag(curvature.diagonal()))
+    return np.asarray(lower, dtype=np.float64)

@@ -7,6 +7,8 @@ argument for the blocks of samples in which an assumption failed.
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from string import Template
 
 from sym2real.control.fused_horizon import SINGLE, horizon_text
@@ -19,7 +21,7 @@ from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.intervals import Interval
 from sym2real.symbolic.sines import HALF_TURN, plan_sines
 
-NOISE_ERROR = {"sin": 2e-5, "cos": 2e-5, "log2": 2e-5}
+NOISE_ERROR = 2e-5
 
 TOTAL = Template("""
 INLINE v total_cost(const struct plan *p, TRACK track) {
@@ -66,11 +68,12 @@ def definitions(equations: Equations, sampling: Sampling) -> list[str]:
         f"#define DIAGONAL {int(sampling.diagonal)}",
     ]
     ranges = {"sin": HALF_TURN, "cos": HALF_TURN, "log2": Interval(1.0, 2.0)}
-    for name, function in {"NORMAL_SINE": "sin", "NORMAL_COSINE": "cos", "NORMAL_LOG2": "log2"}.items():
-        found = shortest(function, ranges[function], NOISE_ERROR[function], SINGLE)
-        assert found is not None
-        lines.append(polynomial_macro(name, found, SINGLE))
-    return lines
+    found = {function: shortest(function, ranges[function], NOISE_ERROR, SINGLE) for function in ranges}
+    sine, cosine, logarithm = (found[function] for function in ranges)
+    assert sine and cosine and logarithm
+    squared = tuple(-2.0 * math.log(2.0) * coefficient for coefficient in logarithm.coefficients)
+    named = {"SINE": sine, "COSINE": cosine, "LOG": replace(logarithm, coefficients=squared)}
+    return lines + [polynomial_macro(f"NORMAL_{name}", polynomial, SINGLE) for name, polynomial in named.items()]
 
 
 def rollouts(step: Fused, planning: Planning, machine: str) -> list[str]:

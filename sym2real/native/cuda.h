@@ -45,6 +45,7 @@ typedef struct {
 INLINE v splat(real x) { return x; }
 INLINE v select(mask c, v a, v b) { return c ? a : b; }
 INLINE v square_root(v a) { return sqrtf(a); }
+INLINE v reciprocal_root(v a) { return 1.0f / sqrtf(a); }
 INLINE v minimum(v a, v b) { return a < b ? a : b; }
 INLINE v maximum(v a, v b) { return a > b ? a : b; }
 INLINE v to_reals(words a) { return (float)(int)a; }

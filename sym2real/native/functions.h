@@ -1,5 +1,4 @@
 /* Functions of any argument. The polynomials are printed by sym2real/symbolic/c_functions.py, with their errors. */
-INLINE v reciprocal_root(v a) { return splat(R(1.0)) / square_root(a); }
 INLINE v reciprocal(v a) { return splat(R(1.0)) / a; }
 INLINE v absolute(v a) { return select(a < splat(R(0.0)), -a, a); }
 INLINE v sign_of(v a) {

@@ -30,26 +30,30 @@ INLINE struct stream stream_of(words sample, word seed, word call) {
     for (int i = 0; i < 4; i++) next_words(&s);
     return s;
 }
-/* angle: 23 random bits, the highest ones first. */
-INLINE void normal_pair(words radius, words angle, v *first, v *second) {
-    const v u = (to_reals(radius >> 8) + 0.5f) * 5.9604645e-8f;
-    const v exponent = to_reals(bits_of(u) >> 23);
-    const v mantissa = from_bits((bits_of(u) & 0x7fffffu) | 0x3f800000u);
-    const v r = square_root(maximum((127.0f - exponent - NORMAL_LOG2(mantissa)) * 1.38629436f, splat(0.0f)));
-    const v t = from_bits((angle & 0x7fffffu) | 0x3f800000u) * 6.28318531f - 9.42477796f;
-    const v s = t * t;
-    *first = r * (t * NORMAL_SINE(s));
-    *second = r * NORMAL_COSINE(s);
-}
-/* count normal numbers, into[0 … count - 1], count at most MOST_DRAWS and known at compilation. */
+/* count normal numbers, into[0 … count - 1], count at most MOST_DRAWS and known at compilation. Stage by stage, so that
+ * pairs are computed side by side: -2 ln u = NORMAL_LOG(m) - 2 ln 2 e for u = m 2^e, an angle of 23 bits or 16. */
 #define MOST_DRAWS 16
+#define PAIRS (MOST_DRAWS / 2)
 INLINE void draw_normals(struct stream *s, int count, v *into) {
-    words angles = next_words(s);
-    for (int i = 0; i < count; i += 2) {
-        v first, second;
-        if (i && i % 4 == 0) angles = next_words(s);
-        normal_pair(next_words(s), i % 4 ? angles >> 9 : angles << 7, &first, &second);
-        into[i] = first;
-        if (i + 1 < count) into[i + 1] = second;
+    words radius[PAIRS], angle[PAIRS], shared;
+    v square[PAIRS], turn[PAIRS];
+    const int pairs = (count + 1) / 2;
+    UNROLLED for (int i = 0; i < pairs; i++) {
+        if (i % 2 == 0) shared = next_words(s);
+        radius[i] = next_words(s);
+        angle[i] = i % 2 ? shared >> 9 : shared << 7;
+    }
+    UNROLLED for (int i = 0; i < pairs; i++) radius[i] = bits_of(to_reals(radius[i] >> 8) + 0.5f);
+    UNROLLED for (int i = 0; i < pairs; i++) {
+        const v exponent = to_reals(radius[i] >> 23) - 151.0f; /* the integer above was 2^24 u */
+        const v mantissa = from_bits((radius[i] & 0x7fffffu) | 0x3f800000u);
+        square[i] = exponent * -1.38629436f + NORMAL_LOG(mantissa);
+    }
+    UNROLLED for (int i = 0; i < pairs; i++)
+        turn[i] = from_bits((angle[i] & 0x7fffffu) | 0x3f800000u) * 6.28318531f - 9.42477796f;
+    UNROLLED for (int i = 0; i < pairs; i++) {
+        const v r = square_root(maximum(square[i], splat(0.0f))), s = turn[i] * turn[i];
+        into[2 * i] = r * (turn[i] * NORMAL_SINE(s));
+        if (2 * i + 1 < count) into[2 * i + 1] = r * NORMAL_COSINE(s);
     }
 }

@@ -50,6 +50,15 @@ INLINE v square_root(v a) {
     EACH_LANE r[lane] = OF_REAL(sqrt)(a[lane]);
     return r;
 }
+#if defined(__AVX512F__) && SINGLE
+/* An estimate of 14 bits and one step of Newton's method: a third of the time of a root and a quotient. */
+INLINE v reciprocal_root(v a) {
+    const v r = (v)__builtin_ia32_rsqrt14ps512_mask(a, splat(R(0.0)), -1);
+    return (r * R(-0.5)) * (a * r * r - R(3.0));
+}
+#else
+INLINE v reciprocal_root(v a) { return splat(R(1.0)) / square_root(a); }
+#endif
 #if defined(__clang__) && defined(__has_builtin)
 #if __has_builtin(__builtin_elementwise_min)
 #define HAS_ELEMENTWISE 1

@@ -35,11 +35,42 @@ def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @compiled
 def test_compiles_once_and_finds_it_again(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert library(TEXT.format(42)).answer() == 42
-    assert cache.cached(TEXT.format(42)) and not cache.cached(TEXT.format(43))
+    assert [file.suffix for file in own_cache.iterdir()].count(".so") == 1
     monkeypatch.setattr(cache, "_loaded", {})
     monkeypatch.setattr(cache, "build", lambda *_: pytest.fail("compiled again"))
     assert library(TEXT.format(42)).answer() == 42
     assert not list(own_cache.glob(".compiling-*"))
+
+
+@compiled
+def test_what_was_asked_for_longest_ago_goes_first(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cache, "MOST", 3)
+    names = []
+    for number in range(5):
+        opened = library(TEXT.format(number))
+        names.append(cache.name_of(TEXT.format(number), find_compiler()))
+        os.utime(own_cache / names[-1], (1e9 + number, 1e9 + number))
+        if number == 2:  # the first one is asked for again
+            monkeypatch.setattr(cache, "_loaded", {})
+            assert library(TEXT.format(0)).answer() == 0
+    assert {file.name for file in own_cache.glob("*.so")} == {names[0], names[3], names[4]}
+    assert opened.answer() == 4
+    monkeypatch.setattr(cache, "_loaded", {})
+    assert library(TEXT.format(1)).answer() == 1  # compiled anew
+
+
+@compiled
+def test_processes_that_remove_each_others_libraries_all_get_theirs(tmp_path: Path) -> None:
+    code = (
+        "import sys; from sym2real.native import cache, library; cache.MOST = 1\n"
+        "for n in range(int(sys.argv[1]), int(sys.argv[1]) + 6):\n"
+        "    cache._loaded.clear()\n"
+        "    assert library(sys.argv[2].format(n % 4)).answer() == n % 4"
+    )
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path)}
+    started = [subprocess.Popen([sys.executable, "-c", code, str(i), TEXT], env=environment) for i in range(3)]
+    assert [process.wait(timeout=120) for process in started] == [0, 0, 0]
+    assert len(list(tmp_path.rglob("*.so"))) <= 3
 
 
 @compiled

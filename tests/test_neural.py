@@ -11,7 +11,8 @@ import torch
 from reference_models import flying, motor_lagged
 
 from sym2real.control import MPPI
-from sym2real.errors import DataError, ModelError, ShapeError
+from sym2real.effects.filters import with_hidden_start
+from sym2real.errors import DataError, ShapeError
 from sym2real.native import find_compiler
 from sym2real.neural import Composed, Ensemble, ResidualMLP, load_residual, save_residual
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
@@ -96,11 +97,27 @@ def test_a_residual_survives_its_file(tmp_path: Path) -> None:
 def test_what_does_not_fit_is_refused() -> None:
     with pytest.raises(ShapeError, match="other columns"):
         Composed(CRAZYFLIE.nominal(), ResidualMLP(MUSHR.layouts))
-    with pytest.raises(ModelError, match="hidden states"):
+    with pytest.raises(ShapeError, match="other columns"):
         equations = motor_lagged()
-        Composed(equations, ResidualMLP(equations.layouts))
+        Composed(equations, ResidualMLP(equations.layouts))  # a residual sees what a log holds
     with pytest.raises(ShapeError, match="at least one hidden layer"):
         ResidualMLP(MUSHR.layouts, ())
+
+
+def test_hidden_states_go_on_beneath_a_residual() -> None:
+    """Thrust lags as without the residual: the plain model, given each state anew but for its thrust, plus r."""
+    equations, residual = motor_lagged(), lively(CRAZYFLIE, (32, 16))
+    state, actions = batch(CRAZYFLIE, 4)
+    found = rollout(Composed(equations, residual), state, actions)
+    base, layout = compile_model(equations), CRAZYFLIE.layouts.state
+    whole = with_hidden_start(equations, state, actions[:, 0])
+    assert whole.shape[-1] > layout.size
+    for step in range(actions.shape[1]):
+        seen, following = whole[:, : layout.size], base(whole, actions[:, step])
+        visible = following[:, : layout.size] + residual(seen, actions[:, step])
+        whole = torch.cat([layout.normalise(visible), following[:, layout.size :]], dim=-1)
+        torch.testing.assert_close(found[:, step], whole[:, : layout.size])
+    torch.testing.assert_close(found[:, 0], Composed(equations, residual)(state, actions[:, 0]))
 
 
 @pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
@@ -122,6 +139,16 @@ def test_the_kernel_plans_with_a_residual_as_torch_does(robot: Robot, widths: tu
     without = MPPI(compile_model(equations), small, task, backend="torch")
     calm = without.improve(robot.start, 0, fused._fused.noise(0, 1))
     assert float((calm.costs - plan.costs).abs().max()) > 0.01
+
+
+@pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
+def test_the_kernel_plans_with_hidden_states_beneath_a_residual() -> None:
+    model, task = Composed(motor_lagged(), lively(CRAZYFLIE, (20, 12))), make_task("circle", CRAZYFLIE)
+    small = replace(CRAZYFLIE, mppi=replace(CRAZYFLIE.mppi, samples=70))
+    fused, slow = (MPPI(model, small, task, backend=backend) for backend in ("c", "torch"))
+    fused.act(CRAZYFLIE.start, 0)
+    plan = slow.improve(CRAZYFLIE.start, 0, fused._fused.noise(0, 1))
+    torch.testing.assert_close(fused.plan.costs, plan.costs, rtol=2e-5, atol=1e-5)
 
 
 @pytest.mark.skipif(find_compiler() is None, reason="no C compiler")

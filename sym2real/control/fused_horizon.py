@@ -64,10 +64,12 @@ def horizon_text(name: str, step: Fused, planning: Planning, sines: Mapping[int,
     lines, outside = CLines(program, SINGLE, named, table), CLines(program, SINGLE, named)
     moving = program.reached_by({label for label in program.inputs if label not in layouts.inputs or label == TIME})
     held = [value for value in program.computed if value not in moving]
+    visible = step.robot.layouts.state.columns
+    network = residual_lines(visible, layouts.action.columns) if step.residual else []
     body = {
         "loaded": _loaded(equations, program),
         "filtered": filters.lines(),
-        "first": _hidden(equations) + (residual_lines(layouts) if step.residual else []),
+        "first": _hidden(equations) + (network),
         "step": lines.lines(moving),
         "following": _following(equations, planning, lines, bool(sines)),
     }

@@ -10,8 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from torch import Tensor
 
-from sym2real.layout import Layouts
-
 
 class Residual(Protocol):
     """What the kernel needs to know of a residual: layers over (state, action) with ReLU in between."""
@@ -33,14 +31,14 @@ def residual_text(sizes: Sequence[int]) -> str:
     return "\n".join([*lines, "}"])
 
 
-def residual_lines(layouts: Layouts) -> list[str]:
-    """Statements of one step: ``residual_<column>`` from the present state and the acting action."""
-    columns = [*layouts.state, *layouts.action]
-    size = -(-len(layouts.state) // 16) * 16
+def residual_lines(state: Sequence[str], actions: Sequence[str]) -> list[str]:
+    """Statements of one step: ``residual_<column>`` of the state columns that a log holds, and the acting action."""
+    columns = [*state, *actions]
+    size = -(-len(state) // 16) * 16
     return [
         f"v seen[{len(columns)}] = {{{', '.join(f'x_{column}' for column in columns)}}}, left[{size}];",
         "residual(p->weights, seen, left);",
-        *(f"const v residual_{column} = left[{i}];" for i, column in enumerate(layouts.state)),
+        *(f"const v residual_{column} = left[{i}];" for i, column in enumerate(state)),
     ]
 
 

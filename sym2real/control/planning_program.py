@@ -65,15 +65,14 @@ def planning_program(
         *(f"planned {a}" for a in actions),
         *(f"reference {c}" for c in visible),
     ]
-    names += [f"residual {c}" for c in state] if residual else []
+    names += [f"residual {c}" for c in visible] if residual else []
     graph = Graph(names)
     dynamics = Lowering(graph, equations.quantities, equations.parameters)
     columns = {column: dynamics.lower(equations.next[column]) for column in state}
     nodes = on_manifold(graph, layouts.state, columns)
     if residual:
-        added = {
-            c: graph.sum([(1.0, n), (1.0, graph.inputs[f"residual {c}"])]) for c, n in zip(state, nodes, strict=True)
-        }
+        added = {column: (1.0, node) for column, node in zip(state, nodes, strict=True)}
+        added |= {c: graph.sum([added[c], (1.0, graph.inputs[f"residual {c}"])]) for c in visible}
         nodes = on_manifold(graph, layouts.state, added)
     known: dict[str, Lowered] = {column: (1.0, node) for column, node in zip(state, nodes, strict=True)}
     known |= {action: (1.0, graph.inputs[f"planned {action}"]) for action in actions}

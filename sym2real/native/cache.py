@@ -2,8 +2,9 @@
 
 A file appears under its name whole or not at all (compiled beside it, then renamed), so a killed compiler leaves
 nothing that could be mistaken for a library. A lock keeps two processes from doing the same work; the operating system
-frees it when its holder dies. Where the cache cannot be written (read-only or full disk), a temporary folder of this
-process takes its place, which is said once.
+frees it when its holder dies. Whoever compiles removes what was asked for longest ago, beyond :data:`MOST` libraries.
+Where the cache cannot be written (read-only or full disk), a temporary folder of this process takes its place, which is
+said once.
 """
 
 from __future__ import annotations
@@ -12,8 +13,11 @@ import atexit
 import ctypes
 import hashlib
 import logging
+import os
 import shutil
 import tempfile
+import time
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 
@@ -25,6 +29,7 @@ from sym2real.native.compiler import Compiler, find_compiler
 
 LOGGER = logging.getLogger(__name__)
 WAIT = 180.0  # s, for another process that compiles the same text
+MOST = 200  # libraries, of about 50 kB each
 
 
 def library(text: str) -> ctypes.CDLL:
@@ -44,15 +49,6 @@ def library(text: str) -> ctypes.CDLL:
 
 
 _loaded: dict[str, ctypes.CDLL] = {}
-
-
-def cached(text: str) -> bool:
-    """Whether :func:`library` would find this text compiled."""
-    compiler = find_compiler()
-    if compiler is None:
-        return False
-    name = name_of(text, compiler)
-    return name in _loaded or (cache_folder() / name).exists()
 
 
 def name_of(text: str, compiler: Compiler) -> str:
@@ -81,6 +77,9 @@ def _load(compiler: Compiler, text: str, name: str) -> ctypes.CDLL:
             with FileLock(target.with_suffix(".lock"), timeout=WAIT):
                 if not target.exists():
                     build(compiler, text, target)
+                    prune(target.parent)
+        with suppress(OSError):  # a folder that is only read is kept by somebody else
+            os.utime(target)  # asked for now
         return ctypes.CDLL(str(target))
     except OSError:  # also of a file that another machine's loader wrote, or FileLock's time-out
         try:
@@ -89,6 +88,28 @@ def _load(compiler: Compiler, text: str, name: str) -> ctypes.CDLL:
             return ctypes.CDLL(str(target))
         except OSError as error:
             raise CompilationError(f"there is nowhere to put a compiled kernel: {error}") from error
+
+
+def prune(folder: Path) -> None:
+    """Remove the libraries that were asked for longest ago, beyond :data:`MOST`, and what killed compilers left.
+
+    Safe beside other processes: one that has a library open keeps it, one that is about to open it compiles it anew,
+    and a file that somebody else removed first is gone as well.
+    """
+    libraries = sorted(folder.glob("*.so"), key=_last_asked_for, reverse=True)
+    for library in libraries[MOST:]:
+        library.unlink(missing_ok=True)
+        library.with_suffix(".lock").unlink(missing_ok=True)  # at worst two compile the same, and rename
+    for left in folder.glob(".compiling-*"):
+        if time.time() - _last_asked_for(left) > 2 * WAIT:
+            shutil.rmtree(left, ignore_errors=True)
+
+
+def _last_asked_for(file: Path) -> float:
+    try:
+        return file.stat().st_mtime
+    except OSError:  # gone meanwhile
+        return 0.0
 
 
 def build(compiler: Compiler, text: str, target: Path) -> None:

@@ -7,8 +7,11 @@ from __future__ import annotations
 
 import torch
 from torch import Tensor, nn
+from torch.nn.functional import pad
 
-from sym2real.errors import ModelError, ShapeError
+from sym2real.effects.filters import with_hidden_start
+from sym2real.effects.visible import visible_state
+from sym2real.errors import ShapeError
 from sym2real.neural.residual_mlp import ResidualMLP
 from sym2real.symbolic import Equations, compile_model, read_back
 from sym2real.symbolic.compile import script
@@ -18,15 +21,21 @@ class _Step(nn.Module):
     """The composition as TorchScript takes it: one step, and many."""
 
     def __init__(
-        self, base: nn.Module, residual: nn.Module, units: list[tuple[int, int]], dt_column: tuple[int, float]
+        self,
+        base: nn.Module,
+        residual: nn.Module,
+        visible: int,
+        units: list[tuple[int, int]],
+        dt_column: tuple[int, float],
     ):
         super().__init__()
-        self.base, self.residual = base, residual
+        self.base, self.residual, self.visible = base, residual, visible
         self.units = units
         self.time, self.dt = dt_column
 
     def forward(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
-        following = self.base(state, action, inputs) + self.residual(state, action)
+        seen = self.residual(state[..., : self.visible], action)
+        following = self.base(state, action, inputs) + pad(seen, [0, state.shape[-1] - self.visible])
         parts = list(torch.unbind(following, -1))
         for first, last in self.units:
             length = torch.linalg.vector_norm(following[..., first:last], dim=-1).clamp(min=1e-12)
@@ -54,22 +63,22 @@ class Composed(nn.Module):
     """A dynamics model: compiled equations plus a residual.
 
     Args:
-        equations: the base; without hidden states.
-        residual: over the same state and action columns.
+        equations: the base. Its hidden states (motor lag) begin where it says with every rollout, and with every
+            single step; the residual neither sees nor changes them.
+        residual: over the same columns of state and action that a log holds.
         dtype: of both.
 
     Raises:
         ShapeError: when the columns differ.
-        ModelError: for equations with hidden states, which a residual cannot see.
     """
 
     def __init__(self, equations: Equations, residual: ResidualMLP, dtype: torch.dtype = torch.float32) -> None:
         super().__init__()
         layouts = equations.layouts
-        if residual.columns != (layouts.state.columns, layouts.action.columns):
+        visible = visible_state(equations).columns
+        if residual.columns != (visible, layouts.action.columns):
             raise ShapeError(f"the residual is over {residual.columns}, the equations over other columns")
-        if any(field.hidden for field in layouts.state.fields):
-            raise ModelError("equations with hidden states take no residual: it would have to know them")
+        self._visible = len(visible)
         self.base, self.residual = compile_model(equations, dtype=dtype), residual.to(dtype)
         self._equations = equations
         units = [
@@ -78,7 +87,7 @@ class Composed(nn.Module):
             if field.kind != "vector"
         ]
         time = layouts.inputs.index("t") if "t" in layouts.inputs else -1
-        self._scripted = script(_Step(self.base, self.residual, units, (time, equations.dt)))
+        self._scripted = script(_Step(self.base, self.residual, len(visible), units, (time, equations.dt)))
 
     @property
     def equations(self) -> Equations:
@@ -86,9 +95,12 @@ class Composed(nn.Module):
         return read_back(self.base, self._equations) if self._equations.parameters else self._equations
 
     def forward(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
-        """Next state ``# (..., n)``; leading dimensions broadcast."""
-        following: Tensor = self._scripted(state, action, inputs)
-        return following
+        """Next state ``# (..., n)``, as a log holds it; leading dimensions broadcast."""
+        following: Tensor = self._scripted(self._whole(state, action, inputs), action, inputs)
+        return following[..., : self._visible]
+
+    def _whole(self, state: Tensor, action: Tensor, inputs: Tensor | None) -> Tensor:
+        return with_hidden_start(self.equations, state, action, inputs) if self._equations.start else state
 
     def rollout(
         self, state: Tensor, actions: Tensor, inputs: Tensor | None = None, parameters: Tensor | None = None
@@ -100,5 +112,6 @@ class Composed(nn.Module):
         """
         if parameters is not None:
             raise ShapeError("a model with a residual takes no parameter sets")
-        states: Tensor = self._scripted.rollout(state, actions, inputs)
-        return states
+        first = inputs[..., 0, :] if inputs is not None and inputs.dim() >= actions.dim() else inputs
+        states: Tensor = self._scripted.rollout(self._whole(state, actions[..., 0, :], first), actions, inputs)
+        return states[..., : self._visible]

@@ -9,6 +9,7 @@ import pytest
 
 from sym2real.diagnosis import Diagnosis, diagnose
 from sym2real.diagnosis.constant import Constants
+from sym2real.diagnosis.leftover import find_misfit
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.whitening import Spread, estimate
@@ -73,3 +74,10 @@ def _constants(effects: tuple[tuple[str, dict[str, float]], ...]) -> Constants:
     spread, residual = Spread.of(problem, library.null), problem.residuals(library.null[None])[0]
     whitening = estimate(spread, residual, problem.segments.noise, problem.segments.channel, alike=True)
     return Constants.of(problem, spread, whitening, library.null)
+
+
+def test_errors_far_beyond_noise_are_left_over_even_if_no_push_describes_them() -> None:
+    assert find_misfit(1.05) == ()
+    (left,) = find_misfit(1.69)
+    assert left.statement == "an error 1.30 times that of noise and disturbances"
+    assert left.measure == "41 % of the squares"

@@ -14,7 +14,7 @@ from sym2real.diagnosis.floor import Floor, floor_of_explained
 from sym2real.diagnosis.groups import groups_of
 from sym2real.diagnosis.held_out import Gate, without_harm
 from sym2real.diagnosis.ladder import Stage
-from sym2real.diagnosis.leftover import Leftover, Rest, find_leftovers
+from sym2real.diagnosis.leftover import Leftover, Rest, find_leftovers, find_misfit
 from sym2real.diagnosis.locate import Where, locate
 from sym2real.diagnosis.sanity import Fault
 from sym2real.diagnosis.search import search
@@ -168,6 +168,7 @@ def _answer(
     horizons = steps.horizons(scored, horizon)
     leftovers = find_leftovers(rest, of_the_base)
     leftovers += find_constants(selection, weighed.spread, own, exclude=[one.channel for one in leftovers])
+    leftovers = leftovers or find_misfit(selection.fit.total / freedom)
     proposal = None
     if leftovers:
         informed = compose(weighed.model, [(effect(one.effect, weighed.model), one.values) for one in found])

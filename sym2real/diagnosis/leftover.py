@@ -26,6 +26,8 @@ DEPENDS, SUSPECT = 0.10, 0.03
 OWN = 0.5
 TREES, LEAF, FOLDS = 20, 8, 4
 FEWEST = 60
+# Whitened squares per degree of freedom of an answer that leaves something out: null data leave 1.05 at most.
+MISFIT, TOO_MUCH = "misfit", 1.2
 
 
 @dataclass(frozen=True)
@@ -33,9 +35,10 @@ class Leftover:
     """A push that depends on something, or is the same everywhere.
 
     Args:
-        explained_by: the feature it depends on most, or "constant".
-        channel: direction of the push.
-        r2: share of its variance (of its squares, where it is constant) that logs not seen confirm.
+        explained_by: the feature it depends on most, "constant", or "misfit" where it is no push that is left.
+        channel: direction of the push; empty for a misfit.
+        r2: share of its variance (of its squares, where it is constant) that logs not seen confirm; share of a misfit's
+            squares that noise and disturbances do not make.
         term: where the push changes, in words.
         size, unit: of a constant push, as the model lacks it.
     """
@@ -50,9 +53,16 @@ class Leftover:
     @property
     def statement(self) -> str:
         """What is left, for a sentence."""
+        if self.explained_by == MISFIT:
+            return f"an error {(1 - self.r2) ** -0.5:.2f} times that of noise and disturbances"
         if self.size is not None:
             return f"a constant push along {self.channel} of {self.size:.3g} {self.unit}"
         return f"a push along {self.channel} that depends on {self.explained_by}"
+
+    @property
+    def measure(self) -> str:
+        """How much of what is left that is, in words."""
+        return f"{100 * self.r2:.0f} % of the squares" if self.explained_by == MISFIT else f"R² {self.r2:.2f}"
 
     def to_dict(self) -> dict[str, Any]:
         """The entry of ``leftover`` in DESIGN.md, "Names that stay"."""
@@ -98,6 +108,17 @@ class Rest:
         """Channels that may depend on something, the likeliest first: one forest for all of them says so."""
         shares = cross_validated(self.values, self.pushes / (self.pushes.std(axis=0) + 1e-300), self.groups)
         return [self.names[place] for place in np.argsort(-shares) if shares[place] > SUSPECT]
+
+
+def find_misfit(squares: float) -> tuple[Leftover, ...]:
+    """A misfit that no push describes, and that is none of noise and disturbances; none where the data are explained.
+
+    Args:
+        squares: whitened, per degree of freedom.
+    """
+    if squares <= TOO_MUCH:
+        return ()
+    return (Leftover(MISFIT, "", 1.0 - 1.0 / squares, f"{squares:.2f} whitened squares per degree of freedom"),)
 
 
 def find_leftovers(rest: Rest, of_the_base: Callable[[], Rest] | None = None) -> tuple[Leftover, ...]:

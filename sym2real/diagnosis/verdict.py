@@ -47,7 +47,7 @@ def summary(
         fall = fall_of_error(stages)
         if fall is not None:
             parts.append(f"with it the {fall[0]} error on held-out pieces changes from {fall[1]:.3g} to {fall[2]:.3g}")
-    parts += [f"{one.statement} is left (R² {one.r2:.2f})" for one in leftovers]
+    parts += [f"{one.statement} is left ({one.measure})" for one in leftovers]
     if answer == "NOTHING_MISSING":
         parts.append("nothing is missing beyond noise and small disturbances")
     if found and gate.best is not None and not gate.passed:

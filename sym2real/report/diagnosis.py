@@ -9,6 +9,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from sym2real.diagnosis import Diagnosis, Fall, Finding, Term, Tried, Where
+from sym2real.diagnosis.leftover import MISFIT
 from sym2real.report.ladder import ladder_table
 from sym2real.report.tables import number
 
@@ -27,7 +28,8 @@ def diagnosis_report(diagnosis: Diagnosis) -> RenderableType:
     if diagnosis.gate.best is not None:
         parts.append(gate_line(diagnosis.gate.best, passed=diagnosis.gate.passed))
     for left in diagnosis.leftovers:
-        said = f"{left.statement} (R² {left.r2:.2f} on unseen logs): {left.term}"
+        seen_by = "" if left.explained_by == MISFIT else " on unseen logs"
+        said = f"{left.statement} ({left.measure}{seen_by}): {left.term}"
         parts.append(f"[red]left over[/] {escape(said)}")
     if diagnosis.proposal is not None:
         parts.append(proposal_line(diagnosis.proposal))

@@ -94,3 +94,16 @@ def test_the_confusion_table_counts_first_answers() -> None:
     table = scores.confusion(records, "crazyflie")
     assert table["added_mass"] == {"added_mass": 1, "wind": 1}
     assert table["nothing"] == {"nothing": 1}
+
+
+def test_calibration_counts_intervals_of_lower_levels_and_what_is_left_beside_wrong_findings() -> None:
+    # Intervals are ± 5 %, so that a 50 % interval is ± 1.7 %.
+    records = [record(MASS, ("added_mass", 0.005 * (1 + off))) for off in (0.01, -0.01, 0.03, 0.06)]
+    records.append(record(MASS, ("delay", 0.02), kind="removed", leftover={"explained_by": "time"}))
+    found = {figure.name: figure.value for figure in scores.calibration(records, "crazyflie")}
+    assert found == {
+        "crazyflie, 50 % interval holds the truth, of 4": 0.5,
+        "crazyflie, 80 % interval holds the truth, of 4": 0.75,
+        "crazyflie, finding right where nothing is left over, of 4": 1.0,
+        "crazyflie, finding right where something is left over, of 1": 0.0,
+    }

@@ -19,6 +19,8 @@ from sym2real.effects import same_group
 
 Record = dict[str, Any]
 
+# Of intervals below the quoted 95 %.
+LEVELS = (0.5, 0.8)
 PARAMETER_BARS = {"crazyflie": 0.03, "mushr": 0.05}
 APART_WITH_YAW = {"wind", "mounting_tilt"}
 
@@ -74,16 +76,50 @@ def parameter_errors(record: Record) -> list[float]:
     return errors
 
 
-def covered(record: Record) -> list[bool]:
-    """Whether the interval of each parameter found under its own name holds the truth."""
+def covered(record: Record, level: float = 0.95) -> list[bool]:
+    """Whether each parameter found under its own name is as near the truth as an interval of this level says.
+
+    Intervals are of 95 %; other levels are those of a normal error with the same interval.
+    """
+    part = stats.norm.ppf(0.5 + 0.5 * level) / stats.norm.ppf(0.975)
     return [
-        finding["parameters"][name]["low"] <= value <= finding["parameters"][name]["high"]
+        abs(finding["parameters"][name]["value"] - value)
+        <= part * 0.5 * (finding["parameters"][name]["high"] - finding["parameters"][name]["low"])
         for truth, values in record["truth"].items()
         for finding in record["findings"]
         if finding["effect"] == truth
         for name, value in values.items()
         if name in finding["parameters"]
     ]
+
+
+def calibration(records: Sequence[Record], robot: str) -> list[Figure]:
+    """How often answers are as right as they say: intervals at further levels, findings by what is left beside them.
+
+    Findings are those of single and pair cases, and of cases whose effect was not in the library: none of these is
+    right, and what is left over should say so.
+    """
+    asked = [one for kind in ("single", "pair", "removed") for one in of_kind(records, robot, kind)]
+    single = of_kind(records, robot, "single")
+    found: list[Figure] = []
+    for level in LEVELS:
+        inside = [one for record in single for one in covered(record, level)]
+        if inside:
+            found.append(
+                Figure(f"{robot}, {100 * level:.0f} % interval holds the truth, of {len(inside)}", _share(inside), "")
+            )
+    for left, words in ((False, "nothing"), (True, "something")):
+        rights = [
+            record["kind"] != "removed" and any(right(record, truth, name) for truth in record["truth"])
+            for record in asked
+            if (record["leftover"] is not None) is left
+            for name in names(record)
+        ]
+        if rights:
+            found.append(
+                Figure(f"{robot}, finding right where {words} is left over, of {len(rights)}", _share(rights), "")
+            )
+    return found
 
 
 def group_sizes(record: Record) -> list[int]:
@@ -127,6 +163,7 @@ def figures(records: Sequence[Record], robot: str) -> list[Figure]:
     if removed:
         share = _share(flagged(one) for one in removed)
         found.append(Figure(f"{robot}, effect not in the library flagged, of {len(removed)}", share, "", ">= 0.90"))
+    found += calibration(records, robot)
     seconds = [record["seconds"] for record in records if record["robot"] == robot]
     if seconds:
         found.append(Figure(f"{robot}, time: median", float(np.median(seconds)), "s", "<= 30"))

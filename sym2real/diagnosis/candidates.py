@@ -10,6 +10,7 @@ from functools import lru_cache
 import numpy as np
 import torch
 
+from sym2real.diagnosis.inputs import ANGLE
 from sym2real.diagnosis.library import Library
 from sym2real.effects import Effect, applicable, effect
 from sym2real.effects.filters import spelled_out
@@ -26,7 +27,6 @@ NOT_SEARCHED = (
     "payload",
     "rotor_loss",
     "rotor_reaction",
-    "periodic_force",
     "rate_limit:w*",
     "rate_limit:thrust",
     "dead_band:w*",
@@ -51,6 +51,7 @@ STANDS_FOR = {
     "wind": ("slope",),
     "gain:steer": ("wheelbase",),
 }
+SWINGS = "periodic_force"
 PAIR = ("wx_cmd", "wy_cmd")
 STILL = 1e-9
 GRIDS: dict[str, tuple[float, ...]] = {
@@ -130,7 +131,7 @@ def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
     exclusive = [group for group in groups if group.one_of]
     for key, one in library.effects.items():
         slots = library.indices(key)
-        if not slots or one.column == PAIR[1]:
+        if not slots or one.column == PAIR[1] or (one.kind == SWINGS and not _swings(data)):
             continue
         keys: tuple[str, ...] = (key,)
         free: tuple[tuple[int, ...], ...] = tuple((slot,) for slot in slots)
@@ -151,6 +152,11 @@ def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
         alike, excludes = _matching(key, groups, known), _matching(key, exclusive, known)
         found.append(Candidate(key, keys, free, starts, needs, alike, excludes))
     return tuple(found)
+
+
+def _swings(data: Dataset) -> bool:
+    """Whether a swing has been found in the logs."""
+    return any(ANGLE in log.extra for log in data)
 
 
 def _matching(key: str, groups: Iterable[Group], known: Iterable[str]) -> tuple[str, ...]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import torch
 
 from sym2real.diagnosis.calibrate import Calibration
-from sym2real.diagnosis.candidates import Candidate
+from sym2real.diagnosis.candidates import SWINGS, Candidate
 from sym2real.diagnosis.cleaned import cleaned
 from sym2real.diagnosis.deviations import reported
 from sym2real.diagnosis.fit import Fit
@@ -16,12 +17,16 @@ from sym2real.diagnosis.importance import by_importance
 from sym2real.diagnosis.nuisance import BY_TORQUE, STIFFNESS
 from sym2real.diagnosis.select import Selection
 from sym2real.diagnosis.significance import half_widths
+from sym2real.diagnosis.swing import Swing
 from sym2real.effects import Effect
 from sym2real.effects.voltage import REFERENCE, VOLTAGE, with_voltage
 from sym2real.symbolic import Equations
+from sym2real.trajectory import Dataset
 
 # Model form dominates quoted intervals (DIAGNOSIS.md): relative floor of their half-width.
 INTERVAL_FLOOR = 0.03
+# Standard deviations of a 95 % interval.
+TWO_SIDED = 1.96
 
 
 @dataclass(frozen=True)
@@ -161,6 +166,24 @@ def findings(
                 )
             )
     return found
+
+
+def with_swing(found: Sequence[Finding], swing: Swing | None, logs: Dataset) -> tuple[Finding, ...]:
+    """The findings, one that swings with its frequency, and with its phase where there is one log.
+
+    The phase at the start of a log of length T is known to T/√3 times the frequency's deviation (both from the same
+    line through the angle).
+    """
+    if swing is None:
+        return tuple(found)
+    known = {"omega": _about(swing.omega, swing.deviation, "rad/s")}
+    if len(logs) == 1:
+        known["phase"] = _about(swing.phases[0], swing.deviation * len(logs[0]) * logs[0].dt / 3**0.5, "rad")
+    return tuple(replace(one, parameters={**one.parameters, **known}) if one.effect == SWINGS else one for one in found)
+
+
+def _about(value: float, deviation: float, unit: str) -> Estimate:
+    return Estimate(value, value - TWO_SIDED * deviation, value + TWO_SIDED * deviation, unit)
 
 
 def _voltage(found: Effect) -> float | None:

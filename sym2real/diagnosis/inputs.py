@@ -11,6 +11,8 @@ from sym2real.layout import Layout
 from sym2real.trajectory import Array, Dataset, Trajectory
 
 TIME, PUSHES = "t", ("fx", "fy", "fz", "tx", "ty", "tz")
+# Of a force that swings, in the middle of the step after a row, rad; what swings in no log has it at zero.
+ANGLE = "swing_angle"
 
 
 def inputs_along(inputs: Layout, log: Trajectory) -> Array:

@@ -10,13 +10,17 @@ import torch
 from sympy import Expr, Integer, Symbol
 from torch import Tensor
 
+from sym2real.diagnosis.inputs import ANGLE
 from sym2real.effects import Effect, compose
 from sym2real.effects.filters import without_quantities
 from sym2real.effects.kind import Parameter
+from sym2real.layout import Layout
 from sym2real.symbolic import Equations, compile_function, compile_model, symbol
 
 # Effects that bring hidden states, which do not matter where these are at their null value.
 HIDING = ("motor_lag",)
+# A phase that is a column has no frequency beside it.
+SWINGING: dict[str, Expr] = {"omega": Integer(0), "phase": symbol(ANGLE)}
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
@@ -46,13 +50,19 @@ class Library:
 
     @classmethod
     def of(cls, base: Equations, effects: Sequence[Effect]) -> Library:
-        """The base with these effects, their fitted parameters free."""
+        """The base with these effects, their fitted parameters free.
+
+        An effect with a phase of its own in every log swings with the logs' column :data:`ANGLE`.
+        """
         chosen = []
         slots: list[Slot] = []
         for effect in effects:
-            fitted = [p for p in effect.parameters if p.fitted and not p.per_log]
+            swings = any(p.per_log for p in effect.parameters)
+            given = SWINGING if swings else {}
+            base = with_angle(base) if swings else base
+            fitted = [p for p in effect.parameters if p.fitted and p.name not in given]
             symbols = effect.symbols()
-            chosen.append((effect, {p.name: symbols[p.name] for p in fitted}))
+            chosen.append((effect, {**given, **{p.name: symbols[p.name] for p in fitted}}))
             slots += [Slot(effect.key, p) for p in fitted]
         return cls(base, compose(shielded(base), chosen), {effect.key: effect for effect in effects}, tuple(slots))
 
@@ -135,6 +145,14 @@ class Library:
         if slots is None:
             return torch.ones(len(sets), dtype=torch.bool)
         return (sets[:, list(slots)] != self._null[list(slots)]).any(dim=1)
+
+
+def with_angle(base: Equations) -> Equations:
+    """The equations with the angle of a swing as an input; the motion is the same."""
+    if ANGLE in base.layouts.inputs:
+        return base
+    inputs = base.layouts.inputs + Layout.of((ANGLE,))
+    return replace(base, layouts=replace(base.layouts, inputs=inputs))
 
 
 def shielded(base: Equations) -> Equations:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import torch
 
 from sym2real.diagnosis import calibrate
-from sym2real.diagnosis.candidates import Candidate, candidates, library_for
+from sym2real.diagnosis.candidates import SWINGS, Candidate, candidates, library_for
 from sym2real.diagnosis.fit import Problems
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.nuisance import nuisance_of
@@ -17,6 +17,7 @@ from sym2real.diagnosis.prepared import with_filtered_commands
 from sym2real.diagnosis.refine import refined
 from sym2real.diagnosis.sanity import Checked, check
 from sym2real.diagnosis.sensitivity import Problem
+from sym2real.diagnosis.swing import Swing, find_swing
 from sym2real.diagnosis.whitening import Spread, Whitening, estimate
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
@@ -42,6 +43,7 @@ class Weighed:
         origin: parameter set from which effects are counted: null, or what calibration says of the base ``# (P,)``.
         calibration: the base against the plain simulator; None without one.
         notes: remarks on data and method.
+        swing: frequency and phases of a force that swings, if one was found.
     """
 
     model: Equations
@@ -53,6 +55,7 @@ class Weighed:
     origin: torch.Tensor
     calibration: calibrate.Calibration | None
     notes: tuple[str, ...]
+    swing: Swing | None = None
 
     @property
     def whitening(self) -> Whitening:
@@ -90,11 +93,18 @@ def weigh(
     searched = library if base is model else library_for(base, checked.data, exclude, include)
     tried, problem = candidates(searched, checked.data), Problem(searched, checked.data)
     on_progress("weighing errors")
-    spread, whitening = whiten(problem, tried)
+    spread, whitening, values = whiten(problem, tried)
+    swing = None
+    if SWINGS in searched.effects:
+        swing = find_swing(Problems.of(problem, whitening), values, len(tried))
+    if swing is not None:
+        checked = replace(checked, data=swing.in_data(checked.data))
+        tried, problem = candidates(searched, checked.data), Problem(searched, checked.data)
+        spread, whitening, _ = whiten(problem, tried)
     calibration = None if flown is None else calibrate.calibrated(searched, tried, flown, whitening)
     origin = searched.null if calibration is None else calibration.origin
     problems = Problems.of(problem, whitening, nuisance_of(searched, origin))
-    return Weighed(model, checked, library, tried, problems, spread, origin, calibration, tuple(notes))
+    return Weighed(model, checked, library, tried, problems, spread, origin, calibration, tuple(notes), swing)
 
 
 def check_and_filter(model: Equations, data: Dataset) -> Checked:
@@ -103,14 +113,15 @@ def check_and_filter(model: Equations, data: Dataset) -> Checked:
     return replace(checked, data=with_filtered_commands(model, checked.data))
 
 
-def whiten(problem: Problem, tried: tuple[Candidate, ...]) -> tuple[Spread, Whitening]:
-    """The covariance of what a fully explained model leaves, from over-fitted residuals."""
+def whiten(problem: Problem, tried: tuple[Candidate, ...]) -> tuple[Spread, Whitening, torch.Tensor]:
+    """The covariance of what a fully explained model leaves, from over-fitted residuals; and the over-fit itself."""
     null, segments = problem.library.null, problem.segments
     spread = Spread.of(problem, null)
     whitening = estimate(spread, problem.residuals(null[None])[0], segments.noise, segments.channel, alike=True)
-    values: torch.Tensor | None = None
+    values = overfitted(Problems.of(problem, whitening), tried, null)
     for left in reversed(range(ROUNDS)):
-        values = overfitted(Problems.of(problem, whitening), tried, null, values)
+        if left < ROUNDS - 1:
+            values = overfitted(Problems.of(problem, whitening), tried, null, values)
         residuals = problem.residuals(values[None])[0]
         whitening = estimate(spread, residuals, segments.noise, segments.channel, alike=left == ROUNDS - 1)
-    return spread, whitening
+    return spread, whitening, values

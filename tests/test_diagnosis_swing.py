@@ -1,0 +1,64 @@
+"""A force that swings is found with its frequency in flights whose paths swing too; where none does, none is found."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+from noisy_flights import LEFT_OUT, flights_with
+
+from sym2real.diagnosis import diagnose
+from sym2real.diagnosis.candidates import candidates, library_for
+from sym2real.diagnosis.fit import Problems
+from sym2real.diagnosis.sensitivity import Problem
+from sym2real.diagnosis.swing import Swing, find_swing
+from sym2real.diagnosis.weighing import whiten
+from sym2real.effects import effect
+from sym2real.robots import CRAZYFLIE
+from sym2real.trajectory import Dataset
+
+OTHERS = (*LEFT_OUT, "rate_loop_gain", "mounting_tilt")
+FORCE = {"fx": 0.012, "fy": 0.006, "omega": 7.0}
+
+
+def found_in(data: Dataset) -> Swing | None:
+    library = library_for(CRAZYFLIE.nominal(), data, OTHERS)
+    problem, tried = Problem(library, data), candidates(library, data)
+    _, whitening, values = whiten(problem, tried)
+    return find_swing(Problems.of(problem, whitening), values, len(tried))
+
+
+def test_no_swing_is_found_in_flights_on_periodic_paths() -> None:
+    assert found_in(flights_with("", {}, steps=400)) is None
+
+
+def test_a_steady_wind_is_no_swing() -> None:
+    assert found_in(flights_with("wind", {"fx": 0.02, "fy": 0.0}, steps=400)) is None
+
+
+def test_a_swing_is_named_with_its_frequency_and_size() -> None:
+    data = flights_with("periodic_force", FORCE, steps=400)
+    found = diagnose(CRAZYFLIE.nominal(), data, exclude=OTHERS)
+    assert [one.effect for one in found.findings] == ["periodic_force"]
+    (one,) = found.findings
+    for name, value in FORCE.items():
+        assert one.values[name] == pytest.approx(value, rel=0.1 if name != "omega" else 0.01)
+    assert one.parameters["omega"].low <= FORCE["omega"] <= one.parameters["omega"].high
+    assert found.gate.passed
+
+
+def test_the_angle_in_the_logs_is_the_one_that_the_force_had() -> None:
+    data = flights_with("periodic_force", FORCE, steps=400)
+    swing = found_in(data)
+    assert swing is not None
+    library = library_for(CRAZYFLIE.nominal(), data, OTHERS)
+    values = library.null
+    for slot, name in zip(library.indices("periodic_force"), ("fx", "fy"), strict=False):
+        values[slot] = FORCE[name]
+    told = CRAZYFLIE.nominal()
+    true = effect("periodic_force", told).substitute(told, {**FORCE, "phase": swing.phases[0]})
+    alone, first = library_for(true, Dataset([data[0]]), ("*",)), Dataset([data[0]])
+    swung = Swing(FORCE["omega"], 0.0, swing.phases[:1]).in_data(first)
+    expected = Problem(alone, first).residuals(alone.null[None])
+    torch.testing.assert_close(Problem(library, swung).residuals(values[None]), expected, rtol=1e-6, atol=1e-9)
+    assert np.allclose(np.cos(swing.phases), 1.0, atol=0.05)

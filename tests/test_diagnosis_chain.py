@@ -21,7 +21,7 @@ from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import symbol
 from sym2real.trajectory import Dataset
 
-# Wind, linear drag, mass, centre of mass, delay and mounting tilt compete.
+# Wind, linear drag, mass, centre of mass, delay, mounting tilt and rotors compete.
 OTHERS = (*LEFT_OUT, "rate_loop_gain")
 
 
@@ -35,6 +35,7 @@ def diagnosed(data: Dataset) -> Diagnosis:
         ("wind", {"fx": 0.008, "fy": -0.004}, 0.08),
         ("com_offset", {"rx": 0.001}, 0.08),
         ("delay", {"value": 0.04}, 0.08),
+        ("rotor_loss", {"rotor": 2.0, "value": 0.1}, 0.08),
     ],
 )
 def test_the_effect_is_named_with_its_value_and_adding_it_lowers_the_error(

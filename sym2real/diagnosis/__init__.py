@@ -12,6 +12,7 @@ from sym2real.diagnosis.one_step import one_step_residuals
 from sym2real.diagnosis.plan import plan
 from sym2real.diagnosis.prediction_errors import ChannelError, HorizonErrors
 from sym2real.diagnosis.residuals import Residuals
+from sym2real.diagnosis.sanity import Fault
 from sym2real.diagnosis.start import ROWS
 from sym2real.diagnosis.term import Term, add_term
 from sym2real.diagnosis.visible import AssumedNoise, Plan, Visible
@@ -27,6 +28,7 @@ __all__ = [
     "Diagnosis",
     "Estimate",
     "Fall",
+    "Fault",
     "Finding",
     "Floor",
     "Gate",

@@ -227,7 +227,13 @@ def _rivals(selection: Selection, others: list[Candidate]) -> tuple[Rival, ...]:
     for scored in selection.ranked(rest, fit.values, others):
         share = float((without - scored.held_out).sum()) / max(gain, 1e-12)
         alike = gain > 0.0 and as_good(share, scored.held_out - selection.held_out, selection.loss)
-        found.append(Rival(scored.candidate.name, 1.0 - scored.loss / float(without.sum()), alike))
+        found.append(
+            Rival(
+                selection.problems.problem.library.key(scored.candidate.name),
+                1.0 - scored.loss / float(without.sum()),
+                alike,
+            )
+        )
     return tuple(found)
 
 

@@ -12,11 +12,13 @@ import numpy as np
 import torch
 
 from sym2real import rotation
+from sym2real.effects.body import GRAVITY
 from sym2real.trajectory import Array, Trajectory
 
 RATES, VELOCITIES = ("wx", "wy", "wz"), ("vx", "vy", "vz")
 SMOOTHING = 5  # rows
 LEAST_MOTION = {"rad/s": 0.05, "m/s": 0.02}  # standard deviation below which a sign is not judged
+LEAST_TILT = 0.01  # standard deviation in units of gravity below which a tilt is not judged
 AGREES, REVERSED = 0.5, -0.5
 
 
@@ -51,12 +53,40 @@ def rate_agreement(logs: Sequence[Trajectory]) -> dict[str, Agreement]:
         return {}
     found = {}
     for column in (name for name in RATES if name in layout):
-        pairs = [(_middle(trajectory.column(column)), _turning(trajectory, column)) for trajectory in logs]
+        pairs = [(_middle(trajectory.column(column)), turning(trajectory, column)) for trajectory in logs]
         found[column] = Agreement(_correlation(pairs, LEAST_MOTION["rad/s"]))
     return found
 
 
-def _turning(trajectory: Trajectory, column: str) -> Array:
+def thrust_agreement(logs: Sequence[Trajectory]) -> Agreement:
+    """The horizontal way that a quadrotor is pushed, against where its attitude says that its thrust points.
+
+    As it stands, and with the attitude turned the other way (world to body where body to world is meant).
+    """
+    layout = logs[0].layouts.state
+    if not layout.has_field("attitude") or not all(name in layout for name in ("x", "y")):
+        return Agreement(None)
+    moved = [[_pushed(one.column(name), one) for name in ("x", "y")] for one in logs]
+    found = []
+    for turn in (lambda q: q, rotation.conjugate):
+        pairs = []
+        for log, pushed in zip(logs, moved, strict=True):
+            attitude = turn(torch.as_tensor(log.state[:, layout.slice("attitude")]))
+            axis = rotation.rotate(attitude, torch.tensor([0.0, 0.0, 1.0], dtype=torch.float64)).numpy()
+            pairs += [(axis[1:-1, place], pushed[place]) for place in (0, 1)]
+        found.append(_correlation(pairs, LEAST_TILT))
+    return Agreement(*found)
+
+
+def _pushed(position: Array, log: Trajectory) -> Array:
+    """Acceleration in units of gravity between rows that are averaged first ``# (rows - 2,)``."""
+    kernel = np.ones(2 * SMOOTHING + 1) / (2 * SMOOTHING + 1)
+    smooth = np.convolve(np.pad(position, SMOOTHING, mode="edge"), kernel, "valid")
+    found: Array = np.diff(smooth, n=2) / log.dt**2 / GRAVITY
+    return found
+
+
+def turning(trajectory: Trajectory, column: str) -> Array:
     """Rate between rows about a body axis in rad/s ``# (rows - 1,)``, from the attitude."""
     layout, steps = trajectory.layouts.state, np.diff(trajectory.time)
     if layout.has_field("heading"):
@@ -79,13 +109,13 @@ def velocity_agreement(logs: Sequence[Trajectory]) -> dict[str, Agreement]:
             continue
         moved = [np.diff(one.column(position)) / np.diff(one.time) for one in logs]
         own = _correlation([(_middle(one.column(column)), m) for one, m in zip(logs, moved, strict=True)], least)
-        turned = [_to_world(one) for one in logs]
+        turned = [to_world(one) for one in logs]
         other = [(_middle(t[:, place]), m) for t, m in zip(turned, moved, strict=True) if t is not None]
         found[column] = Agreement(own, _correlation(other, least) if other else None)
     return found
 
 
-def _to_world(trajectory: Trajectory) -> Array | None:
+def to_world(trajectory: Trajectory) -> Array | None:
     """Velocities as if they had been logged in body axes, in world axes ``# (rows, 2 or 3)``."""
     layout = trajectory.layouts.state
     velocity = np.column_stack([trajectory.column(name) for name in VELOCITIES if name in layout])

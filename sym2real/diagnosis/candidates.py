@@ -11,7 +11,7 @@ import numpy as np
 import torch
 
 from sym2real.diagnosis.inputs import ANGLE
-from sym2real.diagnosis.library import Library
+from sym2real.diagnosis.library import SWINGING, Library
 from sym2real.effects import Effect, applicable, effect
 from sym2real.effects.filters import spelled_out
 from sym2real.effects.groups import Group, holding, others_of, unnamed
@@ -25,7 +25,6 @@ NOT_SEARCHED = (
     "sensor_*",
     "time_shift*",
     "payload",
-    "rotor_loss",
     "rotor_reaction",
     "rate_limit:w*",
     "rate_limit:thrust",
@@ -51,7 +50,6 @@ STANDS_FOR = {
     "wind": ("slope",),
     "gain:steer": ("wheelbase",),
 }
-SWINGS = "periodic_force"
 PAIR = ("wx_cmd", "wy_cmd")
 STILL = 1e-9
 GRIDS: dict[str, tuple[float, ...]] = {
@@ -131,7 +129,7 @@ def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
     exclusive = [group for group in groups if group.one_of]
     for key, one in library.effects.items():
         slots = library.indices(key)
-        if not slots or one.column == PAIR[1] or (one.kind == SWINGS and not _swings(data)):
+        if not slots or one.column == PAIR[1] or (one.kind in SWINGING and not _swings(data)):
             continue
         keys: tuple[str, ...] = (key,)
         free: tuple[tuple[int, ...], ...] = tuple((slot,) for slot in slots)

@@ -9,7 +9,7 @@ from typing import Any
 
 from sym2real.diagnosis.constant import find_constants
 from sym2real.diagnosis.features import Region
-from sym2real.diagnosis.findings import Finding, findings, with_swing
+from sym2real.diagnosis.findings import Finding, findings, told
 from sym2real.diagnosis.floor import Floor, floor_of_explained
 from sym2real.diagnosis.groups import groups_of
 from sym2real.diagnosis.held_out import Gate, without_harm
@@ -162,7 +162,7 @@ def _answer(
     groups = groups_of(selection)
     provisional = problems.block_count < FEWEST_BLOCKS
     found = tuple(findings(selection, groups, freedom, provisional, weighed.calibration)) if selection.chosen else ()
-    found = with_swing(found, weighed.swing, checked.data)
+    found = told(found, library, weighed.swing, checked.data)
     rest = Rest.of(problems.problem, weighed.spread, problems.whitening, selection.fit.values)
     own = weighed.calibration
     of_the_base = None if own is None else lambda: Rest.of(own.problem, own.spread, own.whitening, own.origin)

@@ -9,11 +9,12 @@ from typing import Any
 import torch
 
 from sym2real.diagnosis.calibrate import Calibration
-from sym2real.diagnosis.candidates import SWINGS, Candidate
+from sym2real.diagnosis.candidates import Candidate
 from sym2real.diagnosis.cleaned import cleaned
 from sym2real.diagnosis.deviations import reported
 from sym2real.diagnosis.fit import Fit
 from sym2real.diagnosis.importance import by_importance
+from sym2real.diagnosis.library import SWINGING, Library
 from sym2real.diagnosis.nuisance import BY_TORQUE, STIFFNESS
 from sym2real.diagnosis.select import Selection
 from sym2real.diagnosis.significance import half_widths
@@ -168,18 +169,26 @@ def findings(
     return found
 
 
-def with_swing(found: Sequence[Finding], swing: Swing | None, logs: Dataset) -> tuple[Finding, ...]:
-    """The findings, one that swings with its frequency, and with its phase where there is one log.
+def told(found: Sequence[Finding], library: Library, swing: Swing | None, logs: Dataset) -> tuple[Finding, ...]:
+    """The findings under the keys that a user types, with what was settled before the search.
 
-    The phase at the start of a log of length T is known to T/√3 times the frequency's deviation (both from the same
-    line through the angle).
+    That is which rotor lost thrust, and how fast a force swings; also its phase where there is one log, which at the
+    start of a log of length T is known to T/√3 times the frequency's deviation (both from one line through the angle).
     """
-    if swing is None:
-        return tuple(found)
-    known = {"omega": _about(swing.omega, swing.deviation, "rad/s")}
-    if len(logs) == 1:
-        known["phase"] = _about(swing.phases[0], swing.deviation * len(logs[0]) * logs[0].dt / 3**0.5, "rad")
-    return tuple(replace(one, parameters={**one.parameters, **known}) if one.effect == SWINGS else one for one in found)
+    known: dict[str, Estimate] = {}
+    if swing is not None:
+        known["omega"] = _about(swing.omega, swing.deviation, "rad/s")
+        if len(logs) == 1:
+            known["phase"] = _about(swing.phases[0], swing.deviation * len(logs[0]) * logs[0].dt / 3**0.5, "rad")
+    result = []
+    for one in found:
+        chosen = {name: Estimate(value, value, value, "1") for name, value in library.choice(one.effect).items()}
+        settled = chosen | (known if one.effect in SWINGING else {})
+        group = tuple(dict.fromkeys(library.key(name) for name in one.group))
+        result.append(
+            replace(one, effect=library.key(one.effect), parameters={**settled, **one.parameters}, group=group)
+        )
+    return tuple(result)
 
 
 def _about(value: float, deviation: float, unit: str) -> Estimate:

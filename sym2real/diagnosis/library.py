@@ -20,7 +20,9 @@ from sym2real.symbolic import Equations, compile_function, compile_model, symbol
 # Effects that bring hidden states, which do not matter where these are at their null value.
 HIDING = ("motor_lag",)
 # A phase that is a column has no frequency beside it.
-SWINGING: dict[str, Expr] = {"omega": Integer(0), "phase": symbol(ANGLE)}
+SWINGING: dict[str, dict[str, Expr | float]] = {"periodic_force": {"omega": 0.0, "phase": symbol(ANGLE)}}
+# Parameters that are a choice among few.
+CHOICES = {"rotor_loss": ("rotor", (1, 2, 3, 4))}
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
@@ -39,7 +41,7 @@ class Library:
     Args:
         base: without them.
         equations: all effects at their null values.
-        effects: the candidates by key.
+        effects: the candidates by key; where one is of several kinds (which rotor), by key and number.
         slots: the parameters that can be fitted, in the order of a parameter set.
     """
 
@@ -52,19 +54,20 @@ class Library:
     def of(cls, base: Equations, effects: Sequence[Effect]) -> Library:
         """The base with these effects, their fitted parameters free.
 
-        An effect with a phase of its own in every log swings with the logs' column :data:`ANGLE`.
+        An effect with a phase of its own in every log swings with the logs' column :data:`ANGLE`; one that is a
+        choice among few is there once for each.
         """
+        named: dict[str, Effect] = {}
         chosen = []
         slots: list[Slot] = []
         for effect in effects:
-            swings = any(p.per_log for p in effect.parameters)
-            given = SWINGING if swings else {}
-            base = with_angle(base) if swings else base
-            fitted = [p for p in effect.parameters if p.fitted and p.name not in given]
-            symbols = effect.symbols()
-            chosen.append((effect, {**given, **{p.name: symbols[p.name] for p in fitted}}))
-            slots += [Slot(effect.key, p) for p in fitted]
-        return cls(base, compose(shielded(base), chosen), {effect.key: effect for effect in effects}, tuple(slots))
+            base = with_angle(base) if effect.kind in SWINGING else base
+            for name, given in _settled(effect):
+                named[name] = effect
+                fitted = [p for p in effect.parameters if p.fitted and p.name not in given]
+                chosen.append((effect, {**given, **{p.name: _symbol(effect, name, p.name) for p in fitted}}))
+                slots += [Slot(name, p) for p in fitted]
+        return cls(base, compose(shielded(base), chosen), named, tuple(slots))
 
     @cached_property
     def columns(self) -> tuple[int, ...]:
@@ -73,7 +76,17 @@ class Library:
         return tuple(names.index(self._parameter(slot)) for slot in self.slots)
 
     def _parameter(self, slot: Slot) -> str:
-        return self.effects[slot.effect].symbols()[slot.parameter.name].name if slot.effect else slot.parameter.name
+        name, parameter = slot.effect, slot.parameter.name
+        return _symbol(self.effects[name], name, parameter).name if name else parameter
+
+    def choice(self, name: str) -> dict[str, float]:
+        """What is settled of an effect that is a choice among few, by parameter."""
+        key, _, number = name.partition(" ")
+        return {CHOICES[key][0]: float(number)} if number else {}
+
+    def key(self, name: str) -> str:
+        """Of the effect that stands here under a name."""
+        return self.effects[name].key if name in self.effects else name
 
     def indices(self, key: str) -> tuple[int, ...]:
         """Slots of an effect."""
@@ -145,6 +158,20 @@ class Library:
         if slots is None:
             return torch.ones(len(sets), dtype=torch.bool)
         return (sets[:, list(slots)] != self._null[list(slots)]).any(dim=1)
+
+
+def _settled(effect: Effect) -> list[tuple[str, dict[str, Expr | float]]]:
+    """Names under which an effect is tried, with the values that it has there."""
+    if effect.kind in CHOICES:
+        parameter, numbers = CHOICES[effect.kind]
+        return [(f"{effect.key} {number}", {parameter: float(number)}) for number in numbers]
+    return [(effect.key, SWINGING.get(effect.kind, {}))]
+
+
+def _symbol(effect: Effect, name: str, parameter: str) -> Symbol:
+    found = effect.symbols()[parameter]
+    number = name.partition(" ")[2]
+    return symbol(f"{found.name}_{number}") if number else found
 
 
 def with_angle(base: Equations) -> Equations:

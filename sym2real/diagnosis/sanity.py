@@ -1,18 +1,35 @@
-"""Faults of the data that are settled before any search: signs of rates, time step, saturation."""
+"""Faults of the data, settled before any search: frames, signs, scales, biases and time shifts of sensors."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
 
-from sym2real.diagnosis.agreement import REVERSED, rate_agreement
-from sym2real.effects import effect
+from sym2real import rotation
+from sym2real.diagnosis.agreement import (
+    AGREES,
+    RATES,
+    REVERSED,
+    VELOCITIES,
+    rate_agreement,
+    thrust_agreement,
+    to_world,
+    velocity_agreement,
+)
+from sym2real.diagnosis.sensor_faults import readings
+from sym2real.effects import EFFECTS
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Dataset
 
 SATURATED = 0.05
+SAID = {
+    "sensor_scale": "the logged {column} is {0:.3g} times what the {other} changes by",
+    "sensor_bias": "the logged {column} is {0:.3g} more than what the {other} changes by",
+    "time_shift": "the logged {column} is {1:.0f} ms behind the {other}",
+}
 DT_TOLERANCE = 0.02
 
 
@@ -23,13 +40,29 @@ class Fault:
     Args:
         effect: key of the measurement effect that describes it; "" where none does.
         evidence: what shows it, one sentence.
+        fix: what to change in the log, the driver or the sensor.
+        value: of the effect's parameter; None where there is no effect.
     """
 
     effect: str
     evidence: str
+    fix: str = ""
+    value: float | None = None
 
-    def to_dict(self) -> dict[str, str]:
-        return {"effect": self.effect, "evidence": self.evidence}
+    @property
+    def name(self) -> str:
+        """For a sentence."""
+        if not self.effect:
+            return self.evidence
+        return (
+            self.effect
+            if self.value is None or self.effect.startswith("sensor_sign")
+            else (f"{self.effect} ({self.value:.3g})")
+        )
+
+    def to_dict(self) -> dict[str, str | float | None]:
+        """The entry of ``faults`` in DESIGN.md, "Names that stay"."""
+        return dict(vars(self))
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,31 +81,89 @@ class Checked:
 
 
 def check(model: Equations, data: Dataset) -> Checked:
-    """Find and undo what no model can explain."""
+    """Find and undo what no model can explain: frames first, then signs, then scales, biases and time shifts."""
+    found: list[Fault] = []
+    for settle in (_attitude, _velocity_frame, _signs, _sensors):
+        faults, data = settle(data)
+        found += faults
+    return Checked(data, tuple(found), (*_time_step(model, data), *_saturation(data)))
+
+
+Settled = tuple[Sequence[Fault], Dataset]
+
+
+def _attitude(data: Dataset) -> Settled:
+    """Quaternions that turn from world to body."""
+    agreement = thrust_agreement(list(data))
+    if agreement.verdict not in ("other frame", "reversed") or (agreement.in_other_frame or 0.0) <= AGREES:
+        return (), data
+    evidence = (
+        f"where the attitude says that thrust points and where the robot is pushed correlate by "
+        f"{agreement.correlation:.2f}, with the attitude turned the other way by {agreement.in_other_frame:.2f}"
+    )
+    fix = "log the quaternion from body to world: change the sign of qx, qy, qz"
+    place, turned = data.layouts.state.slice("attitude"), []
+    for log in data:
+        state = log.state.copy()
+        state[:, place] = rotation.conjugate(torch.as_tensor(state[:, place])).numpy()
+        turned.append(replace(log, state=state))
+    return [Fault("", evidence, fix)], Dataset(turned)
+
+
+def _velocity_frame(data: Dataset) -> Settled:
+    """Velocities along body axes."""
+    found = {name: one for name, one in velocity_agreement(list(data)).items() if one.verdict == "other frame"}
+    if not found:
+        return (), data
+    (name, one), *_ = found.items()
+    evidence = (
+        f"the logged {name} and the position's derivative correlate by {one.correlation:.2f}, turned from body to "
+        f"world axes by {one.in_other_frame:.2f}"
+    )
+    turned, columns = [], [name for name in VELOCITIES if name in data.layouts.state]
+    for log in data:
+        state, velocity = log.state.copy(), to_world(log)
+        assert velocity is not None  # it has just been compared
+        state[:, data.layouts.state.indices(columns)] = velocity
+        turned.append(replace(log, state=state))
+    return [Fault("", evidence, "log the velocity along world axes, or turn it when the log is read")], Dataset(turned)
+
+
+def _signs(data: Dataset) -> Settled:
     faults = rate_signs(data)
-    for fault in faults:
-        wrong = effect(fault.effect, replace_layouts(model, data))
-        data = Dataset(_corrected(trajectory, wrong) for trajectory in data)
-    return Checked(data, faults, (*_time_step(model, data), *_saturation(data)))
-
-
-def replace_layouts(model: Equations, data: Dataset) -> Equations:
-    """The model itself: its state columns are the data's."""
-    return model if model.layouts.state == data.layouts.state else replace(model, layouts=data.layouts)
-
-
-def _corrected(trajectory: Trajectory, wrong) -> Trajectory:  # type: ignore[no-untyped-def]
-    state = wrong.correct(torch.as_tensor(trajectory.state), {"value": -1.0}).numpy()
-    return replace(trajectory, state=state)
+    columns = [data.layouts.state.index(fault.effect.partition(":")[2]) for fault in faults]
+    signs = np.ones(data.layouts.state.size)
+    signs[columns] = -1.0
+    return faults, Dataset(replace(log, state=log.state * signs) for log in data) if faults else data
 
 
 def rate_signs(data: Dataset) -> tuple[Fault, ...]:
     """Body rates whose sign contradicts the attitude's derivative."""
     return tuple(
-        Fault(f"sensor_sign:{column}", f"the logged {column} and the attitude's derivative correlate by {found:.3f}")
+        Fault(
+            f"sensor_sign:{column}",
+            f"the logged {column} and the attitude's derivative correlate by {found:.3f}",
+            EFFECTS["sensor_sign"].fix,
+            -1.0,
+        )
         for column, agreement in rate_agreement(list(data)).items()
         if (found := agreement.correlation) is not None and found < REVERSED
     )
+
+
+def _sensors(data: Dataset) -> Settled:
+    """Scales, biases and time shifts of rates and velocities."""
+    faults = []
+    for one in readings(data):
+        data = Dataset(one.undone(log) for log in data)
+        for kind, value in one.faulty.items():
+            said = SAID[kind].format(value, 1e3 * value, column=one.column, other=_measured_by(one.column))
+            faults.append(Fault(f"{kind}:{one.column}", said, EFFECTS[kind].fix, value))
+    return faults, data
+
+
+def _measured_by(column: str) -> str:
+    return "attitude" if column in RATES else "position"
 
 
 def _time_step(model: Equations, data: Dataset) -> tuple[str, ...]:

@@ -41,7 +41,7 @@ def summary(
     """One sentence a person reads."""
     parts = []
     if faults:
-        parts.append("the data show " + ", ".join(fault.effect for fault in faults))
+        parts.append("the data show " + ", ".join(fault.name for fault in faults))
     if found:
         parts.append("missing: " + "; ".join(_one(finding) for finding in found))
         fall = fall_of_error(stages)

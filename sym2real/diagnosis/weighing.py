@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import torch
 
 from sym2real.diagnosis import calibrate
-from sym2real.diagnosis.candidates import SWINGS, Candidate, candidates, library_for
+from sym2real.diagnosis.candidates import Candidate, candidates, library_for
 from sym2real.diagnosis.fit import Problems
-from sym2real.diagnosis.library import Library
+from sym2real.diagnosis.library import SWINGING, Library
 from sym2real.diagnosis.nuisance import nuisance_of
 from sym2real.diagnosis.overfit import overfitted
 from sym2real.diagnosis.prepared import with_filtered_commands
@@ -95,7 +95,7 @@ def weigh(
     on_progress("weighing errors")
     spread, whitening, values = whiten(problem, tried)
     swing = None
-    if SWINGS in searched.effects:
+    if any(name in SWINGING for name in searched.effects):
         swing = find_swing(Problems.of(problem, whitening), values, len(tried))
     if swing is not None:
         checked = replace(checked, data=swing.in_data(checked.data))

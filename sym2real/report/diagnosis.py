@@ -8,7 +8,7 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from sym2real.diagnosis import Diagnosis, Fall, Finding, Term, Tried, Where
+from sym2real.diagnosis import Diagnosis, Fall, Fault, Finding, Term, Tried, Where
 from sym2real.diagnosis.leftover import MISFIT
 from sym2real.report.ladder import ladder_table
 from sym2real.report.tables import number
@@ -19,7 +19,7 @@ STYLE = {"EFFECT": "bold yellow", "NOTHING_MISSING": "bold green", "UNEXPLAINED"
 def diagnosis_report(diagnosis: Diagnosis) -> RenderableType:
     """Everything a person reads of a diagnosis."""
     parts: list[RenderableType] = [f"[{STYLE[diagnosis.verdict]}]{diagnosis.verdict}[/] {escape(diagnosis.summary)}"]
-    parts += [f"[red]fault[/] {escape(fault.effect)}: {escape(fault.evidence)}" for fault in diagnosis.faults]
+    parts += fault_lines(diagnosis.faults)
     parts += where_lines(diagnosis.where)
     if diagnosis.findings:
         parts += ["", "[bold]what the model lacks[/]", findings_list(diagnosis.findings), ""]
@@ -59,7 +59,7 @@ def tried_report(tried: Tried) -> RenderableType:
     """Everything a person reads of one effect that was held against logs."""
     verdict = "[bold green]SUPPORTED[/]" if tried.supported else "[bold red]NOT SUPPORTED[/]"
     parts: list[RenderableType] = [f"{verdict} {escape(tried.summary)}"]
-    parts += [f"[red]fault[/] {escape(fault.effect)}: {escape(fault.evidence)}" for fault in tried.faults]
+    parts += fault_lines(tried.faults)
     parts += [findings_list((tried.finding,)), ""]
     if tried.rivals:
         parts.append(rivals_table(tried))
@@ -68,6 +68,12 @@ def tried_report(tried: Tried) -> RenderableType:
     parts += _remarks(tried.notes)
     parts.append(f"[dim]{tried.seconds:.0f} s[/]")
     return Group(*parts)
+
+
+def fault_lines(faults: Sequence[Fault]) -> list[str]:
+    """What is wrong with the data and was undone, a line each, and what to change."""
+    said = [f"{fault.effect}: {fault.evidence}" if fault.effect else fault.evidence for fault in faults]
+    return [f"[red]fault[/] {escape(line)}; fix: {escape(fault.fix)}" for line, fault in zip(said, faults, strict=True)]
 
 
 def where_lines(where: Sequence[Where]) -> list[str]:

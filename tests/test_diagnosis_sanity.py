@@ -1,0 +1,109 @@
+"""Sensors and frames that are wrong in a known way are named with their value, and undone; honest logs are left alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from noisy_flights import flights_with
+
+from sym2real import rotation
+from sym2real.diagnosis.sanity import check
+from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.trajectory import Array, Dataset
+
+
+def changed(data: Dataset, column: str, change: Callable[[Array], Array]) -> Dataset:
+    """Logs with a column of the state as a broken sensor writes it."""
+    place, broken = data.layouts.state.index(column), []
+    for log in data:
+        state = log.state.copy()
+        state[:, place] = change(state[:, place])
+        broken.append(replace(log, state=state))
+    return Dataset(broken)
+
+
+def plain() -> Dataset:
+    return flights_with("", {})
+
+
+def test_honest_logs_have_no_fault() -> None:
+    assert check(CRAZYFLIE.nominal(), plain()).faults == ()
+    assert check(MUSHR.nominal(), simulate_case(Case("mushr", (), seed=4), rows=200)).faults == ()
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "tolerance"),
+    [("sensor_scale:wy", 1.2, 0.03), ("sensor_bias:wx", 0.15, 0.02), ("time_shift:wy", 0.06, 0.006)],
+)
+def test_a_gyro_that_was_wrong_in_flight_is_settled(key: str, value: float, tolerance: float) -> None:
+    checked = check(CRAZYFLIE.nominal(), flights_with(key, {"value": value}))
+    (fault,) = checked.faults
+    assert fault.effect == key
+    assert fault.value == pytest.approx(value, abs=tolerance)
+    assert fault.fix
+    assert check(CRAZYFLIE.nominal(), checked.data).faults == ()
+
+
+@pytest.mark.parametrize(
+    ("column", "change", "fault"),
+    [
+        ("wx", np.rad2deg, "sensor_scale:wx"),
+        ("vy", lambda v: 1e3 * v, "sensor_scale:vy"),
+        ("vz", lambda v: v + 0.1, "sensor_bias:vz"),
+        ("wz", lambda w: -w, "sensor_sign:wz"),
+    ],
+)
+def test_a_column_in_the_wrong_unit_or_sign_is_settled(
+    column: str, change: Callable[[Array], Array], fault: str
+) -> None:
+    data = plain()
+    checked = check(CRAZYFLIE.nominal(), changed(data, column, change))
+    assert [one.effect for one in checked.faults] == [fault]
+    place = data.layouts.state.index(column)
+    for mine, original in zip(checked.data, data, strict=True):
+        scatter = np.std(original.state[:, place])
+        np.testing.assert_allclose(mine.state[:, place], original.state[:, place], atol=0.05 * max(scatter, 0.2))
+
+
+def test_a_cars_gyro_is_settled_from_its_heading() -> None:
+    data = simulate_case(Case("mushr", (), seed=4), rows=200)
+    checked = check(MUSHR.nominal(), changed(data, "wz", lambda w: 0.8 * w + 0.1))
+    assert {one.effect: pytest.approx(one.value, rel=0.1) for one in checked.faults} == {
+        "sensor_scale:wz": 0.8,
+        "sensor_bias:wz": 0.1,
+    }
+
+
+def test_velocities_along_body_axes_are_turned() -> None:
+    data = plain()
+    layout, broken = data.layouts.state, []
+    for log in data:
+        state = log.state.copy()
+        attitude = torch.as_tensor(state[:, layout.slice("attitude")])
+        velocity = torch.as_tensor(state[:, layout.slice("velocity")])
+        state[:, layout.slice("velocity")] = rotation.rotate(rotation.conjugate(attitude), velocity).numpy()
+        broken.append(replace(log, state=state))
+    checked = check(CRAZYFLIE.nominal(), Dataset(broken))
+    (fault,) = checked.faults
+    assert "from body to world axes" in fault.evidence
+    for mine, original in zip(checked.data, data, strict=True):
+        np.testing.assert_allclose(mine.state, original.state, atol=1e-9)
+
+
+def test_an_attitude_from_world_to_body_is_turned() -> None:
+    data = plain()
+    place, broken = data.layouts.state.slice("attitude"), []
+    for log in data:
+        state = log.state.copy()
+        state[:, place] = rotation.conjugate(torch.as_tensor(state[:, place])).numpy()
+        broken.append(replace(log, state=state))
+    checked = check(CRAZYFLIE.nominal(), Dataset(broken))
+    (fault,) = checked.faults
+    assert "turned the other way" in fault.evidence
+    for mine, original in zip(checked.data, data, strict=True):
+        np.testing.assert_allclose(mine.state, original.state, atol=1e-12)

@@ -1,4 +1,4 @@
-"""Sensors and frames that are wrong in a known way are named with their value, and undone; honest logs are left alone."""
+"""Sensors and frames that are wrong in a known way are named with their value, and undone; honest logs stay."""
 
 from __future__ import annotations
 

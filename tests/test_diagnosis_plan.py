@@ -12,8 +12,8 @@ from sym2real.cli import main
 from sym2real.diagnosis import Plan, plan
 from sym2real.errors import UnknownNameError
 from sym2real.experiments.planned import manoeuvre, planned_runs, usual_noise
-from sym2real.experiments.standard_references import DRIVES, FLIGHTS, Manoeuvre
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS
+from sym2real.tasks.standard_paths import DRIVES, FLIGHTS, Manoeuvre
 
 HOVER = (Manoeuvre("hover", height=0.6),) * 2
 CIRCLE = Manoeuvre("circle", 1.5, 1.0)

@@ -10,9 +10,9 @@ from sym2real.effects import effect
 from sym2real.errors import UnknownNameError
 from sym2real.experiments.standard_cases import standard_cases
 from sym2real.experiments.standard_conditions import ANGLE_NOISE, GYRO_NOISE, POSITION_NOISE, sensors
-from sym2real.experiments.standard_references import DRIVES, FLIGHTS, Manoeuvre, drive, flight
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
+from sym2real.tasks.standard_paths import DRIVES, FLIGHTS, Manoeuvre, drive, flight
 
 H = 1e-4
 

@@ -12,8 +12,8 @@ from rich.console import Console
 
 if TYPE_CHECKING:
     from sym2real.diagnosis import Plan
-    from sym2real.experiments.standard_references import Manoeuvre
     from sym2real.robots import Robot
+    from sym2real.tasks.standard_paths import Manoeuvre
 
 
 @dataclass(frozen=True)

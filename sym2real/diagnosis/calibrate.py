@@ -13,17 +13,15 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from numpy.typing import ArrayLike
 from torch import Tensor
 
-from sym2real.control import GeometricQuadrotor, PurePursuit
 from sym2real.diagnosis.candidates import Candidate
 from sym2real.diagnosis.fit import Fit, Free, Hypothesis, Problems
+from sym2real.diagnosis.flying import fly
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.whitening import Spread, Whitening
-from sym2real.plants import MujocoPlant, run_episode
-from sym2real.protocols import Controller
+from sym2real.plants import MujocoPlant
 from sym2real.trajectory import Array, Dataset, Trajectory
 
 # Without noise a few seconds of every manoeuvre say as much as all of it.
@@ -32,25 +30,6 @@ MOST_LOGS, MOST_ROWS, FEWEST_ROWS = 8, 160, 100
 GAIN, MOST_EFFECTS, STEPS = 0.001, 8, 2
 # Rows over which a path is smoothed, and over which changes of a command count as quick.
 SMOOTHING, QUICK = 9, 15
-
-
-class _Dithered:
-    """A controller with the log's own quick changes of command on top of its commands, row by row."""
-
-    def __init__(self, controller: Controller, log: Trajectory, low: Array, high: Array) -> None:
-        self.controller, self.low, self.high = controller, low, high
-        self.dither = log.action - _smoothed(log.action, QUICK)
-
-    def reset(self) -> None:
-        self.controller.reset()
-
-    def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
-        wanted = self.controller.act(state, step, inputs) + self.dither[step]
-        action: Array = np.clip(wanted, self.low, self.high)
-        return action
-
-    def remember(self, sent: ArrayLike) -> None:
-        self.controller.remember(sent)
 
 
 def _smoothed(columns: Array, rows: int) -> Array:
@@ -77,13 +56,8 @@ def _flight(plant: MujocoPlant, log: Trajectory) -> Trajectory:
         blended = (1 - part) * path[low] + part * path[low + 1]
         return robot.layouts.state.normalise(blended)
 
-    controller: Controller
-    if robot.layouts.state.has_field("attitude"):
-        controller = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference)
-    else:
-        controller = PurePursuit(robot.constants["wheelbase"], robot.low, robot.high, robot.dt, reference)
-    dithered = _Dithered(controller, log, robot.low, robot.high)
-    return run_episode(plant, dithered, start=log.state[0], steps=steps, name=log.name)
+    dither = (log.action - _smoothed(log.action, QUICK))[:steps]
+    return fly(plant, reference, dither, start=log.state[0], name=log.name)
 
 
 def reference_of(log: Trajectory) -> Tensor:
@@ -137,8 +111,7 @@ def calibrated(library: Library, candidates: Sequence[Candidate], data: Dataset,
     """
     problem = Problem(library, data)
     spread = Spread.of(problem, library.null)
-    power = torch.tensor([variances.pushes[name] for name in spread.names], dtype=torch.float64) / spread.sizes
-    whitening = spread.whitening(variances.sensor.square(), power.square())
+    whitening = spread.like(variances)
     problems = Problems.of(problem, whitening)
     smooth = [one for one in candidates if not one.needs_start]
     free = tuple(dict.fromkeys(tied for one in smooth for tied in one.free))

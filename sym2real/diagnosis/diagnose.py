@@ -19,6 +19,7 @@ from sym2real.diagnosis.locate import Where, locate
 from sym2real.diagnosis.sanity import Fault
 from sym2real.diagnosis.search import search
 from sym2real.diagnosis.select import Selection
+from sym2real.diagnosis.separation import with_advice
 from sym2real.diagnosis.significance import FEWEST_BLOCKS
 from sym2real.diagnosis.term import Term, propose
 from sym2real.diagnosis.verdict import Verdict, summary, verdict
@@ -146,9 +147,11 @@ def diagnose(
         weighed = replace(weighed, notes=(*weighed.notes, "interrupted: the search was not finished"))
     on_progress("scoring on held-out data")
     found = _answer(model, weighed, selection, held_out, horizon)
+    on_progress("looking for manoeuvres that would tell more")
+    advised = with_advice(found.findings, weighed.model, weighed.whitening, plant)
     on_progress("locating errors")
     where = locate(weighed.model, weighed.checked.data, region)
-    return replace(found, where=where, seconds=time.perf_counter() - started)
+    return replace(found, findings=advised, where=where, seconds=time.perf_counter() - started)
 
 
 def _answer(

@@ -111,6 +111,11 @@ class Spread:
     def of_segments(self, index: Tensor) -> Spread:
         return replace(self, start=self.start[index], pushes=self.pushes[index])
 
+    def like(self, other: Whitening) -> Whitening:
+        """With the noise and the disturbances of another."""
+        power = torch.tensor([other.pushes[name] for name in self.names], dtype=torch.float64) / self.sizes
+        return self.whitening(other.sensor.square(), power.square())
+
     def whitening(self, sensor: Tensor, power: Tensor) -> Whitening:
         """The inverse covariance by Woodbury's identity.
 

@@ -14,11 +14,11 @@ from sym2real.diagnosis import AssumedNoise
 from sym2real.errors import UnknownNameError
 from sym2real.experiments import standard_conditions as conditions
 from sym2real.experiments.disturbed import ColouredNoise, Disturbed
-from sym2real.experiments.standard_references import Manoeuvre, drive, flight
 from sym2real.experiments.standard_set import DITHER, DITHER_TIME, GAINS, AtItsPace
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Controller
 from sym2real.robots import Robot
+from sym2real.tasks.standard_paths import Manoeuvre, drive, flight
 from sym2real.tasks.task import flies
 from sym2real.trajectory import Dataset, Trajectory
 
@@ -38,7 +38,7 @@ def manoeuvre(robot: Robot, shape: str, options: Mapping[str, float]) -> Manoeuv
     Args:
         robot: that is to fly or drive it.
         shape: of the path.
-        options: fields of :class:`~sym2real.experiments.standard_references.Manoeuvre`: size (m), speed (m/s), height
+        options: fields of :class:`~sym2real.tasks.standard_paths.Manoeuvre`: size (m), speed (m/s), height
             (m), swing (m, of the height), modulation (part of the speed), clockwise (1 or 0).
 
     Raises:

@@ -21,11 +21,11 @@ from sym2real.effects import effect
 from sym2real.errors import ModelError
 from sym2real.experiments import standard_conditions as conditions
 from sym2real.experiments.disturbed import ColouredNoise, Disturbed
-from sym2real.experiments.standard_references import DRIVES, FLIGHTS, MODULATION_PERIOD, Manoeuvre, drive, flight
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Change, Controller
 from sym2real.robots import ROBOTS, Robot
 from sym2real.tasks.cost import tracking_cost
+from sym2real.tasks.standard_paths import DRIVES, FLIGHTS, MODULATION_PERIOD, Manoeuvre, drive, flight
 from sym2real.tasks.task import Reference, Task, flies
 from sym2real.trajectory import Array, Dataset, Trajectory
 

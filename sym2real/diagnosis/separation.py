@@ -1,0 +1,209 @@
+"""Which manoeuvre tells apart what the logs could not: tried in the plain simulator before anybody flies it.
+
+What was found is put into the prediction of every manoeuvre; then its rival is fitted to that in its place, all that
+it has free, with the noise and the disturbances of the logs. The part of the effect that the rival does not explain is
+what the manoeuvre shows: the two part where it is more than the gain that any finding needs (the rule by which they
+were held for one in the logs).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fnmatch import fnmatch
+
+import numpy as np
+
+from sym2real.diagnosis.candidates import STANDS_FOR, Candidate, candidates
+from sym2real.diagnosis.findings import Finding
+from sym2real.diagnosis.fit import REFIT_STEPS, Hypothesis, Problems
+from sym2real.diagnosis.flying import fly
+from sym2real.diagnosis.library import SWINGING, Library
+from sym2real.diagnosis.select import GAIN
+from sym2real.diagnosis.sensitivity import Problem
+from sym2real.diagnosis.whitening import Spread, Whitening
+from sym2real.effects import effect
+from sym2real.plants import MujocoPlant
+from sym2real.symbolic import Equations
+from sym2real.tasks.standard_paths import Manoeuvre, drive, flight
+from sym2real.trajectory import Dataset
+
+SECONDS, LONG = 8.0, 16.0
+# White dither on the commands of every manoeuvre: thrust N and rates rad/s; steering rad and speed m/s. And more of it.
+DITHER = {"flight": (0.005, 0.05, 0.05, 0.05), "drive": (0.01, 0.03)}
+MORE = 6.0
+# Rivals of a finding that are tried.
+MOST_RIVALS = 2
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A manoeuvre that may tell effects apart.
+
+    Args:
+        words: what is flown, for a sentence.
+        paths: its parts.
+        yaw_rate: of a quadrotor's heading in rad/s.
+        dither: factor on :data:`DITHER`.
+        seconds: of every part.
+    """
+
+    words: str
+    paths: tuple[Manoeuvre, ...]
+    yaw_rate: float = 0.0
+    dither: float = 1.0
+    seconds: float = SECONDS
+
+
+HOVER = Manoeuvre("hover", height=0.6)
+BOTH_WAYS, TIGHT = (
+    tuple(Manoeuvre("circle", size, speed, clockwise=clockwise) for clockwise in (False, True))
+    for size, speed in ((1.5, 1.0), (1.2, 1.9))
+)
+TRIALS = {
+    "flight": (
+        Trial("hover with a heading that turns at 0.6 rad/s", (HOVER,), yaw_rate=0.6),
+        Trial("circles at 0.5, 1 and 1.5 m/s", tuple(Manoeuvre("circle", 0.7, v, 0.6) for v in (0.5, 1.0, 1.5))),
+        Trial("climbs and descents by 0.3 m", (Manoeuvre("hover", height=0.8, swing=0.3),)),
+        Trial("low flight whose height moves between 0.08 and 0.2 m", (Manoeuvre("hover", height=0.14, swing=0.06),)),
+        Trial("hover with rate commands that are dithered by 0.3 rad/s", (HOVER,), dither=MORE),
+        Trial("16 s of hover in one go", (HOVER,), seconds=LONG),
+    ),
+    "drive": (
+        Trial("circles of 1.5 m both ways", BOTH_WAYS),
+        Trial("wide circles at 0.5 to 2 m/s", tuple(Manoeuvre("circle", 3.0, v) for v in (0.5, 1.0, 1.5, 2.0))),
+        Trial("tight circles both ways at 3 m/s²", TIGHT),
+        Trial("figures of eight whose speed swings by a third", (Manoeuvre("eight", 2.0, 1.2, modulation=0.33),)),
+        Trial("commands that are dithered", (Manoeuvre("circle", 2.0, 1.0),), dither=MORE),
+    ),
+}
+
+
+@dataclass(frozen=True)
+class _Outcome:
+    """What a manoeuvre shows: the part of a finding that each rival explains, and how much is left at least.
+
+    Args:
+        words: what is flown.
+        explained: by rival.
+        left: of the whitened squares, by the rival that leaves least, in units of what parts them.
+    """
+
+    words: str
+    explained: dict[str, float]
+    left: float
+
+
+def with_advice(
+    found: Sequence[Finding], equations: Equations, whitening: Whitening, plant: MujocoPlant | None
+) -> tuple[Finding, ...]:
+    """The findings, those that others may stand for with the manoeuvre that tells them apart and what it shows.
+
+    Args:
+        found: findings.
+        equations: the base.
+        whitening: noise and disturbances of the logs.
+        plant: the plain simulator; None where nothing can be tried, which the advice then says.
+    """
+    rivals = {one.effect: _testable(one, equations) for one in found}
+    tried: list[tuple[Trial, Dataset]] = []
+    if plant is not None and any(rivals.values()):
+        kind = "flight" if plant.robot.layouts.state.has_field("attitude") else "drive"
+        flown = ((trial, _flown(plant, trial, DITHER[kind])) for trial in TRIALS[kind])
+        tried = [(trial, data) for trial, data in flown if data is not None]
+    if not tried:
+        return tuple(replace(one, separate_by=_untried(one, rivals[one.effect])) for one in found)
+    keys = dict.fromkeys(key for one in found if rivals[one.effect] for key in (one.effect, *rivals[one.effect]))
+    library = Library.of(equations, [effect(key, equations) for key in keys])
+    result = []
+    for one in found:
+        others = rivals[one.effect]
+        outcomes = [_outcome(one, others, library, whitening, flown) for flown in tried] if others else []
+        result.append(replace(one, separate_by=_advice(one, outcomes)))
+    return tuple(result)
+
+
+def _testable(one: Finding, equations: Equations) -> tuple[str, ...]:
+    """Rivals that physics may tell from a finding, and that a fit can put in its place."""
+    if one.effect in SWINGING:
+        return ()
+    others = [key for key in one.group if key != one.effect and not _always(key, one.effect)]
+    # One that stands for a rival on every flight fares as that does.
+    first = [key for place, key in enumerate(others) if not any(_always(key, other) for other in others[:place])]
+    return tuple(key for key in first if effect(key, equations).applies(equations))[:MOST_RIVALS]
+
+
+def _always(one: str, other: str) -> bool:
+    return any(fnmatch(b, pattern) for a, b in ((one, other), (other, one)) for pattern in STANDS_FOR.get(a, ()))
+
+
+def _flown(plant: MujocoPlant, trial: Trial, dither: tuple[float, ...]) -> Dataset | None:
+    """The manoeuvre in the simulator; None where it cannot be flown."""
+    rows = round(trial.seconds / plant.robot.dt)
+    logs = []
+    for number, path in enumerate(trial.paths):
+        noise = np.random.default_rng(number).standard_normal((rows, len(dither)))
+        flies = plant.robot.layouts.state.has_field("attitude")
+        reference = flight(path, 0.0, trial.yaw_rate) if flies else drive(path, 0.0)
+        logs.append(fly(plant, reference, trial.dither * np.array(dither) * noise, name=f"{trial.words} {number}"))
+    return Dataset(logs) if all(len(log) == rows for log in logs) else None
+
+
+def _outcome(
+    one: Finding, rivals: Sequence[str], library: Library, whitening: Whitening, flown: tuple[Trial, Dataset]
+) -> _Outcome:
+    trial, data = flown
+    values = library.null
+    for slot in (name for name in range(len(library.slots)) if library.slots[name].effect == one.effect):
+        values[slot] = one.values.get(library.slots[slot].parameter.name, float(values[slot]))
+    plain = Problem(library, data)
+    segments = replace(plain.segments, measured=plain.states(values[None])[0])
+    problem = Problem(library, data, segments)
+    problems = Problems.of(problem, Spread.of(problem, library.null).like(whitening))
+    nothing = problems.quadratics([Hypothesis((), library.null)])[0].total
+    known, explained = candidates(library, data), {}
+    least = nothing
+    for key in rivals:
+        fits = problems.fit(_hypotheses(library, [c for c in known if key in c.keys]), REFIT_STEPS)
+        left = min((fit.total for fit in fits), default=nothing)
+        explained[key] = 1.0 - left / max(nothing, 1e-300)
+        least = min(least, left)
+    return _Outcome(trial.words, explained, least / (GAIN * problems.whitening.freedom))
+
+
+def _hypotheses(library: Library, rivals: Sequence[Candidate]) -> list[Hypothesis]:
+    """A fit from the null, and one from every start."""
+    found = []
+    for one in rivals:
+        for level in (None, *one.starts):
+            values = library.null
+            if level is not None:
+                values[list(one.free[0])] = level
+            found.append(Hypothesis(one.free, values))
+    return found
+
+
+def _advice(one: Finding, outcomes: Sequence[_Outcome]) -> str:
+    """What to fly, and what that shows; or that nothing which was tried would do."""
+    parts = []
+    if outcomes:
+        best = max(outcomes, key=lambda outcome: outcome.left)
+        shares = " and ".join(f"{key} explains {100 * part:.3g} %" for key, part in best.explained.items())
+        if best.left > 1.0:
+            parts.append(f"{best.words}: there {shares} of what {one.effect} does")
+        else:
+            parts.append(f"none of {len(outcomes)} manoeuvres that were tried (at best {best.words}: {shares} of it)")
+    return "; ".join([*parts, *_never(one)])
+
+
+def _untried(one: Finding, rivals: Sequence[str]) -> str:
+    parts = [f"{one.separate_by} (not tried: there is no simulator for it)"] if rivals else []
+    return "; ".join([*parts, *_never(one)])
+
+
+def _never(one: Finding) -> list[str]:
+    same = [key for key in one.group if key != one.effect and _always(key, one.effect)]
+    if not same:
+        return []
+    instead = ", but scales do: weigh the robot" if "added_mass" in (one.effect, *same) else ""
+    return [f"nothing in flight tells it from {' or '.join(same)}{instead}"]

@@ -22,6 +22,7 @@ from sym2real.diagnosis.ladder import Stage
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.sanity import Fault
 from sym2real.diagnosis.select import GAIN, Selection
+from sym2real.diagnosis.separation import with_advice
 from sym2real.diagnosis.significance import FEWEST_BLOCKS
 from sym2real.diagnosis.weighing import OnProgress, check_and_filter, weigh
 from sym2real.effects import Effect, compose, effect
@@ -185,8 +186,9 @@ def try_effect(
     scored_logs = weighed.checked.data if held_out is None else check_and_filter(equations, held_out).data
     steps = Steps.of(weighed.library, selection, same=held_out is None)
     horizons = steps.horizons(scored_logs, horizon)
+    finding = _finding(selection, rivals if supported else (), weighed.calibration)
     return Tried(
-        finding=_finding(selection, rivals if supported else (), weighed.calibration),
+        finding=with_advice([finding], weighed.model, weighed.whitening, plant)[0],
         supported=supported,
         gain=gain,
         rivals=tuple(rival for rival in rivals if rival.gain > max(GAIN, WORTH_A_LINE * gain))[:MOST_RIVALS],

@@ -95,7 +95,9 @@ def findings_list(findings: Sequence[Finding]) -> Table:
         share = f"removes {100 * finding.share:.0f} % of the excess error"
         table.add_row(str(place), f"[bold]{escape(finding.effect)}[/]  {share}{few}")
         for name, one in finding.parameters.items():
-            interval = f"[dim]95 % {number(one.low)} … {number(one.high)}[/]"
+            spread = finding.log_spread.get(name)
+            scatter = "" if spread is None else f", logs one by one ± {number(spread, 2)}"
+            interval = f"[dim]95 % {number(one.low)} … {number(one.high)}{scatter}[/]"
             table.add_row("", f"{escape(name)} = [bold]{number(one.value)}[/] {escape(one.unit)}  {interval}")
         rivals = [rival for rival in finding.group if rival != finding.effect]
         if rivals:

@@ -26,7 +26,7 @@ DEPENDS, SUSPECT = 0.10, 0.03
 OWN = 0.5
 TREES, LEAF, FOLDS = 20, 8, 4
 FEWEST = 60
-# Whitened squares per degree of freedom of an answer that leaves something out: null data leave 1.05 at most.
+# Whitened squares per degree of freedom of an answer that leaves something out: null data leave 1.06 at most.
 MISFIT, TOO_MUCH = "misfit", 1.2
 
 

@@ -15,6 +15,7 @@ from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import Equations, compile_model, parse_expression
 from sym2real.symbolic.level_rollout import LevelRollout
 from sym2real.symbolic.levels import cut
+from sym2real.symbolic.native_choice import MANY
 from sym2real.symbolic.source import function_program, step_program
 from sym2real.tasks import make_task
 
@@ -128,3 +129,15 @@ def test_mppi_plans_by_levels_what_it_plans_by_the_module() -> None:
     assert quick._torch.levels(1024) is not None and plain._torch.levels(1024) is None
     for step in range(2):
         np.testing.assert_allclose(quick.act(CRAZYFLIE.start, step), plain.act(CRAZYFLIE.start, step), atol=1e-4)
+
+
+def test_torch_alone_is_torch_however_much_there_is_to_roll_out() -> None:
+    """Equal bits: compiled rollouts would round differently."""
+    task, equations = make_task("circle", MUSHR), MUSHR.nominal()
+    settings = replace(MUSHR.mppi, samples=2048)  # more than are rolled out by levels
+    mppi = MPPI(compile_model(equations), MUSHR, task, settings=settings, backend="torch")
+    start = torch.tensor(MUSHR.start).float().expand(2048, -1)
+    for step in range(MANY // (2048 * mppi.horizon) + 2):
+        mppi.act(MUSHR.start, step)
+    expected = compile_model(equations).rollout(start, mppi.plan.actions)
+    torch.testing.assert_close(mppi.plan.states, expected, rtol=0, atol=0)

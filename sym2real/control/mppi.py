@@ -96,7 +96,15 @@ class MPPI:
         self._factor = covariance_factor(self.settings.noise if noise_covariance is None else noise_covariance).to(
             self.device, dtype
         )
-        self._torch = TorchStep(self.model, robot, task, settings=self.settings, filters=filters, kind=self._factor)
+        self._torch = TorchStep(
+            self.model,
+            robot,
+            task,
+            settings=self.settings,
+            filters=filters,
+            kind=self._factor,
+            alone=backend == "torch",
+        )
         self.horizon = self._torch.horizon
         self._smooth = smoothing(self.horizon, robot.dt, self.settings).to(self.device, dtype)
         self._low, self._high, self._rest = map(self._torch.tensor, (robot.low, robot.high, robot.rest))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from functools import cached_property
 
 import numpy as np
@@ -19,6 +20,7 @@ from sym2real.protocols import DynamicsModel
 from sym2real.robots.robot import MPPISettings, Robot
 from sym2real.symbolic import rollout
 from sym2real.symbolic.level_rollout import LevelRollout
+from sym2real.symbolic.native_choice import torch_alone
 from sym2real.tasks import Task
 from sym2real.tasks.cost import running_cost
 
@@ -35,6 +37,7 @@ class TorchStep:
         settings: horizon and temperature.
         filters: what actions go through; None for none.
         kind: device and precision, of a tensor that has them.
+        alone: without compiled rollouts, where torch was asked for.
     """
 
     def __init__(
@@ -46,10 +49,11 @@ class TorchStep:
         settings: MPPISettings,
         filters: FilterState | None,
         kind: Tensor,
+        alone: bool,
     ) -> None:
         self.model, self.robot, self.task, self.filters = model, robot, task, filters
         self.temperature, self.horizon = settings.temperature, max(1, round(settings.horizon / robot.dt))
-        self.device, self.dtype = kind.device, kind.dtype
+        self.device, self.dtype, self.alone = kind.device, kind.dtype, alone
         self._levels: dict[int, LevelRollout | None] = {}
 
     @cached_property
@@ -78,7 +82,8 @@ class TorchStep:
         if levels is not None:
             return levels(start, actions, known)
         start = start.expand(len(actions), -1)
-        return rollout(self.model, start, actions, known, normalise=self.robot.layouts.state.normalise)
+        with torch_alone() if self.alone else nullcontext():
+            return rollout(self.model, start, actions, known, normalise=self.robot.layouts.state.normalise)
 
     def levels(self, samples: int) -> LevelRollout | None:
         """The quickest way for this number of samples, kept for the last one; None for the model's own."""

@@ -7,6 +7,9 @@ compiler takes; until then, and wherever there is no compiler, torch computes th
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -31,6 +34,19 @@ class _Use:
     kernels: dict[torch.dtype, NativeRollout | None] = field(default_factory=dict)
 
 
+_allowed = ContextVar("rollouts may go to C", default=True)
+
+
+@contextmanager
+def torch_alone() -> Iterator[None]:
+    """Inside, torch computes every rollout."""
+    before = _allowed.set(False)
+    try:
+        yield
+    finally:
+        _allowed.reset(before)
+
+
 _uses: WeakKeyDictionary[Any, _Use] = WeakKeyDictionary()
 
 
@@ -44,6 +60,8 @@ def native_rollout(
         state, actions: as of :func:`sym2real.symbolic.rollout`.
         others: inputs and parameters.
     """
+    if not _allowed.get():
+        return None
     equations = getattr(model, "equations", None)
     operands = [state, actions, *(tensor for tensor in others if tensor is not None)]
     if not isinstance(model, torch.jit.ScriptModule) or not isinstance(equations, Equations):

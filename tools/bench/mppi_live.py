@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import multiprocessing
 import os
 import subprocess
 import sys
@@ -18,6 +17,7 @@ from figures import Figure
 from mppi_models import Subject
 
 from sym2real.control import MPPI
+from sym2real.control.fused import cores
 from sym2real.diagnosis import diagnose
 from sym2real.experiments.standard_cases import standard_cases
 from sym2real.experiments.standard_set import simulate_case
@@ -68,24 +68,20 @@ def import_time() -> Figure:
     return Figure("import sym2real beyond torch", min(seconds("import sym2real") for _ in range(5)), "s", "< 0.3")
 
 
-def _busy() -> None:
-    while True:
-        sum(range(10_000))
+BUSY = "while True: sum(range(10_000))"
 
 
 def held(subject: Subject, seconds: float) -> list[Figure]:
-    """Missed periods at 50 Hz: the kernel alone and beside one busy process per core; torch without a compiler."""
+    """Missed periods at 50 Hz: the kernel alone and beside a busy process on every core it may use; no compiler."""
     fused = MPPI(compile_model(subject.equations), subject.robot, subject.task, backend="c")
     figures = _loop("c", fused, subject, seconds, "< 1")
-    crowd = [multiprocessing.get_context("fork").Process(target=_busy, daemon=True) for _ in range(os.cpu_count() or 1)]
-    for one in crowd:
-        one.start()
+    crowd = [subprocess.Popen([sys.executable, "-c", BUSY]) for _ in range(cores())]
     try:
-        figures += _loop("c beside busy processes", fused, subject, seconds, "")
+        figures += _loop(f"c beside {len(crowd)} busy process(es)", fused, subject, seconds, "")
     finally:
         for one in crowd:
-            one.terminate()
-            one.join()
+            one.kill()
+            one.wait()
     kept = os.environ.get("CC")
     os.environ["CC"] = "/nonexistent/cc"
     logging.getLogger("sym2real").setLevel(logging.ERROR)

@@ -36,6 +36,14 @@ def accelerated(rows: int = 120, acceleration: float = 0.6, speed: float = 0.3) 
     return on_a_line(rows, speed * time + acceleration * time**2 / 2, speed + acceleration * time)
 
 
+def test_the_shortest_log_is_one_window() -> None:
+    comparison = compare(FALLING, accelerated(rows=ROWS + 1))
+    assert comparison.one_step.windows == 1
+    assert comparison.one_step.errors["velocity"].value == pytest.approx(0.6 * DT, rel=0.01)
+    with pytest.raises(ShapeError, match="no log is longer"):
+        compare(FALLING, accelerated(rows=ROWS))
+
+
 def test_a_missing_acceleration_costs_what_kinematics_says() -> None:
     comparison = compare(FALLING, accelerated(), start="measured")
     for errors in comparison.horizons:

@@ -85,7 +85,9 @@ def _no_larger_than_one_step(noise: SensorNoise, model: DynamicsModel, data: Dat
         windows = predict_windows(model, trajectory, 1, "measured", stride=1)
         missed.append(layout.difference(windows.predicted[:, 0], windows.measured[:, 0]))
     most = torch.cat(missed).std(0).numpy()
-    return noise.with_deviation(tuple(range(layout.tangent_size)), np.minimum(noise.deviation, most))
+    return noise.with_deviation(
+        tuple(range(layout.tangent_size)), np.fmin(noise.deviation, most)
+    )  # one window has no deviation
 
 
 def floor_of_explained(

@@ -133,6 +133,14 @@ def test_one_or_two_missing_rows_are_bridged(tmp_path: Path) -> None:
     assert_on_the_motion(log)
 
 
+def test_stamps_in_another_unit_are_refused(tmp_path: Path) -> None:
+    """Milliseconds taken for seconds: nearly every row would be made up."""
+    write_log(log_at(20.0 * np.arange(100)), tmp_path / "log.csv")
+    for read in (read_log, read_logs):
+        with pytest.raises(DataError, match=r"log\.csv, column 'time': .*unit of the stamps right.*found 20 s"):
+            read(tmp_path / "log.csv", layouts=LAYOUTS, dt=0.02)
+
+
 def test_a_gap_is_refused_with_its_place_or_split(tmp_path: Path) -> None:
     time = np.delete(0.02 * np.arange(100), [*range(30, 34), *range(60, 70)])
     write_log(log_at(time), tmp_path / "log.csv")

@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
+
 from sym2real.errors import DataError
 from sym2real.layout import Layouts
 from sym2real.logs.grouping import default_layouts, layouts_from_json, trajectory, visible
@@ -15,9 +17,11 @@ from sym2real.logs.resample import COMMANDS, GAP_INTERVALS, gaps, is_regular, re
 from sym2real.logs.specification import LogSpec, load_spec
 from sym2real.logs.standard import Standard, add_derived, own_specification, stamps, standardise, tidy
 from sym2real.logs.table import READERS, Table, read_table
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Array, Dataset, Trajectory
 
 SHORTEST = 2  # rows; a single row between two gaps holds no transition
+# Steps of the model between two rows; beyond, resampling would make up nineteen rows of twenty.
+COARSEST = 20
 
 
 def read_log(
@@ -140,11 +144,22 @@ class _Opened:
             names = ", ".join(self.whole.columns)
             raise DataError(self.table.path, "standard state columns, or a log specification", f"columns {names}")
         if self.dt is not None and len(log.time) > 1 and not is_regular(log.time, self.dt):
+            self._require_rows_for(self.dt, log.time)
             log = resample(log, self.dt, COMMANDS | set(known.action.columns))
         name = self._metadata("name") or self.table.path.stem
         result = trajectory(self.table, log, known, name + suffix)
         notes = tuple(json.loads(self._metadata("notes") or "[]"))
         return replace(result, raw=self.whole.columns, notes=notes + result.notes)
+
+    def _require_rows_for(self, dt: float, time: Array) -> None:
+        apart = float(np.median(np.diff(time)))
+        if apart > COARSEST * dt:
+            raise DataError(
+                self.table.path,
+                f"rows at most {COARSEST:g} of the model's steps of {dt:g} s apart (is the unit of the stamps right?)",
+                f"{apart:.4g} s",
+                column=self.spec.time.column or None,
+            )
 
     def _metadata(self, key: str) -> str:
         return (self.table.metadata or {}).get(key, "")

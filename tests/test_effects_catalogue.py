@@ -8,6 +8,7 @@ import torch
 from effects_cases import CASES, nominal, one_key_per_kind
 
 from sym2real.effects import EFFECTS, GROUPS, applicable, effect, equivalents, same_group
+from sym2real.effects.catalogue import require_patterns
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 
@@ -127,3 +128,29 @@ def test_impossible_truths_are_refused() -> None:
         effect("rotor_loss", CRAZYFLIE).inject(rotor=5, value=0.1)
     with pytest.raises(UnknownNameError, match="value"):
         effect("added_mass", CRAZYFLIE).inject(mass=0.1)
+
+
+def test_a_robot_keeps_some_mass() -> None:
+    less = effect("added_mass", CRAZYFLIE)
+    for attempt in (lambda: less.inject(value=-1.0), lambda: less.substitute(nominal(CRAZYFLIE), {"value": -1.0})):
+        with pytest.raises(ModelError, match=r"more than -0\.027 kg, the nominal mass, found -1"):
+            attempt()
+
+
+@pytest.mark.parametrize("pattern", ["wind", "gain:*", "gain*", "delay", "lag:w?_cmd", "slope", "*"])
+def test_patterns_that_may_match_are_taken(pattern: str) -> None:
+    require_patterns([pattern])
+
+
+@pytest.mark.parametrize(
+    ("pattern", "message"), [("wnd", "did you mean 'wind'"), ("gain", r"gain:\*"), ("x:y", "'x:y'")]
+)
+def test_patterns_that_nothing_matches_are_refused(pattern: str, message: str) -> None:
+    with pytest.raises(UnknownNameError, match=message):
+        require_patterns([pattern])
+
+
+def test_effects_of_another_robot_say_so() -> None:
+    for robot, key, *_ in CASES:
+        assert effect(key, robot).why_not(robot) == ""
+    assert effect("slope", CRAZYFLIE).why_not(CRAZYFLIE) == "slope is an effect of a car"

@@ -13,6 +13,7 @@ import torch
 from sym2real.diagnosis.inputs import ANGLE
 from sym2real.diagnosis.library import SWINGING, Library
 from sym2real.effects import Effect, applicable, effect
+from sym2real.effects.catalogue import require_patterns
 from sym2real.effects.filters import spelled_out
 from sym2real.effects.groups import Group, holding, others_of, unnamed
 from sym2real.effects.manoeuvres import one_circle
@@ -93,6 +94,7 @@ def library_for(
 
     Logs with the battery's voltage give the equations that input, so that thrust may sag with it.
     """
+    require_patterns(exclude)
     reference = voltage_at_start(data)
     if reference is not None and "thrust" in (*equations.layouts.action, *equations.quantities):
         equations = with_voltage(equations, reference)

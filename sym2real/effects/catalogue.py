@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from fnmatch import fnmatch
+
 from sym2real.effects.added_mass import ADDED_MASS
 from sym2real.effects.battery_sag import BATTERY_SAG
 from sym2real.effects.body import Body, Describable
@@ -123,6 +126,21 @@ def applicable(equations: Equations) -> tuple[Effect, ...]:
             keys.insert(0, name)
         found += [effect(key, equations) for key in keys]
     return tuple(one for one in found if one.applies(equations))
+
+
+def require_patterns(patterns: Iterable[str]) -> None:
+    """Refuse keys, or patterns of keys, that no effect can match.
+
+    Raises:
+        UnknownNameError: for a kind that does not exist, or one that needs a column.
+    """
+    for pattern in patterns:
+        name = pattern.partition(":")[0]
+        matching = [kind for kind in EFFECTS.values() if fnmatch(kind.name, name)]
+        if not matching:
+            raise UnknownNameError("effect", pattern, EFFECTS)
+        if pattern == name and all(kind.columns and kind.column_needed for kind in matching) and "*" not in pattern:
+            raise UnknownNameError("effect", pattern, [f"{pattern}:*", f"{pattern}:COLUMN"])
 
 
 def _columns(kind: Kind, described: Describable) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from functools import cached_property
 from sympy import Expr, Symbol
 from torch import Tensor
 
-from sym2real.effects.body import Body
+from sym2real.effects.body import Body, Describable
 from sym2real.effects.kind import Kind, Numbers, Parameter, Stage
 from sym2real.effects.memory import Memory, series
 from sym2real.errors import ModelError, UnknownNameError
@@ -92,18 +92,18 @@ class Effect:
         stem = f"{self.kind}_{self.column}" if self.column else self.kind
         return {parameter.name: symbol(f"{stem}_{parameter.name}") for parameter in self.parameters}
 
-    def why_not(self, equations: Equations) -> str:
-        """Why the effect cannot be had on these equations; "" where it can."""
-        body = Body.of(equations, self.column)
+    def why_not(self, described: Describable) -> str:
+        """Why the effect cannot be had on these equations, or this robot; "" where it can."""
+        body = Body.of(described, self.column)
         robot = "car" if body.planar else "quadrotor"
         if self.of.robot not in (robot, "both"):
             return f"{self.kind} is an effect of a {self.of.robot}"
         missing = [name for name in self.of.needs if name not in body.names]
         if missing:
-            return f"{self.key} needs {', '.join(missing)}, which the equations do not have"
+            return f"{self.key} needs {', '.join(missing)}, which is no column or quantity here"
         missing = [name for name in self.of.numbers if name not in body.numbers]
         if missing:
-            return f"{self.key} needs the robot's {', '.join(missing)}, which the equations do not carry"
+            return f"{self.key} needs the robot's {', '.join(missing)}, which is not among the numbers here"
         return ""
 
     def applies(self, equations: Equations) -> bool:

@@ -53,6 +53,13 @@ class DataError(Sym2RealError):
         super().__init__(f"{', '.join(place)}: expected {expected}, found {found}")
 
 
+def reason(error: Exception) -> str:
+    """What went wrong with a file in the system's words, without the path, which :class:`DataError` names."""
+    if isinstance(error, KeyError) and not isinstance(error, Sym2RealError):
+        return f"no {error}"
+    return (isinstance(error, OSError) and error.strerror) or str(error) or type(error).__name__
+
+
 class ShapeError(Sym2RealError, ValueError):
     """An array whose shape, columns or units do not fit what it is given to."""
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from sym2real.errors import DataError
+from sym2real.errors import DataError, reason
 
 
 @contextmanager
@@ -28,10 +29,31 @@ def whole(path: str | Path) -> Iterator[Path]:
             yield beside
             beside.replace(target)
     except OSError as error:
-        raise DataError(target, "a file that can be written", error.strerror or type(error).__name__) from error
+        raise DataError(target, "a file that can be written", reason(error)) from error
 
 
 def write_text(path: str | Path, text: str) -> None:
     """Write a text in UTF-8, whole or not at all; arguments and errors as of :func:`whole`."""
     with whole(path) as beside:
         beside.write_text(text, encoding="utf-8")
+
+
+def require_place(path: str | Path, *, folder: bool) -> None:
+    """Refuse a place that nothing can be written to, before the work whose result is to go there; nothing is made.
+
+    Args:
+        path: of a folder or a file, which need not exist.
+        folder: which of the two it is to be.
+
+    Raises:
+        DataError: when the other one is there, or the nearest folder above is none or may not be written to.
+    """
+    place = Path(path)
+    if place.exists() and place.is_dir() != folder:
+        wanted, there = ("folder", "file") if folder else ("file", "folder")
+        raise DataError(place, f"a {wanted}, or a name that is free", f"a {there}")
+    above = next(one for one in (place, *place.absolute().parents) if one.exists() and (folder or one != place))
+    if not above.is_dir():
+        raise DataError(place, "a place inside folders", f"{above} is a file")
+    if not os.access(above, os.W_OK):
+        raise DataError(place, "a place that can be written to", f"{above} may not be written to")

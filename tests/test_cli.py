@@ -126,6 +126,17 @@ def test_inspect_proposes_a_specification_that_reads_the_log(tmp_path: Path) -> 
         (["run", "{model}", "circle"], "registered robot"),
         (["nominal", "quadrotor", "--mass", "-1", "--out", "unused"], "mass in kg"),
         (["simulate", "mushr", "hover", "--out", "unused.csv"], "attitude"),
+        (["simulate", "crazyflie", "hover", "--out", "unused.csv", "--seconds", "-1"], "--seconds"),
+        (["simulate", "crazyflie", "hover", "--out", "unused.csv", "--effects", "slope", "gx=1"], "effect of a car"),
+        (["simulate", "crazyflie", "hover", "--out", "unused.csv", "--effects", "wind", "fx=nan"], "'nan'"),
+        (["add", "{model}", "gain:speed", "value=0.9", "--out", "{model}/equations.json"], "found a file"),
+        (["add", "{model}", "gain:speed", "value=0.9", "--held-out", "{flight}", "--out", "unused"], "expected --fit"),
+        (["show", "{model}", "--json", "{model}"], "found a folder"),
+        (["diagnose", "{model}", "{flight}", "--horizon", "0"], "--horizon"),
+        (["plan", "mushr", "circle", "--exclude", "wnd"], "did you mean 'wind'"),
+        (["plan", "mushr", "circle", "--exclude", "gain"], "gain:*"),
+        (["plan", "mushr", "circle", "size=-1"], "size > 0"),
+        (["plan", "crazyflie", "hover", "height=0.1", "swing=0.2"], "height above"),
     ],
 )
 def test_bad_input_gets_one_clear_error(  # noqa: PLR0917 — pytest's fixtures

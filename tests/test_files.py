@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from sym2real.errors import DataError
-from sym2real.files import whole, write_text
+from sym2real.files import require_place, whole, write_text
 
 
 def names(folder: Path) -> list[str]:
@@ -46,3 +46,18 @@ def test_places_where_no_file_can_be_are_named(tmp_path: Path) -> None:
     with pytest.raises(DataError, match=r"folder: expected a file that can be written, found Is a directory"):
         write_text(tmp_path / "folder", "")
     assert names(tmp_path) == ["folder", "taken"]
+
+
+def test_places_are_refused_before_the_work_and_nothing_is_made(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    (tmp_path / "folder").mkdir()
+    for path, folder in (("file", False), ("folder", True), ("new/one", True), ("new/file.json", False)):
+        require_place(tmp_path / path, folder=folder)
+    for path, folder, found in (
+        ("file", True, "found a file"),
+        ("folder", False, "found a folder"),
+        ("file/below/it", True, "file is a file"),
+    ):
+        with pytest.raises(DataError, match=found):
+            require_place(tmp_path / path, folder=folder)
+    assert names(tmp_path) == ["file", "folder"]

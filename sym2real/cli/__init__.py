@@ -21,7 +21,7 @@ from sym2real.cli.export import Export
 from sym2real.cli.inspect import Inspect
 from sym2real.cli.learn import Learn
 from sym2real.cli.nominal import NominalCar, NominalQuadrotor
-from sym2real.cli.output import console_for, write_json
+from sym2real.cli.output import console_for, require_places, write_json
 from sym2real.cli.plan import PlanFlight
 from sym2real.cli.run import Run
 from sym2real.cli.show import Show
@@ -105,6 +105,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     verb: Runnable = tyro.cli(Verb, prog="sym2real", description=DESCRIPTION, args=given)
     console = console_for(verb.json)
     try:
+        require_places(verb)
         write_json(verb.run(console), verb.json)
     except Sym2RealError as error:
         _stop(console, error)

@@ -60,11 +60,13 @@ class Add:
         from sym2real.cli.chosen_effects import chosen_effects
         from sym2real.cli.found import write_simulator
         from sym2real.cli.model import open_with_progress
+        from sym2real.cli.numbers import require_positive
         from sym2real.diagnosis import add, add_term
         from sym2real.errors import ModelError
         from sym2real.report.tables import changed_equations
         from sym2real.symbolic import save_model
 
+        require_positive(horizon=self.horizon)
         base = open_with_progress(self.model, console)
         terms = [text.removeprefix(TERM).partition("=") for text in self.effects if text.startswith(TERM)]
         named = [text for text in self.effects if not text.startswith(TERM)]
@@ -72,6 +74,8 @@ class Add:
         if not chosen and not terms:
             raise ModelError("expected an effect and its values, found none; `sym2real effects` lists them")
         result: dict[str, Any] = {}
+        if self.held_out and not self.fit:
+            raise ModelError("--held-out: expected --fit LOG…, whose result these logs score; found none")
         if self.fit:
             if len(chosen) > 1 or chosen[0][1]:
                 raise ModelError("--fit finds the values of one effect: expected its name alone")

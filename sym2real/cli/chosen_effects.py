@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -20,12 +21,16 @@ def chosen_effects(texts: Sequence[str], described: Describable) -> list[tuple[E
         described: the robot or the equations that they are for.
 
     Raises:
-        ModelError: when a value stands before the first key or is not a number.
+        ModelError: when a value stands before the first key or is not a number, or an effect does not apply.
         UnknownNameError: for a kind or column that does not exist.
     """
     from sym2real.effects import effect
 
-    return [(effect(key, described), values) for key, values in with_values(texts, "the name of an effect")]
+    chosen = [(effect(key, described), values) for key, values in with_values(texts, "the name of an effect")]
+    for one, _ in chosen:
+        if reason := one.why_not(described):
+            raise ModelError(reason)
+    return chosen
 
 
 def with_values(texts: Sequence[str], what: str) -> list[tuple[str, dict[str, float]]]:
@@ -54,6 +59,9 @@ def with_values(texts: Sequence[str], what: str) -> list[tuple[str, dict[str, fl
 
 def _number(name: str, text: str) -> float:
     try:
-        return float(text)
+        value = float(text)
     except ValueError:
-        raise ModelError(f"parameter {name!r}: expected a number, found {text!r}") from None
+        value = math.nan
+    if not math.isfinite(value):
+        raise ModelError(f"parameter {name!r}: expected a number, found {text!r}")
+    return value

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import tyro
 from rich.console import Console
@@ -19,6 +19,8 @@ class Export:
 
     Example: sym2real export runs/base python --out model.py
     """
+
+    OUT_IS_FILE: ClassVar[bool] = True
 
     model: tyro.conf.Positional[str]
     """A model folder, or a robot's name (its base is learned once and cached)."""

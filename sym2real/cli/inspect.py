@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import tyro
 from rich.console import Console
@@ -18,6 +18,8 @@ class Inspect:
 
     Example: sym2real inspect flight.csv --out flight.toml
     """
+
+    OUT_IS_FILE: ClassVar[bool] = True
 
     logs: tyro.conf.Positional[tuple[Path, ...]]
     """Logs of one kind, CSV or Parquet."""

@@ -50,12 +50,14 @@ class Learn:
 
     def run(self, console: Console) -> dict[str, Any]:
         """Learn, print the tables, write the model."""
+        from sym2real.cli.numbers import require_positive
         from sym2real.cli.progress import stage_one_progress
         from sym2real.errors import ModelError
         from sym2real.experiments.learning import learn_from_logs, learn_in_simulation
         from sym2real.report.tables import dependence_table, episode_table, equation_table
         from sym2real.robots import ROBOTS
 
+        require_positive(episodes=self.episodes, steps=self.steps, samples=self.samples)
         robot = ROBOTS[self.robot]
         if self.data:
             learned = learn_from_logs(robot, self.data, self.spec, self.engine)

@@ -10,7 +10,7 @@ from typing import Any
 
 from rich.console import Console
 
-from sym2real.files import write_text
+from sym2real.files import require_place, write_text
 
 STANDARD_OUTPUT = Path("-")
 
@@ -29,6 +29,21 @@ def write_json(result: dict[str, Any], json_file: Path | None) -> None:
         sys.stdout.write(text + "\n")
         return
     write_text(json_file, text + "\n")
+
+
+def require_places(verb: Any) -> None:
+    """Refuse ``--out`` and ``--json`` before the work where nothing can be written there.
+
+    Args:
+        verb: with ``json`` and perhaps ``out``, a folder unless ``OUT_IS_FILE``.
+
+    Raises:
+        DataError: naming the place.
+    """
+    if getattr(verb, "out", None) is not None:
+        require_place(verb.out, folder=not getattr(verb, "OUT_IS_FILE", False))
+    if verb.json not in (None, STANDARD_OUTPUT):
+        require_place(verb.json, folder=False)
 
 
 def _plain(value: Any) -> Any:

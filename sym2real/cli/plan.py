@@ -50,10 +50,12 @@ class PlanFlight:
 
     def run(self, console: Console) -> dict[str, Any]:
         """Simulate or read, print the table."""
+        from sym2real.cli.numbers import require_positive
         from sym2real.errors import ModelError
         from sym2real.report.plan import plan_report
         from sym2real.robots import ROBOTS
 
+        require_positive(seconds=self.seconds)
         if not self.what:
             raise ModelError(f"expected a robot ({', '.join(ROBOTS)}) and manoeuvres, or logs; found neither")
         found = self._of_robot(console) if self.what[0] in ROBOTS else self._of_logs(console)

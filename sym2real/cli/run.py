@@ -47,11 +47,13 @@ class Run:
     def run(self, console: Console) -> dict[str, Any]:
         """Fly, print the figures, write the log."""
         from sym2real.cli.model import open_with_progress, robot_of
+        from sym2real.cli.numbers import require_positive
         from sym2real.cli.progress import steps_progress
         from sym2real.experiments.flying import fly, mppi_controller
         from sym2real.report.tables import flight_table
         from sym2real.tasks import make_task
 
+        require_positive(seconds=self.seconds, samples=self.samples)
         equations = open_with_progress(self.model, console)
         robot = robot_of(equations, self.model)
         task = make_task(self.task, robot)

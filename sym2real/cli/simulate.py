@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import tyro
 from rich.console import Console
@@ -21,6 +21,8 @@ class Simulate:
       sym2real simulate crazyflie circle --effects wind fx=0.01 added_mass value=0.003 --out windy.csv
       sym2real simulate runs/diagnosis/simulator circle --out as_found.csv
     """
+
+    OUT_IS_FILE: ClassVar[bool] = True
 
     robot: tyro.conf.Positional[str]
     """Name of the robot, crazyflie or mushr, or the folder of a simulator."""
@@ -43,6 +45,7 @@ class Simulate:
         """Fly, print the figures, write the log."""
         from sym2real.adaptation import tracking_error
         from sym2real.cli.chosen_effects import chosen_effects
+        from sym2real.cli.numbers import require_positive
         from sym2real.control import RandomCommands
         from sym2real.errors import ModelError
         from sym2real.experiments.flying import geometric_controller
@@ -51,6 +54,7 @@ class Simulate:
         from sym2real.robots import ROBOTS
         from sym2real.tasks import make_task
 
+        require_positive(seconds=self.seconds)
         written = load_plant(self.robot) if Path(self.robot).is_dir() else None
         robot = ROBOTS[self.robot] if written is None else written.robot
         task = make_task(self.task, robot)
@@ -62,8 +66,11 @@ class Simulate:
         controller = geometric_controller(robot, task) if geometric else RandomCommands(robot, seed=self.seed)
         steps = round((self.seconds or task.duration) / robot.dt)
         trajectory = run_episode(plant, controller, task, seed=self.seed, steps=steps, name=self.out.stem)
+        self.out.parent.mkdir(parents=True, exist_ok=True)
         write_log(trajectory, self.out)
         error = tracking_error(trajectory)
+        crashed = len(trajectory) < steps
+        ended = f"crashed after {len(trajectory) * robot.dt:g} s, " if crashed else ""
         names = ", ".join(change.name for change in plant.changes) or "the plain simulator"
-        console.print(f"{len(trajectory)} rows, mean position error {error:.3g} m, {names}; log in {self.out}")
-        return {"log": self.out, "rows": len(trajectory), "tracking": error, "crashed": len(trajectory) < steps}
+        console.print(f"{len(trajectory)} rows, {ended}mean position error {error:.3g} m, {names}; log in {self.out}")
+        return {"log": self.out, "rows": len(trajectory), "tracking": error, "crashed": crashed}

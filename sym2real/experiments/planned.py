@@ -11,7 +11,7 @@ import torch
 
 from sym2real.control import GeometricQuadrotor
 from sym2real.diagnosis import AssumedNoise
-from sym2real.errors import UnknownNameError
+from sym2real.errors import ModelError, UnknownNameError
 from sym2real.experiments import standard_conditions as conditions
 from sym2real.experiments.disturbed import ColouredNoise, Disturbed
 from sym2real.experiments.standard_set import DITHER, DITHER_TIME, GAINS, AtItsPace
@@ -43,6 +43,7 @@ def manoeuvre(robot: Robot, shape: str, options: Mapping[str, float]) -> Manoeuv
 
     Raises:
         UnknownNameError: for a shape or an option that does not exist.
+        ModelError: for a path that nobody can fly or drive.
     """
     kind = _kind(robot)
     if shape not in SHAPES[kind]:
@@ -52,7 +53,14 @@ def manoeuvre(robot: Robot, shape: str, options: Mapping[str, float]) -> Manoeuv
         if name not in known:
             raise UnknownNameError(f"option of {shape}", name, known)
     given: dict[str, Any] = {**({"height": 0.6} if shape == "hover" else DEFAULTS[kind]), **options}
-    return Manoeuvre(shape, **{**given, "clockwise": bool(given.get("clockwise", False))})
+    found = Manoeuvre(shape, **{**given, "clockwise": bool(given.get("clockwise", False))})
+    if found.size <= 0 or found.speed < 0:
+        raise ModelError(f"{shape}: expected size > 0 m and speed >= 0 m/s, found {found.size:g} and {found.speed:g}")
+    if kind == "flight" and found.height - abs(found.swing) <= 0:
+        raise ModelError(
+            f"{shape}: expected a height above the swing of the height, m, found {found.height:g} and {found.swing:g}"
+        )
+    return found
 
 
 def planned_runs(

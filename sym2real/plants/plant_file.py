@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from sym2real.effects import effect
-from sym2real.errors import DataError, ModelError
+from sym2real.errors import DataError, ModelError, reason
 from sym2real.files import write_text
 from sym2real.plants.mujoco_plant import MujocoPlant, edited
 from sym2real.robots import ROBOTS, Robot
@@ -70,13 +70,13 @@ def load_plant(folder: str | Path) -> MujocoPlant:
         robot, description = ROBOTS[table["robot"]], file.parent / table["description"]
         chosen = [(str(one.pop("effect")), one) for one in table.get("effects", [])]
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, KeyError, AttributeError, TypeError) as error:
-        raise DataError(file, "a plant file: robot, description and [[effects]]", str(error)) from error
+        raise DataError(file, "a plant file: robot, description and [[effects]]", reason(error)) from error
     # The description has been edited already: what is left of every effect acts while the simulation runs.
     changes = [replace(effect(key, robot).inject(**_numbers(key, values)), edit=None) for key, values in chosen]
     try:
         return MujocoPlant(robot, changes, description=description.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, ValueError) as error:
-        raise DataError(description, "a MuJoCo description", str(error)) from error
+        raise DataError(description, "a MuJoCo description", reason(error)) from error
 
 
 def _numbers(key: str, values: Mapping[str, Any]) -> dict[str, float]:

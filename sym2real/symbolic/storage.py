@@ -14,7 +14,7 @@ import torch
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 
-from sym2real.errors import DataError, ModelError
+from sym2real.errors import DataError, ModelError, reason
 from sym2real.files import whole
 from sym2real.symbolic.compile import compile_model
 from sym2real.symbolic.equations import Equations
@@ -55,7 +55,7 @@ def load_model(folder: str | Path) -> Equations:
     try:
         source = (folder / EQUATIONS).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise DataError(folder / EQUATIONS, "the equations of a saved model", str(error)) from error
+        raise DataError(folder / EQUATIONS, "the equations of a saved model", reason(error)) from error
     try:
         equations = Equations.from_json(source)
     except ModelError as error:
@@ -64,7 +64,7 @@ def load_model(folder: str | Path) -> Equations:
         with safe_open(folder / PARAMETERS, framework="pt") as file:
             values, metadata = file.get_tensor("parameters"), file.metadata() or {}
     except (OSError, SafetensorError) as error:
-        raise DataError(folder / PARAMETERS, "the weights of a saved model", str(error)) from error
+        raise DataError(folder / PARAMETERS, "the weights of a saved model", reason(error)) from error
     if values.shape != (len(equations.parameters),) or metadata.get("equations") != _digest(source):
         raise ModelError(f"{folder / PARAMETERS} does not belong to {EQUATIONS} beside it; save the model again")
     return replace(equations, parameters=dict(zip(equations.parameters, values.tolist(), strict=True)))

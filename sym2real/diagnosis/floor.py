@@ -84,10 +84,11 @@ def _no_larger_than_one_step(noise: SensorNoise, model: DynamicsModel, data: Dat
     for trajectory in (one for one in data if len(one) > ROWS):
         windows = predict_windows(model, trajectory, 1, "measured", stride=1)
         missed.append(layout.difference(windows.predicted[:, 0], windows.measured[:, 0]))
-    most = torch.cat(missed).std(0).numpy()
-    return noise.with_deviation(
-        tuple(range(layout.tangent_size)), np.fmin(noise.deviation, most)
-    )  # one window has no deviation
+    together = torch.cat(missed)
+    if len(together) < 2:  # a single window has no deviation
+        return noise
+    most = together.std(0).numpy()
+    return noise.with_deviation(tuple(range(layout.tangent_size)), np.minimum(noise.deviation, most))
 
 
 def floor_of_explained(

@@ -113,7 +113,8 @@ def test_polynomials_keep_their_error(function: str, interval: tuple[float, floa
 
 def cycles_in_order(program: Program) -> int:
     """Cycles of a processor that begins two operations a cycle, each when its operands are ready, in their order."""
-    inside, latency, cycle, begun = absorbed(program), latencies(program), 0, 0
+    inside, cycle, begun = absorbed(program), 0, 0
+    latency = latencies(program, inside)
     done = dict.fromkeys(range(program.first_instruction), 0)
     for value in program.computed:
         ready = max((done[operand] for operand in program.instruction(value).operands), default=0)

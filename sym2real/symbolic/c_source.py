@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
+from functools import lru_cache
 
 import numpy as np
 
@@ -51,6 +52,7 @@ CALLS = {
 CONDITIONS = frozenset(("less", "less_equal", "equal", "and", "or", "not"))
 
 
+@lru_cache(maxsize=4096)
 def literal(value: float, single: bool) -> str:
     """A number in C, of the kernel's precision."""
     if not math.isfinite(value):
@@ -124,8 +126,9 @@ class CLines:
 
     def name(self, value: int) -> str:
         """What stands for a value in an infix expression: a number or a variable."""
-        if value in self.names:
-            return self.names[value]
+        known = self.names.get(value)
+        if known is not None:
+            return known
         return self.number(self.program.constant(value)) if self.program.is_constant(value) else f"v{value}"
 
     def vector(self, value: int) -> str:

@@ -10,7 +10,6 @@ Source: T. C. Hu, "Parallel sequencing and assembly line problems", Operations R
 from __future__ import annotations
 
 import heapq
-from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from sym2real.symbolic.program import Instruction, Program
@@ -23,8 +22,8 @@ COMPARISONS = ("less", "less_equal", "equal", "and", "or", "not")
 SUMS = ("add", "subtract", "multiply", "negate", "abs", "minimum", "maximum", "select", "sign")
 ARITHMETIC = frozenset((*SUMS, *COMPARISONS))
 A_CYCLE = 2  # operations that begin in one
-REGISTERS = 28  # of 32; addresses and what the compiler moves take the others
-LOOKED_AT = 8  # ready operations among which one that frees a register is looked for
+REGISTERS = 24  # of 32; addresses and what the compiler moves take the others
+LOOKED_AT = 4  # ready operations among which one that frees a register is looked for
 
 
 def absorbed(program: Program) -> dict[int, int]:
@@ -50,7 +49,10 @@ def heights(program: Program, carried: Sequence[int] = ()) -> list[int]:
         carried: inputs, by number, that the first outputs become when the program runs again: the end is then that of
             a second run, so that what the next run waits for comes early.
     """
-    cycles = latencies(program)
+    return _heights_over_runs(program, latencies(program, absorbed(program)), carried)
+
+
+def _heights_over_runs(program: Program, cycles: Sequence[int], carried: Sequence[int]) -> list[int]:
     height = _heights(program, cycles, {})
     if not carried:
         return height
@@ -60,15 +62,14 @@ def heights(program: Program, carried: Sequence[int] = ()) -> list[int]:
 def _heights(program: Program, latencies: Sequence[int], after: Mapping[int, int]) -> list[int]:
     height = [after.get(value, 0) for value in range(len(latencies))]
     for value in reversed(program.computed):
-        height[value] += latencies[value]
+        reached = height[value] = height[value] + latencies[value]
         for operand in program.instructions[value - program.first_instruction].operands:
-            height[operand] = max(height[operand], height[value])
+            height[operand] = max(height[operand], reached)
     return height
 
 
-def latencies(program: Program) -> list[int]:
-    """Cycles of each value's instruction; a product inside a sum takes none of its own."""
-    inside = absorbed(program)
+def latencies(program: Program, inside: Mapping[int, int]) -> list[int]:
+    """Cycles of each value's instruction; a product inside a sum (of :func:`absorbed`) takes none of its own."""
     found = [0] * program.first_instruction
     for value, (operation, _) in zip(program.computed, program.instructions, strict=True):
         usual = LATENCY_OF_ARITHMETIC if operation in ARITHMETIC else LATENCY.get(operation, LATENCY_OF_CALLS)
@@ -94,16 +95,18 @@ class _Schedule:
     """Operations of a program begin, cycle by cycle."""
 
     def __init__(self, program: Program, carried: Sequence[int]) -> None:
-        self.program, self.height = program, heights(program, carried)
-        self.latency, self.inside = latencies(program), absorbed(program)
+        self.program, self.inside = program, absorbed(program)
+        self.latency = latencies(program, self.inside)
+        self.height = _heights_over_runs(program, self.latency, carried)
         self.product = {total: product for product, total in self.inside.items()}
         self.reads = {value: self._operands(value) for value in program.computed if value not in self.inside}
         self.readers: dict[int, list[int]] = {}
         for value, operands in self.reads.items():
             for operand in operands:
                 self.readers.setdefault(operand, []).append(value)
-        self.uses = Counter({operand: len(readers) for operand, readers in self.readers.items()})
-        self.uses.update(set(program.outputs))
+        self.uses = [len(self.readers.get(value, ())) for value in range(len(self.latency))]
+        for output in set(program.outputs):
+            self.uses[output] += 1
 
     def _operands(self, value: int) -> set[int]:
         """What an operation reads, numbers aside; of a product inside it the factors."""
@@ -124,7 +127,7 @@ class _Schedule:
         begins = dict.fromkeys(waiting, 0)
         later: list[tuple[int, int]] = []
         self.alive = {value for value in range(first) if value in self.readers}
-        order, cycle = list[int](), 0
+        order, cycle, latency = list[int](), 0, self.latency
         while ready or later:
             while later and later[0][0] <= cycle:
                 value = heapq.heappop(later)[1]
@@ -134,7 +137,8 @@ class _Schedule:
                 order += [self.product[value], value] if value in self.product else [value]
                 for reader in self.readers.get(value, ()):
                     waiting[reader] -= 1
-                    begins[reader] = max(begins[reader], cycle + self.latency[value])
+                    done = cycle + latency[value]
+                    begins[reader] = max(begins[reader], done)
                     if not waiting[reader]:
                         heapq.heappush(later, (begins[reader], reader))
             cycle += 1
@@ -162,4 +166,4 @@ class _Schedule:
 
     def _frees(self, value: int) -> bool:
         """Whether as many values are alive after an operation as before it, or fewer."""
-        return any(self.uses[operand] == 1 for operand in self.reads[value])
+        return 1 in [self.uses[operand] for operand in self.reads[value]]

@@ -94,4 +94,4 @@ def _say(command: str, spec: str | None, console: Console) -> None:
 
 
 def _names(logs: Sequence[Path]) -> str:
-    return " ".join(path.name for path in logs)
+    return " ".join(map(str, logs))

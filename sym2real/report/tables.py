@@ -69,11 +69,11 @@ def readable(expression: sympy.Expr) -> str:
 def dependence_table(rows: Sequence[Dependence]) -> Table:
     """How strongly each action reaches the states that it must reach."""
     table = Table(title="does each action reach the states it must?", title_justify="left")
-    for heading in ("action", "state", "strength", "bar", ""):
+    for heading in ("action", "state", "strength", "bar", "", "strength is"):
         table.add_column(heading, justify="right" if heading in ("strength", "bar") else "left")
     for row in rows:
         verdict = "[green]yes[/]" if row.holds else "[red]no[/]"
-        table.add_row(row.action, f"{row.state}′", number(row.score), number(row.bar), verdict)
+        table.add_row(row.action, f"{row.state}′", number(row.score), number(row.bar), verdict, escape(row.meaning))
     return table
 
 

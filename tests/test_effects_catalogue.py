@@ -88,6 +88,8 @@ def test_groups_are_symmetric_and_name_real_effects() -> None:
             assert member.partition(":")[0] in EFFECTS
             assert set(group.members) - {member} <= {*equivalents(member), member}
     assert effect("added_mass", CRAZYFLIE).group == ("gain:thrust", "offset:thrust")
+    assert effect("wind", CRAZYFLIE).group == ("mounting_tilt",)
+    assert effect("wind", MUSHR).group == ("slope",)
     assert same_group("wind", "mounting_tilt")
     assert same_group("offset:wy_cmd", "com_offset")
     assert not same_group("wind", "added_mass")

@@ -28,15 +28,13 @@ class Effects:
 
     def run(self, console: Console) -> dict[str, Any]:
         """Print the catalogue or the page."""
-        from sym2real.effects import EFFECTS, effect
+        from sym2real.effects import EFFECTS, Body, effect
         from sym2real.report.effects import catalogue_table, effect_page
         from sym2real.robots import ROBOTS
-        from sym2real.tasks.task import flies
 
         robot = ROBOTS[self.robot]
         if self.name is None:
-            having = ("both", "quadrotor" if flies(robot) else "car")
-            kinds = [kind for kind in EFFECTS.values() if kind.robot in having]
+            kinds = [kind for kind in EFFECTS.values() if kind.fits(Body.of(robot))]
             console.print(catalogue_table(kinds, robot.title))
             return {"effects": [{"name": kind.name, "stage": kind.stage, "summary": kind.summary} for kind in kinds]}
         name = self.name

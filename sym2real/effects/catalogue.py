@@ -113,7 +113,8 @@ def effect(key: str, described: Describable) -> Effect:
     columns = _columns(kind, described)
     if column not in columns if colon or (kind.column_needed and columns) else False:
         raise UnknownNameError("effect", key, [f"{name}:{known}" for known in columns] or [name])
-    return Effect(kind, Body.of(described, column), equivalents(key))
+    body = Body.of(described, column)
+    return Effect(kind, body, tuple(one for one in equivalents(key) if EFFECTS[one.partition(":")[0]].fits(body)))
 
 
 def applicable(equations: Equations) -> tuple[Effect, ...]:

@@ -95,8 +95,7 @@ class Effect:
     def why_not(self, described: Describable) -> str:
         """Why the effect cannot be had on these equations, or this robot; "" where it can."""
         body = Body.of(described, self.column)
-        robot = "car" if body.planar else "quadrotor"
-        if self.of.robot not in (robot, "both"):
+        if not self.of.fits(body):
             return f"{self.kind} is an effect of a {self.of.robot}"
         missing = [name for name in self.of.needs if name not in body.names]
         if missing:

@@ -94,3 +94,7 @@ class Kind:
     columns: Literal["", "action", "state"] = ""
     column_needed: bool = True
     parts: Callable[[Values, Body], tuple[tuple[Kind, Values], ...]] | None = None
+
+    def fits(self, body: Body) -> bool:
+        """Whether robots like this one can have it."""
+        return self.robot in ("both", "car" if body.planar else "quadrotor")

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference_models import flying, late, motor_lagged
 
-from sym2real.errors import ShapeError
+from sym2real.errors import ShapeError, UnknownNameError
 from sym2real.native import find_compiler
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic import Equations, compile_model, parse_expression, rollout
@@ -19,7 +19,7 @@ from sym2real.symbolic.chebyshev import evaluate, shortest
 from sym2real.symbolic.influence import influences
 from sym2real.symbolic.intervals import Interval, bounds
 from sym2real.symbolic.native_choice import MANY
-from sym2real.symbolic.native_rollout import KERNELS, NativeRollout
+from sym2real.symbolic.native_rollout import NativeRollout
 from sym2real.symbolic.order import A_CYCLE, absorbed, heights, latencies, scheduled
 from sym2real.symbolic.polynomials import written_out
 from sym2real.symbolic.program import Program
@@ -242,14 +242,18 @@ def test_models_that_work_much_go_to_c_and_say_the_same() -> None:
 @needs_compiler
 def test_the_kernel_is_an_operator_that_scripts_can_call() -> None:
     equations = MUSHR.nominal()
-    KERNELS["test car"] = NativeRollout(equations, torch.float64)
+    kernel = NativeRollout(equations, torch.float64)
 
     @torch.jit.script
-    def ahead(state: torch.Tensor, actions: torch.Tensor) -> torch.Tensor:
-        return torch.ops.sym2real.rollout("test car", state, actions)
+    def ahead(name: str, state: torch.Tensor, actions: torch.Tensor) -> torch.Tensor:
+        return torch.ops.sym2real.rollout(name, state, actions)
 
     state, actions, _ = operands(equations, torch.float64)
-    torch.testing.assert_close(ahead(state, actions), KERNELS.pop("test car")(state, actions))
+    torch.testing.assert_close(ahead(kernel.name, state, actions), kernel(state, actions), rtol=0, atol=0)
+    name = kernel.name
+    del kernel
+    with pytest.raises(UnknownNameError, match="unknown kernel"):
+        torch.ops.sym2real.rollout(name, state, actions)
 
 
 @needs_compiler

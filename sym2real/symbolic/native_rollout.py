@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
+from itertools import count
+from weakref import WeakValueDictionary
 
 import torch
 from torch import Tensor
 
-from sym2real.errors import ShapeError
+from sym2real.errors import ShapeError, UnknownNameError
 from sym2real.native import library
 from sym2real.symbolic.c_rollout import rollout_text
 from sym2real.symbolic.equations import Equations
 
+KERNELS: WeakValueDictionary[str, NativeRollout] = WeakValueDictionary()  # for as long as somebody keeps them
+_NUMBERS = count(1)
 DIMENSIONS = 8  # as in batch.h
 _Strides = ctypes.c_longlong * DIMENSIONS
 
@@ -41,7 +45,7 @@ class _Batch(ctypes.Structure):
 
 
 class NativeRollout:
-    """The rollout of equations as a compiled function.
+    """The rollout of equations as a compiled function; to scripts ``torch.ops.sym2real.rollout(kernel.name, …)``.
 
     Args:
         equations: what to roll out; their parameter values stand in where a call gives none.
@@ -56,6 +60,8 @@ class NativeRollout:
         self.values = torch.tensor(list(equations.parameters.values()), dtype=dtype)
         self.text = rollout_text(equations, single=dtype == torch.float32)
         self._function: Callable[[object], None] = library(self.text).roll_out
+        self.name = f"rollout {next(_NUMBERS)}"
+        KERNELS[self.name] = self
 
     def __call__(
         self, state: Tensor, actions: Tensor, inputs: Tensor | None = None, parameters: Tensor | None = None
@@ -106,13 +112,13 @@ def _operand(tensor: Tensor, batch: torch.Size, whole: torch.Size, stepped: bool
     return _Operand(tensor.data_ptr(), _Strides(*strides), step, tensor.stride(-1))
 
 
-KERNELS: dict[str, NativeRollout] = {}
-
-
 def _by_name(
     kernel: str, state: Tensor, actions: Tensor, inputs: Tensor | None = None, parameters: Tensor | None = None
 ) -> Tensor:
-    return KERNELS[kernel](state, actions, inputs, parameters)
+    found = KERNELS.get(kernel)
+    if found is None:
+        raise UnknownNameError("kernel", kernel, tuple(KERNELS))
+    return found(state, actions, inputs, parameters)
 
 
 _OPERATORS = torch.library.Library("sym2real", "FRAGMENT")

@@ -27,7 +27,7 @@ from sym2real.trajectory import Dataset
 SATURATED = 0.05
 SAID = {
     "sensor_scale": "the logged {column} is {0:.3g} times what the {other} changes by",
-    "sensor_bias": "the logged {column} is {0:.3g} more than what the {other} changes by",
+    "sensor_bias": "the logged {column} is off by {0:.3g} from what the {other} changes by",
     "time_shift": "the logged {column} is {1:.0f} ms behind the {other}",
 }
 DT_TOLERANCE = 0.02

@@ -8,7 +8,7 @@ were held for one in the logs).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatch
 
@@ -32,8 +32,8 @@ SECONDS, LONG = 8.0, 16.0
 # White dither on the commands of every manoeuvre: thrust N and rates rad/s; steering rad and speed m/s. And more of it.
 DITHER = {"flight": (0.005, 0.05, 0.05, 0.05), "drive": (0.01, 0.03)}
 MORE = 6.0
-# Rivals of a finding that are tried.
-MOST_RIVALS = 2
+# Rivals of a finding that are tried, and the part of it that they may explain where no better manoeuvre is looked for.
+MOST_RIVALS, CLEAR = 2, 0.3
 
 
 @dataclass(frozen=True)
@@ -106,20 +106,19 @@ def with_advice(
         plant: the plain simulator; None where nothing can be tried, which the advice then says.
     """
     rivals = {one.effect: _testable(one, equations) for one in found}
-    tried: list[tuple[Trial, Dataset]] = []
-    if plant is not None and any(rivals.values()):
-        kind = "flight" if plant.robot.layouts.state.has_field("attitude") else "drive"
-        flown = ((trial, _flown(plant, trial, DITHER[kind])) for trial in TRIALS[kind])
-        tried = [(trial, data) for trial, data in flown if data is not None]
-    if not tried:
+    if plant is None or not any(rivals.values()):
         return tuple(replace(one, separate_by=_untried(one, rivals[one.effect])) for one in found)
     keys = dict.fromkeys(key for one in found if rivals[one.effect] for key in (one.effect, *rivals[one.effect]))
     library = Library.of(equations, [effect(key, equations) for key in keys])
-    result = []
+    flights, result = _Flights(plant), []
     for one in found:
-        others = rivals[one.effect]
-        outcomes = [_outcome(one, others, library, whitening, flown) for flown in tried] if others else []
-        result.append(replace(one, separate_by=_advice(one, outcomes)))
+        outcomes: list[_Outcome] = []
+        for flown in flights if rivals[one.effect] else ():
+            outcomes.append(_outcome(one, rivals[one.effect], library, whitening, flown))
+            if outcomes[-1].left > 1.0 and max(outcomes[-1].explained.values()) < CLEAR:
+                break
+        said = _advice(one, outcomes) if outcomes else _untried(one, rivals[one.effect])
+        result.append(replace(one, separate_by=said))
     return tuple(result)
 
 
@@ -137,16 +136,29 @@ def _always(one: str, other: str) -> bool:
     return any(fnmatch(b, pattern) for a, b in ((one, other), (other, one)) for pattern in STANDS_FOR.get(a, ()))
 
 
-def _flown(plant: MujocoPlant, trial: Trial, dither: tuple[float, ...]) -> Dataset | None:
-    """The manoeuvre in the simulator; None where it cannot be flown."""
-    rows = round(trial.seconds / plant.robot.dt)
-    logs = []
-    for number, path in enumerate(trial.paths):
-        noise = np.random.default_rng(number).standard_normal((rows, len(dither)))
-        flies = plant.robot.layouts.state.has_field("attitude")
-        reference = flight(path, 0.0, trial.yaw_rate) if flies else drive(path, 0.0)
-        logs.append(fly(plant, reference, trial.dither * np.array(dither) * noise, name=f"{trial.words} {number}"))
-    return Dataset(logs) if all(len(log) == rows for log in logs) else None
+class _Flights:
+    """The manoeuvres in the simulator, each flown once, when it is asked for; without those that cannot be flown."""
+
+    def __init__(self, plant: MujocoPlant) -> None:
+        self._plant, self._flown = plant, dict[str, Dataset | None]()
+        self._kind = "flight" if plant.robot.layouts.state.has_field("attitude") else "drive"
+
+    def __iter__(self) -> Iterator[tuple[Trial, Dataset]]:
+        for trial in TRIALS[self._kind]:
+            if trial.words not in self._flown:
+                self._flown[trial.words] = self._fly(trial)
+            data = self._flown[trial.words]
+            if data is not None:
+                yield trial, data
+
+    def _fly(self, trial: Trial) -> Dataset | None:
+        dither, rows = np.array(DITHER[self._kind]), round(trial.seconds / self._plant.robot.dt)
+        logs = []
+        for number, path in enumerate(trial.paths):
+            noise = np.random.default_rng(number).standard_normal((rows, len(dither)))
+            reference = flight(path, 0.0, trial.yaw_rate) if self._kind == "flight" else drive(path, 0.0)
+            logs.append(fly(self._plant, reference, trial.dither * dither * noise, name=f"{trial.words} {number}"))
+        return Dataset(logs) if all(len(log) == rows for log in logs) else None
 
 
 def _outcome(
@@ -197,8 +209,11 @@ def _advice(one: Finding, outcomes: Sequence[_Outcome]) -> str:
 
 
 def _untried(one: Finding, rivals: Sequence[str]) -> str:
-    parts = [f"{one.separate_by} (not tried: there is no simulator for it)"] if rivals else []
-    return "; ".join([*parts, *_never(one)])
+    never = _never(one)
+    if not rivals:
+        return "; ".join(never)
+    untried = "not tried: there is no simulator for it"
+    return "; ".join([*never, f"{' or '.join(rivals)}: {untried}"]) if never else f"{one.separate_by} ({untried})"
 
 
 def _never(one: Finding) -> list[str]:

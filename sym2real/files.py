@@ -32,6 +32,19 @@ def whole(path: str | Path) -> Iterator[Path]:
         raise DataError(target, "a file that can be written", reason(error)) from error
 
 
+def make_folder(path: str | Path) -> Path:
+    """Make a folder, and those above it, where it is missing.
+
+    Raises:
+        DataError: when it cannot be made.
+    """
+    try:
+        Path(path).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise DataError(path, "a folder that can be written to", reason(error)) from error
+    return Path(path)
+
+
 def write_text(path: str | Path, text: str) -> None:
     """Write a text in UTF-8, whole or not at all; arguments and errors as of :func:`whole`."""
     with whole(path) as beside:

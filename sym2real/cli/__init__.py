@@ -26,7 +26,7 @@ from sym2real.cli.plan import PlanFlight
 from sym2real.cli.run import Run
 from sym2real.cli.show import Show
 from sym2real.cli.simulate import Simulate
-from sym2real.errors import Sym2RealError, UnknownNameError
+from sym2real.errors import DataError, Sym2RealError, UnknownNameError, reason
 
 DESCRIPTION = """\
 From a robot description to a flying model, and from a model that is wrong to the physics it lacks.
@@ -109,6 +109,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         write_json(verb.run(console), verb.json)
     except Sym2RealError as error:
         _stop(console, error)
+    except OSError as error:
+        _stop(console, DataError(error.filename or "a file", "one that can be used", reason(error)))
     except KeyboardInterrupt:
         console.print("interrupted; what was done is kept")
         sys.exit(130)

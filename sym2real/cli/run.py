@@ -102,10 +102,11 @@ def flight_result(flight: Flight) -> dict[str, Any]:
 
 def write_flight(flight: Flight, folder: Path) -> dict[str, Any]:
     """Write a flight's log and a figure of its path; where they are."""
+    from sym2real.files import make_folder
     from sym2real.logs import write_log
     from sym2real.report.figures import path_figure, save
 
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     name = flight.trajectory.name
     write_log(flight.trajectory, folder / f"{name}.csv")
     return {"log": folder / f"{name}.csv", "figure": save(path_figure(flight.trajectory), folder / f"{name}.png")}

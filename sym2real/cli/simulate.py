@@ -49,6 +49,7 @@ class Simulate:
         from sym2real.control import RandomCommands
         from sym2real.errors import ModelError
         from sym2real.experiments.flying import geometric_controller
+        from sym2real.files import make_folder
         from sym2real.logs import write_log
         from sym2real.plants import MujocoPlant, load_plant, run_episode
         from sym2real.robots import ROBOTS
@@ -66,7 +67,7 @@ class Simulate:
         controller = geometric_controller(robot, task) if geometric else RandomCommands(robot, seed=self.seed)
         steps = round((self.seconds or task.duration) / robot.dt)
         trajectory = run_episode(plant, controller, task, seed=self.seed, steps=steps, name=self.out.stem)
-        self.out.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(self.out.parent)
         write_log(trajectory, self.out)
         error = tracking_error(trajectory)
         crashed = len(trajectory) < steps

@@ -7,7 +7,7 @@ The effects of a case are in its plant alone: nothing in the data names them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,7 +22,7 @@ from sym2real.errors import ModelError
 from sym2real.experiments import standard_conditions as conditions
 from sym2real.experiments.disturbed import ColouredNoise, Disturbed
 from sym2real.plants import MujocoPlant, run_episode
-from sym2real.protocols import Change, Controller
+from sym2real.protocols import Controller, Plant
 from sym2real.robots import ROBOTS, Robot
 from sym2real.tasks.cost import tracking_cost
 from sym2real.tasks.standard_paths import DRIVES, FLIGHTS, MODULATION_PERIOD, Manoeuvre, drive, flight
@@ -84,23 +84,45 @@ def simulate_case(case: Case, trajectories: int = 8, rows: int = 400) -> Dataset
     robot = ROBOTS[case.robot]
     shared = conditions.unknown(robot, np.random.default_rng([case.seed, SET_DRAWS]))
     changes = tuple(effect(key, robot).inject(**values) for key, values in case.effects)
-    runs = [_run(case, robot, (shared, *changes), index, rows) for index in range(trajectories)]
-    return Dataset(runs)
+
+    def plant(rng: np.random.Generator) -> MujocoPlant:
+        trim = conditions.trim(robot, rng)
+        return MujocoPlant(
+            robot, (shared, *changes, *trim, conditions.disturbance(robot, rng), conditions.sensors(robot, rng))
+        )
+
+    runs = (standard_run(robot, plant, case.seed, index, yaw=case.yaw, rows=rows) for index in range(trajectories))
+    return Dataset(list(runs))
 
 
-def _run(case: Case, robot: Robot, changes: tuple[Change, ...], index: int, rows: int) -> Trajectory:
-    rng = np.random.default_rng([case.seed, RUN_DRAWS, index])
-    reference = _reference(robot, index, case.yaw, rng)
-    suffered = (
-        *changes,
-        *conditions.trim(robot, rng),
-        conditions.disturbance(robot, rng),
-        conditions.sensors(robot, rng),
-    )
-    plant = MujocoPlant(robot, suffered)
+def standard_run(
+    robot: Robot,
+    plant_of: Callable[[np.random.Generator], Plant],
+    seed: int,
+    index: int,
+    *,
+    yaw: bool = False,
+    rows: int = 400,
+) -> Trajectory:
+    """One flight or drive of the table on any plant, MuJoCo's or another simulator's.
+
+    Args:
+        robot: whose nominal numbers the controller knows.
+        plant_of: makes the plant from the run's own generator of random numbers.
+        seed: of the data set.
+        index: of the run: row of the table of references, and part of its seed.
+        yaw: a quadrotor turns its heading all the time.
+        rows: of the run; fewer where it ends in a crash.
+
+    Raises:
+        ModelError: when a quadrotor crashes before the log starts.
+    """
+    rng = np.random.default_rng([seed, RUN_DRAWS, index])
+    reference = _reference(robot, index, yaw, rng)
+    plant = plant_of(rng)
     wanted = reference(robot.dt * torch.arange(rows, dtype=torch.float64)).numpy()
     start = wanted[0].copy()
-    controller = _controller(plant, reference, wanted)
+    controller = _controller(robot, plant, reference, wanted)
     place = robot.layouts.state.slice("position")
     start[place] += rng.uniform(-1, 1, place.stop - place.start) * START_SPREAD["flight" if flies(robot) else "drive"]
     dither = ColouredNoise(DITHER[robot.name], DITHER_TIME, robot.dt, rng)
@@ -125,8 +147,7 @@ def _row(table: tuple[Manoeuvre, ...], index: int) -> Manoeuvre:
     return table[index % len(table)]
 
 
-def _controller(plant: MujocoPlant, reference: Reference, wanted: Array) -> Controller:
-    robot = plant.robot
+def _controller(robot: Robot, plant: Plant, reference: Reference, wanted: Array) -> Controller:
     if flies(robot):
         inner = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference, gains=GAINS)
         return LevelFlight(inner, wanted[:, 2], _trimmed(plant, inner, wanted[0]))
@@ -210,7 +231,7 @@ def _fastest(reference: Reference) -> float:
     return float(speeds.max())
 
 
-def _trimmed(plant: MujocoPlant, inner: GeometricQuadrotor, start: Array) -> float:
+def _trimmed(plant: Plant, inner: GeometricQuadrotor, start: Array) -> float:
     """Integral of the height after hovering well above the start, with the plant left as it was found."""
     above = torch.from_numpy(start.copy())
     above[2] += TAKE_OFF_HEIGHT

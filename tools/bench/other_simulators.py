@@ -1,0 +1,225 @@
+"""The diagnosis on simulators that are not ours: RotorPy's quadrotor, and CommonRoad's car with sliding tyres.
+
+Physics, rotors, drag and tyres are their authors'; the runs are those of the standard set, with its sensor noise. The
+quadrotor's base is learned in MuJoCo and calibrated there; RotorPy's rotors need 4 ms where MuJoCo's are immediate,
+which every case but two has beside its own effect. The car's is a bicycle without slip and without a simulator, so its
+every case also lacks the lag of servo and motor, and the arm from the rear axle to the centre of mass.
+
+    pip install ".[bench]"
+    python tools/bench/other_simulators.py
+    python tools/bench/other_simulators.py --cases "stock Crazyflie" --json build/other_simulators.json
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import torch
+import tyro
+from figures import Figure, report
+from rich.console import Console
+from rich.markup import escape
+from rotorpy_plant import QUICK, Quadrotor, RotorpyPlant
+from single_track_plant import WHEELBASE, Car, SingleTrackPlant
+
+from sym2real.diagnosis import Diagnosis, diagnose
+from sym2real.diagnosis.ladder import Stage
+from sym2real.effects import same_group
+from sym2real.errors import UnknownNameError
+from sym2real.experiments.models import cached_base
+from sym2real.experiments.standard_set import standard_run
+from sym2real.plants import MujocoPlant
+from sym2real.protocols import Plant
+from sym2real.report.diagnosis import diagnosis_report
+from sym2real.robots import ROBOTS, Robot, car
+from sym2real.robots.robot import GRAVITY
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Dataset
+
+RUNS = 8
+HORIZON = 0.8  # s
+Truth = Mapping[str, Mapping[str, float]]
+
+
+def rotor_drag(per_speed: float, thrust_coefficient: float, mass: float) -> float:
+    """RotorPy's drag in N s/m of four rotors that hover: its coefficient times the sum of their speeds."""
+    return per_speed * 4.0 * float(np.sqrt(mass * GRAVITY / 4.0 / thrust_coefficient))
+
+
+def turning(drag: float) -> Truth:
+    """What drag in N s/m at the rotors' hubs does to turning: c r² resists the yaw loop, as a gain below one."""
+    from rotorpy.vehicles.crazyflie_params import d as arm
+
+    constants = ROBOTS["crazyflie"].constants
+    damping = drag * arm**2 / constants["jz"]
+    return {"gain:wz_cmd": {"value": constants["kz"] / (constants["kz"] + damping)}}
+
+
+def flights() -> dict[str, tuple[Quadrotor, Truth]]:
+    """RotorPy's cases: what its quadrotor is told, and what that is in the catalogue's terms."""
+    from rotorpy.vehicles.crazyflie_params import quad_params as stock
+
+    mass, quick = ROBOTS["crazyflie"].mass, {"motor_lag": {"value": QUICK}}
+    level = rotor_drag(stock["k_d"], stock["k_eta"], stock["mass"])
+    upright = rotor_drag(stock["k_z"], stock["k_eta"], stock["mass"])
+    doubled = {"k_d": 2 * stock["k_d"], "k_z": 2 * stock["k_z"]}
+    across, along = (rotor_drag(doubled[name], stock["k_eta"], mass) for name in ("k_d", "k_z"))
+    frame = dict.fromkeys(("c_Dx", "c_Dy", "c_Dz"), 0.016)
+    return {
+        "plain": (Quadrotor(), quick),
+        "4 g more": (Quadrotor({"mass": mass + 0.004}), {"added_mass": {"value": 0.004}, **quick}),
+        "slow rotors": (Quadrotor({"tau_m": 0.05}), {"motor_lag": {"value": 0.05}}),
+        "rotor drag": (
+            Quadrotor(doubled),
+            {"linear_drag": {"cx": across, "cy": across, "cz": along}, **turning(across), **quick},
+        ),
+        "frame drag": (Quadrotor(frame), {"quadratic_drag": {"value": 0.016}, **quick}),
+        "centre of mass": (Quadrotor(centre=(0.002, 0.0, 0.0)), {"com_offset": {"rx": 0.002, "ry": 0.0}, **quick}),
+        "late commands": (Quadrotor(late=2), {"delay": {"value": 0.04}, **quick}),
+        "stock Crazyflie": (
+            Quadrotor(stock=True),
+            {
+                "added_mass": {"value": stock["mass"] - mass},
+                "motor_lag": {"value": stock["tau_m"]},
+                "linear_drag": {"cx": level, "cy": level, "cz": upright},
+                **turning(level),
+            },
+        ),
+    }
+
+
+ALWAYS: Truth = {"lever_arm": {"rx": WHEELBASE / 2}, "lag:speed": {"value": 0.06}, "lag:steer": {"value": 0.02}}
+DRIVES: dict[str, tuple[Car, Truth]] = {
+    "single track": (Car(), {}),
+    "servo out of centre": (Car(offset=0.06), {"offset:steer": {"value": 0.06}}),
+    "servo's travel": (Car(steering=0.8), {"gain:steer": {"value": 0.8}}),
+    "speed's map": (Car(speed=0.9), {"gain:speed": {"value": 0.9}}),
+    "slow motor": (Car(motor=0.3), {"lag:speed": {"value": 0.3}}),
+    "late car": (Car(late=3), {"delay": {"value": 0.15}}),
+}
+
+
+@dataclass(frozen=True)
+class Options:
+    """Diagnose runs of other people's simulators."""
+
+    cases: tuple[str, ...] = ()
+    """Cases to run; all by default."""
+    seed: int = 7
+    """Of noise, dither and phases."""
+    json: Path | None = None
+    """Write the figures to this file (- is standard output)."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A case with its truth and what was said of it."""
+
+    case: str
+    truth: Truth
+    found: Diagnosis
+
+    def named(self, key: str) -> bool:
+        """Whether a finding is this effect, or stands for it."""
+        return any(same_group(key, finding.effect) for finding in self.found.findings)
+
+    def figures(self) -> list[Figure]:
+        """How many of the true effects were named, what else was, and each value beside its truth."""
+        findings = self.found.findings
+        extra = [one.effect for one in findings if not any(same_group(one.effect, key) for key in self.truth)]
+        missing = [key for key in self.truth if not self.named(key)]
+        rows = [
+            Figure(f"{self.case}: true effects not named{_list(missing)}", len(missing), ""),
+            Figure(f"{self.case}: others named{_list(extra)}", len(extra), "", "<= 0"),
+        ]
+        for finding in findings:
+            for name, value in self.truth.get(finding.effect, {}).items():
+                one = finding.parameters[name]
+                rows.append(Figure(f"{self.case}: {finding.effect} {name} (true {value:.4g})", one.value, one.unit))
+        if findings:
+            first, last = (_position(stage) for stage in (self.found.ladder[0], self.found.ladder[-1]))
+            rows.append(Figure(f"{self.case}: position error 0.8 s ahead, base", first, "m"))
+            rows.append(Figure(f"{self.case}: position error 0.8 s ahead, with the findings", last, "m"))
+        return rows
+
+
+def _list(names: list[str]) -> str:
+    return f" ({', '.join(names)})" if names else ""
+
+
+def _position(stage: Stage) -> float:
+    nearest = min(stage.horizons, key=lambda horizon: abs(horizon - HORIZON))
+    return stage.horizons[nearest]["position"].value
+
+
+@dataclass(frozen=True)
+class Question:
+    """A case to simulate, and what to hold it against.
+
+    Args:
+        case: its title.
+        truth: hidden effects with their values.
+        robot: whose nominal numbers the controller and the base know.
+        plant: makes the foreign simulator.
+        base: equations to diagnose.
+        simulator: plain one to calibrate them in, if there is one.
+    """
+
+    case: str
+    truth: Truth
+    robot: Robot
+    plant: Callable[[np.random.Generator], Plant]
+    base: Equations
+    simulator: MujocoPlant | None = None
+
+
+def questions() -> Iterator[Question]:
+    """All cases, without simulating any."""
+    flyer, driver = ROBOTS["crazyflie"], ROBOTS["mushr"]
+    for case, (quadrotor, truth) in flights().items():
+        plant = partial(RotorpyPlant, quadrotor)
+        yield Question(case, truth, flyer, plant, cached_base(flyer), MujocoPlant(flyer))
+    for case, (told, truth) in DRIVES.items():
+        yield Question(case, {**ALWAYS, **truth}, driver, partial(SingleTrackPlant, told), car(WHEELBASE))
+
+
+def answer(question: Question, seed: int, console: Console) -> Answer:
+    """Simulate, diagnose, print what was found beside what is true."""
+    case = question.case
+    with console.status(f"{case}: simulating") as status:
+        # Turning tells a wind from a tilted board; even runs keep their heading.
+        runs = (standard_run(question.robot, question.plant, seed, index, yaw=index % 2 > 0) for index in range(RUNS))
+        data = Dataset(list(runs))
+        said = diagnose(
+            question.base, data, question.simulator, on_progress=lambda text: status.update(f"{case}: {text}")
+        )
+    console.rule(case)
+    console.print(diagnosis_report(said))
+    shown = ", ".join(f"{key} {dict(values)}" for key, values in question.truth.items()) or "nothing"
+    console.print(f"[bold]Truth[/] {escape(shown)}\n")
+    return Answer(case, question.truth, said)
+
+
+def main(options: Options) -> None:
+    """Simulate, diagnose, print, write.
+
+    Raises:
+        UnknownNameError: for a case that does not exist.
+    """
+    torch.set_num_threads(1)
+    asked = {question.case: question for question in questions()}
+    for case in options.cases:
+        if case not in asked:
+            raise UnknownNameError("case", case, asked)
+    console = Console(stderr=options.json == Path("-"))
+    answers = [answer(asked[case], options.seed, console) for case in options.cases or asked]
+    rows = [row for one in answers for row in one.figures()]
+    report("Simulators that are not ours", rows, (options.seed,), options.json)
+
+
+if __name__ == "__main__":
+    main(tyro.cli(Options, description=__doc__))

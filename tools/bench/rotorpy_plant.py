@@ -1,0 +1,123 @@
+"""RotorPy's quadrotor as a plant: rotors that take time, and drag that its authors modelled.
+
+S. Folk, J. Paulos, V. Kumar, "RotorPy: A Python-based Multirotor Simulator with Aerodynamics for Education and
+Research", arXiv 2306.04485. Installed with the extra ``bench``; nothing of it is in this project.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sym2real.experiments.standard_conditions import sensors
+from sym2real.layout import Layouts
+from sym2real.robots import ROBOTS
+from sym2real.robots.robot import GRAVITY
+from sym2real.trajectory import Array
+
+ROBOT = ROBOTS["crazyflie"]
+# Our simulator's rotors answer at once; RotorPy's cannot, so they take as long as a rate loop does not notice.
+QUICK = 0.004  # s
+SUBSTEPS = 5
+AERODYNAMICS = ("k_d", "k_z", "k_h", "k_flap", "c_Dx", "c_Dy", "c_Dz")
+
+
+@dataclass(frozen=True)
+class Quadrotor:
+    """What RotorPy is told that differs from the Crazyflie the base model knows.
+
+    Args:
+        parameters: RotorPy's names and values.
+        centre: centre of mass from the middle of the rotors in m ``# (3,)``.
+        late: control periods that commands take to arrive.
+        stock: all of RotorPy's own numbers of the Crazyflie instead, but for the gains of the rate loop.
+    """
+
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    late: int = 0
+    stock: bool = False
+
+    def numbers(self) -> dict[str, Any]:
+        """RotorPy's table of parameters."""
+        from rotorpy.vehicles.crazyflie_params import quad_params
+
+        inertia = dict(zip(("Ixx", "Iyy", "Izz"), (ROBOT.constants[name] for name in ("jx", "jy", "jz")), strict=True))
+        ours = {"mass": ROBOT.mass, "tau_m": QUICK, **inertia, **dict.fromkeys(AERODYNAMICS, 0.0)}
+        gains = np.array([ROBOT.constants[name] for name in ("kx", "ky", "kz")])
+        return {**quad_params, **({} if self.stock else ours), "k_w": gains, **self.parameters}
+
+
+class RotorpyPlant:
+    """A :class:`~sym2real.protocols.Plant` on RotorPy, with the noisy sensors of the standard set.
+
+    Args:
+        quadrotor: what is hidden in it.
+        rng: of the sensors' noise.
+    """
+
+    layouts: Layouts = ROBOT.layouts
+    dt: float = ROBOT.dt
+    inputs: Array = np.zeros(len(ROBOT.layouts.inputs))
+    crashed: bool = False
+
+    def __init__(self, quadrotor: Quadrotor, rng: np.random.Generator) -> None:
+        from rotorpy.vehicles.multirotor import Multirotor
+
+        self._late = quadrotor.late
+        self._vehicle = Multirotor(quadrotor.numbers(), control_abstraction="cmd_ctbr")
+        self._vehicle.rotor_geometry = self._vehicle.rotor_geometry - np.array(quadrotor.centre)
+        begin = sensors(ROBOT, rng).measure
+        assert begin is not None
+        self._begin = begin
+
+    def reset(self, state: ArrayLike | None = None, seed: int | None = None) -> Array:
+        """Start at a state ``# (13,)`` with rotors that hover; the measured state."""
+        x = ROBOT.start if state is None else np.asarray(state, dtype=np.float64)
+        hover = np.sqrt(self._vehicle.mass * GRAVITY / 4 / self._vehicle.k_eta)
+        self._state = {
+            "x": x[:3].copy(),
+            "q": np.r_[x[4:7], x[3]],
+            "v": x[7:10].copy(),
+            "w": x[10:].copy(),
+            "wind": np.zeros(3),
+            "rotor_speeds": np.full(4, hover),
+        }
+        self._under_way = [ROBOT.rest.copy()] * self._late
+        self._measure = self._begin()
+        return self._measured()
+
+    def step(self, action: ArrayLike) -> Array:
+        """Send thrust and body rates ``# (4,)``; the measured state one period later ``# (13,)``."""
+        self._under_way.append(np.asarray(action, dtype=np.float64))
+        arrived = self._under_way.pop(0)
+        for _ in range(SUBSTEPS):
+            self._advance({"cmd_thrust": arrived[0], "cmd_w": arrived[1:]}, self.dt / SUBSTEPS)
+        return self._measured()
+
+    def _advance(self, control: dict[str, Any], h: float) -> None:
+        """Runge and Kutta's step of fourth order on RotorPy's derivative; its own solver takes ten times as long."""
+        vehicle = self._vehicle
+        speeds = vehicle.get_cmd_motor_speeds(self._state, control)
+        speeds = np.clip(speeds, vehicle.rotor_speed_min, vehicle.rotor_speed_max)
+
+        def slope(packed: Array) -> Array:
+            derivative: Array = vehicle._s_dot_fn(0.0, packed, speeds)
+            return derivative
+
+        start = vehicle._pack_state(self._state)
+        first = slope(start)
+        second = slope(start + h / 2 * first)
+        third = slope(start + h / 2 * second)
+        fourth = slope(start + h * third)
+        self._state = vehicle._unpack_state(start + h / 6 * (first + 2 * second + 2 * third + fourth))
+        self._state["q"] /= np.linalg.norm(self._state["q"])
+
+    def _measured(self) -> Array:
+        quaternion = self._state["q"] * np.sign(self._state["q"][3])
+        attitude = [quaternion[3], *quaternion[:3]]
+        return self._measure(np.r_[self._state["x"], attitude, self._state["v"], self._state["w"]])

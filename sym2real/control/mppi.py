@@ -118,7 +118,8 @@ class MPPI:
             period = period or robot.dt
         self.reset()
         if period is not None:
-            self._hold(period)
+            self.samples = samples_within(period, self.samples, self._trial)
+            self.reset()
 
     def _fuse(self) -> FusedStep | FusedGpuStep:
         fused = fused_step(
@@ -132,11 +133,6 @@ class MPPI:
         self.kernel = operator.registered(fused)
         self._no_inputs = torch.zeros(fused.shapes["inputs"], device=self.device)
         return fused
-
-    def _hold(self, period: float) -> None:
-        """Draw fewer samples where the period asks for it."""
-        self.samples = samples_within(period, self.samples, self._trial)
-        self.reset()
 
     @property
     def backend(self) -> str:

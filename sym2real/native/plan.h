@@ -26,7 +26,7 @@ APART void draw_noise(const struct plan *p, words sample, TRACK track, TRACK dra
     v row[ACTIONS], before[ACTIONS];
     for (int a = 0; a < ACTIONS; a++) before[a] = splat(R(0.0));
     for (int step = 0; step < p->draws; step++) {
-        draw_normals(&s, ACTIONS, row);
+        draw_normals(&s, row);
         correlate(p, row);
         for (int a = 0; a < ACTIONS; a++) {
 #if COLOUR == 1

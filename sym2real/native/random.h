@@ -30,30 +30,28 @@ INLINE struct stream stream_of(words sample, word seed, word call) {
     for (int i = 0; i < 4; i++) next_words(&s);
     return s;
 }
-/* count normal numbers, into[0 … count - 1], count at most MOST_DRAWS and known at compilation. Stage by stage, so that
- * pairs are computed side by side: -2 ln u = NORMAL_LOG(m) - 2 ln 2 e for u = m 2^e, an angle of 23 bits or 16. */
-#define MOST_DRAWS 16
-#define PAIRS (MOST_DRAWS / 2)
-INLINE void draw_normals(struct stream *s, int count, v *into) {
+/* A normal number for every action. Stage by stage, so that pairs are computed side by side:
+ * -2 ln u = NORMAL_LOG(m) - 2 ln 2 e for u = m 2^e, and an angle of 23 bits or 16. */
+#define PAIRS ((ACTIONS + 1) / 2)
+INLINE void draw_normals(struct stream *s, v *into) {
     words radius[PAIRS], angle[PAIRS], shared;
     v square[PAIRS], turn[PAIRS];
-    const int pairs = (count + 1) / 2;
-    UNROLLED for (int i = 0; i < pairs; i++) {
+    UNROLLED for (int i = 0; i < PAIRS; i++) {
         if (i % 2 == 0) shared = next_words(s);
         radius[i] = next_words(s);
         angle[i] = i % 2 ? shared >> 9 : shared << 7;
     }
-    UNROLLED for (int i = 0; i < pairs; i++) radius[i] = bits_of(to_reals(radius[i] >> 8) + 0.5f);
-    UNROLLED for (int i = 0; i < pairs; i++) {
+    UNROLLED for (int i = 0; i < PAIRS; i++) radius[i] = bits_of(to_reals(radius[i] >> 8) + 0.5f);
+    UNROLLED for (int i = 0; i < PAIRS; i++) {
         const v exponent = to_reals(radius[i] >> 23) - 151.0f; /* the integer above was 2^24 u */
         const v mantissa = from_bits((radius[i] & 0x7fffffu) | 0x3f800000u);
         square[i] = exponent * -1.38629436f + NORMAL_LOG(mantissa);
     }
-    UNROLLED for (int i = 0; i < pairs; i++)
+    UNROLLED for (int i = 0; i < PAIRS; i++)
         turn[i] = from_bits((angle[i] & 0x7fffffu) | 0x3f800000u) * 6.28318531f - 9.42477796f;
-    UNROLLED for (int i = 0; i < pairs; i++) {
+    UNROLLED for (int i = 0; i < PAIRS; i++) {
         const v r = square_root(maximum(square[i], splat(0.0f))), s = turn[i] * turn[i];
         into[2 * i] = r * (turn[i] * NORMAL_SINE(s));
-        if (2 * i + 1 < count) into[2 * i + 1] = r * NORMAL_COSINE(s);
+        if (2 * i + 1 < ACTIONS) into[2 * i + 1] = r * NORMAL_COSINE(s);
     }
 }

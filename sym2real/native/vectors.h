@@ -32,7 +32,6 @@ typedef real v __attribute__((vector_size(BYTES)));
 typedef integer mask __attribute__((vector_size(BYTES)));
 typedef word words __attribute__((vector_size(BYTES)));
 
-#define SHARED static
 #define INLINE static inline __attribute__((always_inline))
 #define APART static __attribute__((noinline))
 #define EXPORTED __attribute__((visibility("default")))
@@ -81,11 +80,6 @@ INLINE v maximum(v a, v b) { return select(a < b, b, a); }
 INLINE v to_reals(words a) { return __builtin_convertvector((mask)a, v); }
 INLINE words bits_of(v a) { return (words)a; }
 INLINE v from_bits(words a) { return (v)a; }
-INLINE v floor_of(v a) {
-    v r;
-    EACH_LANE r[lane] = OF_REAL(floor)(a[lane]);
-    return r;
-}
 INLINE int any_beyond(v a, real most) {
     int any = 0;
     EACH_LANE any |= !(a[lane] <= most);

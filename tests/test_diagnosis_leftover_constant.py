@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from noisy_flights import flights_with
 
 from sym2real.diagnosis import Diagnosis, diagnose
 from sym2real.diagnosis.constant import Constants
@@ -14,7 +15,8 @@ from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.whitening import Spread, estimate
 from sym2real.experiments.standard_set import Case, simulate_case
-from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.robots import CRAZYFLIE, MUSHR, Robot
+from sym2real.trajectory import Dataset
 
 # The wind and what stands for it; and, to keep the tests short, much else: mass, drag and centre of mass compete.
 OUT = (
@@ -67,9 +69,22 @@ def test_a_cars_constants_are_those_that_were_put_in(key: str, channel: str, val
     assert float(changed.p_values(logs)[place]) < 1e-6
 
 
+def test_what_one_constant_explains_is_not_counted_again() -> None:
+    """Two forces are two: beside the first at its size only the second is left."""
+    constants = _of(CRAZYFLIE, flights_with("wind", {"fx": 0.02, "fy": 0.015}))
+    along, across = (constants.names.index(name) for name in ("fx", "fy"))
+    assert float(constants.sizes[along]) == pytest.approx(0.02, rel=0.15)
+    rest = constants.beside(along)
+    assert abs(float(rest.sizes[along])) < 1e-9
+    assert float(rest.sizes[across]) == pytest.approx(0.015, rel=0.15)
+
+
 def _constants(effects: tuple[tuple[str, dict[str, float]], ...]) -> Constants:
-    data = simulate_case(Case("mushr", effects, seed=11), rows=180)
-    library = Library.of(MUSHR.nominal(), [])
+    return _of(MUSHR, simulate_case(Case("mushr", effects, seed=11), rows=180))
+
+
+def _of(robot: Robot, data: Dataset) -> Constants:
+    library = Library.of(robot.nominal(), [])
     problem = Problem(library, data)
     spread, residual = Spread.of(problem, library.null), problem.residuals(library.null[None])[0]
     whitening = estimate(spread, residual, problem.segments.noise, problem.segments.channel, alike=True)

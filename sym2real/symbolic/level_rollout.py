@@ -38,7 +38,7 @@ class Horizon(torch.nn.Module):
 $step
             torch.index_select(rows, 0, indices[$levels], out=states[h])
             own[0].copy_(states[h])
-            own[2].add_($dt)
+$clock
 ''')
 
 
@@ -65,11 +65,11 @@ class LevelRollout:
         self._rows[known:first] = torch.tensor(list(equations.parameters.values()))[:, None]
         self._known = self._rows[len(layouts.state) + len(layouts.action) : known]
         state, actions = len(layouts.state), len(layouts.action)
-        clock = self._known[layouts.inputs.index(TIME)] if TIME in layouts.inputs else torch.zeros(0)
-        self._own = [self._rows[:state], self._rows[state : state + actions], clock]
+        self._own = [self._rows[:state], self._rows[state : state + actions]]
+        self._own += [self._known[layouts.inputs.index(TIME)]] if TIME in layouts.inputs else []
         self._states = torch.empty(horizon, state, samples)
         self._lists = _memory(levels, self._rows)
-        self._horizon = script(class_from_source(_source(levels, equations.dt), "Horizon")())
+        self._horizon = script(class_from_source(_source(levels, equations), "Horizon")())
 
     def __call__(self, state: Tensor, actions: Tensor, inputs: Tensor | None = None) -> Tensor:
         """States ``# (N, H, n)`` after each action ``# (N, H, m)``, from one state ``# (n,)``; inputs are held."""
@@ -94,7 +94,7 @@ def _memory(levels: Levels, rows: Tensor) -> tuple[list[Tensor], ...]:
     return [*indices, torch.tensor(levels.outputs)], gathered, operands, results
 
 
-def _source(levels: Levels, dt: float) -> str:
+def _source(levels: Levels, equations: Equations) -> str:
     lines, operand, result = list[str](), 0, 0
     for number, level in enumerate(levels.batches):
         lines.append(f"torch.index_select(rows, 0, indices[{number}], out=gathered[{number}])")
@@ -104,4 +104,5 @@ def _source(levels: Levels, dt: float) -> str:
             lines.append(f"{CALLS.get(batch.kind, 'torch.' + batch.kind)}({given}, out=results[{result}])")
             operand, result = operand + count, result + 1
     step = "\n".join(" " * 12 + line for line in lines)
-    return HORIZON.substitute(step=step, levels=len(levels.batches), dt=repr(dt))
+    clock = f"            own[2].add_({equations.dt!r})" if TIME in equations.layouts.inputs else ""
+    return HORIZON.substitute(step=step, levels=len(levels.batches), clock=clock)

@@ -104,7 +104,8 @@ class DataReport:
         found += [_said(name, one, "attitude") for name, one in self.rates.items() if _remarkable(one)]
         found += [_said(name, one, "position") for name, one in self.velocities.items() if _remarkable(one)]
         if self.feedback:
-            found.append(f"closed loop: {', '.join(self.following)} follow the measured state")
+            verb = "follows" if len(self.following) == 1 else "follow"
+            found.append(f"closed loop: {', '.join(self.following)} {verb} the measured state")
         return found
 
     def to_dict(self) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 
 from sym2real.errors import DataError
+from sym2real.files import whole
 from sym2real.layout import Layout, Layouts
 from sym2real.neural.residual_mlp import ResidualMLP
 
@@ -16,14 +17,17 @@ FILE = "residual.safetensors"
 
 
 def save_residual(residual: ResidualMLP, folder: str | Path) -> Path:
-    """Write a residual into a model folder, beside its place and then renamed."""
+    """Write a residual into a model folder, whole or not at all.
+
+    Raises:
+        DataError: when there is no writing there.
+    """
     target = Path(folder) / FILE
-    target.parent.mkdir(parents=True, exist_ok=True)
     state, action = residual.columns
     about = json.dumps({"state": state, "action": action, "widths": residual.widths})
-    beside = target.with_name(f".{FILE}.saving")
-    save_file({name: tensor.contiguous() for name, tensor in residual.state_dict().items()}, beside, {"about": about})
-    beside.replace(target)
+    weights = {name: tensor.contiguous() for name, tensor in residual.state_dict().items()}
+    with whole(target) as beside:
+        save_file(weights, beside, {"about": about})
     return target
 
 

@@ -36,7 +36,7 @@ def _fit(base: Equations, data: Dataset, key: str) -> tuple[Problems, Fit, calib
     """One effect fitted, with a calibration that knows no effect of the base's own."""
     library = Library.of(base, [effect(key, base)])
     problem = Problem(library, data)
-    _, whitening = whiten(problem, candidates(library, data))
+    _, whitening, _ = whiten(problem, candidates(library, data))
     problems = Problems.of(problem, whitening)
     free = tuple((slot,) for slot in range(len(library.slots)))
     (fit,) = problems.fit([Hypothesis(free, library.null)], 4)
@@ -62,7 +62,7 @@ def test_intervals_hold_a_value_that_trim_scatters_from_run_to_run(drives: Datas
     base = MUSHR.nominal()
     library = library_for(base, drives, ("*",), ("gain:speed", "offset:steer"))
     problem = Problem(library, drives)
-    _, whitening = whiten(problem, ())
+    _, whitening, _ = whiten(problem, ())
     problems, free = Problems.of(problem, whitening), ((0,), (1,))
     (fit,) = problems.quadratics([Hypothesis(free, library.null)])
     generator = torch.Generator().manual_seed(0)

@@ -8,8 +8,7 @@ from collections.abc import Callable
 
 LOGGER = logging.getLogger(__name__)
 
-# Of the period: a shared machine now and then takes twice as long, and the link, the filter and the log need time too.
-SHARE = 0.5
+SHARE = 0.7  # of the period; the rest is for the link, the filter and the log
 LEAST = 16  # samples below which a weighted mean of rollouts is no controller
 WARM_UP, REPEATS = 3, 12  # TorchScript specialises during its first calls
 

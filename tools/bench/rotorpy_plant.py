@@ -11,10 +11,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from foreign_plant import ForeignPlant
 
-from sym2real.experiments.standard_conditions import sensors
-from sym2real.layout import Layouts
 from sym2real.robots import ROBOTS
 from sym2real.robots.robot import GRAVITY
 from sym2real.trajectory import Array
@@ -52,52 +50,36 @@ class Quadrotor:
         return {**quad_params, **({} if self.stock else ours), "k_w": gains, **self.parameters}
 
 
-class RotorpyPlant:
-    """A :class:`~sym2real.protocols.Plant` on RotorPy, with the noisy sensors of the standard set.
+class RotorpyPlant(ForeignPlant):
+    """RotorPy's vehicle.
 
     Args:
         quadrotor: what is hidden in it.
         rng: of the sensors' noise.
     """
 
-    layouts: Layouts = ROBOT.layouts
-    dt: float = ROBOT.dt
-    inputs: Array = np.zeros(len(ROBOT.layouts.inputs))
-    crashed: bool = False
-
     def __init__(self, quadrotor: Quadrotor, rng: np.random.Generator) -> None:
         from rotorpy.vehicles.multirotor import Multirotor
 
-        self._late = quadrotor.late
+        super().__init__(ROBOT, quadrotor.late, rng)
         self._vehicle = Multirotor(quadrotor.numbers(), control_abstraction="cmd_ctbr")
         self._vehicle.rotor_geometry = self._vehicle.rotor_geometry - np.array(quadrotor.centre)
-        begin = sensors(ROBOT, rng).measure
-        assert begin is not None
-        self._begin = begin
 
-    def reset(self, state: ArrayLike | None = None, seed: int | None = None) -> Array:
-        """Start at a state ``# (13,)`` with rotors that hover; the measured state."""
-        x = ROBOT.start if state is None else np.asarray(state, dtype=np.float64)
+    def _start(self, state: Array) -> Array:
         hover = np.sqrt(self._vehicle.mass * GRAVITY / 4 / self._vehicle.k_eta)
         self._state = {
-            "x": x[:3].copy(),
-            "q": np.r_[x[4:7], x[3]],
-            "v": x[7:10].copy(),
-            "w": x[10:].copy(),
+            "x": state[:3].copy(),
+            "q": np.r_[state[4:7], state[3]],
+            "v": state[7:10].copy(),
+            "w": state[10:].copy(),
             "wind": np.zeros(3),
             "rotor_speeds": np.full(4, hover),
         }
-        self._under_way = [ROBOT.rest.copy()] * self._late
-        self._measure = self._begin()
-        return self._measured()
+        return ROBOT.rest.copy()
 
-    def step(self, action: ArrayLike) -> Array:
-        """Send thrust and body rates ``# (4,)``; the measured state one period later ``# (13,)``."""
-        self._under_way.append(np.asarray(action, dtype=np.float64))
-        arrived = self._under_way.pop(0)
+    def _hold(self, action: Array) -> None:
         for _ in range(SUBSTEPS):
-            self._advance({"cmd_thrust": arrived[0], "cmd_w": arrived[1:]}, self.dt / SUBSTEPS)
-        return self._measured()
+            self._advance({"cmd_thrust": action[0], "cmd_w": action[1:]}, self.dt / SUBSTEPS)
 
     def _advance(self, control: dict[str, Any], h: float) -> None:
         """Runge and Kutta's step of fourth order on RotorPy's derivative; its own solver takes ten times as long."""
@@ -117,7 +99,7 @@ class RotorpyPlant:
         self._state = vehicle._unpack_state(start + h / 6 * (first + 2 * second + 2 * third + fourth))
         self._state["q"] /= np.linalg.norm(self._state["q"])
 
-    def _measured(self) -> Array:
+    def _true(self) -> Array:
         quaternion = self._state["q"] * np.sign(self._state["q"][3])
         attitude = [quaternion[3], *quaternion[:3]]
-        return self._measure(np.r_[self._state["x"], attitude, self._state["v"], self._state["w"]])
+        return np.r_[self._state["x"], attitude, self._state["v"], self._state["w"]]

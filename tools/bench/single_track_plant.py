@@ -10,10 +10,8 @@ from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
-from numpy.typing import ArrayLike
+from foreign_plant import ForeignPlant
 
-from sym2real.experiments.standard_conditions import sensors
-from sym2real.layout import Layouts
 from sym2real.robots import ROBOTS
 from sym2real.trajectory import Array
 
@@ -45,42 +43,29 @@ class Car:
     late: int = 0
 
 
-class SingleTrackPlant:
-    """A :class:`~sym2real.protocols.Plant` on CommonRoad's model, whose place is the centre of mass.
+class SingleTrackPlant(ForeignPlant):
+    """CommonRoad's model, whose place is the centre of mass.
 
     Args:
         car: what is hidden in it.
         rng: of the sensors' noise.
     """
 
-    layouts: Layouts = ROBOT.layouts
-    dt: float = ROBOT.dt
-    inputs: Array = np.zeros(len(ROBOT.layouts.inputs))
-    crashed: bool = False
-
     def __init__(self, car: Car, rng: np.random.Generator) -> None:
+        super().__init__(ROBOT, car.late, rng)
         self._car, self._numbers = car, _numbers()
-        begin = sensors(ROBOT, rng).measure
-        assert begin is not None
-        self._begin = begin
 
-    def reset(self, state: ArrayLike | None = None, seed: int | None = None) -> Array:
-        """Start at a state ``# (7,)`` without sliding; the measured state."""
-        x = ROBOT.start if state is None else np.asarray(state, dtype=np.float64)
+    def _start(self, state: Array) -> Array:
+        x, y, sine, cosine, vx, vy, rate = state
+        speed = np.hypot(vx, vy)
         # place, steering angle, speed, yaw, yaw rate, slip angle
-        self._state = np.array([x[0], x[1], 0.0, np.hypot(x[4], x[5]), np.arctan2(x[2], x[3]), x[6], 0.0])
-        self._under_way = [np.array([0.0, self._state[3]])] * self._car.late
-        self._measure = self._begin()
-        return self._measured()
+        self._state = np.array([x, y, 0.0, speed, np.arctan2(sine, cosine), rate, 0.0])
+        return np.array([0.0, speed])
 
-    def step(self, action: ArrayLike) -> Array:
-        """Send steering and speed ``# (2,)``; the measured state one period later ``# (7,)``."""
-        self._under_way.append(np.asarray(action, dtype=np.float64))
-        steer, speed = self._under_way.pop(0)
-        steer, speed = self._car.steering * steer + self._car.offset, self._car.speed * speed
+    def _hold(self, action: Array) -> None:
+        steer, speed = self._car.steering * action[0] + self._car.offset, self._car.speed * action[1]
         for _ in range(round(self.dt / STEP)):
             self._advance(steer, speed)
-        return self._measured()
 
     def _advance(self, steer: float, speed: float) -> None:
         from vehiclemodels.vehicle_dynamics_st import vehicle_dynamics_st
@@ -95,10 +80,10 @@ class SingleTrackPlant:
         fourth = slope(self._state + STEP * third)
         self._state = self._state + STEP / 6 * (first + 2 * second + 2 * third + fourth)
 
-    def _measured(self) -> Array:
+    def _true(self) -> Array:
         x, y, _, speed, yaw, rate, slip = self._state
         velocity = speed * np.cos(yaw + slip), speed * np.sin(yaw + slip)
-        return self._measure(np.array([x, y, np.sin(yaw), np.cos(yaw), *velocity, rate]))
+        return np.array([x, y, np.sin(yaw), np.cos(yaw), *velocity, rate])
 
 
 def _numbers() -> SimpleNamespace:

@@ -8,9 +8,9 @@ from functools import cache
 import numpy as np
 import torch
 
-from sym2real.control import GeometricQuadrotor
+from sym2real.control import Disturbed, GeometricQuadrotor
 from sym2real.effects import effect
-from sym2real.experiments.disturbed import ColouredNoise, Disturbed
+from sym2real.experiments.disturbed import ColouredNoise
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE
 from sym2real.tasks import make_task
@@ -42,7 +42,7 @@ def flights_with(key: str, values: dict[str, float], count: int = 4, steps: int 
         push = ColouredNoise(np.array([1.5e-3, 1.5e-3, 1e-3, 1e-6, 1e-6, 1e-6]), 0.2, robot.dt, rng)
         wrench = np.array([push.next() for _ in range(steps)])
         flown = run_episode(
-            MujocoPlant(robot, changes), Disturbed(tracking, dither, robot.low, robot.high), task,
+            MujocoPlant(robot, changes), Disturbed(tracking, dither.of_step, robot.low, robot.high), task,
             steps=steps, wrench=wrench, name=f"{name} {index}", seed=index,
         )  # fmt: skip
         runs.append(_measured(flown, rng))

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 import torch
 
+from sym2real.control import geometric_controller
 from sym2real.diagnosis import add, compare
 from sym2real.effects import effect
 from sym2real.effects.sensors import Sensors
-from sym2real.experiments.flying import fly, geometric_controller, mppi_controller
+from sym2real.experiments.flying import fly, mppi_controller
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.tasks import make_task
@@ -48,7 +49,7 @@ def test_a_model_with_the_tilt_predicts_a_tilted_log() -> None:
     tilt = {"roll": 0.03, "pitch": -0.02}
     task = make_task("circle", CRAZYFLIE)
     plant = MujocoPlant(CRAZYFLIE, [effect("mounting_tilt", CRAZYFLIE).inject(**tilt)])
-    log = fly(plant, geometric_controller(CRAZYFLIE, task), task, seconds=4.0).trajectory
+    log = fly(plant, geometric_controller(CRAZYFLIE, task.reference), task, seconds=4.0).trajectory
     plain = CRAZYFLIE.nominal()
     errors = [
         compare(model, log, start="measured").at(0.5).errors for model in (plain, add(plain, "mounting_tilt", tilt))
@@ -77,7 +78,7 @@ def test_mppi_flies_where_it_should_with_a_tilt_that_it_knows() -> None:
 def test_a_model_that_fades_with_time_predicts_a_log_without_a_clock() -> None:
     task = make_task("hover", CRAZYFLIE)
     plant = MujocoPlant(CRAZYFLIE, [effect("battery_sag", CRAZYFLIE).inject(value=0.02)])
-    log = fly(plant, geometric_controller(CRAZYFLIE, task), task, seconds=5.0).trajectory
+    log = fly(plant, geometric_controller(CRAZYFLIE, task.reference), task, seconds=5.0).trajectory
     assert "t" not in log.layouts.inputs
     plain = CRAZYFLIE.nominal()
     errors = [compare(model, log).at(0.5).errors for model in (plain, add(plain, "battery_sag", {"value": 0.02}))]

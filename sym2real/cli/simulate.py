@@ -46,9 +46,8 @@ class Simulate:
         from sym2real.adaptation import tracking_error
         from sym2real.cli.chosen_effects import chosen_effects
         from sym2real.cli.numbers import require_positive
-        from sym2real.control import RandomCommands
+        from sym2real.control import RandomCommands, geometric_controller
         from sym2real.errors import ModelError
-        from sym2real.experiments.flying import geometric_controller
         from sym2real.files import make_folder
         from sym2real.logs import write_log
         from sym2real.plants import MujocoPlant, load_plant, run_episode
@@ -64,7 +63,7 @@ class Simulate:
             raise ModelError(f"{self.robot}: --effects are for a robot's plain simulator; add them to its plant.toml")
         plant = written or MujocoPlant(robot, changes)
         geometric = self.controller == "geometric"
-        controller = geometric_controller(robot, task) if geometric else RandomCommands(robot, seed=self.seed)
+        controller = geometric_controller(robot, task.reference) if geometric else RandomCommands(robot, seed=self.seed)
         steps = round((self.seconds or task.duration) / robot.dt)
         trajectory = run_episode(plant, controller, task, seed=self.seed, steps=steps, name=self.out.stem)
         make_folder(self.out.parent)

@@ -1,4 +1,4 @@
-"""Controllers of test runs that excite: noise on another controller's commands, and random commands of their own."""
+"""What excites in test runs: noise, and controllers with random commands of their own."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import numpy as np
 import torch
 from numpy.typing import ArrayLike
 
-from sym2real.protocols import Controller
 from sym2real.robots import Robot
 from sym2real.rotation import to_matrix
 from sym2real.trajectory import Array
@@ -41,34 +40,9 @@ class ColouredNoise:
         self.value = kept * present + np.sqrt(1.0 - kept**2) * fresh
         return present
 
-
-@dataclass(frozen=True)
-class Disturbed:
-    """A controller whose commands carry noise, within limits.
-
-    Args:
-        controller: what is disturbed.
-        noise: added to every action.
-        low, high: limits of the sum ``# (action,)``.
-    """
-
-    controller: Controller
-    noise: ColouredNoise
-    low: Array
-    high: Array
-
-    def reset(self) -> None:
-        """Begin an episode; the noise goes on."""
-        self.controller.reset()
-
-    def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
-        """The controller's action with noise, within the limits ``# (action,)``."""
-        action: Array = np.clip(self.controller.act(state, step, inputs) + self.noise.next(), self.low, self.high)
-        return action
-
-    def remember(self, sent: ArrayLike) -> None:
-        """Tell the controller what was sent."""
-        self.controller.remember(sent)
+    def of_step(self, _: int) -> Array:
+        """The same for whoever counts steps ``# (columns,)``."""
+        return self.next()
 
 
 @dataclass

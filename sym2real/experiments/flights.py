@@ -15,8 +15,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from sym2real.control import GeometricQuadrotor, PurePursuit
-from sym2real.experiments.disturbed import ColouredNoise, Disturbed, GoalAfterGoal, RandomDriving, RandomRates
+from sym2real.control import Disturbed, GeometricQuadrotor, PurePursuit
+from sym2real.experiments.disturbed import ColouredNoise, GoalAfterGoal, RandomDriving, RandomRates
 from sym2real.plants import MujocoPlant, random_push, run_episode
 from sym2real.protocols import Change, Controller
 from sym2real.robots import CRAZYFLIE, MUSHR
@@ -137,7 +137,7 @@ def _track(rng: np.random.Generator, task: str, style: Style, **options: float |
     tracking = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference, yaw_rate=turning)
     coloured = ColouredNoise(style.noise * NOISE, NOISE_CORRELATION, robot.dt, rng)
     position = reference(torch.zeros((), dtype=torch.float64)).numpy()[:3]
-    return Disturbed(tracking, coloured, robot.low, robot.high), _tilted(rng, style.tilt, position)
+    return Disturbed(tracking, coloured.of_step, robot.low, robot.high), _tilted(rng, style.tilt, position)
 
 
 def _hover(rng: np.random.Generator) -> Setting:

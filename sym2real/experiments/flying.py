@@ -11,7 +11,7 @@ import torch
 from numpy.typing import ArrayLike
 
 from sym2real.adaptation import tracking_error
-from sym2real.control import MPPI, GeometricQuadrotor, PurePursuit
+from sym2real.control import MPPI
 from sym2real.effects.filters import FilterState, command_filters, measurement_filters
 from sym2real.effects.sensors import Sensors
 from sym2real.effects.visible import VisibleModel
@@ -21,7 +21,6 @@ from sym2real.protocols import Controller
 from sym2real.robots import Robot
 from sym2real.symbolic import Equations
 from sym2real.tasks import Task
-from sym2real.tasks.task import flies
 from sym2real.trajectory import Array, Trajectory
 
 OnStep = Callable[[int], None]
@@ -45,13 +44,6 @@ class Flight:
     crashed: bool
     act_median: float
     act_p99: float
-
-
-def geometric_controller(robot: Robot, task: Task) -> Controller:
-    """The controller of test runs, which knows a mass or a wheelbase and no model."""
-    if flies(robot):
-        return GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, task.reference)
-    return PurePursuit(robot.constants["wheelbase"], robot.low, robot.high, robot.dt, task.reference)
 
 
 def mppi_controller(

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import torch
 
-from sym2real.control import GeometricQuadrotor
+from sym2real.control import Disturbed, GeometricQuadrotor
 from sym2real.diagnosis import AssumedNoise
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.experiments import standard_conditions as conditions
-from sym2real.experiments.disturbed import ColouredNoise, Disturbed
+from sym2real.experiments.disturbed import ColouredNoise
 from sym2real.experiments.standard_set import DITHER, DITHER_TIME, GAINS, AtItsPace
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Controller
@@ -91,7 +91,7 @@ def planned_runs(
         else:
             controller = AtItsPace(robot, reference)
         noise = ColouredNoise(dither * DITHER[robot.name], DITHER_TIME, robot.dt, np.random.default_rng([seed, index]))
-        sent = Disturbed(controller, noise, robot.low, robot.high)
+        sent = Disturbed(controller, noise.of_step, robot.low, robot.high)
         start = reference(torch.zeros((), dtype=torch.float64)).numpy()
         runs.append(run_episode(MujocoPlant(robot), sent, start=start, steps=steps, name=f"{one.shape}_{index + 1}"))
     return Dataset(runs)

@@ -1,0 +1,53 @@
+"""The geometric controller of a robot, which knows a mass or a wheelbase and no model, with or without disturbance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sym2real.control.geometric_quadrotor import GeometricQuadrotor
+from sym2real.control.pure_pursuit import PurePursuit
+from sym2real.protocols import Controller
+from sym2real.robots import Robot
+from sym2real.tasks.task import Reference, flies
+from sym2real.trajectory import Array
+
+
+def geometric_controller(robot: Robot, reference: Reference) -> Controller:
+    """Tracks a reference ``# (..., state)`` in time (s) with the nominal robot's numbers."""
+    if flies(robot):
+        return GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference)
+    return PurePursuit(robot.constants["wheelbase"], robot.low, robot.high, robot.dt, reference)
+
+
+@dataclass(frozen=True)
+class Disturbed:
+    """A controller with something on top of its commands, within limits.
+
+    Args:
+        controller: what is disturbed.
+        added: to the action of a step ``# (action,)``.
+        low, high: limits of the sum ``# (action,)``.
+    """
+
+    controller: Controller
+    added: Callable[[int], Array]
+    low: Array
+    high: Array
+
+    def reset(self) -> None:
+        """Begin an episode."""
+        self.controller.reset()
+
+    def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
+        """The controller's action with what is added, within the limits ``# (action,)``."""
+        wanted = self.controller.act(state, step, inputs)
+        action: Array = np.clip(wanted + self.added(step), self.low, self.high)
+        return action
+
+    def remember(self, sent: ArrayLike) -> None:
+        """Tell the controller what was sent."""
+        self.controller.remember(sent)

@@ -14,7 +14,7 @@ from sym2real import rotation
 from sym2real.diagnosis.sanity import check
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE, MUSHR
-from sym2real.trajectory import Array, Dataset
+from sym2real.trajectory import Array, Dataset, Trajectory
 
 
 def changed(data: Dataset, column: str, change: Callable[[Array], Array]) -> Dataset:
@@ -79,16 +79,28 @@ def test_a_cars_gyro_is_settled_from_its_heading() -> None:
     }
 
 
-def test_velocities_along_body_axes_are_turned() -> None:
-    data = plain()
-    layout, broken = data.layouts.state, []
+def relogged(data: Dataset, field: str, change: Callable[[Trajectory], torch.Tensor]) -> Dataset:
+    """The logs with other values in a field of the state."""
+    place, logs = data.layouts.state.slice(field), []
     for log in data:
         state = log.state.copy()
-        attitude = torch.as_tensor(state[:, layout.slice("attitude")])
-        velocity = torch.as_tensor(state[:, layout.slice("velocity")])
-        state[:, layout.slice("velocity")] = rotation.rotate(rotation.conjugate(attitude), velocity).numpy()
-        broken.append(replace(log, state=state))
-    checked = check(CRAZYFLIE.nominal(), Dataset(broken))
+        state[:, place] = change(log).numpy()
+        logs.append(replace(log, state=state))
+    return Dataset(logs)
+
+
+def of_field(log: Trajectory, field: str) -> torch.Tensor:
+    """A field of the state ``# (rows, size)``."""
+    return torch.as_tensor(log.state[:, log.layouts.state.slice(field)])
+
+
+def test_velocities_along_body_axes_are_turned() -> None:
+    data = plain()
+
+    def to_body(log: Trajectory) -> torch.Tensor:
+        return rotation.rotate(rotation.conjugate(of_field(log, "attitude")), of_field(log, "velocity"))
+
+    checked = check(CRAZYFLIE.nominal(), relogged(data, "velocity", to_body))
     (fault,) = checked.faults
     assert "from body to world axes" in fault.evidence
     for mine, original in zip(checked.data, data, strict=True):
@@ -97,12 +109,8 @@ def test_velocities_along_body_axes_are_turned() -> None:
 
 def test_an_attitude_from_world_to_body_is_turned() -> None:
     data = plain()
-    place, broken = data.layouts.state.slice("attitude"), []
-    for log in data:
-        state = log.state.copy()
-        state[:, place] = rotation.conjugate(torch.as_tensor(state[:, place])).numpy()
-        broken.append(replace(log, state=state))
-    checked = check(CRAZYFLIE.nominal(), Dataset(broken))
+    broken = relogged(data, "attitude", lambda log: rotation.conjugate(of_field(log, "attitude")))
+    checked = check(CRAZYFLIE.nominal(), broken)
     (fault,) = checked.faults
     assert "turned the other way" in fault.evidence
     for mine, original in zip(checked.data, data, strict=True):

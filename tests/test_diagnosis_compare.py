@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -42,6 +43,23 @@ def test_the_shortest_log_is_one_window() -> None:
     assert comparison.one_step.errors["velocity"].value == pytest.approx(0.6 * DT, rel=0.01)
     with pytest.raises(ShapeError, match="no log is longer"):
         compare(FALLING, accelerated(rows=ROWS))
+
+
+def test_too_few_windows_have_no_fit_and_no_skill() -> None:
+    """A row is 0.02 s and a window starts every fifth: the shortest log has one, nine more take 45 rows."""
+    one = compare(FALLING, accelerated(rows=ROWS + 1)).one_step.errors["position"]
+    assert (one.windows, one.value > 0, one.hold > 0) == (1, True, True)
+    assert all(math.isnan(figure) for figure in (one.fit, one.skill, one.skill_mean, one.spread))
+    nine, ten = (compare(FALLING, accelerated(rows=ROWS + 1 + 5 * more)) for more in (8, 9))
+    assert math.isnan(nine.one_step.errors["position"].skill)
+    assert any("too few windows for fit or skill: 9 0.02 s ahead" in note for note in nine.notes)
+    enough = ten.one_step.errors["position"]
+    assert not any(math.isnan(figure) for figure in (enough.fit, enough.skill, enough.skill_mean))
+    assert not any(" 0.02 s ahead" in note for note in ten.notes)
+    # Ten logs of a window each never vary about their means, but they show what holding costs.
+    many = compare(FALLING, Dataset([accelerated(rows=ROWS + 1)] * 10)).one_step.errors["position"]
+    assert many.skill == pytest.approx(1.0 - many.value / many.hold)
+    assert math.isnan(many.fit)
 
 
 def test_a_missing_acceleration_costs_what_kinematics_says() -> None:

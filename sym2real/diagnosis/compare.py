@@ -107,6 +107,9 @@ def compare(
     steps = sorted({1, free, *(round(horizon / dataset.dt) for horizon in reachable)})
     floor = floor_of_noise(predictor, dataset, steps, start)
     table = dict(zip(steps, prediction_errors(predictor, dataset, steps, start, floor), strict=True))
+    few = [f"{one.windows} {one.horizon:g} s ahead" for one in table.values() if one.too_few]
+    if few:
+        notes.append(f"too few windows for fit or skill: {', '.join(few)}")
     about = data_report(logs)
     return Comparison(
         one_step=table[1],

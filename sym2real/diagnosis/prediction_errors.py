@@ -20,6 +20,9 @@ from sym2real.trajectory import Array, Dataset
 
 # Steps to the mean of rotations, each of which squares the error of the one before.
 MEAN_STEPS = 4
+# Windows begin every 0.1 s: over less than a second of starts a robot hardly moves, and what is large beside that is
+# not large.
+FEWEST_WINDOWS = 10
 
 
 @dataclass(frozen=True)
@@ -32,9 +35,11 @@ class ChannelError:
         median: median over windows.
         p95: 95th percentile over windows.
         hold: root mean square error of predicting that nothing changes.
-        spread: standard deviation of what was measured about its mean in its log: the error of predicting that mean.
+        spread: standard deviation of what was measured about its mean in its log: the error of predicting that mean;
+            not a number where logs have fewer than ten windows on average.
         floor: the part that the sensors' noise alone makes; not a number where no log is long enough to tell.
         unit: m, rad, m/s or rad/s.
+        windows: how many these figures are over.
     """
 
     value: float
@@ -45,15 +50,21 @@ class ChannelError:
     spread: float
     floor: float
     unit: str
+    windows: int
 
     @property
     def skill(self) -> float:
-        """1 − value/hold: 1 is perfect, 0 no better than predicting that nothing changes."""
+        """1 − value/hold: 1 is perfect, 0 no better than predicting that nothing changes.
+
+        Not a number of fewer than ten windows.
+        """
+        if self.windows < FEWEST_WINDOWS:
+            return math.nan
         return 1.0 - self.value / self.hold if self.hold > 0 else 0.0
 
     @property
     def skill_mean(self) -> float:
-        """1 − value/spread: 1 is perfect, 0 no better than the mean; not a number where nothing varies."""
+        """1 − value/spread: 1 is perfect, 0 no better than the mean; not a number where ``spread`` is none, or zero."""
         return 1.0 - self.value / self.spread if self.spread > 0 else math.nan
 
     @property
@@ -67,18 +78,27 @@ class ChannelError:
         return math.nan if math.isnan(self.floor) else math.sqrt(max(self.value**2 - self.floor**2, 0.0))
 
     def to_dict(self) -> dict[str, Any]:
-        """The entry of a channel in what ``sym2real compare --json`` prints."""
+        """The entry of a channel in what ``sym2real compare --json`` prints, where null is what is not a number."""
         compared = {"skill": self.skill, "skill_mean": self.skill_mean, "fit": self.fit, "excess": self.excess}
         return {**vars(self), **compared}
 
 
 @dataclass(frozen=True)
 class HorizonErrors:
-    """Errors of every channel one horizon (s) ahead, over so many windows."""
+    """Errors of every channel one horizon (s) ahead."""
 
     horizon: float
-    windows: int
     errors: dict[str, ChannelError]
+
+    @property
+    def windows(self) -> int:
+        """How many the errors are over."""
+        return next(iter(self.errors.values())).windows
+
+    @property
+    def too_few(self) -> bool:
+        """Whether the windows are too few for a fit."""
+        return any(math.isnan(error.spread) for error in self.errors.values())
 
     def to_dict(self) -> dict[str, Any]:
         channels = {channel: error.to_dict() for channel, error in self.errors.items()}
@@ -113,17 +133,18 @@ def _summary(windows: Sequence[Windows], step: int, dataset: Dataset, floor: Flo
     errors = [window.errors(step) for window in windows]
     holds = [window.hold_errors(step) for window in windows]
     off_means = [off_the_mean(window.layout, window.measured[:, step - 1]) for window in windows]
+    varied = sum(len(window.rows) for window in windows) >= FEWEST_WINDOWS * len(windows)
     channels = {
         channel: _channel_error(
             np.concatenate([one[channel] for one in errors]),
             np.concatenate([one[channel] for one in holds]),
-            np.concatenate([one[channel] for one in off_means]),
+            np.concatenate([one[channel] for one in off_means]) if varied else None,
             math.nan if floor is None else floor.errors[channel][0],
             unit,
         )
         for channel, unit in units.items()
     }
-    return HorizonErrors(round(step * dataset.dt, 6), sum(len(window.rows) for window in windows), channels)
+    return HorizonErrors(round(step * dataset.dt, 6), channels)
 
 
 def off_the_mean(layout: Layout, states: Tensor) -> dict[str, Array]:
@@ -134,14 +155,15 @@ def off_the_mean(layout: Layout, states: Tensor) -> dict[str, Array]:
     return channel_errors(layout, states, middle.expand_as(states))
 
 
-def _channel_error(errors: Array, hold: Array, off_mean: Array, floor: float, unit: str) -> ChannelError:
+def _channel_error(errors: Array, hold: Array, off_mean: Array | None, floor: float, unit: str) -> ChannelError:
     return ChannelError(
         value=float(np.sqrt(np.mean(errors**2))),
         mean=float(errors.mean()),
         median=float(np.median(errors)),
         p95=float(np.quantile(errors, 0.95)),
         hold=float(np.sqrt(np.mean(hold**2))),
-        spread=float(np.sqrt(np.mean(off_mean**2))),
+        spread=math.nan if off_mean is None else float(np.sqrt(np.mean(off_mean**2))),
         floor=floor,
         unit=unit,
+        windows=len(errors),
     )

@@ -10,7 +10,7 @@ from sym2real.diagnosis import Comparison
 from sym2real.report.diagnosis import where_lines
 from sym2real.report.ladder import SHOWN_HORIZON
 from sym2real.report.sparkline import sparkline
-from sym2real.report.tables import compact_table, number
+from sym2real.report.tables import compact_table, decimals, number
 
 
 def comparison_report(comparison: Comparison) -> RenderableType:
@@ -53,6 +53,6 @@ def floor_table(comparison: Comparison) -> Table:
     for channel, error in errors.errors.items():
         over = sparkline([one.errors[channel].value for one in (comparison.one_step, *comparison.horizons)])
         sizes = [number(value) for value in (error.value, error.floor, error.excess)]
-        skills = (f"{error.fit:.0f}", f"{error.skill:.2f}", f"{error.skill_mean:.2f}")
+        skills = (decimals(error.fit, 0), decimals(error.skill, 2), decimals(error.skill_mean, 2))
         table.add_row(f"{channel} {error.unit}", *sizes, *skills, over)
     return table

@@ -21,6 +21,11 @@ def number(value: float, digits: int = 3) -> str:
     return "–" if math.isnan(value) else f"{value:.{digits}g}"
 
 
+def decimals(value: float, places: int) -> str:
+    """A figure with so many decimals, a dash where there is none."""
+    return "–" if math.isnan(value) else f"{value:.{places}f}"
+
+
 def compact_table(title: str) -> Table:
     """Without rules between columns: four channels with two figures each stay within 80 columns."""
     return Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))

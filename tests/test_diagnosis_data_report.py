@@ -13,6 +13,7 @@ from sym2real.control import RandomCommands
 from sym2real.diagnosis.agreement import rate_agreement, velocity_agreement
 from sym2real.diagnosis.data_report import data_report
 from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.logs.extremes import at_extremes
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import MUSHR
 from sym2real.rotation import conjugate, rotate
@@ -115,6 +116,28 @@ def test_saturation_and_a_command_that_never_moves_are_named(flights: Dataset) -
     said = " ".join(report.lines())
     assert "wx_cmd is at its limit" in said
     assert "wz_cmd hardly varies" in said
+
+
+def test_a_short_log_is_not_at_its_limit_because_some_row_is_the_largest(flights: Dataset) -> None:
+    """One row of eleven is 9 % of them; three rows in a row at one value are a command that is cut off."""
+    short = flights[0].rows(0, 11)
+    assert not any("limit" in line for line in data_report(short).lines())
+    action = short.action.copy()
+    action[4:7, 0] = action[:, 0].max() + 0.01
+    cut = data_report(replace(short, action=action))
+    assert cut.commands["thrust"].at_high == pytest.approx(3 / 11)
+    assert any(line.startswith("thrust is at its limit") for line in cut.lines())
+
+
+def test_a_command_that_is_sent_every_fifth_row_or_in_steps_is_not_at_its_limit(flights: Dataset) -> None:
+    every_fifth = Dataset(replace(log, action=np.repeat(log.action[::5], 5, axis=0)[: len(log)]) for log in flights)
+    assert not any(one.saturated for one in data_report(every_fifth).commands.values())
+    steps = np.repeat([0.0, 0.8, 0.4, 0.8, 0.0, 0.4], 20)
+    assert at_extremes([steps]) == (0.0, 0.0)
+    swing = np.clip(np.sin(0.1 * np.arange(1000)), -np.inf, 0.5)
+    low, high = at_extremes([swing[:400], swing[400:]])
+    assert low == 0.0
+    assert high == pytest.approx(1.0 / 3.0, abs=0.02)  # arcsin 0.5 is a sixth of half a turn, twice
 
 
 def test_feedback_is_told_from_commands_drawn_beforehand(flights: Dataset) -> None:

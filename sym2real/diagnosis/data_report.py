@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 
 from sym2real.diagnosis.agreement import Agreement, rate_agreement, velocity_agreement
+from sym2real.logs.extremes import at_extremes
 from sym2real.trajectory import Array, Dataset, Trajectory
 
 JITTER, GAP = 0.05, 1.5  # relative spread of the time step; steps longer than this many are gaps
-SATURATED = 0.05  # part of the rows at one extreme
+SATURATED = 0.05  # part of the rows that stay at one extreme
 WEAK = 0.01  # of a command's largest size: less variation says little about it
 CLOSED_LOOP = 0.5
 
@@ -28,7 +29,7 @@ class Excitation:
     Args:
         deviation: standard deviation, in its unit.
         low, high: range.
-        at_low, at_high: parts of the rows at the ends of it.
+        at_low, at_high: parts of the rows in which it stays at the ends of it, as a clipped command does.
         feedback: part of its variance that the measured state explains linearly.
     """
 
@@ -47,6 +48,16 @@ class Excitation:
     @property
     def saturated(self) -> bool:
         return max(self.at_low, self.at_high) > SATURATED and not self.weak
+
+    def limits_said(self, name: str) -> list[str]:
+        """A sentence for each end at which the command of this name is saturated."""
+        if not self.saturated:
+            return []
+        return [
+            f"{name} is at its limit {edge:.3g} {self.unit} in {100 * share:.0f} % of the rows"
+            for edge, share in ((self.low, self.at_low), (self.high, self.at_high))
+            if share > SATURATED
+        ]
 
 
 @dataclass(frozen=True)
@@ -98,9 +109,7 @@ class DataReport:
         for name, one in self.commands.items():
             if one.weak:
                 found.append(f"{name} hardly varies (±{one.deviation:.2g} {one.unit}): effects on it cannot be seen")
-            elif one.saturated:
-                share, edge = max((one.at_low, one.low), (one.at_high, one.high))
-                found.append(f"{name} is at its limit {edge:.3g} {one.unit} in {100 * share:.0f} % of the rows")
+            found += one.limits_said(name)
         found += [_said(name, one, "attitude") for name, one in self.rates.items() if _remarkable(one)]
         found += [_said(name, one, "position") for name, one in self.velocities.items() if _remarkable(one)]
         if self.feedback:
@@ -143,20 +152,21 @@ def data_report(data: Dataset | Trajectory) -> DataReport:
         jitter=float(regular.std() / dt) if len(regular) else 0.0,
         gaps=len(gaps),
         longest_gap=float(gaps.max()) if len(gaps) else 0.0,
-        commands=_commands(logs),
+        commands=excitation(logs),
         rates=rate_agreement(logs),
         velocities=velocity_agreement(logs),
     )
 
 
-def _commands(logs: Sequence[Trajectory]) -> dict[str, Excitation]:
+def excitation(logs: Sequence[Trajectory]) -> dict[str, Excitation]:
+    """How much every command varied, by its column."""
     layout = logs[0].layouts.action
     values = np.concatenate([trajectory.action for trajectory in logs])
     followed = _feedback(logs, values)
     found = {}
     for name, column, feedback in zip(layout, values.T, followed, strict=True):
         low, high = float(column.min()), float(column.max())
-        at_low, at_high = float((column == low).mean()), float((column == high).mean())
+        at_low, at_high = at_extremes([trajectory.column(name) for trajectory in logs])
         found[name] = Excitation(float(column.std()), low, high, at_low, at_high, float(feedback), layout.units[name])
     return found
 

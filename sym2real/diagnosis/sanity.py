@@ -19,12 +19,12 @@ from sym2real.diagnosis.agreement import (
     to_world,
     velocity_agreement,
 )
+from sym2real.diagnosis.data_report import excitation
 from sym2real.diagnosis.sensor_faults import readings
 from sym2real.effects import EFFECTS
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset
 
-SATURATED = 0.05
 SAID = {
     "sensor_scale": "the logged {column} is {0:.3g} times what the {other} changes by",
     "sensor_bias": "the logged {column} is off by {0:.3g} from what the {other} changes by",
@@ -173,11 +173,4 @@ def _time_step(model: Equations, data: Dataset) -> tuple[str, ...]:
 
 
 def _saturation(data: Dataset) -> tuple[str, ...]:
-    notes = []
-    for column in data.layouts.action:
-        values = np.concatenate([trajectory.column(column) for trajectory in data])
-        for edge, name in ((values.max(), "largest"), (values.min(), "smallest")):
-            share = float((values == edge).mean())
-            if share > SATURATED and values.std() > 0:
-                notes.append(f"{column} is at its {name} value {edge:g} in {100 * share:.0f} % of the rows")
-    return tuple(notes)
+    return tuple(line for name, one in excitation(list(data)).items() for line in one.limits_said(name))

@@ -6,11 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sym2real.logs.draft import Draft
+from sym2real.logs.extremes import at_extremes
 
 Array = NDArray[np.float64]
 
 HELD = 0.5  # share of rows that repeat the one before
-SATURATED = 0.01  # share of rows at the extreme value
+SATURATED = 0.01  # share of rows that stay at the extreme value
 FEW = 3
 
 
@@ -19,10 +20,10 @@ def inspect_columns(draft: Draft) -> None:
     tables = draft.tables
     known = {finding.column for finding in draft.findings}
     pooled = {name: np.concatenate([table.columns[name] for table in tables]) for name in tables[0].columns}
-    for name, values in pooled.items():
+    for name in pooled:
         if name not in known:
             _unknown(draft, name)
-        if remark := _remark(draft, name, values):
+        if remark := _remark([table.columns[name] for table in tables]):
             draft.add(name, "remark", "", remark, "certain")
     _copies(draft, pooled)
     for name in tables[0].texts:
@@ -42,7 +43,8 @@ def _unknown(draft: Draft, name: str) -> None:
     draft.add(name, "?", "?", f"{says}; kept as an extra column", "unknown")
 
 
-def _remark(draft: Draft, name: str, values: Array) -> str:
+def _remark(pieces: list[Array]) -> str:
+    values = np.concatenate(pieces)
     finite = values[np.isfinite(values)]
     if len(finite) < len(values):
         return f"{len(values) - len(finite)} of {len(values)} cells hold no number"
@@ -50,12 +52,12 @@ def _remark(draft: Draft, name: str, values: Array) -> str:
         return f"constant at {finite[0]:g}"
     if len(np.unique(finite)) <= FEW:
         return ""
-    edges = [(edge, float(np.mean(values == edge))) for edge in (finite.min(), finite.max())]
     # A value that stays at a limit is clipped, one that stays elsewhere waits for its next update.
     between = (values[1:] > finite.min()) & (values[1:] < finite.max())
     repeats = float(np.sum((np.diff(values) == 0) & between)) / max(1, int(between.sum()))
     if repeats > HELD:
         return f"held: {100 * repeats:.0f} % of the rows repeat the one before"
+    edges = zip((finite.min(), finite.max()), at_extremes(pieces), strict=True)
     limits = [f"{edge:g} ({100 * share:.1f} % of the rows)" for edge, share in edges if share > SATURATED]
     return f"saturates at {' and '.join(limits)}" if limits else ""
 

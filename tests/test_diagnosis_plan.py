@@ -96,6 +96,17 @@ def test_the_smallest_effects_of_the_standard_drives_are_those_that_were_found(e
     assert known / 2 < found < 2 * known
 
 
+def test_what_no_manoeuvre_tells_apart_is_of_the_robot() -> None:
+    """A quadrotor stands on no slope and has no wheelbase; rate commands go by their columns, not by a pattern."""
+    flight = {row.effect: row.always for row in planned("crazyflie", HOVER).visible}
+    assert flight["wind"] == ()
+    assert flight["added_mass"] == ("gain:thrust",)
+    assert flight["torque_bias"] == ("offset:wx_cmd", "offset:wy_cmd", "offset:wz_cmd")
+    drive = {row.effect: row.always for row in planned("mushr", DRIVES).visible}
+    assert drive["wind"] == ("slope",)
+    assert drive["gain:steer"] == ("wheelbase",)
+
+
 def test_the_verb_takes_manoeuvres_and_logs(tmp_path: Path) -> None:
     main(["plan", "mushr", "circle", "speed=1.2", "--seconds", "4", "--json", str(tmp_path / "plan.json")])
     planned_result = json.loads((tmp_path / "plan.json").read_text())

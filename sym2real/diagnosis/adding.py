@@ -242,7 +242,8 @@ def _rivals(selection: Selection, others: list[Candidate]) -> tuple[Rival, ...]:
 def _finding(selection: Selection, rivals: Iterable[Rival], calibration: Calibration | None) -> Finding:
     (own,), problems = selection.chosen, selection.problems
     alike = (rival.effect for rival in rivals if rival.as_good)
-    group = tuple(dict.fromkeys([*own.alike, *always_alike(own.name, selection), *alike]))
+    always = always_alike(own.name, problems.problem.library.equations)
+    group = tuple(dict.fromkeys([*own.alike, *always, *alike]))
     provisional = problems.block_count < FEWEST_BLOCKS
     (found,) = findings(selection, {own.name: group}, problems.whitening.freedom, provisional, calibration)
     return found

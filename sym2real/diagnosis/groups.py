@@ -7,8 +7,9 @@ from fnmatch import fnmatch
 import torch
 
 from sym2real.diagnosis.candidates import STANDS_FOR
-from sym2real.diagnosis.select import GAIN, Scored, Selection
-from sym2real.effects import same_group
+from sym2real.diagnosis.select import GAIN, Selection
+from sym2real.effects import applicable
+from sym2real.symbolic import Equations
 
 # A rival of the same group saves this share of what the finding saves, and leaves no more loss than this beyond it,
 # relative; the larger one only where folds do not agree on who is better, by a paired t.
@@ -19,16 +20,16 @@ def groups_of(selection: Selection) -> dict[str, tuple[str, ...]]:
     """Per chosen effect, the rivals that explain the data as well, and those that always do."""
     if not selection.chosen:
         return {}
-    rivals = selection.swap()
+    rivals, equations = selection.swap(), selection.problems.problem.library.equations
     found = {}
     for one in selection.chosen:
-        members = [*one.alike, *always_alike(one.name, selection)]
+        members = [*one.alike, *always_alike(one.name, equations)]
         for scored, share, difference in rivals.get(one.name, []):
             name = scored.candidate.name
             if name in {other.name for other in selection.chosen}:
                 continue
             if as_good(share, difference, selection.loss):
-                members += [name, *always_alike(name, selection)]
+                members += [name, *always_alike(name, equations)]
         found[one.name] = tuple(dict.fromkeys(member for member in members if member != one.name))
     return found
 
@@ -45,17 +46,10 @@ def as_good(share: float, difference: torch.Tensor, loss: float) -> bool:
     return share > SHARE and (beyond < GAIN or (beyond < AT_MOST and _paired(difference) < PAIRED_T))
 
 
-def always_alike(name: str, selection: Selection) -> list[str]:
-    """Effects that stand for this one on every flight."""
-    equations = selection.problems.problem.library.equations
+def always_alike(name: str, equations: Equations) -> tuple[str, ...]:
+    """Effects of these equations that an effect stands for on every flight."""
     patterns = STANDS_FOR.get(name, ())
-    actions = [f"{kind}:{column}" for kind in ("gain", "offset") for column in equations.layouts.action]
-    actions += [f"{kind}:thrust" for kind in ("gain", "offset") if "thrust" in equations.quantities]
-    known = [*actions, "slope", "wheelbase"]
-    planar = "z" not in equations.layouts.state
-    if not planar:
-        known = [key for key in known if key not in ("slope", "wheelbase")]
-    return [key for key in known if any(fnmatch(key, pattern) for pattern in patterns)]
+    return tuple(one.key for one in applicable(equations) if any(fnmatch(one.key, pattern) for pattern in patterns))
 
 
 def _paired(difference: torch.Tensor) -> float:
@@ -64,6 +58,3 @@ def _paired(difference: torch.Tensor) -> float:
         return 0.0
     spread = float(difference.std()) / float(len(difference)) ** 0.5
     return float(difference.mean()) / max(float(spread), 1e-12)
-
-
-__all__ = ["Scored", "groups_of", "same_group"]

@@ -20,8 +20,9 @@ import torch
 from scipy import stats
 from torch import Tensor
 
-from sym2real.diagnosis.candidates import STANDS_FOR, Candidate, candidates, column_values, library_for
+from sym2real.diagnosis.candidates import Candidate, candidates, column_values, library_for
 from sym2real.diagnosis.fit import Hypothesis, Problems, solve
+from sym2real.diagnosis.groups import always_alike
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.prepared import with_filtered_commands
 from sym2real.diagnosis.select import GAIN
@@ -143,14 +144,13 @@ def _part_at_size(problems: Problems, one: Candidate, other: Candidate) -> bool:
 def _smooth_rows(
     one: Candidate, places: list[int], library: Library, information: Tensor, needed: float
 ) -> list[Visible]:
-    rows = []
+    rows, always = [], always_alike(one.name, library.equations)
     for place, tied in zip(places, one.free, strict=True):
         of, size = library.slots[tied[0]].effect, float(information[place, place])
         slot = library.slots[tied[0]].parameter
         smallest = slot.scale * (needed / size) ** 0.5 if size > 0 else float("inf")
         seen = smallest < LARGEST * max(slot.high - slot.null, slot.null - slot.low)
         shown_by = library.effects[of].shown_by
-        always = STANDS_FOR.get(one.name, ())
         rows.append(Visible(one.name, slot.name, slot.unit, smallest if seen else None, (), always, shown_by))
     return rows
 

@@ -18,30 +18,32 @@ SHOWN_HORIZON = 0.8  # s
 def ladder_table(stages: Sequence[Stage], floor: Sequence[Floor], held_out: Sequence[str]) -> Table:
     """Held-out errors near 0.8 s ahead, root mean square per channel.
 
-    For the first channel also its 95 % interval, and how it grows with the horizon.
+    The first channel is followed by its 95 % interval, and by how it grows with the horizon.
     """
     horizon = min(stages[0].horizons, key=lambda one: abs(one - SHOWN_HORIZON))
     channels = stages[0].horizons[horizon]
     main = next(iter(channels))
     title = f"the ladder: error {horizon:g} s ahead on {_names(held_out)}"
     table = compact_table(title)
+    table.padding = (0, 0)  # the box parts columns by one space: four channels and long intervals stay within 80
     table.add_column("model", overflow="fold", min_width=13)
     for channel, error in channels.items():
         table.add_column(f"{channel}\n{error.unit}", justify="right", no_wrap=True)
-    table.add_column(f"{main}\n95 %", justify="right", no_wrap=True, style="dim")
-    table.add_column(f"{main}\nto {max(stages[0].horizons):g} s", no_wrap=True)
+        if channel == main:
+            table.add_column("\n95 %", justify="right", no_wrap=True, style="dim")
+            table.add_column(f"\nto {max(stages[0].horizons):g} s", no_wrap=True)
     top = max(errors[main].value for errors in stages[0].horizons.values())
     for stage in stages:
         errors = stage.horizons[horizon]
         over = [stage.horizons[one][main].value for one in sorted(stage.horizons)]
         interval = f"{number(errors[main].low, 2)}…{number(errors[main].high, 2)}"
-        values = [number(error.value) for error in errors.values()]
-        table.add_row(escape(stage.model), *values, interval, sparkline(over, highest=top))
+        first, *others = [number(error.value) for error in errors.values()]
+        table.add_row(escape(stage.model), first, interval, sparkline(over, highest=top), *others)
     lowest = {one.horizon: one.errors for one in floor}
     if horizon in lowest:
-        values = [number(lowest[horizon].get(channel, (float("nan"), ""))[0], 2) for channel in channels]
+        first, *others = [number(lowest[horizon].get(channel, (float("nan"), ""))[0], 2) for channel in channels]
         over = [lowest[one][main][0] for one in sorted(lowest)]
-        table.add_row("noise floor", *values, "", sparkline(over, highest=top), style="dim")
+        table.add_row("noise floor", first, "", sparkline(over, highest=top), *others, style="dim")
     return table
 
 

@@ -1,0 +1,44 @@
+"""The ladder on a terminal of 80 columns: four channels, long intervals, nothing cut off."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+from rich.console import Console
+from rich.measure import Measurement
+
+from sym2real.diagnosis import Floor
+from sym2real.diagnosis.ladder import Stage, StageError
+from sym2real.effects import EFFECTS
+from sym2real.report.ladder import ladder_table
+
+CHANNELS = {"position": "m", "attitude": "rad", "velocity": "m/s", "rate": "rad/s"}
+HORIZONS = (0.1, 0.2, 0.5, 0.8, 1.0, 2.0)
+
+
+def stage(name: str, error: float) -> Stage:
+    errors = {
+        channel: StageError(error, 0.9 * error, 0.92 * error, 1.08 * error, unit) for channel, unit in CHANNELS.items()
+    }
+    return Stage(name, dict.fromkeys(HORIZONS, errors))
+
+
+FLOOR = [Floor(horizon, {channel: (1.23e-5, unit) for channel, unit in CHANNELS.items()}) for horizon in HORIZONS]
+
+
+@pytest.mark.parametrize("error", [1.234, 0.01234, 0.0001234])
+def test_four_channels_fit_80_columns(error: float) -> None:
+    console = Console(width=200, file=io.StringIO())
+    table = ladder_table([stage("base", 12.34), stage("+ mounting_tilt", error)], FLOOR, ["trial_2"])
+    assert Measurement.get(console, console.options, table).maximum <= 80
+
+
+def test_the_longest_name_is_folded_and_no_figure_is_cut_off() -> None:
+    console = Console(width=80, file=io.StringIO())
+    name = f"+ {max(EFFECTS, key=len)}:speed"
+    console.print(ladder_table([stage("base", 12.34), stage(name, 0.0001234)], FLOOR, ["trial_2"]))
+    assert isinstance(console.file, io.StringIO)
+    shown = console.file.getvalue()
+    assert "…" not in shown.replace("0.00011…0.00013", "").replace("11…13", "")
+    assert shown.count("0.000123") == len(CHANNELS)

@@ -19,6 +19,7 @@ from sym2real.symbolic.c_functions import header, polynomial_macro, preamble
 from sym2real.symbolic.chebyshev import shortest
 from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.intervals import Interval
+from sym2real.symbolic.origin import origin_of_equations, origin_of_expression
 from sym2real.symbolic.sines import HALF_TURN, plan_sines
 
 NOISE_ERROR = 2e-5
@@ -58,6 +59,16 @@ def fused_text(step: Fused, machine: str = "cpu") -> str:
             header(f"plan_{machine}.h"),
         ]
     )
+
+
+def origin_of(step: Fused) -> str:
+    """What the text follows from."""
+    robot, filters = step.robot, step.filters
+    limits = [robot.low.tolist(), robot.high.tolist()]
+    numbers = (robot.layouts.state, robot.layouts.action, limits, step.sampling, step.residual)
+    memory = (filters.stages, filters.actions, filters.dt)
+    written = (origin_of_expression(step.cost), origin_of_equations(step.equations))
+    return "\n".join(["plan", repr(numbers), repr(memory), *written])
 
 
 def definitions(equations: Equations, sampling: Sampling) -> list[str]:

@@ -1,4 +1,4 @@
-"""Compiled libraries by the hash of their content: text, compiler, flags, processor.
+"""Compiled libraries by the hash of their content: text or what it follows from, compiler, flags, processor.
 
 A file appears under its name whole or not at all (compiled beside it, then renamed), so a killed compiler leaves
 nothing that could be mistaken for a library. A lock keeps two processes from doing the same work; the operating system
@@ -17,6 +17,7 @@ import os
 import shutil
 import tempfile
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
@@ -33,7 +34,16 @@ MOST = 200  # libraries, of about 50 kB each
 
 
 def library(text: str) -> ctypes.CDLL:
-    """The library of a C text, compiled where it is not in the cache.
+    """The library of a C text, compiled where it is not in the cache; errors as of :func:`library_of`."""
+    return library_of(text, lambda: text)
+
+
+def library_of(origin: str, write: Callable[[], str]) -> ctypes.CDLL:
+    """The library of a C text that is written only where it is not in the cache.
+
+    Args:
+        origin: what the text follows from, all of it.
+        write: makes the text.
 
     Raises:
         CompilationError: when there is no compiler, it fails, or there is nowhere to put its output.
@@ -41,19 +51,19 @@ def library(text: str) -> ctypes.CDLL:
     compiler = find_compiler()
     if compiler is None:
         raise CompilationError("there is no C compiler here (install gcc or clang, or name one by CC)")
-    name = name_of(text, compiler)
+    name = name_of(origin, compiler)
     loaded = _loaded.get(name)
     if loaded is None:
-        loaded = _loaded[name] = _load(compiler, text, name)
+        loaded = _loaded[name] = _load(compiler, write, name)
     return loaded
 
 
 _loaded: dict[str, ctypes.CDLL] = {}
 
 
-def name_of(text: str, compiler: Compiler) -> str:
-    """File name of the library of a text."""
-    return hashlib.sha256(f"{compiler.identity}\n{text}".encode()).hexdigest()[:32] + ".so"
+def name_of(origin: str, compiler: Compiler) -> str:
+    """File name of the library of a text, by the text or what it follows from."""
+    return hashlib.sha256(f"{compiler.identity}\n{origin}".encode()).hexdigest()[:32] + ".so"
 
 
 def cache_folder() -> Path:
@@ -69,14 +79,14 @@ def _own_folder() -> Path:
     return folder
 
 
-def _load(compiler: Compiler, text: str, name: str) -> ctypes.CDLL:
+def _load(compiler: Compiler, write: Callable[[], str], name: str) -> ctypes.CDLL:
     target = cache_folder() / name
     try:
         if not target.exists():
             target.parent.mkdir(parents=True, exist_ok=True)
             with FileLock(target.with_suffix(".lock"), timeout=WAIT):
                 if not target.exists():
-                    build(compiler, text, target)
+                    build(compiler, write(), target)
                     prune(target.parent)
         with suppress(OSError):  # a folder that is only read is kept by somebody else
             os.utime(target)  # asked for now
@@ -84,7 +94,7 @@ def _load(compiler: Compiler, text: str, name: str) -> ctypes.CDLL:
     except OSError:  # also of a file that another machine's loader wrote, or FileLock's time-out
         try:
             target = _own_folder() / name
-            build(compiler, text, target)
+            build(compiler, write(), target)
             return ctypes.CDLL(str(target))
         except OSError as error:
             raise CompilationError(f"there is nowhere to put a compiled kernel: {error}") from error

@@ -1,0 +1,56 @@
+"""What a generated text follows from, written down in a hundredth of the time that the text takes.
+
+Compiled libraries are kept by it: a warm cache lowers, orders and prints nothing.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import sympy
+from sympy import Basic, Expr
+
+from sym2real.symbolic.equations import Equations
+
+ROOMS = ("native", "symbolic", "effects", "control")  # whose modules write texts
+
+
+def origin_of_equations(equations: Equations) -> str:
+    """Everything of equations that a text may contain, their parameters' values among it, and who writes texts."""
+    layouts = equations.layouts
+    filters = [(key, _all(values)) for key, values in equations.filters]
+    parts = (
+        generators(),
+        repr((layouts.state, layouts.action, layouts.inputs, equations.dt, dict(equations.parameters), filters)),
+        *map(_all, (equations.next, equations.quantities, equations.start)),
+    )
+    return "\n".join(parts)
+
+
+def _all(expressions: Mapping[str, Expr]) -> str:
+    return "\n".join(f"{name} = {origin_of_expression(expression)}" for name, expression in expressions.items())
+
+
+def origin_of_expression(expression: Basic) -> str:
+    """The tree of an expression; numbers to the last bit, symbols by name."""
+    if expression.args:
+        return f"{type(expression).__name__}({','.join(map(origin_of_expression, expression.args))})"
+    if expression.is_Symbol:
+        return str(expression.name)
+    return repr(float(expression)) if expression.is_Float else sympy.srepr(expression)
+
+
+@lru_cache(maxsize=1)
+def generators() -> str:
+    """Names, sizes and dates of the files that write texts, as Python tells stale modules; versions of the numerics."""
+    package = Path(__file__).parent.parent
+    lines = [f"numpy {np.__version__} sympy {sympy.__version__}"]
+    for room in ROOMS:
+        with os.scandir(package / room) as files:
+            about = [(file.name, file.stat()) for file in files if file.name.endswith((".py", ".h"))]
+        lines += [f"{room}/{name} {stat.st_size} {stat.st_mtime_ns}" for name, stat in sorted(about)]
+    return "\n".join(lines)

@@ -20,6 +20,7 @@ from sym2real.cli.effects import Effects
 from sym2real.cli.export import Export
 from sym2real.cli.inspect import Inspect
 from sym2real.cli.learn import Learn
+from sym2real.cli.loading import loading
 from sym2real.cli.nominal import NominalCar, NominalQuadrotor
 from sym2real.cli.output import console_for, require_places, write_json
 from sym2real.cli.plan import PlanFlight
@@ -106,7 +107,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     console = console_for(verb.json)
     try:
         require_places(verb)
-        write_json(verb.run(console), verb.json)
+        with loading(given[0], console):
+            result = verb.run(console)
+        write_json(result, verb.json)
     except Sym2RealError as error:
         _stop(console, error)
     except OSError as error:

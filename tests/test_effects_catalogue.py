@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
-import torch
 from effects_cases import CASES, nominal, one_key_per_kind
 
 from sym2real.effects import EFFECTS, GROUPS, applicable, effect, equivalents, same_group
@@ -94,33 +92,6 @@ def test_groups_are_symmetric_and_name_real_effects() -> None:
     assert same_group("offset:wy_cmd", "com_offset")
     assert not same_group("wind", "added_mass")
     assert set(equivalents("payload")) == {"added_mass", "com_offset"}
-
-
-@pytest.mark.parametrize(
-    ("robot", "key", "values"),
-    [case[:3] for case in CASES if effect(case[1], case[0]).correctable],
-    ids=lambda part: part if isinstance(part, str) else "",
-)
-def test_correcting_undoes_what_the_sensor_did(robot: Robot, key: str, values: dict[str, float]) -> None:
-    found = effect(key, robot)
-    rng = np.random.default_rng(2)
-    truth = robot.layouts.state.normalise(torch.as_tensor(rng.standard_normal((5, len(robot.layouts.state)))))
-    change = found.inject(**values)
-    assert change.measure is not None
-    measure = change.measure()
-    measured = torch.as_tensor(np.array([measure(row) for row in truth.numpy()]))
-    assert not torch.allclose(measured, truth)
-    returned = found.correct(measured, values)
-    assert float(robot.layouts.state.difference(returned, truth).abs().max()) < 1e-9
-    torch.testing.assert_close(found.correct(truth, found.null), truth)
-
-
-@pytest.mark.parametrize("key", ["sensor_lag:x", "time_shift:x", "wind"])
-def test_what_has_no_static_inverse_is_refused(key: str) -> None:
-    found = effect(key, CRAZYFLIE)
-    assert not found.correctable
-    with pytest.raises(ModelError, match="no static inverse"):
-        found.correct(torch.as_tensor(CRAZYFLIE.start), {})
 
 
 def test_impossible_truths_are_refused() -> None:

@@ -10,6 +10,7 @@ from sym2real.control import geometric_controller
 from sym2real.diagnosis import add, compare
 from sym2real.effects import effect
 from sym2real.effects.sensors import Sensors
+from sym2real.errors import ModelError
 from sym2real.experiments.flying import fly, mppi_controller
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
@@ -37,6 +38,26 @@ def test_a_measured_state_leads_back_to_the_state(robot: Robot, key: str, values
         layout.difference(sensors.state(measured), states), torch.zeros(20, layout.tangent_size).double(),
         atol=1e-6, rtol=0,
     )  # fmt: skip
+
+
+@pytest.mark.parametrize(("robot", "key", "values"), CASES, ids=lambda value: value if isinstance(value, str) else "")
+def test_what_a_sensor_really_did_is_undone(robot: Robot, key: str, values: dict[str, float]) -> None:
+    """The measurement is the injected one, which shares no formula with the equations' output."""
+    layout = robot.layouts.state
+    truth = layout.normalise(torch.as_tensor(np.random.default_rng(2).standard_normal((5, len(layout)))))
+    change = effect(key, robot).inject(**values)
+    assert change.measure is not None
+    measure = change.measure()
+    measured = torch.as_tensor(np.array([measure(row) for row in truth.numpy()]))
+    returned = Sensors(add(robot.nominal(), key, values)).state(measured)
+    assert float(layout.difference(returned, truth).abs().max()) < 1e-9
+
+
+@pytest.mark.parametrize("key", ["sensor_lag:x", "time_shift:x"])
+def test_control_with_what_cannot_be_undone_is_refused(key: str) -> None:
+    late = add(CRAZYFLIE.nominal(), key, {"value": 0.04})
+    with pytest.raises(ModelError, match=f"{key} cannot be undone"):
+        mppi_controller(late, CRAZYFLIE, make_task("hover", CRAZYFLIE), samples=64)
 
 
 def test_without_measurement_effects_nothing_changes() -> None:

@@ -14,7 +14,7 @@ from sympy import Expr, Symbol
 from torch import Tensor
 
 from sym2real.effects.body import Body, Describable
-from sym2real.effects.kind import Kind, Numbers, Parameter, Stage
+from sym2real.effects.kind import Kind, Parameter, Stage
 from sym2real.effects.memory import Memory, series
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.protocols import Change
@@ -157,21 +157,6 @@ class Effect:
         if self.of.columns == "state":
             return [self.body.layouts.state.index(self.column)]
         return self.body.action_indices()
-
-    @property
-    def correctable(self) -> bool:
-        """Whether :meth:`correct` can undo it."""
-        return self.of.correct is not None
-
-    def correct(self, measured: Tensor, values: Numbers) -> Tensor:
-        """The state that was measured as ``measured`` ``# (..., n)``, in the layout that the effect is bound to.
-
-        Raises:
-            ModelError: when the effect has no static inverse; control with it is refused.
-        """
-        if self.of.correct is None:
-            raise ModelError(f"{self.key} has no static inverse: it serves the diagnosis, and control cannot undo it")
-        return self.of.correct(measured, {**self.null, **values}, self.body)
 
     def inject(self, **values: float) -> Change:
         """The effect as a change of a simulated robot, by MuJoCo's own means.

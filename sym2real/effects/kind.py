@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 from sympy import Expr
-from torch import Tensor
 
 from sym2real.effects.body import Body
 from sym2real.effects.memory import Memory
@@ -48,7 +47,6 @@ class Parameter:
 
 Substitute = Callable[[Equations, Values, Body], Equations]
 Inject = Callable[[Body, Numbers], Change]
-Correct = Callable[[Tensor, Numbers, Body], Tensor]
 
 
 @dataclass(frozen=True)
@@ -67,7 +65,6 @@ class Kind:
         inject: the truth.
         substitute: the hypothesis; None for effects that act as filters.
         memory: makes the recursion over a series, for filters.
-        correct: measured state ``# (..., n)`` → state without the effect, for measurements that can be undone.
         needs: names that must exist as columns or quantities.
         numbers: the robot's numbers that it cannot do without.
         robot: the robots that have it.
@@ -87,7 +84,6 @@ class Kind:
     inject: Inject
     substitute: Substitute | None = None
     memory: Callable[[Body], Memory] | None = None
-    correct: Correct | None = None
     needs: tuple[str, ...] = ()
     numbers: tuple[str, ...] = ()
     robot: Literal["quadrotor", "car", "both"] = "both"

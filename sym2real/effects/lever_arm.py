@@ -5,8 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import torch
-from torch import Tensor
 
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
@@ -33,17 +31,6 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     if "wz" in body.layouts.state:
         moved |= {"vx": -symbol("wz") * across, "vy": symbol("wz") * along}
     return reporting(equations, {name: reported(equations, name) + step for name, step in moved.items()})
-
-
-def _correct(state: Tensor, values: Numbers, body: Body) -> Tensor:
-    layout, result = body.layouts.state, state.clone()
-    sine, cosine = state[..., layout.indices(("sin_yaw", "cos_yaw"))].unbind(-1)
-    along, across = _arm(sine, cosine, values)
-    result[..., layout.indices(("x", "y"))] -= torch.stack([along, across], dim=-1)
-    if "wz" in layout:
-        turning = state[..., layout.index("wz")]
-        result[..., layout.indices(("vx", "vy"))] -= torch.stack([-turning * across, turning * along], dim=-1)
-    return result
 
 
 def _inject(body: Body, values: Numbers) -> Change:
@@ -73,7 +60,6 @@ LEVER_ARM = Kind(
     fix="move the rigid body's origin in the motion capture by minus this arm",
     inject=_inject,
     substitute=_substitute,
-    correct=_correct,
     needs=("x", "y", "sin_yaw", "cos_yaw"),
     robot="car",
 )

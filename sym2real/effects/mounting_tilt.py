@@ -8,11 +8,8 @@ The board's axes are the body's turned by roll φ about x, then by pitch θ abou
 from __future__ import annotations
 
 import numpy as np
-import torch
 from sympy import Expr, cos, sin
-from torch import Tensor
 
-from sym2real import rotation
 from sym2real.effects.body import Body
 from sym2real.effects.frames import QUATERNION
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
@@ -81,20 +78,6 @@ def _outputs(equations: Equations, roll: Expr, pitch: Expr) -> dict[str, Expr]:
     return outputs
 
 
-def _correct(state: Tensor, values: Numbers, body: Body) -> Tensor:
-    half = torch.tensor([values["roll"], values["pitch"]], dtype=state.dtype) / 2
-    (cr, cp), (sr, sp) = half.cos(), half.sin()
-    board = torch.stack([cr * cp, sr * cp, cr * sp, sr * sp])
-    result, layout = state.clone(), body.layouts.state
-    if QUATERNION[0] in layout:
-        places = layout.indices(QUATERNION)
-        result[..., places] = rotation.multiply(state[..., places], rotation.conjugate(board))
-    if RATES[0] in layout:
-        places = layout.indices(RATES)
-        result[..., places] = rotation.rotate(board, state[..., places])
-    return result
-
-
 def _inject(body: Body, values: Numbers) -> Change:
     matrix = _rotation_x(values["roll"]) @ _rotation_y(values["pitch"])
     layout, action = body.layouts.state, body.layouts.action
@@ -157,7 +140,6 @@ MOUNTING_TILT = Kind(
     fix="level the board, set the trim of roll and pitch, or redo the rigid body's zero in the motion capture",
     inject=_inject,
     substitute=_substitute,
-    correct=_correct,
     needs=QUATERNION,
     robot="quadrotor",
 )

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from torch import Tensor
-
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.measured import reported, reporting
@@ -18,12 +16,6 @@ def _parameters(body: Body) -> tuple[Parameter, ...]:
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return reporting(equations, {body.column: reported(equations, body.column) + values["value"]})
-
-
-def _correct(state: Tensor, values: Numbers, body: Body) -> Tensor:
-    result = state.clone()
-    result[..., body.layouts.state.index(body.column)] -= values["value"]
-    return result
 
 
 def _inject(body: Body, values: Numbers) -> Change:
@@ -41,6 +33,5 @@ SENSOR_BIAS = Kind(
     fix="calibrate the sensor at rest",
     inject=_inject,
     substitute=_substitute,
-    correct=_correct,
     columns="state",
 )

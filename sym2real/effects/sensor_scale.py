@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from torch import Tensor
-
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.measured import reported, reporting
@@ -19,13 +17,6 @@ def _parameters(body: Body) -> tuple[Parameter, ...]:
 def multiplied(equations: Equations, values: Values, body: Body) -> Equations:
     """The measured column times a factor."""
     return reporting(equations, {body.column: reported(equations, body.column) * values["value"]})
-
-
-def divided(state: Tensor, values: Numbers, body: Body) -> Tensor:
-    """Its inverse."""
-    result = state.clone()
-    result[..., body.layouts.state.index(body.column)] /= values["value"]
-    return result
 
 
 def multiplying(body: Body, values: Numbers) -> Change:
@@ -44,6 +35,5 @@ SENSOR_SCALE = Kind(
     fix="correct the unit in the log's specification (deg for rad, mm for m), or calibrate the sensor",
     inject=multiplying,
     substitute=multiplied,
-    correct=divided,
     columns="state",
 )

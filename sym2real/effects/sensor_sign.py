@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Parameter
-from sym2real.effects.sensor_scale import divided, multiplied, multiplying
+from sym2real.effects.sensor_scale import multiplied, multiplying
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
@@ -22,6 +22,5 @@ SENSOR_SIGN = Kind(
     fix="turn the sign in the log's specification, or the axis in the driver",
     inject=multiplying,
     substitute=multiplied,
-    correct=divided,
     columns="state",
 )

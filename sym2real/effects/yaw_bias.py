@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import torch
 from sympy import cos, sin
-from torch import Tensor
 
 from sym2real.effects.body import Body
 from sym2real.effects.frames import HEADING
@@ -27,15 +25,6 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     turn_s, turn_c = sin(values["value"]), cos(values["value"])
     turned = {"sin_yaw": sine * turn_c + cosine * turn_s, "cos_yaw": cosine * turn_c - sine * turn_s}
     return reporting(equations, turned)
-
-
-def _correct(state: Tensor, values: Numbers, body: Body) -> Tensor:
-    places = body.layouts.state.indices(HEADING)
-    sine, cosine = state[..., places].unbind(-1)
-    yaw = torch.atan2(sine, cosine) - values["value"]
-    result = state.clone()
-    result[..., places] = torch.stack([yaw.sin(), yaw.cos()], dim=-1)
-    return result
 
 
 def _inject(body: Body, values: Numbers) -> Change:
@@ -61,7 +50,6 @@ YAW_BIAS = Kind(
     fix="turn the rigid body's axes in the motion capture by minus this angle",
     inject=_inject,
     substitute=_substitute,
-    correct=_correct,
     needs=HEADING,
     robot="car",
 )

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import mujoco
 import numpy as np
-import torch
 
 from sym2real.diagnosis.ladder import HORIZONS, windows_of
 from sym2real.diagnosis.segments import WARM_UP
-from sym2real.effects import Effect, effect
+from sym2real.effects import effect
+from sym2real.effects.compose import compose
+from sym2real.effects.sensors import Sensors
 from sym2real.experiments.standard_set import Case
 from sym2real.plants import MujocoPlant
 from sym2real.robots import ROBOTS
@@ -32,6 +31,7 @@ def error_of_the_truth(case: Case, data: Dataset, horizon: float) -> float:
     """
     robot = ROBOTS[case.robot]
     found = [(effect(key, robot), values) for key, values in case.effects]
+    sensors = Sensors(compose(robot.nominal(), [one for one in found if one[0].stage == "measurement"]))
     windows = windows_of(data, round(max(HORIZONS) / robot.dt))
     assert windows is not None
     windows = windows.some(MOST_WINDOWS)
@@ -39,7 +39,7 @@ def error_of_the_truth(case: Case, data: Dataset, horizon: float) -> float:
     steps, place = round(horizon / robot.dt), robot.layouts.state.slice("position")
     errors = []
     for number in range(len(windows)):
-        starts = [_true(states[number], found) for states in (windows.before, windows.start)]
+        starts = [sensors.state(states[number]).numpy() for states in (windows.before, windows.start)]
         log, row = data[int(windows.log[number])], int(windows.row[number])
         predicted = _predicted(plant, starts, log.action[: row + steps], row)
         errors.append(predicted[place] - windows.measured[number, steps, place].numpy())
@@ -58,11 +58,3 @@ def _predicted(plant: MujocoPlant, starts: list[Array], actions: Array, row: int
     for action in actions[row:]:
         state = plant.step(action)
     return state
-
-
-def _true(measured: torch.Tensor, found: list[tuple[Effect, Mapping[str, float]]]) -> Array:
-    """The state that sensors with the effects measured as this."""
-    for one, values in found:
-        if one.correctable:
-            measured = one.correct(measured, values)
-    return measured.numpy().astype(np.float64)

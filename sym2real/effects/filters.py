@@ -7,6 +7,7 @@ them, and calls :meth:`FilterState.remember` with what was sent.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 
 import torch
 from sympy import Expr
@@ -120,11 +121,16 @@ def with_hidden_start(equations: Equations, state: Tensor, action: Tensor, input
         inputs = state.new_zeros(*state.shape[:-1], len(layouts.inputs))
     columns = [layouts.state.columns[: state.shape[-1]], layouts.action.columns, layouts.inputs.columns]
     given = [(names, values) for names, values in zip(columns, (state, action, inputs), strict=True) if len(names)]
-    first = [spelled_out(equations, expression) for expression in equations.start.values()]
-    function = compile_function(first, [names for names, _ in given])
-    hidden = function(*(values for _, values in given))
+    first = tuple(spelled_out(equations, expression) for expression in equations.start.values())
+    hidden = _function_of(first, tuple(names for names, _ in given))(*(values for _, values in given))
     batch = torch.broadcast_shapes(state.shape[:-1], hidden.shape[:-1])
     return torch.cat([state.expand(*batch, -1), hidden.expand(*batch, -1)], dim=-1)
+
+
+@lru_cache(maxsize=16)
+def _function_of(expressions: tuple[Expr, ...], columns: tuple[tuple[str, ...], ...]) -> torch.jit.ScriptModule:
+    """Kept, because every rollout begins with it and compiling takes 13 ms; training makes equations anew each time."""
+    return compile_function(expressions, columns)
 
 
 def spelled_out(equations: Equations, expression: Expr) -> Expr:

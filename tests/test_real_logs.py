@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from sym2real.diagnosis import diagnose
-from sym2real.logs import read_logs
+from sym2real.logs import SPECS, read_logs
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tools" / "bench"))
 
-from real_logs import Options, bases
+from real_logs import SCORES, TRUTH, Options, bases
 from real_scores import Answer, battery_figures, mean_residual, wind_figures
 
 
@@ -38,5 +38,7 @@ def test_drag_and_sag_are_named_from_motors_and_voltage(shared_data: Path) -> No
     assert 0.2 < figures[-1].value < 0.5
 
 
-def test_the_bench_knows_every_set() -> None:
-    assert len(Options().sets) == 4
+def test_the_bench_knows_every_set(shared_data: Path) -> None:
+    """Every folder of logs beside the checkout has its specification, truth and scores, and is diagnosed by default."""
+    measured = {folder.name for folder in shared_data.iterdir() if any(folder.glob("*.csv"))}
+    assert measured == set(Options().sets) == set(TRUTH) == set(SCORES) == set(SPECS)

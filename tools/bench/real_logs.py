@@ -55,6 +55,13 @@ TRUTH = {
     ),
 }
 
+SCORES = {
+    "crazyflie_two_pennies": penny_figures,
+    "mushr_steering_offset": car_figures,
+    "quadrotor_wind": wind_figures,
+    "crazyflie_battery_drag": battery_figures,
+}
+
 
 @dataclass(frozen=True)
 class Options:
@@ -100,15 +107,9 @@ def answers(options: Options, name: str, console: Console) -> Iterator[Answer]:
 
 def figures_of(options: Options, console: Console) -> list[Figure]:
     """One per bar of the issue, for every set that was asked for."""
-    scores = {
-        "crazyflie_two_pennies": penny_figures,
-        "mushr_steering_offset": car_figures,
-        "quadrotor_wind": wind_figures,
-        "crazyflie_battery_drag": battery_figures,
-    }
     found: list[Figure] = []
     for name in options.sets:
-        found += scores[name](list(answers(options, name, console)))
+        found += SCORES[name](list(answers(options, name, console)))
     return [one for one in found if one.bar or not isnan(one.value)]
 
 

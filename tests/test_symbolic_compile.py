@@ -19,6 +19,7 @@ from sym2real.symbolic import (
     build_module,
     compile_function,
     compile_model,
+    lift_constants,
     parse_expression,
     read_back,
     rollout,
@@ -234,7 +235,7 @@ def test_training_finds_the_parameters_and_they_are_read_back() -> None:
 
 
 def test_lifted_constants_change_nothing() -> None:
-    lifted = EQUATIONS.lift_constants()
+    lifted = lift_constants(EQUATIONS)
     assert not any(expression.atoms(sympy.Float) for expression in lifted.next.values())
     state, actions = normal(0, 3, 6), normal(1, 3, 4, 2)
     found = rollout(compile_model(lifted, dtype=torch.float64), state, actions)

@@ -14,7 +14,7 @@ from reference_models import flying, late, motor_lagged
 from sym2real.errors import ShapeError, UnknownNameError
 from sym2real.native import find_compiler
 from sym2real.robots import CRAZYFLIE, MUSHR
-from sym2real.symbolic import Equations, compile_model, parse_expression, rollout
+from sym2real.symbolic import Equations, compile_model, lift_constants, parse_expression, rollout
 from sym2real.symbolic.chebyshev import evaluate, shortest
 from sym2real.symbolic.influence import influences
 from sym2real.symbolic.intervals import Interval, bounds
@@ -199,7 +199,7 @@ def test_the_kernel_rolls_out_as_torch_does(make: object, dtype: torch.dtype) ->
     [((), (), ()), ((3,), (), ()), ((), (3,), (3,)), ((2, 3), (3,), ()), ((3,), (2, 1), (2, 3)), ((0,), (1,), ())],
 )
 def test_every_broadcast_is_the_one_of_torch(state: tuple, actions: tuple, parameters: tuple) -> None:
-    equations = CRAZYFLIE.nominal().lift_constants()
+    equations = lift_constants(CRAZYFLIE.nominal())
     model, kernel = compile_model(equations, dtype=torch.float64), NativeRollout(equations, torch.float64)
     generator = torch.Generator().manual_seed(0)
     values = torch.tensor(list(equations.parameters.values())).double()
@@ -225,7 +225,7 @@ def test_strided_operands_are_read_in_place() -> None:
 
 @needs_compiler
 def test_models_that_work_much_go_to_c_and_say_the_same() -> None:
-    equations = CRAZYFLIE.nominal().lift_constants()
+    equations = lift_constants(CRAZYFLIE.nominal())
     model = compile_model(equations, dtype=torch.float64)
     state = torch.tensor(CRAZYFLIE.start).double().expand(200, -1)
     actions = torch.tensor(CRAZYFLIE.rest) + 0.1 * torch.randn(200, 40, 4, dtype=torch.float64)

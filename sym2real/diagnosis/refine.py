@@ -21,7 +21,7 @@ from sym2real.diagnosis.segments import Segments, component_noise, cut, with_vel
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.whitening import LEAST, Spread
 from sym2real.effects.kind import Parameter
-from sym2real.symbolic import Equations
+from sym2real.symbolic import Equations, lift_constants
 from sym2real.trajectory import Array, Dataset
 
 # Squared error per degree of freedom, in units of the logs' noise, below which the base is left as it is.
@@ -50,7 +50,7 @@ def refined(library: Library, flown: Dataset, logs: Dataset) -> Equations:
         if not moved:
             break
     found = dict(zip((slot.parameter.name for slot in constants.slots), values.tolist(), strict=True))
-    return library.base.lift_constants().at(**found)
+    return lift_constants(library.base).at(**found)
 
 
 def _weighed(library: Library, segments: Segments, flown: Dataset, noise: Array) -> Problems:
@@ -71,7 +71,7 @@ def _misfit(problems: Problems, values: torch.Tensor) -> float:
 @lru_cache(maxsize=4)
 def _of_constants(base: Equations) -> Library:
     """A library whose parameters are the numbers in the base's equations."""
-    lifted = base.lift_constants()
+    lifted = lift_constants(base)
     constants = {name: value for name, value in lifted.parameters.items() if name not in base.parameters}
     slots = tuple(
         Slot("", Parameter(name, "", value, value - 10 * scale, value + 10 * scale, scale))

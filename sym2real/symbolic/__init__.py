@@ -6,6 +6,7 @@ from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.exporting import EXPORTS, export, exported_program, python_source
 from sym2real.symbolic.expressions import symbol, text
 from sym2real.symbolic.horner import factor_horner
+from sym2real.symbolic.lifting import lift_constants
 from sym2real.symbolic.parsing import parse_expression
 from sym2real.symbolic.storage import load_model, save_model
 
@@ -19,6 +20,7 @@ __all__ = [
     "export",
     "exported_program",
     "factor_horner",
+    "lift_constants",
     "load_model",
     "parse_expression",
     "python_source",

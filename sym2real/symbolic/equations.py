@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import keyword
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from itertools import count
 from types import MappingProxyType
 from typing import Any
 
@@ -16,7 +14,7 @@ from sympy import Expr
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.layout import Layouts
 from sym2real.symbolic.complexity import complexity
-from sym2real.symbolic.expressions import CONSTANTS, canonical, names_in, replace_symbols, symbol, text
+from sym2real.symbolic.expressions import canonical, names_in, replace_symbols, require_names, symbol, text
 from sym2real.symbolic.parsing import parse_expression
 from sym2real.symbolic.serialise import read_equations, write_equations
 
@@ -61,7 +59,7 @@ class Equations:
     def __post_init__(self) -> None:
         parameters = {str(name): float(value) for name, value in self.parameters.items()}
         self._set("parameters", parameters)
-        _check_names([*self.columns, *self.quantities, *parameters])
+        require_names([*self.columns, *self.quantities, *parameters])
         state = self.layouts.state
         for name in (*self.next, *self.output, *self.start):
             state.index(name)
@@ -186,14 +184,6 @@ class Equations:
             waiting += [self.quantities[name] for name in used if name in self.quantities]
         return input in seen
 
-    def _expressions(self) -> Iterator[tuple[str, Mapping[str, Expr]]]:
-        yield from (
-            ("next", self.next),
-            ("output", self.output),
-            ("quantities", self.quantities),
-            ("start", self.start),
-        )
-
     def substitute(
         self, replacements: Mapping[str, Expr | float], parameters: Mapping[str, float] = EMPTY
     ) -> Equations:
@@ -210,9 +200,10 @@ class Equations:
             if name not in self.names:
                 raise UnknownNameError("symbol", name, self.names)
         exchange = {symbol(name): canonical(value) for name, value in replacements.items()}
+        parts = {"next": self.next, "output": self.output, "quantities": self.quantities, "start": self.start}
         changed: dict[str, Any] = {
             part: {name: replace_symbols(expression, exchange) for name, expression in expressions.items()}
-            for part, expressions in self._expressions()
+            for part, expressions in parts.items()
         }
         filters = tuple(
             (key, {name: replace_symbols(value, exchange) for name, value in values.items()})
@@ -232,18 +223,6 @@ class Equations:
         fixed = self.substitute({name: float(value) for name, value in values.items()})
         return replace(fixed, parameters={k: v for k, v in self.parameters.items() if k not in values})
 
-    def lift_constants(self) -> Equations:
-        """Every float of ``next`` and ``quantities`` as a parameter c0, c1, …, in order of appearance.
-
-        Exact integers and rationals are structure (the 2 of 1 − 2·qx²) and stay; so do exponents.
-        """
-        values = dict(self.parameters)
-        lifted = {
-            part: {name: _lift(expression, values, set(self.names)) for name, expression in expressions.items()}
-            for part, expressions in (("next", self.next), ("quantities", self.quantities))
-        }
-        return replace(self, **lifted, parameters=values)  # type: ignore[arg-type]
-
     def to_json(self) -> str:
         """Text that :meth:`from_json` reads back without loss."""
         return write_equations(self)
@@ -258,28 +237,8 @@ class Equations:
         return cls.parse(**read_equations(source))
 
 
-def _check_names(names: list[str]) -> None:
-    for name in names:
-        if not name.isidentifier() or keyword.iskeyword(name) or name in CONSTANTS:
-            raise ModelError(f"expected a name that can stand in an expression, found {name!r}")
-        if names.count(name) > 1:
-            raise ModelError(f"the name {name!r} stands for two things: columns, quantities and parameters share names")
-
-
 def _parsed(name: str, written: str) -> Expr:
     try:
         return parse_expression(str(written))
     except ModelError as error:
         raise ModelError(f"equation of {name!r}: {error}") from error
-
-
-def _lift(expression: Expr, values: dict[str, float], taken: set[str]) -> Expr:
-    if isinstance(expression, sympy.Float):
-        name = next(name for name in map("c{}".format, count()) if name not in values and name not in taken)
-        values[name] = float(expression)
-        return symbol(name)
-    if not expression.args:
-        return expression
-    if isinstance(expression, sympy.Pow):
-        return sympy.Pow(_lift(expression.base, values, taken), expression.exp)
-    return expression.func(*(_lift(argument, values, taken) for argument in expression.args))

@@ -6,7 +6,8 @@ factoring. :func:`product` keeps such products as they are; :func:`replace_symbo
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import keyword
+from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 
 import sympy
@@ -40,6 +41,19 @@ FUNCTIONS: Registry[type] = Registry(
 CONSTANTS: Mapping[str, Expr] = {"pi": sympy.pi, "E": sympy.E}
 # Expressions that are known to be canonical: a chain of substitutions checks the same ones again and again.
 CHECKED = 4096
+
+
+def require_names(names: Sequence[str]) -> None:
+    """Refuse names that cannot stand in an expression, or that stand for two things.
+
+    Raises:
+        ModelError: with the name.
+    """
+    for name in names:
+        if not name.isidentifier() or keyword.iskeyword(name) or name in CONSTANTS:
+            raise ModelError(f"expected a name that can stand in an expression, found {name!r}")
+        if names.count(name) > 1:
+            raise ModelError(f"the name {name!r} stands for two things: columns, quantities and parameters share names")
 
 
 def symbol(name: str) -> Symbol:

@@ -16,7 +16,8 @@ from pathlib import Path
 import numpy as np
 import torch
 import tyro
-from base_model import TEST_SEED, TRAIN_SEED, position_errors, say
+from base_flown import TEST_SEED, TRAIN_SEED, say
+from base_model import position_errors
 from figures import Figure, report
 
 from sym2real.experiments.flights import car_drives, quadrotor_flights

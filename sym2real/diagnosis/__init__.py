@@ -1,6 +1,6 @@
 """Compare a model with measurements, and name the physical effect that it misses."""
 
-from sym2real.diagnosis.adding import Rival, Tried, add, try_effect
+from sym2real.diagnosis.adding import add, try_effect
 from sym2real.diagnosis.compare import Comparison, compare
 from sym2real.diagnosis.data_report import DataReport, data_report
 from sym2real.diagnosis.diagnose import Diagnosis, diagnose
@@ -15,6 +15,7 @@ from sym2real.diagnosis.residuals import Residuals
 from sym2real.diagnosis.sanity import Fault
 from sym2real.diagnosis.start import ROWS
 from sym2real.diagnosis.term import Term, add_term
+from sym2real.diagnosis.tried import Rival, Tried
 from sym2real.diagnosis.visible import AssumedNoise, Plan, Visible
 from sym2real.diagnosis.window_errors import WindowErrors, window_errors
 from sym2real.diagnosis.windows import Windows, predict_windows

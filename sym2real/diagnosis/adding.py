@@ -9,22 +9,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
-from typing import Any
 
 from sym2real.diagnosis.calibrate import Calibration
 from sym2real.diagnosis.candidates import Candidate, candidates
 from sym2real.diagnosis.findings import Finding, findings
-from sym2real.diagnosis.floor import Floor, floor_of_explained
+from sym2real.diagnosis.floor import floor_of_explained
 from sym2real.diagnosis.groups import always_alike, as_good
 from sym2real.diagnosis.held_out import Steps
-from sym2real.diagnosis.ladder import Stage
 from sym2real.diagnosis.library import Library
-from sym2real.diagnosis.sanity import Fault
 from sym2real.diagnosis.select import GAIN, Selection
 from sym2real.diagnosis.separation import with_advice
 from sym2real.diagnosis.significance import FEWEST_BLOCKS
-from sym2real.diagnosis.weighing import OnProgress, check_and_filter, weigh
+from sym2real.diagnosis.tried import Rival, Tried
+from sym2real.diagnosis.weighing import OnProgress, Weighed, check_and_filter, weigh
 from sym2real.effects import Effect, compose, effect
 from sym2real.errors import ModelError
 from sym2real.plants import MujocoPlant
@@ -32,90 +29,9 @@ from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset, Trajectory
 
 Values = Mapping[str, float]
-# A rival is worth a line from this part of the hypothesis's gain on, and the better answer where it gains more by this.
-WORTH_A_LINE, BETTER = 0.5, 0.01
+# Of the hypothesis's gain: from here on a rival is worth a line.
+WORTH_A_LINE = 0.5
 MOST_RIVALS = 5
-
-
-@dataclass(frozen=True)
-class Rival:
-    """Another effect in the hypothesis's place.
-
-    Args:
-        effect: its key.
-        gain: relative fall of the held-out whitened loss.
-        as_good: the data cannot tell the two apart.
-    """
-
-    effect: str
-    gain: float
-    as_good: bool
-
-    def to_dict(self) -> dict[str, Any]:
-        """An entry of ``rivals`` in what ``sym2real add --fit … --json`` prints."""
-        return dict(vars(self))
-
-
-@dataclass(frozen=True)
-class Tried:
-    """What logs say of one effect.
-
-    Args:
-        finding: the effect with fitted values, intervals and what the data cannot tell it from.
-        supported: its held-out gain is large enough, and larger than chance would make it.
-        gain: relative fall of the held-out whitened loss.
-        rivals: other effects in its place, the best first.
-        faults: of the data, undone before the fit.
-        ladder, floor, held_out, notes, seconds: as of :class:`~sym2real.diagnosis.Diagnosis`.
-    """
-
-    finding: Finding
-    supported: bool
-    gain: float
-    rivals: tuple[Rival, ...]
-    faults: tuple[Fault, ...]
-    ladder: tuple[Stage, ...]
-    floor: tuple[Floor, ...]
-    held_out: tuple[str, ...]
-    notes: tuple[str, ...]
-    seconds: float
-
-    @property
-    def summary(self) -> str:
-        """One sentence a person reads."""
-        name, gain = self.finding.effect, _percent(self.gain)
-        group = [key for key in self.finding.group if key != name]
-        better = [one for one in self.rivals if one.gain > self.gain + BETTER and one.effect not in group]
-        instead = f"; {better[0].effect} in its place lowers it by {_percent(better[0].gain)}" if better else ""
-        if not self.supported:
-            needed = f"{_percent(GAIN)} and more than chance are needed"
-            return f"The logs do not ask for {name}: it lowers the held-out loss by {gain}, {needed}{instead}."
-        others = "" if better else f"; {' or '.join(group[:3]) or 'no other effect'} does as well"
-        return f"The logs ask for {name}: it lowers the held-out loss by {gain}{instead or others}."
-
-    def apply(self, equations: Equations) -> Equations:
-        """The equations with the effect at its fitted values."""
-        return add(self.finding.bound(equations), self.finding.effect, self.finding.values)
-
-    def to_dict(self) -> dict[str, Any]:
-        """The object that ``sym2real add --fit … --json`` prints."""
-        return {
-            "summary": self.summary,
-            "finding": self.finding.to_dict(),
-            "supported": self.supported,
-            "gain": self.gain,
-            "rivals": [rival.to_dict() for rival in self.rivals],
-            "faults": [fault.to_dict() for fault in self.faults],
-            "ladder": [stage.to_dict() for stage in self.ladder],
-            "floor": [one.to_dict() for one in self.floor],
-            "held_out": list(self.held_out),
-            "notes": list(self.notes),
-            "seconds": self.seconds,
-        }
-
-
-def _percent(part: float) -> str:
-    return f"{100 * part:.0f} %"
 
 
 def add(
@@ -173,13 +89,8 @@ def try_effect(
     started = time.perf_counter()
     _check_fittable(effect(key, equations), equations)
     weighed = weigh(equations, data, plant, exclude=exclude, include=(key,), on_progress=on_progress)
-    own = _candidate(key, weighed.library, weighed.checked.data)
     on_progress(f"fitting {key}")
-    selection = Selection(weighed.problems, (own,), weighed.origin)
-    (scored,) = selection.ranked([], weighed.origin, [own])
-    gain = selection.gain(scored)
-    supported = gain > GAIN and selection.significant(scored.fit, own)
-    selection.put([own], scored.fit)
+    selection, gain, supported = _fitted(weighed, key)
     on_progress("trying other effects in its place")
     rivals = _rivals(selection, [one for one in weighed.tried if key not in one.keys])
     on_progress("scoring on held-out data")
@@ -217,6 +128,17 @@ def _candidate(key: str, library: Library, data: Dataset) -> Candidate:
         if one.keys == (key,):
             return one
     return Candidate(key, (key,), tuple((slot,) for slot in library.indices(key)))
+
+
+def _fitted(weighed: Weighed, key: str) -> tuple[Selection, float, bool]:
+    """The effect alone, chosen whatever it gains; its held-out gain, and whether the logs ask for it."""
+    own = _candidate(key, weighed.library, weighed.checked.data)
+    selection = Selection(weighed.problems, (own,), weighed.origin)
+    (scored,) = selection.ranked([], weighed.origin, [own])
+    gain = selection.gain(scored)
+    supported = gain > GAIN and selection.significant(scored.fit, own)
+    selection.put([own], scored.fit)
+    return selection, gain, supported
 
 
 def _rivals(selection: Selection, others: list[Candidate]) -> tuple[Rival, ...]:

@@ -99,29 +99,32 @@ def compare(
     if longest < 1:
         raise ShapeError(f"no log is longer than {ROWS} rows: there is no window to compare")
     reachable = [horizon for horizon in horizons if round(horizon / dataset.dt) <= longest]
-    notes = [f"{trajectory.name}: {note}" for trajectory in dataset for note in trajectory.notes]
-    left_out = [horizon for horizon in horizons if horizon not in reachable]
-    if left_out:
-        notes.append(f"no log is long enough for horizons {left_out} s")
     free = min(round(free_run_seconds(dataset.layouts.state) / dataset.dt), longest)
     steps = sorted({1, free, *(round(horizon / dataset.dt) for horizon in reachable)})
     floor = floor_of_noise(predictor, dataset, steps, start)
     table = dict(zip(steps, prediction_errors(predictor, dataset, steps, start, floor), strict=True))
-    few = [f"{one.windows} {one.horizon:g} s ahead" for one in table.values() if one.too_few]
-    if few:
-        notes.append(f"too few windows for fit or skill: {', '.join(few)}")
     about = data_report(logs)
     return Comparison(
         one_step=table[1],
         horizons=tuple(replace(table[round(horizon / dataset.dt)], horizon=horizon) for horizon in reachable),
         free_run=table[free],
         start=start,
-        notes=tuple(notes),
+        notes=_notes(dataset, [one for one in horizons if one not in reachable], list(table.values())),
         where=locate(predictor, dataset, region),
         data=about,
         floor=floor,
         residuals=one_step_residuals(model, logs, about.constant),
     )
+
+
+def _notes(data: Dataset, left_out: Sequence[float], errors: Sequence[HorizonErrors]) -> tuple[str, ...]:
+    notes = [f"{trajectory.name}: {note}" for trajectory in data for note in trajectory.notes]
+    if left_out:
+        notes.append(f"no log is long enough for horizons {left_out} s")
+    few = [f"{one.windows} {one.horizon:g} s ahead" for one in errors if one.too_few]
+    if few:
+        notes.append(f"too few windows for fit or skill: {', '.join(few)}")
+    return tuple(notes)
 
 
 def free_run_seconds(layout: Layout) -> float:

@@ -203,10 +203,10 @@ class Layout:
         A quaternion gives the rotation vector in the body axes of ``start`` (rad), a circle its angle (rad).
         """
         parts = [
-            _difference(field.kind, a, b)
+            _difference(field.kind, a, b).movedim(-1, 0)
             for field, a, b in zip(self.fields, self._parts(end), self._parts(start), strict=True)
         ]
-        return torch.cat(parts, dim=-1)
+        return torch.cat(parts).movedim(0, -1)
 
     def retract(self, start: Tensor, tangent: Tensor) -> Tensor:
         """The point that a tangent vector leads to; inverse of :meth:`difference`."""

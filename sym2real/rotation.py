@@ -1,6 +1,7 @@
 """Unit quaternions in torch: order w x y z, rotating body vectors into the world.
 
-Every function takes any leading batch dimensions, features last.
+Every function takes any leading batch dimensions, features last. Products of large batches keep every component in one
+piece of memory, because all that is done with them works on one component at a time.
 Formulas: J. Solà, "Quaternion kinematics for the error-state Kalman filter" (arXiv:1711.02508), Hamilton convention.
 """
 
@@ -22,9 +23,8 @@ def multiply(left: Tensor, right: Tensor) -> Tensor:
             w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
             w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
             w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
-        ],
-        dim=-1,
-    )
+        ]
+    ).movedim(0, -1)
 
 
 def conjugate(quaternion: Tensor) -> Tensor:

@@ -112,10 +112,9 @@ class Problems:
         sets = torch.stack([one.values for one in hypotheses])
         held = [self._held(one.free) if with_nuisance else () for one in hypotheses]
         whole = [(*one.free, *others) for one, others in zip(hypotheses, held, strict=True)]
-        residuals, jacobians = self.problem.jacobian(sets, whole)
         fits: list[Fit] = []
-        for one, others, residual, jacobian in zip(hypotheses, held, residuals, jacobians, strict=True):
-            products = self.whitening.products(torch.cat([residual[..., None], jacobian], dim=-1))
+        for one, others, columns in zip(hypotheses, held, self.problem.linearised(sets, whole), strict=True):
+            products = self.whitening.products(columns)
             parts = (products[:, 0, 0], products[:, 1:, 0], products[:, 1:, 1:])
             fits.append(Fit(one.free, others, one.values, *parts))
         return fits
@@ -153,10 +152,11 @@ class Problems:
     def moved(self, fit: Fit, step: Tensor) -> Tensor:
         """Parameter set after a step ``# (A,)`` in units of scale, within bounds."""
         values, scale = fit.values.clone(), self.problem.library.scale
+        index = [slot for tied in fit.whole for slot in tied]
+        owner = [place for place, tied in enumerate(fit.whole) for _ in tied]
         low, high = self._bounds(fit)
-        for place, (tied, size) in enumerate(zip(fit.whole, step, strict=True)):
-            index = list(tied)
-            values[index] = (values[index] + size * scale[index]).clamp(float(low[place]), float(high[place]))
+        moved = values[index] + step[owner] * scale[index]
+        values[index] = torch.minimum(torch.maximum(moved, low[owner]), high[owner])
         return values
 
     def _bounds(self, fit: Fit) -> tuple[Tensor, Tensor]:
@@ -182,7 +182,7 @@ class Problems:
         gradient = torch.zeros(count, size, dtype=torch.float64).index_add(0, index, fit.gradient)
         curvature = torch.zeros(count, size, size, dtype=torch.float64).index_add(0, index, fit.curvature)
         others_g, others_h = gradient.sum(0) - gradient, curvature.sum(0) - curvature
-        step = torch.stack([self._within(fit, solve(h, -g)) for h, g in zip(others_h, others_g, strict=True)])
+        step = self._within(fit, solve(others_h, -others_g))
         quadratic = torch.einsum("fa,fab,fb->f", step, curvature, step)
         return loss + 2 * (gradient * step).sum(1) + quadratic
 
@@ -203,8 +203,8 @@ class Problems:
 
 
 def solve(matrix: Tensor, vector: Tensor) -> Tensor:
-    """Solution with a hair of ridge, so that directions without weight stay put."""
-    scale = matrix.diagonal().clamp_min(1e-300)
-    ridge = torch.diag(RIDGE * scale + 1e-12 * scale.max().clamp_min(1e-300))
+    """Solutions with a hair of ridge, so that directions without weight stay put ``# (..., A, A), (..., A)``."""
+    scale = matrix.diagonal(dim1=-2, dim2=-1).clamp_min(1e-300)
+    ridge = torch.diag_embed(RIDGE * scale + 1e-12 * scale.amax(-1, keepdim=True))
     result: Tensor = torch.linalg.solve(matrix + ridge, vector)
     return result

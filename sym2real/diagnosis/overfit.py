@@ -14,7 +14,7 @@ from scipy.optimize import lsq_linear
 from torch import Tensor
 
 from sym2real.diagnosis.candidates import Candidate
-from sym2real.diagnosis.fit import LINE_SEARCH, Fit, Free, Hypothesis, Problems
+from sym2real.diagnosis.fit import CONVERGED, LINE_SEARCH, Fit, Free, Hypothesis, Problems
 from sym2real.trajectory import Array
 
 # Gauss–Newton steps from the start, and from the result with another whitening.
@@ -58,8 +58,8 @@ def _centre(start: Tensor, last: Tensor, kept: Sequence[Candidate]) -> Tensor:
 def _fitted(problems: Problems, chosen: Sequence[Candidate], centre: Tensor, values: Tensor, steps: int) -> Tensor:
     free = tuple(dict.fromkeys(tied for one in chosen for tied in one.free))
     for _ in range(steps):
-        values, moved = improved(problems, free, values, centre)
-        if not moved:
+        values, open_still = improved(problems, free, values, centre)
+        if not open_still:
             break
     return values
 
@@ -80,7 +80,7 @@ def _with_a_start(problems: Problems, rivals: Sequence[Candidate], values: Tenso
 
 
 def improved(problems: Problems, free: Free, values: Tensor, centre: Tensor) -> tuple[Tensor, bool]:
-    """One Gauss–Newton step within bounds, the prior's mean at ``centre``."""
+    """One Gauss–Newton step within bounds, the prior's mean at ``centre``, and whether another is worth it."""
     library = problems.problem.library
     fit = problems.quadratics([Hypothesis(free, values)], with_nuisance=False)[0]
     step = _bounded_step(problems, fit, centre)
@@ -90,7 +90,8 @@ def improved(problems: Problems, free: Free, values: Tensor, centre: Tensor) -> 
     losses = problems.whitening.loss(problems.problem.residuals(trials)).sum(1)
     losses = torch.cat([fit.loss.sum()[None], losses]) + PRIOR * away.square().sum(1)
     best = int(losses.argmin())
-    return (values, False) if best == 0 else (trials[best - 1], True)
+    open_still = bool(losses[0] - losses[best] > CONVERGED * losses[0])
+    return torch.cat([values[None], trials])[best], open_still
 
 
 def _bounded_step(problems: Problems, fit: Fit, centre: Tensor) -> Tensor:

@@ -19,7 +19,8 @@ from sym2real.diagnosis.library import Library, Slot, shielded
 from sym2real.diagnosis.overfit import improved
 from sym2real.diagnosis.segments import Segments, component_noise, cut, with_velocities
 from sym2real.diagnosis.sensitivity import Problem
-from sym2real.diagnosis.whitening import LEAST, Spread
+from sym2real.diagnosis.variances import LEAST
+from sym2real.diagnosis.whitening import Spread
 from sym2real.effects.kind import Parameter
 from sym2real.symbolic import Equations, lift_constants
 from sym2real.trajectory import Array, Dataset

@@ -41,7 +41,8 @@ class Problem:
         self._defaults = defaults
         self._visible = data.layouts.state.size
         self._compared = compared_fields(self.segments)
-        self._measured_columns = self.segments.measured[..., self._compared[1]]
+        measured = self.segments.measured[..., self._compared[1]].permute(2, 1, 0).contiguous()
+        self._measured_columns = measured.permute(1, 2, 0)[:, None]  # (N, 1, S, columns)
 
     @property
     def trajectories(self) -> int:
@@ -51,8 +52,8 @@ class Problem:
         """Predicted less measured ``# (B, S, N·C)`` under parameter sets ``# (B, P)``."""
         return torch.cat([self._residuals(part) for part in sets.split(BATCH)])
 
-    def jacobian(self, sets: Tensor, active: Sequence[Sequence[tuple[int, ...]]]) -> tuple[Tensor, list[Tensor]]:
-        """Residuals ``# (B, S, R)`` and, per set, their derivative by its active parameters ``# (S, R, A)``.
+    def linearised(self, sets: Tensor, active: Sequence[Sequence[tuple[int, ...]]]) -> list[Tensor]:
+        """Per set, residuals and their derivative by its active parameters ``# (S, R, 1 + A)``.
 
         Args:
             sets: parameter sets ``# (B, P)``.
@@ -69,15 +70,15 @@ class Problem:
                 moved[index] += sign[0] * STEP * self.library.scale[index]
                 rows.append(moved)
                 steps.append(float(sign[0]) * STEP)
-        everything = self.residuals(torch.stack(rows))
-        found, jacobians, place, step = [], [], 0, 0
+        everything = self.residuals(torch.stack(rows)).transpose(0, 1)  # (S, B, R)
+        found, place, step = [], 0, 0
         for free in active:
-            here, moved = everything[place], everything[place + 1 : place + 1 + len(free)]
-            width = torch.tensor(steps[step : step + len(free)], dtype=torch.float64)
-            found.append(here)
-            jacobians.append(((moved - here) / width[:, None, None]).permute(1, 2, 0))
+            columns = everything[:, place : place + 1 + len(free)].clone()
+            columns[:, 1:] -= columns[:, :1]
+            columns[:, 1:] /= torch.tensor(steps[step : step + len(free)], dtype=torch.float64)[:, None]
+            found.append(columns.mT)
             place, step = place + 1 + len(free), step + len(free)
-        return torch.stack(found), jacobians
+        return found
 
     def start_jacobian(self, values: Tensor) -> Tensor:
         """Derivative of residuals by the start state's tangent ``# (S, R, tangent)`` at one set ``# (P,)``."""
@@ -112,10 +113,11 @@ class Problem:
         self, sets: Tensor, moves: Tensor | None = None, actions: Tensor | None = None, inputs: Tensor | None = None
     ) -> Tensor:
         layout, columns, chosen = self._compared
-        states = self._states(sets, moves, actions, inputs)
-        difference = layout.difference(states[..., columns], self._measured_columns)
+        states = self._states(sets, moves, actions, inputs).permute(2, 0, 1, 3)  # (N, B, S, state), as it lies
+        parts = torch.stack([states[..., column] for column in columns]).movedim(0, -1)
+        difference = layout.difference(parts, self._measured_columns)
         difference = difference if chosen is None else difference[..., chosen]
-        return torch.nan_to_num(difference, nan=1e3, posinf=1e3, neginf=-1e3).clamp(-1e3, 1e3).flatten(-2)
+        return difference.nan_to_num(nan=1e3).clamp_(-1e3, 1e3).permute(1, 2, 0, 3).flatten(-2)
 
     def states(self, sets: Tensor) -> Tensor:
         """Predicted measurements of every row of the segments ``# (B, S, N, state)``."""
@@ -152,8 +154,10 @@ class Problem:
             known if inputs is None else known + inputs,
             parameters,
         )
-        states = torch.cat([start[..., None, :], predicted], dim=-2)  # (B, S, N, state)
         turned = self._turned(sets)
+        if turned.all():
+            return self._measured(_with_first(start, predicted), parameters[..., None, :])[..., : self._visible]
+        states = _with_first(start, predicted)
         if turned.any():
             states[turned] = self._measured(states[turned], parameters[turned][..., None, :])
         return states[..., : self._visible]
@@ -230,3 +234,11 @@ class Problem:
         """States after each action ``# (B, S, N, state)``: the one place where the diagnosis rolls out."""
         with torch.no_grad():
             return rollout(self.library.model, start, actions, inputs, parameters)
+
+
+def _with_first(first: Tensor, others: Tensor) -> Tensor:
+    """States of all rows ``# (B, S, N, state)``, column by column and row by row in memory, as rollouts lie there."""
+    sets, segments, steps, size = others.shape
+    states = torch.empty(steps + 1, size, sets, segments, dtype=others.dtype).movedim((0, 1), (-2, -1))
+    states[..., 0, :], states[..., 1:, :] = first, others
+    return states

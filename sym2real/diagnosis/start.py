@@ -26,7 +26,7 @@ ADEQUATE = 1.3
 MAD_TO_SIGMA = 1.4826
 THIRD_DIFFERENCE_GAIN = np.sqrt(20.0)
 SMALLEST_NOISE = 1e-9
-# Designs whose entries differ by less than this part of the largest are one.
+# Ages of rows that differ by less than this part of the largest are one.
 ALIKE = 1e-9
 
 
@@ -62,15 +62,15 @@ def start_states(trajectory: Trajectory, starts: NDArray[np.int64], method: Star
     ages = trajectory.time[history] - trajectory.time[starts][:, None]
     correction = np.zeros(tangents.shape[::2])  # (windows, tangent)
     slots = _tangent_slots(layout)
-    paired = [(slots[p], slots[v], v) for p, v in _position_velocity_pairs(layout)]
-    for position, velocity, column in paired:
-        speed = trajectory.column(column)[starts][:, None]
-        correction[:, [position, velocity]] = _joint_fit(
-            tangents[:, :, position], tangents[:, :, velocity], speed, noise[[position, velocity]], ages
-        )
-    taken = {slot for pair in paired for slot in pair[:2]}
-    for slot in sorted(set(range(layout.tangent_size)) - taken):
-        correction[:, slot] = _single_fit(tangents[:, :, slot], float(noise[slot]), ages)
+    pairs = _position_velocity_pairs(layout)
+    paired = [[slots[name] for name in names] for names in zip(*pairs, strict=True)] if pairs else [[], []]
+    if pairs:
+        speed = np.stack([trajectory.column(column)[starts] for _, column in pairs])
+        position, velocity = (tangents[:, :, part].transpose(2, 0, 1) for part in paired)  # (pairs, windows, ROWS)
+        found = _joint_fit(position, velocity, speed[..., None], noise[paired], ages)
+        correction[:, paired] = found.transpose(1, 2, 0)
+    others = sorted(set(range(layout.tangent_size)) - {slot for part in paired for slot in part})
+    correction[:, others] = _single_fit(tangents[:, :, others].transpose(2, 0, 1), noise[others], ages).T
     return layout.retract(states[starts], torch.as_tensor(correction)).numpy()
 
 
@@ -91,36 +91,55 @@ def _position_velocity_pairs(layout: Layout) -> list[tuple[str, str]]:
 
 
 def _joint_fit(position: Array, velocity: Array, speed: Array, noise: Array, ages: Array) -> Array:
-    """Position and velocity corrections at age zero ``# (windows, 2)`` of p₀ + v₀τ + aτ²/2 + jτ³/6.
+    """Position and velocity corrections at age zero ``# (pairs, windows, 2)`` of p₀ + v₀τ + aτ²/2 + jτ³/6.
 
-    ``position`` and ``velocity`` are differences from the start row, whose measured velocity is ``speed``.
+    Args:
+        position, velocity: differences from the start row ``# (pairs, windows, ROWS)``.
+        speed: the start row's measured velocity ``# (pairs, windows, 1)``.
+        noise: of both ``# (2, pairs)``.
+        ages: of the rows ``# (windows, ROWS)``.
     """
+    of_positions, of_velocities = noise[:, :, None, None]
+    target = np.concatenate([(position - speed * ages) / of_positions, velocity / of_velocities], axis=-1)
+    ages = _of_all(ages)
     one, zero = np.ones_like(ages), np.zeros_like(ages)
-    of_position = np.stack([one, ages, ages**2 / 2, ages**3 / 6], axis=-1) / noise[0]  # (windows, ROWS, 4)
-    of_velocity = np.stack([zero, one, ages, ages**2 / 2], axis=-1) / noise[1]
-    design = np.concatenate([of_position, of_velocity], axis=1)
-    target = np.concatenate([(position - speed * ages) / noise[0], velocity / noise[1]], axis=1)
-    return _simplest_adequate(design, target, (3, 4))[:, :2]
+    of_position = np.stack([one, ages, ages**2 / 2, ages**3 / 6], axis=-1) / of_positions[..., None]
+    of_velocity = np.stack([zero, one, ages, ages**2 / 2], axis=-1) / of_velocities[..., None]
+    return _simplest_adequate(np.concatenate([of_position, of_velocity], axis=-2), target, (3, 4))[..., :2]
 
 
-def _single_fit(values: Array, noise: float, ages: Array) -> Array:
-    design = np.stack([np.ones_like(ages), ages, ages**2], axis=-1) / noise
-    solution: Array = _simplest_adequate(design, values / noise, (2, 3))[:, 0]
-    return solution
+def _single_fit(values: Array, noise: Array, ages: Array) -> Array:
+    """Correction at age zero ``# (columns, windows)`` of a line or parabola through ``# (columns, windows, ROWS)``."""
+    ages = _of_all(ages)
+    design = np.stack([np.ones_like(ages), ages, ages**2], axis=-1) / noise[:, None, None, None]
+    return _simplest_adequate(design, values / noise[:, None, None], (2, 3))[..., 0]
+
+
+def _of_all(ages: Array) -> Array:
+    """Ages of the rows of every window ``# (windows, ROWS)``; of one that stands for all where sampling is even."""
+    return ages[:1] if bool((np.ptp(ages, axis=0) <= ALIKE * np.abs(ages).max()).all()) else ages
 
 
 def _simplest_adequate(design: Array, target: Array, sizes: tuple[int, ...]) -> Array:
-    """Least squares per window with the first so many columns, the fewest whose residuals are noise; zero else."""
-    chosen = np.zeros((len(design), sizes[0]))  # (windows, parameters that every size has)
-    open_windows = np.ones(len(design), dtype=bool)
-    alike = bool((np.ptp(design, axis=0) <= ALIKE * np.abs(design).max()).all())  # evenly sampled: one design
+    """Least squares with the first so many columns, the fewest whose residuals are noise; zero where none are.
+
+    Args:
+        design: broadcast over windows where they share one ``# (..., rows, columns)``.
+        target: ``# (..., rows)``.
+        sizes: numbers of columns, rising.
+
+    Returns:
+        Parameters that every size has ``# (..., sizes[0])``.
+    """
+    chosen = np.zeros((*target.shape[:-1], sizes[0]))
+    waiting = np.ones(target.shape[:-1], dtype=bool)
     for size in sizes:
-        part = design[:1, :, :size] if alike else design[:, :, :size]
-        inverse = np.broadcast_to(np.linalg.pinv(part), (len(target), size, target.shape[1]))
-        solution = np.einsum("wpr,wr->wp", inverse, target)
-        residual = target - np.einsum("wrp,wp->wr", design[:, :, :size], solution)
-        spread = np.sqrt((residual**2).sum(axis=1) / (design.shape[1] - size))
-        fits = open_windows & (spread <= ADEQUATE)
-        chosen[fits] = solution[fits, : sizes[0]]
-        open_windows &= ~fits
+        part = design[..., :size]
+        orthogonal, upper = np.linalg.qr(part)
+        solution = np.linalg.solve(upper, orthogonal.swapaxes(-1, -2) @ target[..., None])
+        residual = target - (part @ solution)[..., 0]
+        spread = np.sqrt((residual**2).sum(axis=-1) / (target.shape[-1] - size))
+        fits = waiting & (spread <= ADEQUATE)
+        chosen[fits] = solution[fits, : sizes[0], 0]
+        waiting &= ~fits
     return chosen

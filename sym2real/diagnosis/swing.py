@@ -17,6 +17,7 @@ free body, ω² |x| m > 3 |F|.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -79,14 +80,28 @@ class _Rows:
     curvature: Tensor
     log: NDArray[np.int64]
 
-    def normal(self, omega: float) -> tuple[Tensor, Tensor]:
-        """Gradient and curvature by sine, cosine, constant and trend of each force ``# (S, 4·D), (S, 4·D, 4·D)``."""
-        scaled = self.time / self.time.max()
-        angle = omega * self.time
-        shapes = torch.stack([angle.sin(), angle.cos(), torch.ones_like(angle), scaled], dim=-1)  # (S, P, 4)
-        gradient = torch.einsum("sdp,spk->skd", self.gradient, shapes).flatten(1)
-        curvature = torch.einsum("spk,sdpeq,sql->skdle", shapes, self.curvature, shapes)
-        return gradient, curvature.reshape(len(gradient), gradient.shape[1], gradient.shape[1])
+    def normal(self, omegas: Sequence[float]) -> tuple[Tensor, Tensor]:
+        """Gradient and curvature by sine, cosine, constant and trend of each force, at every frequency.
+
+        ``# (F, S, 4·D), (F, S, 4·D, 4·D)``
+        """
+        angle = torch.tensor(omegas, dtype=torch.float64)[:, None, None] * self.time
+        scaled = (self.time / self.time.max()).expand_as(angle)
+        shapes = torch.stack([angle.sin(), angle.cos(), torch.ones_like(angle), scaled], dim=-1)  # (F, S, P, 4)
+        gradient = torch.einsum("sdp,fspk->fskd", self.gradient, shapes).flatten(2)
+        half = torch.einsum("sdpeq,fsql->fsdpel", self.curvature, shapes)
+        curvature = torch.einsum("fspk,fsdpel->fskdle", shapes, half)
+        return gradient, curvature.reshape(*gradient.shape, gradient.shape[-1])
+
+    def by_log(self, omegas: Sequence[float]) -> tuple[Tensor, Tensor]:
+        """The same, added up over the segments of each log that has any ``# (F, L, 4·D), (F, L, 4·D, 4·D)``."""
+        logs, place = np.unique(self.log, return_inverse=True)
+        index = torch.as_tensor(place)
+        gradient, curvature = self.normal(omegas)
+        return (
+            gradient.new_zeros(len(omegas), len(logs), gradient.shape[-1]).index_add(1, index, gradient),
+            curvature.new_zeros(len(omegas), len(logs), *curvature.shape[-2:]).index_add(1, index, curvature),
+        )
 
 
 def find_swing(problems: Problems, values: Tensor, competitors: int) -> Swing | None:
@@ -104,15 +119,14 @@ def find_swing(problems: Problems, values: Tensor, competitors: int) -> Swing | 
     rows, grid = _rows(problems, values, names), _frequencies(problem)
     if not len(grid):
         return None
-    found = [(_fall(rows, omega), omega) for omega in grid]
     mass = problem.library.equations.numbers.get("mass", 1.0)
-    strange = [one for one in found if not _own_motion(problem.data, one[1], mass, _size(rows, one[1]))]
-    if not strange:
+    highest = (grid[place] for place in np.argsort(-_falls(rows, grid)))
+    omega = next((one for one in highest if not _own_motion(problem.data, one, mass, _size(rows, one))), None)
+    if omega is None:
         return None
-    omega = max(strange)[1]
     step = grid[1] - grid[0] if len(grid) > 1 else 0.1 * omega
     fine = omega + step * np.arange(-FINE, FINE + 1) / FINE
-    omega = max((_fall(rows, float(one)), float(one)) for one in fine)[1]
+    omega = float(fine[_falls(rows, fine).argmax()])
     looks = max(1, len(grid) // OVERSAMPLED)
     if _chance(rows, problems, omega) > FALSE_ALARMS / max(1, competitors) / looks:
         return None
@@ -149,26 +163,21 @@ def _frequencies(problem: Problem) -> Array:
     return np.arange(first, last, 2 * np.pi / longest / OVERSAMPLED)
 
 
-def _by_log(rows: _Rows, omega: float) -> list[tuple[Tensor, Tensor]]:
-    gradient, curvature = rows.normal(omega)
-    logs = [torch.as_tensor(rows.log == log) for log in np.unique(rows.log)]
-    return [(gradient[mine].sum(0), curvature[mine].sum(0)) for mine in logs]
-
-
-def _fall(rows: _Rows, omega: float) -> float:
-    """Of the whitened squares by sine and cosine beyond constant and trend, over all logs."""
-    fall = 0.0
-    for gradient, curvature in _by_log(rows, omega):
-        half = len(gradient) // 2
-        whole = gradient @ solve(curvature, gradient)
-        fall += float(whole - gradient[half:] @ solve(curvature[half:, half:], gradient[half:]))
-    return fall
+def _falls(rows: _Rows, omegas: Array) -> Array:
+    """Of the whitened squares by sine and cosine beyond constant and trend, over all logs ``# (F,)``."""
+    gradient, curvature = rows.by_log(omegas.tolist())
+    half = gradient.shape[-1] // 2
+    rest, inner = gradient[..., half:], curvature[..., half:, half:]
+    falls: Array = (
+        (gradient * solve(curvature, gradient)).sum((1, 2)) - (rest * solve(inner, rest)).sum((1, 2))
+    ).numpy()
+    return falls
 
 
 def _waves(rows: _Rows, omega: float) -> Tensor:
     """Sine's and cosine's coefficients of every log in N ``# (logs, 2, D)``."""
-    found = [-solve(curvature, gradient) for gradient, curvature in _by_log(rows, omega)]
-    return torch.stack(found).reshape(len(found), 4, -1)[:, :2]
+    gradient, curvature = rows.by_log([omega])
+    return -solve(curvature, gradient)[0].unflatten(-1, (4, -1))[:, :2]
 
 
 def _size(rows: _Rows, omega: float) -> float:
@@ -202,7 +211,7 @@ def _own_motion(data: Dataset, omega: float, mass: float, force: float) -> bool:
 
 def _chance(rows: _Rows, problems: Problems, omega: float) -> float:
     """Probability that quarters of logs tell each other so much by chance: signed ranks of gains of blocks."""
-    gradient, curvature = rows.normal(omega)
+    gradient, curvature = (one[0] for one in rows.normal([omega]))
     half, gains = gradient.shape[1] // 2, torch.zeros(len(gradient), dtype=torch.float64)
     for log in np.unique(rows.log):
         mine = np.flatnonzero(rows.log == log)
@@ -225,6 +234,6 @@ def _changes(gradient: Tensor, curvature: Tensor, step: Tensor) -> Tensor:
 
 def _deviation(rows: _Rows, omega: float, step: float) -> float:
     """Standard deviation of the frequency, from the curvature of the squares about their minimum."""
-    below, here, above = (_fall(rows, omega + shift) for shift in (-step, 0.0, step))
+    below, here, above = _falls(rows, omega + step * np.array([-1.0, 0.0, 1.0])).tolist()
     curvature = (2 * here - below - above) / step**2
     return float((2.0 / curvature) ** 0.5) if curvature > 0 else step

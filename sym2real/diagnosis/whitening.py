@@ -17,7 +17,6 @@ Biometrika 85 (1998).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import lgamma, log
 
@@ -26,17 +25,16 @@ import torch
 from torch import Tensor
 
 from sym2real.diagnosis.sensitivity import Problem
+from sym2real.diagnosis.variances import Products, most_likely
 from sym2real.symbolic import Equations
 
 PIECES = 5
-STEPS = 15
 # Standard deviation of the free start in the tangent's units, far above any error of its estimate.
 FREE_START = {"position": 0.05, "attitude": 0.2, "heading": 0.3, "velocity": 0.5, "rate": 2.0}
 FREE_OTHERWISE = 1.0
 # What counts as one push, and its first guess: share of the weight, angular acceleration, command.
 PUSH_SIZES = {"steer": 0.05, "speed": 0.1}
 FORCE_SHARE, TORQUE_ACCELERATION = 0.01, 1.0
-LEAST = 1e-8
 # Degrees of freedom that are tried, twice the log likelihood that they must be better by (99.9 % of χ² with one degree
 # of freedom), and rounds of weights and variances.
 TAILS, HEAVY, TRUST_ROUNDS = (3.0, 5.0, 8.0, 12.0, 20.0, 40.0, 80.0), 10.8, 3
@@ -164,43 +162,23 @@ def estimate(
             it acts are not to be taken for odd ones.
     """
     few = torch.linspace(0, len(residuals) - 1, min(len(residuals), MOST_SEGMENTS)).round().long()
-    part, inside = spread.of_segments(few), residuals[few]
-    channels = torch.tensor(channel)
-    groups = [channels == number for number in dict.fromkeys(channel)]
-    sensor = torch.as_tensor(noise, dtype=torch.float64).square()
-    for group in groups:
-        sensor[group] = sensor[group].mean()
+    part = spread.of_segments(few)
+    number = torch.tensor([sorted(set(channel)).index(one) for one in channel])  # (C,)
+    first = torch.as_tensor(noise, dtype=torch.float64).square()
+    sensor = torch.stack([first[number == one].mean() for one in range(int(number.max()) + 1)])
     power = torch.full((len(spread.names),), 0.25, dtype=torch.float64)
-    sensor, power = _variances(part, inside, sensor, power, groups)
-    found = spread.whitening(sensor, power)
+    rows = number.repeat(residuals.shape[1] // spread.components)
+    products = Products.of(part.start, part.pushes, residuals[few], rows)
+    sensor, power = most_likely(products, sensor, power)
+    found = spread.whitening(sensor[number], power)
     for _ in range(0 if alike else TRUST_ROUNDS):
         trust = _trust(found, residuals)
         if bool((trust == 1).all()):
             return found
         weight = trust[few] / trust[few].mean()  # without the mean the scale would hardly move (see above)
-        sensor, power = _variances(part, inside * weight[:, None].sqrt(), sensor, power, groups)
-        found = spread.whitening(sensor, power)
+        sensor, power = most_likely(products.weighted(weight), sensor, power)
+        found = spread.whitening(sensor[number], power)
     return found if alike else replace(found, trust=_trust(found, residuals))
-
-
-def _variances(
-    spread: Spread, residuals: Tensor, sensor: Tensor, power: Tensor, groups: Sequence[Tensor]
-) -> tuple[Tensor, Tensor]:
-    """Variances of components and pushes by :data:`STEPS` steps towards the most likely."""
-    sensor, repeat, flat = sensor.clone(), residuals.shape[1] // spread.components, spread.pushes.flatten(-2)
-    for _ in range(STEPS):
-        now = spread.whitening(sensor, power)
-        weighted = now.inverse_times(residuals[..., None])[..., 0]  # (S, R)
-        diagonal = now.weight * len(residuals) - now.lost.square().sum(dim=(0, 2))
-        trace = diagonal.reshape(repeat, -1).sum(0)
-        squares = weighted.square().sum(0).reshape(repeat, -1).sum(0)
-        for group in groups:
-            sensor[group] *= (squares[group].sum() / trace[group].sum()).sqrt()
-        hits = torch.einsum("srk,sr->sk", flat, weighted).square().sum(0).reshape(-1, PIECES).sum(1)
-        masses = (flat.square() * now.weight[:, None]).sum(dim=(0, 1)) - (now.lost.mT @ flat).square().sum(dim=(0, 1))
-        masses = masses.reshape(-1, PIECES).sum(1)
-        power = (power * (hits / masses.clamp_min(1e-300)).sqrt()).clamp(LEAST, 1e6)
-    return sensor, power
 
 
 def _trust(whitening: Whitening, residuals: Tensor) -> Tensor:

@@ -136,5 +136,5 @@ $methods
 $checks
 $unbind
         values = self.step($groups, self.hoist([], tensors(self.constants, $first)))
-        return torch.stack(torch.broadcast_tensors($values, $shapes)[:$n], -1)
+        return torch.movedim(torch.stack(torch.broadcast_tensors($values, $shapes)[:$n]), 0, -1)
 ''')

@@ -43,6 +43,7 @@ class Trial:
     Args:
         words: what is flown, for a sentence.
         paths: its parts.
+        shows: patterns of effects that it is made for; it is flown first where one of them is in question.
         yaw_rate: of a quadrotor's heading in rad/s.
         dither: factor on :data:`DITHER`.
         seconds: of every part.
@@ -50,6 +51,7 @@ class Trial:
 
     words: str
     paths: tuple[Manoeuvre, ...]
+    shows: tuple[str, ...]
     yaw_rate: float = 0.0
     dither: float = 1.0
     seconds: float = SECONDS
@@ -60,21 +62,35 @@ BOTH_WAYS, TIGHT = (
     tuple(Manoeuvre("circle", size, speed, clockwise=clockwise) for clockwise in (False, True))
     for size, speed in ((1.5, 1.0), (1.2, 1.9))
 )
+LATE = ("delay*", "lag*", "motor_lag", "rate_limit*")
+DRAG = ("linear_drag", "quadratic_drag", "translational_lift", "flapping_moment")
 TRIALS = {
     "flight": (
-        Trial("hover with a heading that turns at 0.6 rad/s", (HOVER,), yaw_rate=0.6),
-        Trial("circles at 0.5, 1 and 1.5 m/s", tuple(Manoeuvre("circle", 0.7, v, 0.6) for v in (0.5, 1.0, 1.5))),
-        Trial("climbs and descents by 0.3 m", (Manoeuvre("hover", height=0.8, swing=0.3),)),
-        Trial("low flight whose height moves between 0.08 and 0.2 m", (Manoeuvre("hover", height=0.14, swing=0.06),)),
-        Trial("hover with rate commands that are dithered by 0.3 rad/s", (HOVER,), dither=MORE),
-        Trial("16 s of hover in one go", (HOVER,), seconds=LONG),
+        Trial("hover with a heading that turns at 0.6 rad/s", (HOVER,), ("wind", "mounting_tilt"), yaw_rate=0.6),
+        Trial("circles at 0.5, 1 and 1.5 m/s", tuple(Manoeuvre("circle", 0.7, v, 0.6) for v in (0.5, 1.0, 1.5)), DRAG),
+        Trial("climbs and descents by 0.3 m", (Manoeuvre("hover", height=0.8, swing=0.3),), ("thrust_curve",)),
+        Trial(
+            "low flight whose height moves between 0.08 and 0.2 m",
+            (Manoeuvre("hover", height=0.14, swing=0.06),),
+            ("ground_effect",),
+        ),
+        Trial("hover with rate commands that are dithered by 0.3 rad/s", (HOVER,), LATE, dither=MORE),
+        Trial("16 s of hover in one go", (HOVER,), ("battery_sag",), seconds=LONG),
     ),
     "drive": (
-        Trial("circles of 1.5 m both ways", BOTH_WAYS),
-        Trial("wide circles at 0.5 to 2 m/s", tuple(Manoeuvre("circle", 3.0, v) for v in (0.5, 1.0, 1.5, 2.0))),
-        Trial("tight circles both ways at 3 m/s²", TIGHT),
-        Trial("figures of eight whose speed swings by a third", (Manoeuvre("eight", 2.0, 1.2, modulation=0.33),)),
-        Trial("commands that are dithered", (Manoeuvre("circle", 2.0, 1.0),), dither=MORE),
+        Trial("circles of 1.5 m both ways", BOTH_WAYS, ("offset:steer", "yaw_bias", "lever_arm", "wheelbase")),
+        Trial(
+            "wide circles at 0.5 to 2 m/s",
+            tuple(Manoeuvre("circle", 3.0, v) for v in (0.5, 1.0, 1.5, 2.0)),
+            ("*:speed", "rolling_resistance"),
+        ),
+        Trial("tight circles both ways at 3 m/s²", TIGHT, ("tyre_friction", "lateral_slip", "yaw_drag")),
+        Trial(
+            "figures of eight whose speed swings by a third",
+            (Manoeuvre("eight", 2.0, 1.2, modulation=0.33),),
+            ("lag:speed", "rate_limit:speed"),
+        ),
+        Trial("commands that are dithered", (Manoeuvre("circle", 2.0, 1.0),), LATE, dither=MORE),
     ),
 }
 
@@ -113,7 +129,7 @@ def with_advice(
     flights, result = _Flights(plant), []
     for one in found:
         outcomes: list[_Outcome] = []
-        for flown in flights if rivals[one.effect] else ():
+        for flown in flights.made_for((one.effect, *rivals[one.effect])) if rivals[one.effect] else ():
             outcomes.append(_outcome(one, rivals[one.effect], library, whitening, flown))
             if outcomes[-1].left > 1.0 and max(outcomes[-1].explained.values()) < CLEAR:
                 break
@@ -143,8 +159,13 @@ class _Flights:
         self._plant, self._flown = plant, dict[str, Dataset | None]()
         self._kind = "flight" if plant.robot.layouts.state.has_field("attitude") else "drive"
 
-    def __iter__(self) -> Iterator[tuple[Trial, Dataset]]:
-        for trial in TRIALS[self._kind]:
+    def made_for(self, effects: Sequence[str]) -> Iterator[tuple[Trial, Dataset]]:
+        """All of them, those that are made for one of the effects first."""
+
+        def others(trial: Trial) -> bool:
+            return not any(fnmatch(key, shown) for key in effects for shown in trial.shows)
+
+        for trial in sorted(TRIALS[self._kind], key=others):
             if trial.words not in self._flown:
                 self._flown[trial.words] = self._fly(trial)
             data = self._flown[trial.words]

@@ -177,7 +177,8 @@ def _falls(rows: _Rows, omegas: Array) -> Array:
 def _waves(rows: _Rows, omega: float) -> Tensor:
     """Sine's and cosine's coefficients of every log in N ``# (logs, 2, D)``."""
     gradient, curvature = rows.by_log([omega])
-    return -solve(curvature, gradient)[0].unflatten(-1, (4, -1))[:, :2]
+    waves = -solve(curvature, gradient)[0]
+    return waves.reshape(len(waves), 4, -1)[:, :2]
 
 
 def _size(rows: _Rows, omega: float) -> float:

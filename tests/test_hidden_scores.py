@@ -68,6 +68,8 @@ def test_parameter_errors_are_relative_to_the_deviation_from_null() -> None:
     gain = {"gain:thrust": {"value": 0.9}}
     assert scores.parameter_errors(record(gain, ("gain:thrust", 0.91))) == pytest.approx([0.1])
     assert scores.parameter_errors(record(MASS, ("gain:thrust", 0.85))) == []
+    half = record({"periodic_force": {"value": 0.03, "omega": 0.04}}, ("periodic_force", 0.03))
+    assert scores.parameter_errors(half) == pytest.approx([0.8])  # 4 of 5: one parameter right, one not found
     assert scores.covered(record(MASS, ("added_mass", 0.0051))) == [True]
     assert scores.covered(record(MASS, ("added_mass", 0.006))) == [False]
 

@@ -167,7 +167,7 @@ def makes_worse(stages: Sequence[Stage]) -> bool:
     """Whether the second of two stages predicts neither position nor attitude better, and one of them worse."""
     if len(stages) < 2 or not stages[0].horizons:
         return False
-    horizon = min(stages[0].horizons, key=lambda one: abs(one - JUDGED_AT))
+    horizon = stages[0].nearest(JUDGED_AT)
     before, after = stages[0].horizons[horizon], stages[1].horizons[horizon]
     changes = [after[c].value / max(before[c].value, 1e-12) for c in before if c in JUDGED]
     return min(changes) > 1.0 and max(changes) > 1.0 + WORSE

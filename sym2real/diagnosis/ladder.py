@@ -40,6 +40,14 @@ class Stage:
     model: str
     horizons: dict[float, dict[str, StageError]]
 
+    def nearest(self, horizon: float) -> float:
+        """The horizon that is nearest to ``horizon`` s.
+
+        Raises:
+            ValueError: when there is none.
+        """
+        return min(self.horizons, key=lambda one: abs(one - horizon))
+
     def to_dict(self) -> dict[str, Any]:
         """The entry of ``ladder`` in DESIGN.md, "Names that stay"."""
         rows = [

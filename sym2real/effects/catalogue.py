@@ -111,7 +111,8 @@ def effect(key: str, described: Describable) -> Effect:
     name, colon, column = key.partition(":")
     kind = EFFECTS[name]
     columns = _columns(kind, described)
-    if column not in columns if colon or (kind.column_needed and columns) else False:
+    bound = colon or (columns and kind.column_needed)
+    if bound and column not in columns:
         raise UnknownNameError("effect", key, [f"{name}:{known}" for known in columns] or [name])
     body = Body.of(described, column)
     return Effect(kind, body, tuple(one for one in equivalents(key) if EFFECTS[one.partition(":")[0]].fits(body)))

@@ -20,7 +20,7 @@ def ladder_table(stages: Sequence[Stage], floor: Sequence[Floor], held_out: Sequ
 
     The first channel is followed by its 95 % interval, and by how it grows with the horizon.
     """
-    horizon = min(stages[0].horizons, key=lambda one: abs(one - SHOWN_HORIZON))
+    horizon = stages[0].nearest(SHOWN_HORIZON)
     channels = stages[0].horizons[horizon]
     main = next(iter(channels))
     title = f"the ladder: error {horizon:g} s ahead on {_names(held_out)}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -57,3 +58,13 @@ class ForeignPlant(ABC):
     @abstractmethod
     def _true(self) -> Array:
         """The state in our terms ``# (state,)``."""
+
+
+def runge_kutta(slope: Callable[[Array], Array], state: Array, h: float) -> Array:
+    """State ``# (n,)`` after ``h`` s by the classical step of fourth order."""
+    first = slope(state)
+    second = slope(state + h / 2 * first)
+    third = slope(state + h / 2 * second)
+    fourth = slope(state + h * third)
+    following: Array = state + h / 6 * (first + 2 * second + 2 * third + fourth)
+    return following

@@ -16,7 +16,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import torch
 import tyro
@@ -132,16 +131,11 @@ def answer(question: Question, base: str) -> Record:
         "verdict": found.verdict,
         "findings": findings,
         "leftover": None if found.leftover is None else found.leftover.to_dict(),
-        "position_error": [_position_error(stage.to_dict()) for stage in found.ladder],
+        "position_error": [stage.horizons[stage.nearest(HORIZON)]["position"].value for stage in found.ladder],
         "error_of_truth": error_of_the_truth(case, data, HORIZON) if question.kind == "single" else None,
         "misfit": list(found.misfit),
         "seconds": found.seconds,
     }
-
-
-def _position_error(stage: dict[str, Any]) -> float:
-    nearest = min(stage["horizons"], key=lambda one: abs(one["horizon"] - HORIZON))
-    return float(nearest["errors"]["position"]["value"])
 
 
 def answers(options: Options) -> Iterator[Record]:

@@ -65,13 +65,18 @@ def flagged(record: Record) -> bool:
 
 
 def parameter_errors(record: Record) -> list[float]:
-    """|found − true| / |true − null| of every true effect that was found under its own name, over its parameters."""
+    """|found − true| / |true − null| of every true effect that was found under its own name, over its parameters.
+
+    A parameter that a finding leaves out stays at its null value.
+    """
     errors = []
     for truth, values in record["truth"].items():
         for finding in record["findings"]:
             if finding["effect"] == truth:
-                off = [finding["parameters"][n]["value"] - v for n, v in values.items() if n in finding["parameters"]]
-                size = [value - record["null"][truth][name] for name, value in values.items()]
+                null = record["null"][truth]
+                said = {**null, **{name: one["value"] for name, one in finding["parameters"].items()}}
+                off = [said[name] - value for name, value in values.items()]
+                size = [value - null[name] for name, value in values.items()]
                 errors.append(float(np.linalg.norm(off) / np.linalg.norm(size)))
     return errors
 
@@ -122,11 +127,6 @@ def calibration(records: Sequence[Record], robot: str) -> list[Figure]:
     return found
 
 
-def group_sizes(record: Record) -> list[int]:
-    """Number of effects in the group of each finding."""
-    return [len(finding["group"]) for finding in record["findings"]]
-
-
 def fall(record: Record) -> list[float]:
     """Part of the held-out 0.8 s position error that the findings take away."""
     ladder = record["position_error"]
@@ -174,7 +174,7 @@ def figures(records: Sequence[Record], robot: str) -> list[Figure]:
 def _singles(single: Sequence[Record], robot: str) -> list[Figure]:
     errors = [error for record in single for error in parameter_errors(record)]
     inside = [one for record in single for one in covered(record)]
-    sizes = [size for record in single for size in group_sizes(record)[:1]]
+    sizes = [len(record["findings"][0]["group"]) for record in single if record["findings"]]
     falls = [one for record in single for one in fall(record)]
     share = _share(first_right(one) for one in single)
     found = [

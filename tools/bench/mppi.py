@@ -22,7 +22,7 @@ from figures import Figure, report
 from mppi_contestants import CONSOLE, LIMIT, Contestant, contestants
 from mppi_figure import draw
 from mppi_limit import SLOTS, multiply_adds
-from mppi_live import diagnosis, first_calls, held, import_time, one_thread, quieter
+from mppi_live import diagnosis, first_calls, held, import_time, with_samples
 from mppi_models import HORIZON, subject
 from mppi_table import markdown
 
@@ -75,7 +75,7 @@ def run(found: list[Contestant], rounds: int) -> None:
 
 def main(options: Options) -> None:
     """Measure, print, write."""
-    one_thread()
+    torch.set_num_threads(1)
     if hasattr(os, "sched_getaffinity"):
         CONSOLE.print(f"on cores {sorted(os.sched_getaffinity(0))}")
     samples = (MAIN,) if options.quick else options.samples
@@ -91,7 +91,7 @@ def main(options: Options) -> None:
             if count == MAIN:
                 figures += [*(shares(found, count) if name == "crazyflie" else []), *ratios(name, found)]
     if options.live:
-        one = quieter(subject("crazyflie", options.equations), MAIN)
+        one = with_samples(subject("crazyflie", options.equations), MAIN)
         figures += [*first_calls(options.equations), *held(one, 5.0 if options.quick else options.seconds)]
         figures += [import_time(), *diagnosis()]
     report("MPPI, one step over 40 periods", figures, [0], options.json)

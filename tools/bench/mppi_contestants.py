@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import torch
 from mppi_limit import multiply_adds
-from mppi_live import quieter
+from mppi_live import with_samples
 from mppi_models import HORIZON, Subject, residual
 from mppi_rivals import (
     Rollout,
@@ -28,7 +28,7 @@ from sym2real.neural import Composed, Ensemble
 from sym2real.symbolic import compile_model, rollout
 
 CONSOLE = Console(stderr=True)
-TOLERANCE = {"states": 1e-3}  # of float32 rivals, relative to the largest state, over 40 steps
+TOLERANCE = 1e-3  # of float32 rivals, relative to the largest state, over 40 steps
 LIMIT = "multiply-adds"
 
 
@@ -74,7 +74,7 @@ def checked(one: Subject, name: str, roll: Rollout, exact: Rollout) -> None:
     with torch.no_grad():
         expected = exact(start.double(), actions.double())
         error = float((roll(start, actions).double() - expected).abs().max() / expected.abs().max())
-    if not error < TOLERANCE["states"]:
+    if not error < TOLERANCE:
         raise SystemExit(f"{name} computes something else: states differ by {error:.1e} after {HORIZON} steps")
     CONSOLE.print(f"  {name}: states differ by {error:.1e} of the largest")
 
@@ -88,7 +88,7 @@ def ours(one: Subject, model: object, **options: object) -> Step:
 
 def contestants(one: Subject, samples: int, others: bool) -> list[Contestant]:
     """Everybody for one robot and number of samples; slow ones only where ``others`` are asked for."""
-    here, module = quieter(one, samples), own_module(one)
+    here, module = with_samples(one, samples), own_module(one)
     exact = compile_model(one.equations, dtype=torch.float64)
     found = [
         Contestant(LIMIT, multiply_adds, 20),

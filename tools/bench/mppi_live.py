@@ -12,7 +12,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import torch
 from figures import Figure
 from mppi_models import Subject
 
@@ -134,12 +133,7 @@ def diagnosis() -> list[Figure]:
     ]
 
 
-def quieter(subject: Subject, samples: int) -> Subject:
+def with_samples(subject: Subject, samples: int) -> Subject:
     """The subject with another number of samples."""
     settings = replace(subject.robot.mppi, samples=samples)
     return replace(subject, robot=replace(subject.robot, mppi=settings))
-
-
-def one_thread() -> None:
-    """Torch on one thread, as the kernel."""
-    torch.set_num_threads(1)

@@ -152,8 +152,7 @@ def _list(names: list[str]) -> str:
 
 
 def _position(stage: Stage) -> float:
-    nearest = min(stage.horizons, key=lambda horizon: abs(horizon - HORIZON))
-    return stage.horizons[nearest]["position"].value
+    return stage.horizons[stage.nearest(HORIZON)]["position"].value
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,10 @@ from figures import Figure
 
 from sym2real import rotation
 from sym2real.diagnosis import Diagnosis, Finding
+from sym2real.robots.robot import GRAVITY
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Dataset, Trajectory
 
-GRAVITY = 9.81
 # Delays of the car count whether they are shifts or first-order.
 DELAYS = ("delay", "lag")
 TRIM_GROUP = {"mounting_tilt", "wind"}

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from foreign_plant import ForeignPlant
+from foreign_plant import ForeignPlant, runge_kutta
 
 from sym2real.robots import ROBOTS
 from sym2real.robots.robot import GRAVITY
@@ -82,7 +82,7 @@ class RotorpyPlant(ForeignPlant):
             self._advance({"cmd_thrust": action[0], "cmd_w": action[1:]}, self.dt / SUBSTEPS)
 
     def _advance(self, control: dict[str, Any], h: float) -> None:
-        """Runge and Kutta's step of fourth order on RotorPy's derivative; its own solver takes ten times as long."""
+        """One step on RotorPy's derivative; its own solver takes ten times as long."""
         vehicle = self._vehicle
         speeds = vehicle.get_cmd_motor_speeds(self._state, control)
         speeds = np.clip(speeds, vehicle.rotor_speed_min, vehicle.rotor_speed_max)
@@ -91,12 +91,7 @@ class RotorpyPlant(ForeignPlant):
             derivative: Array = vehicle._s_dot_fn(0.0, packed, speeds)
             return derivative
 
-        start = vehicle._pack_state(self._state)
-        first = slope(start)
-        second = slope(start + h / 2 * first)
-        third = slope(start + h / 2 * second)
-        fourth = slope(start + h * third)
-        self._state = vehicle._unpack_state(start + h / 6 * (first + 2 * second + 2 * third + fourth))
+        self._state = vehicle._unpack_state(runge_kutta(slope, vehicle._pack_state(self._state), h))
         self._state["q"] /= np.linalg.norm(self._state["q"])
 
     def _true(self) -> Array:

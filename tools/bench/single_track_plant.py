@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
-from foreign_plant import ForeignPlant
+from foreign_plant import ForeignPlant, runge_kutta
 
 from sym2real.robots import ROBOTS
 from sym2real.trajectory import Array
@@ -74,11 +74,7 @@ class SingleTrackPlant(ForeignPlant):
             turning = (steer - state[2]) / self._car.servo
             return np.array(vehicle_dynamics_st(state, [turning, (speed - state[3]) / self._car.motor], self._numbers))
 
-        first = slope(self._state)
-        second = slope(self._state + STEP / 2 * first)
-        third = slope(self._state + STEP / 2 * second)
-        fourth = slope(self._state + STEP * third)
-        self._state = self._state + STEP / 6 * (first + 2 * second + 2 * third + fourth)
+        self._state = runge_kutta(slope, self._state, STEP)
 
     def _true(self) -> Array:
         x, y, _, speed, yaw, rate, slip = self._state

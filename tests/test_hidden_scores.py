@@ -28,6 +28,7 @@ def record(truth: dict[str, dict[str, float]], *found: tuple[str, float], **chan
         "kind": kind,
         "yaw": False,
         "truth": truth,
+        "excluded": [],
         "null": {key: dict.fromkeys(values, 1.0 if key.startswith("gain") else 0.0) for key, values in truth.items()},
         "verdict": "EFFECT" if found else "NOTHING_MISSING",
         "findings": findings,
@@ -101,11 +102,30 @@ def test_the_confusion_table_counts_first_answers() -> None:
 def test_calibration_counts_intervals_of_lower_levels_and_what_is_left_beside_wrong_findings() -> None:
     # Intervals are ± 5 %, so that a 50 % interval is ± 1.7 %.
     records = [record(MASS, ("added_mass", 0.005 * (1 + off))) for off in (0.01, -0.01, 0.03, 0.06)]
-    records.append(record(MASS, ("delay", 0.02), kind="removed", leftover={"explained_by": "time"}))
+    records.append(
+        record(MASS, ("delay", 0.02), kind="removed", excluded=["added_mass"], leftover={"explained_by": "time"})
+    )
     found = {figure.name: figure.value for figure in scores.calibration(records, "crazyflie")}
     assert found == {
         "crazyflie, 50 % interval holds the truth, of 4": 0.5,
         "crazyflie, 80 % interval holds the truth, of 4": 0.75,
         "crazyflie, finding right where nothing is left over, of 4": 1.0,
         "crazyflie, finding right where something is left over, of 1": 0.0,
+    }
+
+
+def test_confidence_counts_findings_by_what_stands_beside_them() -> None:
+    delay = {"delay": {"value": 0.04}}
+    asked = [
+        record(MASS, ("added_mass", 0.005)),
+        record(MASS, ("added_mass", 0.005), ("wind", 0.01)),
+        record(delay, ("motor_lag", 0.04), kind="removed", excluded=["delay"], leftover={"channel": "z"}),
+        record(delay | MASS, ("added_mass", 0.005), kind="half", excluded=["delay"], leftover={"channel": "z"}),
+        record({}, ("lever_arm", 0.002), verdict="CANNOT_TELL"),
+    ]
+    assert scores.confidences(asked) == {
+        "gate not passed, no leftover, first": {"right": 0, "of": 1},
+        "gate passed, leftover, first": {"right": 1, "of": 2},
+        "gate passed, no leftover, first": {"right": 2, "of": 2},
+        "gate passed, no leftover, further": {"right": 0, "of": 1},
     }

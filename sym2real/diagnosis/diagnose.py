@@ -9,7 +9,7 @@ from typing import Any
 
 from sym2real.diagnosis.constant import find_constants
 from sym2real.diagnosis.features import Region
-from sym2real.diagnosis.findings import Finding, findings, told
+from sym2real.diagnosis.findings import Finding, findings, rated, told
 from sym2real.diagnosis.floor import Floor, floor_of_explained
 from sym2real.diagnosis.groups import groups_of
 from sym2real.diagnosis.held_out import Gate, without_harm
@@ -173,6 +173,7 @@ def _answer(
     leftovers = find_leftovers(rest, of_the_base)
     leftovers += find_constants(selection, weighed.spread, own, exclude=[one.channel for one in leftovers])
     leftovers = leftovers or find_misfit(selection.fit.total / freedom)
+    found = rated(found, passed=gate.passed, leftover=bool(leftovers), calibrated=own is not None)
     proposal = None
     if leftovers:
         informed = compose(weighed.model, [(effect(one.effect, weighed.model), one.values) for one in found])

@@ -11,6 +11,7 @@ import torch
 from sym2real.diagnosis.calibrate import Calibration
 from sym2real.diagnosis.candidates import Candidate
 from sym2real.diagnosis.cleaned import cleaned
+from sym2real.diagnosis.confidence import Confidence, confidence, kind
 from sym2real.diagnosis.deviations import reported
 from sym2real.diagnosis.fit import Fit
 from sym2real.diagnosis.importance import by_importance
@@ -54,6 +55,7 @@ class Finding:
         fix: what to change on the robot or in the model.
         log_spread: standard deviation of each parameter over logs that are fitted one by one.
         voltage: of the battery where the thrust map holds (V), when the effect goes by the voltage.
+        confidence: how often findings of its kind are right; None where nobody has counted.
     """
 
     effect: str
@@ -65,6 +67,7 @@ class Finding:
     fix: str = ""
     log_spread: dict[str, float] = field(default_factory=dict)
     voltage: float | None = None
+    confidence: Confidence | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """The entry of ``findings`` in DESIGN.md, "Names that stay"."""
@@ -77,6 +80,7 @@ class Finding:
             "provisional": self.provisional,
             "fix": self.fix,
             "spread_over_logs": self.log_spread,
+            "confidence": None if self.confidence is None else self.confidence.to_dict(),
         } | ({} if self.voltage is None else {"full_battery": self.voltage})
 
     @property
@@ -189,6 +193,22 @@ def told(found: Sequence[Finding], library: Library, swing: Swing | None, logs: 
             replace(one, effect=library.key(one.effect), parameters={**settled, **one.parameters}, group=group)
         )
     return tuple(result)
+
+
+def rated(found: Sequence[Finding], *, passed: bool, leftover: bool, calibrated: bool) -> tuple[Finding, ...]:
+    """The findings with their confidence, where their kind has been counted.
+
+    Args:
+        found: in order of importance.
+        passed: whether the gate on held-out data was.
+        leftover: whether something is left over.
+        calibrated: whether the base was calibrated in its simulator, as wherever findings were counted.
+    """
+    kinds = (kind(passed=passed, leftover=leftover, first=place == 0) for place in range(len(found)))
+    return tuple(
+        replace(one, confidence=confidence(name) if calibrated and not one.provisional else None)
+        for one, name in zip(found, kinds, strict=True)
+    )
 
 
 def _about(value: float, deviation: float, unit: str) -> Estimate:

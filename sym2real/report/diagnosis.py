@@ -99,6 +99,11 @@ def findings_list(findings: Sequence[Finding]) -> Table:
             scatter = "" if spread is None else f", logs one by one ± {number(spread, 2)}"
             interval = f"[dim]95 % {number(one.low)} … {number(one.high)}{scatter}[/]"
             table.add_row("", f"{escape(name)} = [bold]{number(one.value)}[/] {escape(one.unit)}  {interval}")
+        if finding.confidence is not None:
+            sure = finding.confidence
+            table.add_row(
+                "sure", f"{100 * sure.value:.0f} %: {sure.right} of {sure.of} such findings in simulation were right"
+            )
         rivals = [rival for rival in finding.group if rival != finding.effect]
         if rivals:
             table.add_row("or", f"{escape(', '.join(rivals))}: these logs cannot tell")

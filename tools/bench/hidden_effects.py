@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -21,7 +22,7 @@ import torch
 import tyro
 from figures import report
 from hidden_control import control_figures
-from hidden_scores import Record, confusion, figures, right
+from hidden_scores import Record, confidences, confusion, figures, right
 from hidden_truth import error_of_the_truth
 from joblib import Parallel, delayed
 from rich.console import Console
@@ -38,7 +39,8 @@ from sym2real.robots import ROBOTS
 from sym2real.symbolic import Equations
 
 HORIZON = 0.8
-# Of the single cases of an effect so many are also asked with the effect and its equivalents out of the library.
+# Of the single cases of an effect so many are also asked with the effect and its equivalents out of the library, and of
+# the pairs so many with each of the two.
 REMOVED = 1
 # Flights with MPPI for each model in the full size.
 FLIGHTS = 3
@@ -60,6 +62,8 @@ class Options:
     """Also fly three effects a robot with MPPI: base, what was found, truth."""
     results: Path | None = None
     """Keep every answer in this file, one JSON line each, and go on from what is there."""
+    confidence: Path | None = None
+    """Write how often findings of each kind were right to this file (sym2real/diagnosis/confidence.json)."""
     json: Path | None = None
     """Write the figures to this file (- is standard output)."""
 
@@ -73,19 +77,19 @@ class Question:
 
     @property
     def kind(self) -> str:
-        """single, pair, null or removed."""
+        """single, pair or null; removed or half: without the only effect in the library, or without one of two."""
         if self.exclude:
-            return "removed"
+            return ("removed", "half")[len(self.case.effects) - 1]
         return ("null", "single", "pair")[min(len(self.case.effects), 2)]
 
     @property
     def name(self) -> str:
         """Key in the results file."""
-        return f"{self.kind}: {self.case.name}"
+        return f"{self.kind}: {self.case.name}" + (f" without {self.exclude[0]}" if self.kind == "half" else "")
 
 
 def questions(options: Options) -> list[Question]:
-    """All of a run, those with effects first."""
+    """All of a run: those with effects first, then those without by seed, so that half a run tells of both robots."""
     found: list[Question] = []
     for robot in options.robots:
         cases = [
@@ -94,12 +98,12 @@ def questions(options: Options) -> list[Question]:
             if not options.effects or set(case.keys) & set(options.effects)
         ]
         found += [Question(case) for case in cases]
-        asked: dict[str, int] = {}
-        for case in cases:
-            if len(case.effects) == 1 and asked.setdefault(case.keys[0], 0) < REMOVED:
-                asked[case.keys[0]] += 1
-                found.append(Question(case, (case.keys[0], *equivalents(case.keys[0]))))
-    return found
+        asked = Counter[tuple[str, ...]]()
+        for case in (case for case in cases if case.effects):
+            if asked[case.keys] < REMOVED:
+                found += [Question(case, (key, *equivalents(key))) for key in case.keys]
+            asked[case.keys] += 1
+    return sorted(found, key=lambda one: (one.kind == "null", one.case.seed if one.kind == "null" else 0))
 
 
 @lru_cache(maxsize=2)
@@ -128,6 +132,7 @@ def answer(question: Question, base: str) -> Record:
         "yaw": case.yaw,
         "truth": {key: dict(values) for key, values in case.effects},
         "null": {key: effect(key, robot).null for key in case.keys},
+        "excluded": list(question.exclude),
         "verdict": found.verdict,
         "findings": findings,
         "leftover": None if found.leftover is None else found.leftover.to_dict(),
@@ -190,6 +195,8 @@ def main(options: Options) -> None:
     console = Console(stderr=options.json == Path("-"))
     for robot in options.robots:
         print_confusion(records, robot, console)
+    if options.confidence is not None:
+        write_text(options.confidence, json.dumps(confidences(records), indent=2) + "\n")
     rows = [figure for robot in options.robots for figure in figures(records, robot)]
     if options.control:
         flights = 1 if options.quick else FLIGHTS

@@ -15,6 +15,7 @@ import numpy as np
 from figures import Figure
 from scipy import stats
 
+from sym2real.diagnosis.confidence import kind
 from sym2real.effects import same_group
 
 Record = dict[str, Any]
@@ -37,21 +38,26 @@ def names(record: Record) -> list[str]:
     return [finding["effect"] for finding in record["findings"]]
 
 
+def true(record: Record, found: str) -> bool:
+    """Whether an effect is one of those that could be found."""
+    return any(right(record, truth, found) for truth in record["truth"] if truth not in record["excluded"])
+
+
 def first_right(record: Record) -> bool:
     """Whether the first finding is one of the true effects."""
     found = names(record)
-    return bool(found) and any(right(record, truth, found[0]) for truth in record["truth"])
+    return bool(found) and true(record, found[0])
 
 
 def all_named(record: Record) -> bool:
-    """Whether every true effect is among the findings."""
-    return all(any(right(record, truth, found) for found in names(record)) for truth in record["truth"])
+    """Whether every true effect that could be found is among the findings."""
+    asked = [truth for truth in record["truth"] if truth not in record["excluded"]]
+    return all(any(right(record, truth, found) for found in names(record)) for truth in asked)
 
 
 def exact(record: Record) -> bool:
     """Whether the findings are the true effects, no fewer and no more."""
-    nothing_else = all(any(right(record, truth, found) for truth in record["truth"]) for found in names(record))
-    return all_named(record) and nothing_else
+    return all_named(record) and all(true(record, found) for found in names(record))
 
 
 def alarm(record: Record) -> bool:
@@ -101,10 +107,11 @@ def covered(record: Record, level: float = 0.95) -> list[bool]:
 def calibration(records: Sequence[Record], robot: str) -> list[Figure]:
     """How often answers are as right as they say: intervals at further levels, findings by what is left beside them.
 
-    Findings are those of single and pair cases, and of cases whose effect was not in the library: none of these is
-    right, and what is left over should say so.
+    Findings are those of single and pair cases, and of both without an effect that the library lacked: nothing in its
+    place is right, and what is left over should say so.
     """
-    asked = [one for kind in ("single", "pair", "removed") for one in of_kind(records, robot, kind)]
+    kinds = ("single", "pair", "removed", "half")
+    asked = [one for name in kinds for one in of_kind(records, robot, name)]
     single = of_kind(records, robot, "single")
     found: list[Figure] = []
     for level in LEVELS:
@@ -115,16 +122,29 @@ def calibration(records: Sequence[Record], robot: str) -> list[Figure]:
             )
     for left, words in ((False, "nothing"), (True, "something")):
         rights = [
-            record["kind"] != "removed" and any(right(record, truth, name) for truth in record["truth"])
-            for record in asked
-            if (record["leftover"] is not None) is left
-            for name in names(record)
+            true(record, name) for record in asked if (record["leftover"] is not None) is left for name in names(record)
         ]
         if rights:
             found.append(
                 Figure(f"{robot}, finding right where {words} is left over, of {len(rights)}", _share(rights), "")
             )
     return found
+
+
+def confidences(records: Sequence[Record]) -> dict[str, dict[str, int]]:
+    """Findings that were right, and all, by kind: what ``sym2real.diagnosis.confidence`` quotes.
+
+    Nothing that is found in a null case is right, nor anything in the place of an effect that the library lacks.
+    """
+    counts: dict[str, dict[str, int]] = {}
+    for record in records:
+        passed, leftover = record["verdict"] == "EFFECT", record["leftover"] is not None
+        for place, found in enumerate(names(record)):
+            name = kind(passed=passed, leftover=leftover, first=place == 0)
+            count = counts.setdefault(name, {"right": 0, "of": 0})
+            count["right"] += int(true(record, found))
+            count["of"] += 1
+    return dict(sorted(counts.items()))
 
 
 def fall(record: Record) -> list[float]:
@@ -140,7 +160,7 @@ def against_truth(record: Record) -> list[float]:
 
 
 def of_kind(records: Sequence[Record], robot: str, kind: str) -> list[Record]:
-    """Records of a robot of one kind: single, pair, null or removed."""
+    """Records of a robot of one kind: single, pair, null, removed or half."""
     return [record for record in records if record["robot"] == robot and record["kind"] == kind]
 
 
@@ -163,6 +183,11 @@ def figures(records: Sequence[Record], robot: str) -> list[Figure]:
     if removed:
         share = _share(flagged(one) for one in removed)
         found.append(Figure(f"{robot}, effect not in the library flagged, of {len(removed)}", share, "", ">= 0.90"))
+    half = of_kind(records, robot, "half")
+    if half:
+        name = f"{robot}, one of two effects not in the library, of {len(half)}"
+        found.append(Figure(f"{name}: the other is named", _share(all_named(one) for one in half), ""))
+        found.append(Figure(f"{name}: flagged", _share(flagged(one) for one in half), ""))
     found += calibration(records, robot)
     seconds = [record["seconds"] for record in records if record["robot"] == robot]
     if seconds:

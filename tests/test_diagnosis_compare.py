@@ -62,6 +62,13 @@ def test_too_few_windows_have_no_fit_and_no_skill() -> None:
     assert math.isnan(many.fit)
 
 
+def test_what_was_done_to_all_logs_is_said_once() -> None:
+    logs = [
+        replace(accelerated(), name=name, notes=("resampled", *more)) for name, more in (("a", ("cut",)), ("b", ()))
+    ]
+    assert compare(FALLING, Dataset(logs)).notes[:2] == ("all logs: resampled", "a: cut")
+
+
 def test_a_missing_acceleration_costs_what_kinematics_says() -> None:
     comparison = compare(FALLING, accelerated(), start="measured")
     for errors in comparison.horizons:

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from sym2real.diagnosis import compare
 from sym2real.diagnosis.features import features, over_windows, training_range
 from sym2real.diagnosis.locate import locate, training_region, where_of, worst_segments
 from sym2real.diagnosis.window_errors import WindowErrors, window_errors
 from sym2real.errors import DataError, ShapeError
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE
+from sym2real.trajectory import Dataset
 
 
 def planted(factor: float = 4.0, logs: int = 4, seed: int = 0) -> WindowErrors:
@@ -65,12 +68,31 @@ def test_the_object_has_the_names_of_the_design() -> None:
 
 
 def test_worst_segments_do_not_overlap_and_come_in_order() -> None:
-    segments = worst_segments(planted(), "z", 5)
+    segments = worst_segments(planted(), ["z"], 5)
     assert [one.error for one in segments] == sorted((one.error for one in segments), reverse=True)
     assert segments[0].error == planted().errors["z"].max()
     for i, one in enumerate(segments):
         for other in segments[:i]:
             assert one.log != other.log or one.end <= other.start or other.end <= one.start
+
+
+def test_a_comparison_says_which_seconds_of_which_log_to_look_at() -> None:
+    """A gust that no model knows moves the second of three flights by 0.3 m from its 2nd second on, within 0.5 s."""
+    logs = [replace(simulate_case(Case("crazyflie", seed=seed), 1, 200)[0], name=f"log_{seed}") for seed in range(3)]
+    place, gust = logs[1].layouts.state.index("x"), np.clip((logs[1].time - logs[1].time[0] - 2.0) / 0.5, 0.0, 1.0)
+    state = logs[1].state.copy()
+    state[:, place] += 0.3 * gust
+    found = compare(CRAZYFLIE.nominal(), Dataset([logs[0], replace(logs[1], state=state), logs[2]]))
+    worst = found.worst[0]
+    assert (worst.log, worst.channel) == ("log_1", "xy")
+    assert worst.start < 2.5
+    assert worst.end > 2.0
+    where, what = (
+        f"log_1 from {worst.start:.1f} to {worst.end:.1f} s",
+        f"horizontal position off by {worst.error:.2g} m",
+    )
+    assert worst.statement == f"{where}: {what}"
+    assert found.to_dict()["worst"][0]["unit"] == "m"
 
 
 def test_ground_effect_is_located_near_the_ground_in_flights() -> None:

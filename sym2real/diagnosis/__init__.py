@@ -7,7 +7,14 @@ from sym2real.diagnosis.diagnose import Diagnosis, diagnose
 from sym2real.diagnosis.findings import Estimate, Finding
 from sym2real.diagnosis.floor import Floor
 from sym2real.diagnosis.held_out import Fall, Gate
-from sym2real.diagnosis.locate import Where, locate, training_region, where_of, worst_segments
+from sym2real.diagnosis.locate import (
+    Segment,
+    Where,
+    locate,
+    training_region,
+    where_of,
+    worst_segments,
+)
 from sym2real.diagnosis.one_step import one_step_residuals
 from sym2real.diagnosis.plan import plan
 from sym2real.diagnosis.prediction_errors import ChannelError, HorizonErrors
@@ -37,6 +44,7 @@ __all__ = [
     "Plan",
     "Residuals",
     "Rival",
+    "Segment",
     "Term",
     "Tried",
     "Visible",

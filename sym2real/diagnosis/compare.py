@@ -9,12 +9,13 @@ from typing import Any
 from sym2real.diagnosis.data_report import DataReport, data_report
 from sym2real.diagnosis.features import Region
 from sym2real.diagnosis.floor import Floor, floor_of_noise
-from sym2real.diagnosis.locate import Where, locate
+from sym2real.diagnosis.locate import Segment, Where, where_of, worst_segments
 from sym2real.diagnosis.one_step import one_step_residuals
 from sym2real.diagnosis.prediction_errors import HorizonErrors, prediction_errors
 from sym2real.diagnosis.prepared import prepared
 from sym2real.diagnosis.residuals import Residuals
 from sym2real.diagnosis.start import ROWS, Start
+from sym2real.diagnosis.window_errors import window_errors
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout
 from sym2real.protocols import DynamicsModel
@@ -37,6 +38,7 @@ class Comparison:
         start: how start states were found.
         notes: what was done to the logs on the way in, and what was left out.
         where: regions in which the errors are larger.
+        worst: stretches of logs whose errors stand out most from the noise of their channel.
         data: what the logs are fit for.
         floor: the part of the errors that the sensors' noise alone makes, at start and end.
         residuals: what one-step residuals remember of themselves and of the commands.
@@ -48,6 +50,7 @@ class Comparison:
     start: Start
     notes: tuple[str, ...] = ()
     where: tuple[Where, ...] = ()
+    worst: tuple[Segment, ...] = ()
     data: DataReport | None = None
     floor: tuple[Floor, ...] = ()
     residuals: Residuals | None = None
@@ -66,6 +69,7 @@ class Comparison:
             "start": self.start,
             "notes": list(self.notes),
             "where": [one.to_dict() for one in self.where],
+            "worst": [one.to_dict() for one in self.worst],
             "residuals": None if self.residuals is None else self.residuals.to_dict(),
             "data": None if self.data is None else self.data.to_dict(),
         }
@@ -103,14 +107,15 @@ def compare(
     steps = sorted({1, free, *(round(horizon / dataset.dt) for horizon in reachable)})
     floor = floor_of_noise(predictor, dataset, steps, start)
     table = dict(zip(steps, prediction_errors(predictor, dataset, steps, start, floor), strict=True))
-    about = data_report(logs)
+    about, errors = data_report(logs), window_errors(predictor, dataset)
     return Comparison(
         one_step=table[1],
         horizons=tuple(replace(table[round(horizon / dataset.dt)], horizon=horizon) for horizon in reachable),
         free_run=table[free],
         start=start,
         notes=_notes(dataset, [one for one in horizons if one not in reachable], list(table.values())),
-        where=locate(predictor, dataset, region),
+        where=where_of(errors, region),
+        worst=worst_segments(errors),
         data=about,
         floor=floor,
         residuals=one_step_residuals(model, logs, about.constant),
@@ -118,7 +123,13 @@ def compare(
 
 
 def _notes(data: Dataset, left_out: Sequence[float], errors: Sequence[HorizonErrors]) -> tuple[str, ...]:
-    notes = [f"{trajectory.name}: {note}" for trajectory in data for note in trajectory.notes]
+    said: dict[str, list[str]] = {}
+    for trajectory in data:
+        for note in trajectory.notes:
+            said.setdefault(note, []).append(trajectory.name)
+    notes = [
+        f"{'all logs' if len(names) == len(data) > 1 else ', '.join(names)}: {note}" for note, names in said.items()
+    ]
     if left_out:
         notes.append(f"no log is long enough for horizons {left_out} s")
     few = [f"{one.windows} {one.horizon:g} s ahead" for one in errors if one.too_few]

@@ -9,6 +9,7 @@ cross-validation, R² > 0.15): a tree on the size of errors is weak evidence oth
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -63,7 +64,7 @@ class Where:
 
 @dataclass(frozen=True)
 class Segment:
-    """A stretch of a log with a large error: times in s from the log's start, error in the channel's unit."""
+    """A stretch of a log with a large error: times in s from the log's start, error in m, or rad for angles."""
 
     log: str
     start: float
@@ -71,8 +72,19 @@ class Segment:
     channel: str
     error: float
 
+    @property
+    def statement(self) -> str:
+        """One sentence a person reads."""
+        off = f"{SAID.get(self.channel, self.channel)} off by {self.error:.2g} {_unit(self.channel)}"
+        return f"{self.log} from {self.start:.1f} to {self.end:.1f} s: {off}"
+
     def to_dict(self) -> dict[str, Any]:
-        return asdict(self)
+        """An entry of ``worst`` in what ``compare --json`` prints."""
+        return {**asdict(self), "unit": _unit(self.channel), "statement": self.statement}
+
+
+def _unit(channel: str) -> str:
+    return "rad" if channel in ("attitude", "yaw") else "m"
 
 
 def training_region(folder: Path) -> dict[str, tuple[float, float]] | None:
@@ -207,10 +219,19 @@ def _range_in_words(feature: str, low: float, high: float, values: Array) -> str
     return f"{feature} is between {low:.2g} and {high:.2g} {unit}"
 
 
-def worst_segments(errors: WindowErrors, channel: str, count: int = 3) -> tuple[Segment, ...]:
-    """The windows with the largest error of a channel that do not overlap, the worst first."""
+def worst_segments(errors: WindowErrors, channels: Sequence[str] = (), count: int = MOST) -> tuple[Segment, ...]:
+    """The windows whose errors stand out most from the noise of their channel, the worst first; none overlap.
+
+    Args:
+        errors: of all windows.
+        channels: that are looked at; all by default.
+        count: most of them.
+    """
+    chosen = list(channels or errors.errors)
+    ratios = np.stack([errors.errors[channel] / errors.floor[channel] for channel in chosen])  # (channels, windows)
     found: list[Segment] = []
-    for index in np.argsort(-errors.errors[channel]):
+    for place in np.argsort(-ratios, axis=None):
+        channel, index = chosen[place // ratios.shape[1]], int(place % ratios.shape[1])
         name, start, end = errors.names[errors.log[index]], float(errors.start[index]), float(errors.end[index])
         if all(one.log != name or end <= one.start or start >= one.end for one in found):
             found.append(Segment(name, start, end, channel, float(errors.errors[channel][index])))

@@ -19,6 +19,7 @@ def comparison_report(comparison: Comparison) -> RenderableType:
     if comparison.data is not None:
         parts += [f"[dim]data: {escape(line)}[/]" for line in comparison.data.lines()]
     parts += [comparison_table(comparison), floor_table(comparison), *where_lines(comparison.where)]
+    parts += [f"[bold]worst[/] {escape(one.statement)}" for one in comparison.worst]
     if comparison.residuals is not None:
         parts += [escape(line) for line in comparison.residuals.lines()]
     parts += [f"[dim]note: {escape(note)}[/]" for note in comparison.notes]

@@ -64,18 +64,20 @@ class FilterLines:
         return sum(stage.size for stage in self.stages)
 
     def before(self) -> list[str]:
-        """Declarations ahead of the horizon."""
+        """Declarations ahead of the horizon: memories of all blocks of samples."""
         lines, offset = [], 0
         for i, stage in enumerate(self.stages):
-            lines.append(f"v memory_{i}[{stage.size + (len(stage.columns) if stage.name == 'delay' else 0)}];")
-            lines.append(f"for (int i = 0; i < {stage.size}; i++) memory_{i}[i] = splat(p->memory[{offset} + i]);")
+            numbers = stage.size + (len(stage.columns) if stage.name == "delay" else 0)
+            lines.append(f"v memories_{i}[BLOCKS][{numbers}];")
+            lines.append(f"EACH_BLOCK for (int i = 0; i < {stage.size}; i++)")
+            lines.append(f"    memories_{i}[b][i] = splat(p->memory[{offset} + i]);")
             offset += stage.size
         return lines
 
     def lines(self) -> list[str]:
-        """Planned actions ``planned_<a>`` → acting ones ``x_<a>``."""
+        """Planned actions ``planned_<a>`` → acting ones ``x_<a>``, of the block ``b``."""
         names = [f"planned_{action}" for action in self.actions]
-        lines = []
+        lines = [f"v *memory_{i} = memories_{i}[b];" for i in range(len(self.stages))]
         for i, stage in enumerate(self.stages):
             for place, column in enumerate(stage.columns):
                 row, out = names[column], f"filtered_{i}_{column}"

@@ -21,7 +21,8 @@ SINGLE = True
 
 HORIZON = Template("""
 $table
-INLINE v horizon_$name(const struct plan *p, const TRACK track, v *worst) {
+INLINE void horizon_$name(const struct plan *p, const TRACK track, v *worst, v *costs) {
+    const int b = 0;
 $numbers
 $start
 $held
@@ -35,7 +36,47 @@ $first
 $step
 $following
     }
-    return cost;
+    costs[0] = cost;
+}
+""")
+# States wait in memory while the network works on all blocks at once: what of it is read serves them all.
+HORIZON_WITH_NETWORK = Template("""
+$table
+INLINE void horizon_$name(const struct plan *p, const TRACK tracks, v *worst, v *costs) {
+    v states[BLOCKS][$size];
+$numbers
+$room
+$held
+$memory
+    EACH_BLOCK {
+$start
+$kept
+        costs[b] = splat(R(0.0));
+    }
+    for (int h = 0; h < p->horizon; h++) {
+$hidden
+        EACH_BLOCK {
+            const TRACK track = OF_BLOCK(p, tracks, b);
+$state
+$loaded
+$filtered
+$first
+$kept
+$ahead
+        }
+        residual(p->weights, seen, left);
+        EACH_BLOCK {
+            const TRACK track = OF_BLOCK(p, tracks, b);
+$state
+$loaded
+$behind
+            v cost = costs[b];
+$step
+$following
+$kept
+            costs[b] = cost;
+        }
+    }
 }
 """)
 
@@ -64,25 +105,31 @@ def horizon_text(name: str, step: Fused, planning: Planning, sines: Mapping[int,
     lines, outside = CLines(program, SINGLE, named, table), CLines(program, SINGLE, named)
     moving = program.reached_by({label for label in program.inputs if label not in layouts.inputs or label == TIME})
     held = [value for value in program.computed if value not in moving]
-    visible = step.robot.layouts.state.columns
-    network = residual_lines(visible, layouts.action.columns) if step.residual else []
+    columns = list(enumerate(layouts.state))
+    room, ahead, behind = residual_lines(step.robot.layouts.state.columns, layouts.action.columns)
     body = {
         "loaded": _loaded(equations, program),
         "filtered": filters.lines(),
-        "first": _hidden(equations) + (network),
+        "first": _hidden(equations),
         "step": lines.lines(moving),
         "following": _following(equations, planning, lines, bool(sines)),
+        "state": [f"v x_{column} = states[b][{i}];" for i, column in columns],
+        "kept": [f"states[b][{i}] = x_{column};" for i, column in columns],
+        "ahead": ahead,
+        "behind": behind,
     }
     before = {
+        "room": room,
         "numbers": table.pointers if table else [],
         "start": _start(equations, planning, bool(sines)),
         "held": _inputs(equations) + outside.lines(held),
         "memory": filters.before(),
     }
-    return HORIZON.substitute(
+    return (HORIZON_WITH_NETWORK if step.residual else HORIZON).substitute(
         {part: _indented(text, 4) for part, text in before.items()},
         **{part: _indented(text, 8) for part, text in body.items()},
         name=name,
+        size=len(columns),
         table=table.declaration if table else "",
         hidden=_indented(table.hidden if table else [], 8),
     )

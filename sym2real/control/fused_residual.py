@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Protocol
@@ -21,8 +22,8 @@ class Residual(Protocol):
 
 def residual_text(sizes: Sequence[int]) -> str:
     """C function ``residual(weights, x, y)`` for layers of these sizes, inputs first, outputs last."""
-    widest = -(-max(sizes[1:]) // 16) * 16  # room for whole tiles
-    lines = ["APART void residual(const real *w, const v *x, v *y) {", f"    v a[{widest}], b[{widest}];"]
+    room = f"ROOM({max(sizes[1:])}) * BLOCKS"
+    lines = ["APART void residual(const real *w, const v *x, v *y) {", f"    v a[{room}], b[{room}];"]
     here, there = "x", "a"
     for place, (inputs, outputs) in enumerate(pairwise(sizes)):
         last = place == len(sizes) - 2
@@ -31,15 +32,19 @@ def residual_text(sizes: Sequence[int]) -> str:
     return "\n".join([*lines, "}"])
 
 
-def residual_lines(state: Sequence[str], actions: Sequence[str]) -> list[str]:
-    """Statements of one step: ``residual_<column>`` of the state columns that a log holds, and the acting action."""
+def residual_lines(state: Sequence[str], actions: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
+    """Declarations of a rollout; of each step, a block's statements ahead of the network and behind it.
+
+    Args:
+        state: columns that a log holds; ``residual_<column>`` is what the network adds to them.
+        actions: columns; the network sees those that act.
+    """
     columns = [*state, *actions]
-    size = -(-len(state) // 16) * 16
-    return [
-        f"v seen[{len(columns)}] = {{{', '.join(f'x_{column}' for column in columns)}}}, left[{size}];",
-        "residual(p->weights, seen, left);",
-        *(f"const v residual_{column} = left[{i}];" for i, column in enumerate(state)),
-    ]
+    room = f"v seen[{len(columns)} * BLOCKS], left[ROOM({len(state)}) * BLOCKS];"
+    ahead = [f"seen[{i} * BLOCKS + b] = x_{column};" for i, column in enumerate(columns)]
+    behind = [f"const v x_{column} = seen[{i} * BLOCKS + b];" for i, column in enumerate(columns) if i >= len(state)]
+    behind += [f"const v residual_{column} = left[{i} * BLOCKS + b];" for i, column in enumerate(state)]
+    return [room], ahead, behind
 
 
 def sizes_of(residual: Residual) -> tuple[int, ...]:
@@ -48,12 +53,14 @@ def sizes_of(residual: Residual) -> tuple[int, ...]:
     return (layers[0][0].shape[0], *(weight.shape[1] for weight, _ in layers))
 
 
-def packed(residual: Residual, tile: int) -> NDArray[np.float32]:
-    """Weights in the order of ``network.h``; the last tile of a layer is filled up with zeros."""
+def packed(residual: Residual, most: int) -> NDArray[np.float32]:
+    """Weights in the order of ``network.h``, whose tiles have at most so many outputs; the last one is filled up."""
     parts = []
     for weight, bias in residual.layers():
         rows = np.concatenate([bias[None].double().cpu().numpy(), weight.double().cpu().numpy()])
-        missing = -rows.shape[1] % tile
+        outputs = rows.shape[1]
+        tile = math.ceil(outputs / math.ceil(outputs / most))
+        missing = -outputs % tile
         rows = np.pad(rows, ((0, 0), (0, missing)))
         parts += [rows[:, first : first + tile].reshape(-1) for first in range(0, rows.shape[1], tile)]
     return np.concatenate(parts).astype(np.float32)

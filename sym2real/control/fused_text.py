@@ -23,20 +23,21 @@ from sym2real.symbolic.origin import origin_of_equations, origin_of_expression
 from sym2real.symbolic.sines import HALF_TURN, plan_sines
 
 NOISE_ERROR = 2e-5
+BLOCKS = 2  # vectors of samples that share what is read of a network; more would leave the first-level cache
 
 TOTAL = Template("""
-INLINE v total_cost(const struct plan *p, TRACK track) {
+INLINE void total_costs(const struct plan *p, const TRACK tracks, v *costs) {
     v worst = splat(R(0.0));
-    v cost = horizon_short(p, track, &worst);
-    if ($guarded && any_beyond(worst, $limit)) cost = again(p, track);
-    return cost + price_of(p, track);
+    horizon_short(p, tracks, &worst, costs);
+    if ($guarded && any_beyond(worst, $limit)) again(p, tracks, costs);
+    EACH_BLOCK costs[b] += price_of(p, OF_BLOCK(p, tracks, b));
 }
 """)
 TILE_OF = "EXPORTED int tile(void) { return TILE; }"
 AGAIN = """
-APART v again(const struct plan *p, TRACK track) {
+APART void again(const struct plan *p, const TRACK tracks, v *costs) {
     v worst;
-    return horizon_any(p, track, &worst);
+    horizon_any(p, tracks, &worst, costs);
 }
 """
 
@@ -52,6 +53,7 @@ def fused_text(step: Fused, machine: str = "cpu") -> str:
         [
             preamble(SINGLE, machine),
             *definitions(step.equations, step.sampling),
+            *([f"#define BLOCKS {BLOCKS if step.residual else 1}"] if machine == "cpu" else []),
             header("random.h"),
             header("plan.h"),
             *network,
@@ -95,4 +97,4 @@ def rollouts(step: Fused, planning: Planning, machine: str) -> list[str]:
     texts = [horizon_text("short", step, planning, sines, machine)]
     texts += [horizon_text("any", step, planning, {}, machine), AGAIN] if guarded else []
     texts.append(TOTAL.substitute(guarded=int(guarded), limit=f"R({REACH**2!r})"))
-    return [text if guarded else text.replace("again(p, track)", "cost") for text in texts]
+    return [text if guarded else text.replace("again(p, tracks, costs)", "(void)0") for text in texts]

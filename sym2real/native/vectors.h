@@ -3,17 +3,18 @@
  * cuda.h gives the same names for the one sample of a thread. */
 #if defined(__AVX512F__)
 #define BYTES 64
-#define TILE 16 /* sums that a layer of a network keeps in registers */
+#define TILE 12 /* outputs whose sums a layer of a network keeps in registers, for BLOCKS vectors of samples each */
 #elif defined(__AVX__)
 #define BYTES 32
 #else
 #define BYTES 16
 #endif
 #if !defined(TILE)
-#define TILE 8
+#define TILE 6
 #endif
 #define PREFETCH(address) __builtin_prefetch(address)
 #define UNROLLED _Pragma("GCC unroll 16")
+#define EACH_BLOCK for (int b = 0; b < BLOCKS; b++)
 #if SINGLE
 typedef float real;
 typedef int integer;
@@ -40,6 +41,7 @@ typedef word words __attribute__((vector_size(BYTES)));
 #define NOT(c) (~(c))
 #define INFINITE OF_REAL(inf)()
 typedef v *TRACK; /* (steps, actions) of the samples of a block */
+#define OF_BLOCK(p, tracks, b) ((tracks) + (b) * (p)->horizon * ACTIONS)
 #define AT(track, h, a) ((track)[(h) * ACTIONS + (a)])
 
 INLINE v splat(real x) { return x - (v){0}; }

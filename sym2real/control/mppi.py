@@ -27,7 +27,7 @@ from sym2real.control import operator
 from sym2real.control.backend import NO_COMPILER, Backend, choose, fused_step, planned_with, why_not_fused
 from sym2real.control.deadlines import Deadlines
 from sym2real.control.fused import FusedStep
-from sym2real.control.fused_arguments import Sizes
+from sym2real.control.fused_arguments import Call, Sizes
 from sym2real.control.fused_filters import memory_of
 from sym2real.control.fused_gpu import FusedGpuStep
 from sym2real.control.noise import covariance_factor, sample, smoothing
@@ -169,7 +169,7 @@ class MPPI:
         else:
             self._call += 1
             self._improve_fused(state, step, inputs, gone=gone)
-        first = np.array(self.mean[0].tolist())  # single precision may have rounded a limit away
+        first = np.array(self.mean.tolist()[0])  # single precision may have rounded a limit away
         action: Array = np.minimum(np.maximum(first, self.robot.low), self.robot.high)
         self.deadlines.note(time.perf_counter() - started)
         return action
@@ -195,7 +195,8 @@ class MPPI:
     def _improve_fused(
         self, state: ArrayLike, step: int, inputs: ArrayLike | None, noise: Tensor | None = None, gone: int = 0
     ) -> None:
-        """One call of the operator; the mean is shifted by the steps that have gone by."""
+        """What the operator does, without its dispatch; the mean is shifted by the steps that have gone by."""
+        assert self._fused is not None
         before, price, memory = self.mean, None, None
         if self.price_noise:
             before, gone = shift(before, gone), 0
@@ -204,15 +205,15 @@ class MPPI:
             memory = self._given(memory_of(self.filters))
         known = self._no_inputs if inputs is None else self._given(inputs)
         self._seen, self._plan = Seen(np.asarray(state), inputs, before, gone, noise, self._call), None
-        self.mean, self._costs, rejected = operator.plan(
-            self.kernel, self._given(state), known, self._table.after(step), before, gone, self.seed, self._call,
-            price, noise, memory,
-        )  # fmt: skip
+        reference = self._table.after(step)
+        given = Call(self._given(state), known, reference, before, gone, self.seed, self._call, price, noise, memory)
+        self.mean, self._costs, rejected = self._fused(given)
         self._count(rejected, step)
 
     def _given(self, values: ArrayLike) -> Tensor:
-        """What the operator takes: a copy in single precision, on the device."""
-        return torch.from_numpy(np.array(values, dtype=np.float32)).to(self.device)
+        """What the kernel takes: a copy in single precision, on the device."""
+        copied = torch.from_numpy(np.array(values, dtype=np.float32))
+        return copied if self.device.type == "cpu" else copied.to(self.device)
 
     def _count(self, rejected: int, step: int) -> None:
         self.rejected = rejected

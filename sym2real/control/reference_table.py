@@ -22,7 +22,7 @@ class ReferenceTable:
 
     def __init__(self, task: Task, dt: float, horizon: int, device: torch.device) -> None:
         self.task, self.dt, self.horizon, self.device = task, dt, horizon, device
-        self._first, self._rows = 0, list[Tensor]()
+        self._first, self._rows = 0, tuple[Tensor, ...]()
 
     def after(self, step: int) -> Tensor:
         """References ``# (H, state)`` at the steps ``step + 1 … step + H``, row after row."""
@@ -31,5 +31,5 @@ class ReferenceTable:
             self._first, place = step + 1, 0
             steps = torch.arange(step + 1, step + self.horizon + AHEAD, dtype=torch.float64)
             rows = self.task.reference(steps * self.dt).to(self.device, torch.float32).contiguous()
-            self._rows = [rows[i : i + self.horizon] for i in range(AHEAD)]
+            self._rows = rows.unfold(0, self.horizon, 1).transpose(1, 2).unbind(0)  # all views by one call
         return self._rows[place]

@@ -21,7 +21,7 @@ from sym2real.trajectory import Dataset
 # The wind and what stands for it; and, to keep the tests short, much else: mass, drag and centre of mass compete.
 OUT = (
     *("wind", "mounting_tilt", "slope", "gain:*", "offset:*", "limit:*", "delay*", "lag*", "motor_lag", "thrust_curve"),
-    *("battery_sag", "ground_effect", "flapping_moment", "translational_lift", "quadratic_drag", "rate_loop_gain"),
+    *("battery_sag", "ground_effect", "flapping_moment", "translational_lift", "quadratic_drag"),
 )
 WIND = {"fx": 0.02, "fy": 0.0}
 

@@ -55,7 +55,7 @@ class Constants:
         residual = problem.residuals(values[None])[0]
         weighted = whitening.products(torch.cat([residual[..., None], columns], dim=-1))
         names = (*spread.names, *(name for name, _, _ in offsets))
-        units = (*(_unit(problem, name) for name in spread.names), *(unit for _, unit, _ in offsets))
+        units = (*(unit_of(problem, name) for name in spread.names), *(unit for _, unit, _ in offsets))
         return cls(names, units, weighted[:, 0, 1:], weighted[:, 1:, 1:])
 
     @property
@@ -156,6 +156,7 @@ def _offsets(problem: Problem) -> list[tuple[str, str, Tensor]]:
     return found
 
 
-def _unit(problem: Problem, name: str) -> str:
+def unit_of(problem: Problem, name: str) -> str:
+    """Unit of a push."""
     layouts = problem.library.equations.layouts
     return (layouts.inputs if name in layouts.inputs else layouts.action).units[name]

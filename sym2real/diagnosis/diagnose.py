@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from sym2real.diagnosis.constant import find_constants
+from sym2real.diagnosis.dependence import find_dependence
 from sym2real.diagnosis.features import Region
 from sym2real.diagnosis.findings import Finding, findings, rated, told
 from sym2real.diagnosis.floor import Floor, floor_of_explained
@@ -172,6 +173,7 @@ def _answer(
     horizons = steps.horizons(scored, horizon)
     leftovers = find_leftovers(rest, of_the_base)
     leftovers += find_constants(selection, weighed.spread, own, exclude=[one.channel for one in leftovers])
+    leftovers = leftovers or find_dependence(selection, weighed.spread, own)
     leftovers = leftovers or find_misfit(selection.fit.total / freedom)
     found = rated(found, passed=gate.passed, leftover=bool(leftovers), calibrated=own is not None)
     proposal = None

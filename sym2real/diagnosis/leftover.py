@@ -7,7 +7,7 @@ have; a small tree on the signed push says where.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -141,7 +141,7 @@ def find_leftovers(rest: Rest, of_the_base: Callable[[], Rest] | None = None) ->
         if base is not None and base.explained(channel)[1] > OWN * size:
             continue
         place = rest.names.index(channel)
-        feature, term = _tree(rest.features, rest.values, rest.pushes[:, place])
+        feature, term = split_in_words(rest.features, rest.values, rest.pushes[:, place])
         found.append(Leftover(feature, channel, r2, term))
     return tuple(found)
 
@@ -221,7 +221,7 @@ def cross_validated(features: Array, targets: Array, groups: NDArray[np.int64]) 
     return shares
 
 
-def _tree(names: list[str], features: Array, target: Array) -> tuple[str, str]:
+def split_in_words(names: Sequence[str], features: Array, target: Array) -> tuple[str, str]:
     """The feature of the first split of a tree on the signed push, and the split in words."""
     from sklearn.tree import DecisionTreeRegressor  # noqa: PLC0415
 

@@ -60,14 +60,22 @@ def covariance(problems: Problems, fit: Fit, clusters: NDArray[np.int64] | None 
         fit: at its best.
         clusters: of every segment, -1 for none ``# (S,)``; by default blocks of a second.
     """
-    clusters = problems.blocks if clusters is None else clusters
+    return clustered(fit.gradient, fit.curvature, problems.blocks if clusters is None else clusters)
+
+
+def clustered(gradient: Tensor, curvature: Tensor, clusters: NDArray[np.int64]) -> Tensor:
+    """Cluster-robust covariance of parameters at their best ``# (A, A)``.
+
+    Args:
+        gradient, curvature: half the loss's derivatives ``# (S, A), (S, A, A)``.
+        clusters: of every segment, -1 for none ``# (S,)``.
+    """
     used = torch.as_tensor(clusters >= 0)
     index = torch.as_tensor(clusters)[used]
     count = int(clusters.max()) + 1
-    scores = torch.zeros(count, len(fit.whole), dtype=torch.float64)
-    scores = scores.index_add(0, index, fit.gradient[used])
+    scores = gradient.new_zeros(count, gradient.shape[1]).index_add(0, index, gradient[used])
     inflation = len(clusters) / max(1, int(used.sum()))
-    inverse = torch.linalg.pinv(fit.curvature.sum(0), hermitian=True)
+    inverse = torch.linalg.pinv(curvature.sum(0), hermitian=True)
     meat = (scores - scores.mean(0)).T @ (scores - scores.mean(0)) * inflation * count / max(1, count - 1)
     result: Tensor = inverse @ meat @ inverse
     return result
@@ -113,11 +121,21 @@ def p_value(
     index = list(places)
     slots = [fit.free[i][0] for i in index]
     away = (fit.values[slots] - null) / problems.problem.library.scale[slots]
-    size = len(index)
     count = problems.block_count if clusters is None else len(np.unique(clusters[clusters >= 0]))
+    return chance_of(away, covariance(problems, fit, clusters)[index][:, index], count)
+
+
+def chance_of(away: Tensor, spread: Tensor, count: int) -> float:
+    """Probability of parameters this far from none by chance, by Hotelling's test.
+
+    Args:
+        away: the parameters ``# (A,)``.
+        spread: their covariance by clusters ``# (A, A)``.
+        count: number of clusters.
+    """
+    size = len(away)
     if count <= size + 1:
         return 1.0
-    spread = covariance(problems, fit, clusters)[index][:, index]
     squared = float(away @ torch.linalg.pinv(spread, hermitian=True) @ away)
     freedom = count - size
     return float(stats.f.sf(squared * freedom / (size * (count - 1)), size, freedom))

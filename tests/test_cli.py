@@ -136,6 +136,8 @@ def test_inspect_proposes_a_specification_that_reads_the_log(tmp_path: Path) -> 
         (["plan", "mushr", "circle", "--exclude", "wnd"], "did you mean 'wind'"),
         (["plan", "mushr", "circle", "--exclude", "gain"], "gain:*"),
         (["plan", "mushr", "circle", "size=-1"], "size > 0"),
+        (["plan", "mushr", "circle", "--dither", "-1"], "--dither"),
+        (["demo", "--samples", "0"], "--samples"),
         (["plan", "crazyflie", "hover", "height=0.1", "swing=0.2"], "height above"),
     ],
 )

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import io
 import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from sym2real.cli import main
+from sym2real.cli.found import write_simulator
 from sym2real.cli.model import logs_for
+from sym2real.data import example_flight
 from sym2real.diagnosis import add, compare, diagnose, try_effect
 from sym2real.diagnosis.select import Selection
+from sym2real.effects.voltage import with_voltage
 from sym2real.errors import ModelError
+from sym2real.experiments.real_flight import motor_level_equations
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import read_logs, write_log
 from sym2real.robots import CRAZYFLIE
@@ -112,6 +118,27 @@ def test_a_hypothesis_is_fitted_held_out_and_written(folder: Path, logs: list[st
     assert (tmp_path / "heavier" / "figures" / "ladder.png").exists()
 
 
+def test_a_sag_that_was_found_per_volt_is_per_volt_in_the_model(tmp_path: Path) -> None:
+    """The log holds the voltage, the model does not: 0.3 1/V taken for 0.3 1/s drops the robot in three seconds."""
+    spec, file = "crazyflie_battery_drag", tmp_path / "tried.json"
+    save_model(motor_level_equations(example_flight(), spec), tmp_path / "base")
+    options = ["--fit", str(example_flight()), "--spec", spec, "--out", str(tmp_path / "new"), "--json", str(file)]
+    main(["add", str(tmp_path / "base"), "battery_sag", *options])
+    assert json.loads(file.read_text())["finding"]["parameters"]["value"]["unit"] == "1/V"
+    written = load_model(tmp_path / "new")
+    assert written.depends("vz", "vbat")
+    assert "t" not in written.layouts.inputs
+
+
+def test_no_simulator_is_written_for_a_sag_per_volt(tmp_path: Path) -> None:
+    sag, console = {"value": 0.2}, Console(file=io.StringIO(), width=200)
+    informed = add(with_voltage(CRAZYFLIE.nominal(), 4.1), "battery_sag", sag)
+    write_simulator(informed, [("battery_sag", sag)], tmp_path / "simulator", console)
+    assert isinstance(console.file, io.StringIO)
+    assert "no simulator was written: its battery has no voltage" in console.file.getvalue()
+    assert not (tmp_path / "simulator").exists()
+
+
 def test_a_wrong_hypothesis_is_refused_and_a_better_one_named(folder: Path, logs: list[str]) -> None:
     base = CRAZYFLIE.nominal()
     data = read_logs([Path(log) for log in logs], layouts=base.layouts, dt=base.dt)
@@ -141,6 +168,9 @@ def test_several_effects_with_values_go_in_together(folder: Path, tmp_path: Path
     [
         ([], "expected an effect"),
         (["wind", "fx=0.1", "--fit", "{log}"], "expected its name alone"),
+        (["term:fz=0.01", "--fit", "{log}"], "expected its name alone"),
+        (["wind", "fx=0.1", "--horizon", "0.5"], "--horizon: expected --fit"),
+        (["wind", "fx=0.1", "--held-out", "{log}"], "--held-out: expected --fit"),
         (["rotor_loss", "--fit", "{log}"], "rotor cannot be fitted"),
         (["periodic_force", "--fit", "{log}"], "phase cannot be fitted"),
         (["wnd", "fx=0.1"], "did you mean 'wind'"),

@@ -348,6 +348,8 @@ def test_a_guess_is_written_down_and_a_given_number_is_not() -> None:
         ({"mass": 1.0, "attitude": "guessed"}, "measured"),
         ({"mass": 1.0, "inertia": (1.0, 1.0)}, "three positive"),
         ({"mass": 1.0, "inertia": (1.0, 1.0, 3.0)}, "above the sum"),
+        ({"interface": "thrust_attitude", "attitude_time_constant": -0.1}, "τ ≥ 0"),
+        ({"rate_gains": (50.0, 0.0, 20.0)}, "gains > 0"),
     ],
 )
 def test_numbers_that_no_quadrotor_has_are_refused(arguments: Any, message: str) -> None:
@@ -360,3 +362,9 @@ def test_numbers_that_no_car_or_motor_has_are_refused() -> None:
         car(0.0)
     with pytest.raises(ModelError, match="quadratic"):
         Motors(thrust=1e-8, unit="rad/s", quadratic=1.0)
+    with pytest.raises(ModelError, match="must not be negative"):
+        Motors(thrust=-0.1)
+    with pytest.raises(ModelError, match="arm in m positive"):
+        Motors(thrust=0.1, arm=0.0)
+    with pytest.raises(ModelError, match="1 or -1"):
+        Motors(thrust=0.1, spin=(1, 0, 1, -1))

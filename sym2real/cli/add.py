@@ -10,6 +10,7 @@ import tyro
 from rich.console import Console
 
 if TYPE_CHECKING:
+    from sym2real.diagnosis import Tried
     from sym2real.symbolic import Equations
 
 
@@ -74,13 +75,15 @@ class Add:
         if not chosen and not terms:
             raise ModelError("expected an effect and its values, found none; `sym2real effects` lists them")
         result: dict[str, Any] = {}
-        if self.held_out and not self.fit:
-            raise ModelError("--held-out: expected --fit LOG…, whose result these logs score; found none")
+        for option in ("held_out", "spec", "exclude", "horizon"):
+            if getattr(self, option) and not self.fit:
+                raise ModelError(f"--{option.replace('_', '-')}: expected --fit LOG… beside it, found none")
         if self.fit:
-            if len(chosen) > 1 or chosen[0][1]:
+            if len(chosen) != 1 or chosen[0][1]:
                 raise ModelError("--fit finds the values of one effect: expected its name alone")
-            values, result = self._fitted(base, chosen[0][0], console)
-            chosen = [(chosen[0][0], values)]
+            tried, figures = self._fitted(base, chosen[0][0], console)
+            base, chosen = tried.finding.bound(base), [(tried.finding.effect, tried.finding.values)]
+            result = {**tried.to_dict(), "figures": figures}
         changed = add(base, chosen)
         for channel, _, expression in terms:
             changed = add_term(changed, channel, expression)
@@ -90,12 +93,12 @@ class Add:
             console.print(f"note: {note}", markup=False)
         console.print(f"model in {self.out}", markup=False)
         if chosen:
-            write_simulator(base, chosen, self.out / "simulator", console)
+            write_simulator(changed, chosen, self.out / "simulator", console)
         added: list[dict[str, Any]] = [{"effect": key, "values": values} for key, values in chosen]
         added += [{"effect": f"{TERM}{channel}", "expression": expression} for channel, _, expression in terms]
         return {"model": self.out, "effects": added, "latex": changed.latex(), **result}
 
-    def _fitted(self, base: Equations, key: str, console: Console) -> tuple[dict[str, float], dict[str, Any]]:
+    def _fitted(self, base: Equations, key: str, console: Console) -> tuple[Tried, list[Path]]:
         from sym2real.cli.found import plain_simulator, write_figures
         from sym2real.cli.model import logs_for
         from sym2real.cli.progress import stages_progress
@@ -119,4 +122,4 @@ class Add:
         console.print(tried_report(tried))
         figures = write_figures(base, tried.apply(base), data, tried, self.out / "figures")
         console.print(f"figures in {self.out / 'figures'}", markup=False)
-        return tried.finding.values, {**tried.to_dict(), "figures": figures}
+        return tried, figures

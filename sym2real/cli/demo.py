@@ -37,8 +37,10 @@ class Demo:
 
     def run(self, console: Console) -> dict[str, Any]:
         """Run the four acts."""
+        from sym2real.cli.numbers import require_positive
         from sym2real.cli.story import Story
 
+        require_positive(samples=self.samples)
         started = time.perf_counter()
         robots = {name: self._robot(name, console) for name in EPISODES}
         story = Story(self.out, self.samples, self.seed, SECONDS)

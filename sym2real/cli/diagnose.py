@@ -88,7 +88,8 @@ class Diagnose:
         write_json(found.to_dict(), out / "diagnosis.json")
         informed = None
         if found.findings:
+            informed = found.apply(base)
             effects = [(one.effect, one.values) for one in found.findings]
-            informed = write_model_and_simulator(base, effects, out, console)
+            write_model_and_simulator(informed, effects, out, console)
         write_figures(base, informed, data, found, out)
         console.print(f"diagnosis.json and figures in {out}", markup=False)

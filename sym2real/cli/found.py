@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from sym2real.symbolic import Equations
     from sym2real.trajectory import Dataset
 
+    Effects = Sequence[tuple[str, Mapping[str, float]]]
+
 
 def plain_simulator(equations: Equations) -> MujocoPlant | None:
     """The simulator that a model was learned from, or that its numbers describe; None for robots that have none."""
@@ -28,37 +30,39 @@ def plain_simulator(equations: Equations) -> MujocoPlant | None:
     return MujocoPlant(robot) if same else None
 
 
-def write_model_and_simulator(
-    base: Equations, effects: Sequence[tuple[str, Mapping[str, float]]], folder: Path, console: Console
-) -> Equations:
+def write_model_and_simulator(informed: Equations, effects: Effects, folder: Path, console: Console) -> None:
     """The informed model into ``folder/model``, the robot with the effects into ``folder/simulator``."""
-    from sym2real.diagnosis import add
     from sym2real.symbolic import save_model
 
-    informed = add(base, effects)
     save_model(informed, folder / "model")
-    console.print(f"model with it in {folder / 'model'}")
-    write_simulator(base, effects, folder / "simulator", console)
-    return informed
+    console.print(f"model with it in {folder / 'model'}", markup=False)
+    write_simulator(informed, effects, folder / "simulator", console)
 
 
-def write_simulator(
-    base: Equations, effects: Sequence[tuple[str, Mapping[str, float]]], folder: Path, console: Console
-) -> bool:
-    """The robot with the effects as a simulator, where it has one; whether it was written."""
+def write_simulator(informed: Equations, effects: Effects, folder: Path, console: Console) -> None:
+    """The robot with the effects as a simulator, where it has one.
+
+    Args:
+        informed: equations that hold the effects; their inputs say what the values refer to.
+        effects: keys and values.
+        folder: of the simulator.
+        console: is told where it is, or why there is none.
+    """
+    from sym2real.effects.voltage import VOLTAGE
     from sym2real.errors import ModelError
     from sym2real.plants import save_plant
 
-    plain = plain_simulator(base)
+    plain = plain_simulator(informed)
     if plain is None:
-        return False
+        return
     try:
+        if VOLTAGE in informed.layouts.inputs and any(key == "battery_sag" for key, _ in effects):
+            raise ModelError("its battery has no voltage that the thrust could sag with")
         description, plant = save_plant(plain.robot, effects, folder)
     except ModelError as error:
         console.print(f"note: no simulator was written: {error}", style="dim", markup=False)
-        return False
+        return
     console.print(f"simulator with it in {description} and {plant}", markup=False)
-    return True
 
 
 def write_figures(

@@ -56,6 +56,8 @@ class PlanFlight:
         from sym2real.robots import ROBOTS
 
         require_positive(seconds=self.seconds)
+        if not self.dither >= 0:
+            raise ModelError(f"--dither: expected a number that is not negative, found {self.dither:g}")
         if not self.what:
             raise ModelError(f"expected a robot ({', '.join(ROBOTS)}) and manoeuvres, or logs; found neither")
         found = self._of_robot(console) if self.what[0] in ROBOTS else self._of_logs(console)

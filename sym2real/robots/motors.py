@@ -49,6 +49,12 @@ class Motors:
     def __post_init__(self) -> None:
         if self.unit == "rad/s" and self.quadratic:
             raise ModelError("motors in rad/s have one thrust constant (k_f ω²); 'quadratic' is for commands 0–1")
+        if min(self.thrust, self.quadratic, self.torque_per_thrust) < 0 or not self.arm > 0:
+            raise ModelError(
+                f"thrust and torque of rotors must not be negative and their arm in m positive, found {self}"
+            )
+        if {abs(sign) for sign in self.spin} != {1}:
+            raise ModelError(f"the spin of a rotor must be 1 or -1, found {self.spin}")
 
     def forces(self, motors: Sequence[Expr]) -> list[Expr]:
         """Thrust of each rotor in N."""

@@ -90,7 +90,7 @@ def quadrotor(
             horizon, the state is position and velocity, and only what pushes along body z remains of the actions.
         dt: time step in s.
         rate_gains: gains of the on-board rate loop in 1/s (interface "thrust_rates").
-        attitude_time_constant: of the on-board attitude loop in s (interface "thrust_attitude").
+        attitude_time_constant: of the on-board attitude loop in s (interface "thrust_attitude"); 0 answers at once.
         motors: the rotors; None for rotors in scaled Crazyflie geometry that hover at half command.
         robot: name of the robot they describe.
 
@@ -98,6 +98,8 @@ def quadrotor(
         ModelError: for numbers that no quadrotor has.
     """
     _check(mass, inertia, interface, attitude, dt)
+    if attitude_time_constant < 0 or min(rate_gains) <= 0:
+        raise ModelError(f"loops need τ ≥ 0 s and gains > 0 1/s, found {attitude_time_constant} and {rate_gains}")
     build = _Build()
     torque = symbols(TORQUE)
     if interface == "motors":

@@ -274,3 +274,12 @@ def test_an_action_allocates_nothing_that_grows() -> None:
     grown, more = tracemalloc.get_traced_memory()[0] - before, len(gc.get_objects()) - objects
     tracemalloc.stop()
     assert grown < 100_000 and more < 100
+
+
+def test_a_kernel_that_took_too_long_draws_fewer_samples() -> None:
+    mppi = controller(CRAZYFLIE, CRAZYFLIE.nominal(), "c", period=0.02)
+    before = mppi.samples
+    mppi.act(CRAZYFLIE.start, 0)
+    mppi._worked = 1.0  # s, as if that action had worked so long
+    mppi.act(CRAZYFLIE.start, 1)
+    assert (mppi.samples, len(mppi.plan.costs), len(mppi.plan.states)) == (before // 2,) * 3

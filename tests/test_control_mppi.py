@@ -245,27 +245,63 @@ def test_a_model_with_a_rollout_of_its_own_is_rolled_out_by_it() -> None:
     assert Simulator.calls == 1
 
 
+class Working:
+    """Rollouts that take this much processor time, or sleep as long, a sample."""
+
+    def __init__(self) -> None:
+        self.work = self.sleep = 0.0  # s
+
+    def __call__(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
+        return linear(state, action)
+
+    def rollout(self, state: Tensor, actions: Tensor, inputs: object, parameters: object) -> Tensor:
+        time.sleep(self.sleep * len(actions))
+        until = time.thread_time() + self.work * len(actions)
+        while time.thread_time() < until:
+            pass
+        return state[:, None].expand(-1, actions.shape[1], -1)
+
+
 def test_lowers_the_samples_until_the_period_holds(caplog: pytest.LogCaptureFixture) -> None:
-    class Slow:
-        def __call__(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
-            return linear(state, action)
-
-        def rollout(self, state: Tensor, actions: Tensor, inputs: object, parameters: object) -> Tensor:
-            time.sleep(1e-4 * len(actions))
-            return state[:, None].expand(-1, actions.shape[1], -1)
-
+    slow = Working()
+    slow.sleep = 1e-4
     with caplog.at_level(logging.WARNING):
-        mppi = cart_mppi(Slow(), settings={"samples": 512}, period=0.02)  # 51 ms at 512, 6.4 ms at 64
+        mppi = cart_mppi(slow, settings={"samples": 512}, period=0.02)  # 51 ms at 512, 6.4 ms at 64
     assert 16 <= mppi.samples <= 128
     assert f"{mppi.samples} samples instead of 512" in caplog.text
     mppi.act(CART.start, 0)
     assert len(mppi.plan.costs) == mppi.samples
     caplog.clear()
     with caplog.at_level(logging.WARNING):
-        hopeless = cart_mppi(Slow(), settings={"samples": 64}, period=1e-4)
+        hopeless = cart_mppi(slow, settings={"samples": 64}, period=1e-4)
     assert hopeless.samples == 16
     assert "not held" in caplog.text
     assert cart_mppi(settings={"samples": 64}, period=60.0).samples == 64
+
+
+def test_a_machine_that_slows_down_is_given_fewer_samples(caplog: pytest.LogCaptureFixture) -> None:
+    model = Working()
+    mppi = cart_mppi(model, settings={"samples": 256}, period=0.1)
+    assert mppi.samples == 256
+    model.work = 1e-3  # 256 ms at 256 samples, 64 ms at 64
+    with caplog.at_level(logging.WARNING):
+        for step in range(6):
+            mppi.act(CART.start, step)
+    assert 32 <= mppi.samples <= 64
+    assert "128 samples from now on" in caplog.text
+    assert len(mppi.plan.costs) == mppi.samples
+    fixed = cart_mppi(model, settings={"samples": 256})
+    fixed.act(CART.start, 0)
+    assert fixed.samples == 256  # nobody asked for a period
+
+
+def test_an_action_that_waited_keeps_its_samples() -> None:
+    model = Working()
+    mppi = cart_mppi(model, settings={"samples": 64}, period=0.1)
+    model.sleep = 2e-3
+    mppi.act(CART.start, 0)
+    assert mppi.deadlines.missed == 1
+    assert mppi.samples == 64
 
 
 @pytest.mark.parametrize(

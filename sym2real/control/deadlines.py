@@ -26,13 +26,15 @@ class Deadlines:
         self.worst = 0.0  # s
         self._bins = [0] * BINS
 
-    def note(self, seconds: float) -> None:
-        """One more action took so long."""
+    def note(self, seconds: float) -> bool:
+        """One more action took so long; whether that was too long."""
         self.count += 1
-        self.missed += seconds > self.period
+        missed = seconds > self.period
+        self.missed += missed
         self.worst = max(self.worst, seconds)
         place = math.log(max(seconds, SHORTEST) / SHORTEST) / math.log(RATIO)
         self._bins[min(int(place), BINS - 1)] += 1
+        return missed
 
     def quantile(self, share: float) -> float:
         """Duration in s that this share of the actions did not exceed, to 5 %; 0 before the first one."""

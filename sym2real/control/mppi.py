@@ -33,7 +33,7 @@ from sym2real.control.fused_gpu import FusedGpuStep
 from sym2real.control.noise import covariance_factor, sample, smoothing
 from sym2real.control.plan import Plan, Seen, shift
 from sym2real.control.reference_table import ReferenceTable
-from sym2real.control.timing import samples_within
+from sym2real.control.timing import fewer, samples_within, warm
 from sym2real.control.torch_step import TorchStep
 from sym2real.control.weights import control_cost, weigh, whitened
 from sym2real.effects.filters import FilterState
@@ -63,7 +63,8 @@ class MPPI:
         seed: of the noise; :meth:`reset` goes back to it.
         filters: what commands go through on the way to the robot (delay, lag); none by default.
         period: seconds an action may take. Fewer samples are drawn where this machine cannot hold it, and the log
-            says so. Without a compiler it is the robot's control period by default.
+            says so, and half as many after an action that worked too long for it. Without a compiler it is the robot's
+            control period by default.
         backend: "c" (the fused kernel: C, or CUDA on a GPU), "torch", or "auto": the kernel where it can be; the choice
             is logged once.
         threads: of the kernel on a processor; by default two where they help.
@@ -96,14 +97,9 @@ class MPPI:
         self._factor = covariance_factor(self.settings.noise if noise_covariance is None else noise_covariance).to(
             self.device, dtype
         )
+        alone, kind = backend == "torch", self._factor
         self._torch = TorchStep(
-            self.model,
-            robot,
-            task,
-            settings=self.settings,
-            filters=filters,
-            kind=self._factor,
-            alone=backend == "torch",
+            self.model, robot, task, settings=self.settings, filters=filters, kind=kind, alone=alone
         )
         self.horizon = self._torch.horizon
         self._smooth = smoothing(self.horizon, robot.dt, self.settings).to(self.device, dtype)
@@ -117,19 +113,16 @@ class MPPI:
         if reason == NO_COMPILER and backend == "auto":
             period = period or robot.dt
         self.reset()
+        self._paced = period is not None
         if period is not None:
-            self.samples = samples_within(period, self.samples, self._trial)
+            self._use(samples_within(period, self.samples, self._trial))
+            if self._fused is None:
+                warm(self.samples, self._trial)
             self.reset()
 
     def _fuse(self) -> FusedStep | FusedGpuStep:
-        fused = fused_step(
-            self.model,
-            replace(self.robot, mppi=self.settings),
-            self.task,
-            factor=self._factor,
-            sizes=Sizes(self.samples, self.horizon, self._threads),
-            filters=self.filters,
-        )
+        robot, sizes = replace(self.robot, mppi=self.settings), Sizes(self.samples, self.horizon, self._threads)
+        fused = fused_step(self.model, robot, self.task, factor=self._factor, sizes=sizes, filters=self.filters)
         self.kernel = operator.registered(fused)
         self._no_inputs = torch.zeros(fused.shapes["inputs"], device=self.device)
         return fused
@@ -148,6 +141,7 @@ class MPPI:
         self._plan: Plan | None = None
         self._seen: Seen | None = None
         self.rejected = 0  # rollouts of the last step that were not finite
+        self._worked = 0.0  # s of processor time, by an action that missed its period
         self._step: int | None = None
         self._call = 0
 
@@ -161,7 +155,9 @@ class MPPI:
 
         The plan is shifted by the steps since the last call, and refined in place where there are none.
         """
-        started = time.perf_counter()
+        started, worked = time.perf_counter(), time.thread_time()
+        if self._worked:
+            self._use(fewer(self.samples, self._worked, self.deadlines.period))
         gone, self._step = 0 if self._step is None else max(step - self._step, 0), step
         if self._fused is None:
             self.mean = shift(self.mean, gone)
@@ -171,7 +167,8 @@ class MPPI:
             self._improve_fused(state, step, inputs, gone=gone)
         first = np.array(self.mean.tolist()[0])  # single precision may have rounded a limit away
         action: Array = np.minimum(np.maximum(first, self.robot.low), self.robot.high)
-        self.deadlines.note(time.perf_counter() - started)
+        late = self.deadlines.note(time.perf_counter() - started)
+        self._worked = time.thread_time() - worked if late and self._paced else 0.0
         return action
 
     @torch.no_grad()
@@ -242,7 +239,11 @@ class MPPI:
         if self._fused is None:
             self.improve(self.robot.start, 0, sample(samples, self._smooth, self._factor, self._generator))
             return
-        if self._fused.samples != samples:
-            self.samples = samples
-            self._fused = self._fuse()
+        self._use(samples)
         self._improve_fused(self.robot.start, 0, None)
+
+    def _use(self, samples: int) -> None:
+        """Draw so many samples from now on."""
+        self.samples = samples
+        if self._fused is not None and self._fused.samples != samples:
+            self._fused = self._fuse()

@@ -1,4 +1,4 @@
-"""How many samples a machine can roll out within a control period."""
+"""How many samples a machine can roll out within a control period: tried beforehand, and watched while it runs."""
 
 from __future__ import annotations
 
@@ -31,6 +31,31 @@ def samples_within(period: float, samples: int, solve: Callable[[int], object]) 
     if seconds > SHARE * period:
         LOGGER.warning("MPPI: the period of %.1f ms is not held: %.1f ms an action", 1e3 * period, 1e3 * seconds)
     return samples
+
+
+def warm(samples: int, solve: Callable[[int], object]) -> None:
+    """Solve with every number of samples that :func:`fewer` may come to, until it is as fast as it gets."""
+    while samples > LEAST:
+        samples = max(LEAST, samples // 2)
+        for _ in range(WARM_UP):
+            solve(samples)
+
+
+def fewer(samples: int, worked: float, period: float) -> int:
+    """Half the samples after a missed period, and a warning, where the action itself worked too long for it.
+
+    Args:
+        samples: of the action that missed its period.
+        worked: s of processor time that it took; an action that waited for a processor gains nothing by fewer samples.
+        period: s.
+    """
+    if worked <= SHARE * period or samples <= LEAST:
+        return samples
+    LOGGER.warning(
+        "MPPI: %d samples from now on: an action worked %.1f ms of a period of %.1f ms, and missed it",
+        max(LEAST, samples // 2), 1e3 * worked, 1e3 * period,
+    )  # fmt: skip
+    return max(LEAST, samples // 2)
 
 
 def usual_seconds(solve: Callable[[int], object], samples: int) -> float:

@@ -24,6 +24,7 @@ from sym2real.symbolic.native_choice import torch_alone
 from sym2real.tasks import Task
 from sym2real.tasks.cost import running_cost
 
+KEPT = 8  # rollouts for as many numbers of samples: from 1024 down to 16, and one
 RunningCost = Callable[[Tensor, Tensor, Tensor], Tensor]
 
 
@@ -86,10 +87,12 @@ class TorchStep:
             return rollout(self.model, start, actions, known, normalise=self.robot.layouts.state.normalise)
 
     def levels(self, samples: int) -> LevelRollout | None:
-        """The quickest way for this number of samples, kept for the last one; None for the model's own."""
+        """The quickest way for this number of samples, kept for the last few; None for the model's own."""
         if samples not in self._levels:
+            if len(self._levels) == KEPT:
+                del self._levels[next(iter(self._levels))]
             sizes = Sizes(samples, self.horizon)
-            self._levels = {samples: level_rollout(self.model, sizes, self.device, self.dtype)}
+            self._levels[samples] = level_rollout(self.model, sizes, self.device, self.dtype)
         return self._levels[samples]
 
     def reference(self, step: int) -> Tensor:

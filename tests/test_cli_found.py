@@ -130,13 +130,19 @@ def test_a_sag_that_was_found_per_volt_is_per_volt_in_the_model(tmp_path: Path) 
     assert "t" not in written.layouts.inputs
 
 
-def test_no_simulator_is_written_for_a_sag_per_volt(tmp_path: Path) -> None:
+def test_a_sag_per_volt_is_neither_simulated_nor_flown_there(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     sag, console = {"value": 0.2}, Console(file=io.StringIO(), width=200)
     informed = add(with_voltage(CRAZYFLIE.nominal(), 4.1), "battery_sag", sag)
     write_simulator(informed, [("battery_sag", sag)], tmp_path / "simulator", console)
     assert isinstance(console.file, io.StringIO)
     assert "no simulator was written: its battery has no voltage" in console.file.getvalue()
     assert not (tmp_path / "simulator").exists()
+    save_model(informed, tmp_path / "model")
+    with pytest.raises(SystemExit):
+        main(["run", str(tmp_path / "model"), "hover"])
+    assert "no simulator gives vbat" in capsys.readouterr().out.replace("\n", " ")
 
 
 def test_a_wrong_hypothesis_is_refused_and_a_better_one_named(folder: Path, logs: list[str]) -> None:

@@ -56,6 +56,7 @@ class Run:
         require_positive(seconds=self.seconds, samples=self.samples)
         equations = open_with_progress(self.model, console)
         robot = robot_of(equations, self.model)
+        self._require_inputs(equations, robot)
         task = make_task(self.task, robot)
         period = robot.dt if self.realtime else None
         controller = mppi_controller(equations, robot, task, samples=self.samples, seed=self.seed, period=period)
@@ -70,6 +71,13 @@ class Run:
             console.print(f"log in {files['log']}, path in {files['figure']}")
             result |= files
         return result
+
+    def _require_inputs(self, equations: Equations, robot: Robot) -> None:
+        from sym2real.errors import ModelError
+
+        missing = [name for name in equations.layouts.inputs if name != "t" and name not in robot.layouts.inputs]
+        if missing:
+            raise ModelError(f"{self.model}: no simulator gives {', '.join(missing)}, which the model uses as an input")
 
     def _plant(self, equations: Equations, robot: Robot) -> MujocoPlant | ModelPlant:
         from sym2real.errors import ModelError, UnknownNameError

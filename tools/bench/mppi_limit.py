@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from functools import lru_cache
 
 from sym2real.native import library
 from sym2real.symbolic.c_functions import preamble
@@ -26,8 +27,13 @@ EXPORTED int lanes(void) { return WIDTH; }
 """
 
 
+@lru_cache(maxsize=1)
+def _kernel() -> ctypes.CDLL:
+    return library(preamble(single=True) + TEXT % (CHAINS, CHAINS, ROUNDS, CHAINS, CHAINS))
+
+
 def multiply_adds() -> int:
     """Independent chains of vector multiply-adds, about a millisecond of them; how many were computed."""
-    kernel = library(preamble(single=True) + TEXT % (CHAINS, CHAINS, ROUNDS, CHAINS, CHAINS))
+    kernel = _kernel()
     kernel.multiply_adds(ctypes.c_float(0.5), ctypes.c_float(0.1))
     return CHAINS * ROUNDS * int(kernel.lanes())

@@ -28,7 +28,7 @@ from sym2real.diagnosis.significance import FALSE_ALARMS, FEWEST_BLOCKS, FEWEST_
 from sym2real.diagnosis.whitening import Spread, Whitening, estimate
 
 # Part of the loss that a term must save before variances are estimated without it, and how many get that far.
-PROMISING, MOST_TERMS = 0.005, 3
+PROMISING, MOST_TERMS = 0.003, 3
 # Times that the variances are estimated without a term, each time fitted under the last ones.
 ROUNDS = 2
 # Relative fall of the held-out loss that a term needs, and the part of the best one's that makes a simpler one do. On

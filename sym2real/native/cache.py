@@ -30,7 +30,7 @@ from sym2real.native.compiler import Compiler, find_compiler
 
 LOGGER = logging.getLogger(__name__)
 WAIT = 180.0  # s, for another process that compiles the same text
-MOST = 200  # libraries, of about 50 kB each
+MOST = 400  # names of libraries, of about 50 kB each; most have two, by their text and by what it follows from
 
 
 def library(text: str) -> ctypes.CDLL:
@@ -86,7 +86,7 @@ def _load(compiler: Compiler, write: Callable[[], str], name: str) -> ctypes.CDL
             target.parent.mkdir(parents=True, exist_ok=True)
             with FileLock(target.with_suffix(".lock"), timeout=WAIT):
                 if not target.exists():
-                    build(compiler, write(), target)
+                    _place(compiler, write(), target)
                     prune(target.parent)
         with suppress(OSError):  # a folder that is only read is kept by somebody else
             os.utime(target)  # asked for now
@@ -98,6 +98,18 @@ def _load(compiler: Compiler, write: Callable[[], str], name: str) -> ctypes.CDL
             return ctypes.CDLL(str(target))
         except OSError as error:
             raise CompilationError(f"there is nowhere to put a compiled kernel: {error}") from error
+
+
+def _place(compiler: Compiler, text: str, target: Path) -> None:
+    """Compile a text, or take what was compiled of the same text for another origin (another version, a checkout)."""
+    same = target.parent / name_of(text, compiler)
+    if not same.exists():
+        build(compiler, text, same)
+    if same != target:
+        try:
+            os.link(same, target)
+        except OSError:  # a file system without links
+            build(compiler, text, target)
 
 
 def prune(folder: Path) -> None:

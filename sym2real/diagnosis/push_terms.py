@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 import torch
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.diagnosis.constant import CONSTANT
-from sym2real.diagnosis.fit import RIDGE, Free, solve
+from sym2real.diagnosis.fit import Free, solve
 from sym2real.diagnosis.leftover import features_of
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.significance import chance_of, clustered
@@ -57,18 +56,23 @@ def features_in(problem: Problem) -> dict[str, Feature]:
     """Everything that a push may depend on, by name."""
     names, values = features_of(problem)
     found = {name: Feature(name, (name,), values[:, [place]]) for place, name in enumerate(names)}
-    segments, dt = problem.segments, problem.library.equations.dt
-    edges = np.linspace(0, segments.length - 1, PIECES + 1).round().astype(int)
+    dt, sent = problem.library.equations.dt, _sent(problem, (0, *EARLIER))
     for column, name in enumerate(problem.data.layouts.action):
-        changes = []
-        for log, row in zip(segments.log, segments.row, strict=True):
-            sent = problem.data[log].action[:, column]
-            for low, high in pairwise(row + edges):
-                changes.append([sent[low - k : high - k].mean() - sent[low:high].mean() for k in EARLIER])
         words = tuple(f"{name} {k * dt:.2g} s earlier less {name}" for k in EARLIER)
-        found[f"earlier {name}"] = Feature(f"earlier {name}", words, np.array(changes))
+        found[f"earlier {name}"] = Feature(f"earlier {name}", words, (sent[1:, :, column] - sent[0, :, column]).T)
     varying = {name: one for name, one in found.items() if np.ptp(one.values) > SMALLEST}
     return {CONSTANT: Feature(CONSTANT, (), np.empty((len(values), 0))), **varying}
+
+
+def _sent(problem: Problem, earlier: Sequence[int]) -> Array:
+    """Mean command over every piece, so many rows earlier ``# (len(earlier), S·pieces, m)``."""
+    segments = problem.segments
+    edges = np.linspace(0, segments.length - 1, PIECES + 1).round().astype(int)
+    # Of all rows before each, so that the sum over any piece is a difference.
+    sums = [np.pad(log.action.cumsum(0), ((1, 0), (0, 0))) for log in problem.data]
+    back, count = np.array(earlier)[:, None], np.diff(edges)[:, None]
+    places = zip(segments.log, segments.row, strict=True)
+    return np.concatenate([np.diff(sums[log][row + edges - back], axis=1) / count for log, row in places], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,6 +202,5 @@ class Judged:
 def _saved(gradient: Tensor, curvature: Tensor) -> float:
     """Fall of quadratic losses ``# (folds, A), (folds, A, A)``, each at the best of the others."""
     others = curvature.sum(0) - curvature
-    ridge = torch.diag_embed(RIDGE * others.diagonal(dim1=1, dim2=2) + SMALLEST)
-    step = torch.linalg.solve(others + ridge, gradient - gradient.sum(0))
+    step = solve(others, gradient - gradient.sum(0))
     return -float(2 * (gradient * step).sum() + torch.einsum("fa,fab,fb->", step, curvature, step))

@@ -78,7 +78,7 @@ def fall_of_error(stages: Sequence[Stage]) -> tuple[str, float, float] | None:
     """Channel, first and last error at the horizon that is judged of the channel that falls most."""
     if len(stages) < 2 or not stages[0].horizons:
         return None
-    horizon = min(stages[0].horizons, key=lambda one: abs(one - JUDGED_AT))
+    horizon = stages[0].nearest(JUDGED_AT)
     first, last = stages[0].horizons[horizon], stages[-1].horizons[horizon]
     channels = [channel for channel in first if channel in JUDGED]
     best = min(channels, key=lambda channel: last[channel].value / max(first[channel].value, 1e-12))

@@ -26,6 +26,7 @@ from torch import Tensor
 
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.variances import Products, most_likely
+from sym2real.effects.body import GRAVITY
 from sym2real.symbolic import Equations
 
 PIECES = 5
@@ -137,7 +138,7 @@ class Spread:
 def disturbances(equations: Equations) -> list[tuple[str, float]]:
     """Columns whose pushes stand for what no model knows, each with its unit size: wrench inputs, or commands."""
     inputs, numbers = equations.layouts.inputs, equations.numbers
-    weight = 9.81 * numbers.get("mass", 1.0)
+    weight = GRAVITY * numbers.get("mass", 1.0)
     sizes = dict.fromkeys(("fx", "fy", "fz"), FORCE_SHARE * weight)
     sizes |= {f"t{a}": TORQUE_ACCELERATION * numbers.get(f"j{a}", 1e-5) for a in "xyz"}
     planar = "z" not in equations.layouts.state

@@ -9,6 +9,7 @@ from collections.abc import Callable
 LOGGER = logging.getLogger(__name__)
 
 SHARE = 0.7  # of the period; the rest is for the link, the filter and the log
+WAITING = 0.5  # of the period; an action that leaves less for waiting should work less once it has missed one
 LEAST = 16  # samples below which a weighted mean of rollouts is no controller
 WARM_UP, REPEATS = 3, 12  # TorchScript specialises during its first calls
 
@@ -49,7 +50,7 @@ def fewer(samples: int, worked: float, period: float) -> int:
         worked: s of processor time that it took; an action that waited for a processor gains nothing by fewer samples.
         period: s.
     """
-    if worked <= SHARE * period or samples <= LEAST:
+    if worked <= WAITING * period or samples <= LEAST:
         return samples
     LOGGER.warning(
         "MPPI: %d samples from now on: an action worked %.1f ms of a period of %.1f ms, and missed it",

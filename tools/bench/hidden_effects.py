@@ -18,27 +18,22 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-import torch
 import tyro
 from figures import report
 from hidden_control import control_figures
+from hidden_question import Question, answer
 from hidden_scores import Record, confidences, confusion, figures, right
-from hidden_truth import error_of_the_truth
 from joblib import Parallel, delayed
 from rich.console import Console
 from rich.table import Table
 
-from sym2real.diagnosis.diagnose import diagnose
-from sym2real.effects import effect, equivalents
+from sym2real.effects import equivalents
 from sym2real.experiments.models import cached_base
 from sym2real.experiments.standard_cases import standard_cases
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.files import write_text
-from sym2real.plants import MujocoPlant
 from sym2real.robots import ROBOTS
 from sym2real.symbolic import Equations
 
-HORIZON = 0.8
 # Of the single cases of an effect so many are also asked with the effect and its equivalents out of the library, and of
 # the pairs so many with each of the two.
 REMOVED = 1
@@ -68,26 +63,6 @@ class Options:
     """Write the figures to this file (- is standard output)."""
 
 
-@dataclass(frozen=True)
-class Question:
-    """A case, and the effects that the diagnosis may not use."""
-
-    case: Case
-    exclude: tuple[str, ...] = ()
-
-    @property
-    def kind(self) -> str:
-        """single, pair or null; removed or half: without the only effect in the library, or without one of two."""
-        if self.exclude:
-            return ("removed", "half")[len(self.case.effects) - 1]
-        return ("null", "single", "pair")[min(len(self.case.effects), 2)]
-
-    @property
-    def name(self) -> str:
-        """Key in the results file."""
-        return f"{self.kind}: {self.case.name}" + (f" without {self.exclude[0]}" if self.kind == "half" else "")
-
-
 def questions(options: Options) -> list[Question]:
     """All of a run: those with effects first, then those without by seed, so that half a run tells of both robots."""
     found: list[Question] = []
@@ -110,37 +85,6 @@ def questions(options: Options) -> list[Question]:
 def base_of(robot: str) -> Equations:
     """The learned base: three episodes of Stage I for the quadrotor, five drives for the car, and pushed runs."""
     return cached_base(ROBOTS[robot])
-
-
-@lru_cache(maxsize=2)
-def _equations(base: str) -> Equations:
-    """One object per text, so that what is compiled from it is kept."""
-    return Equations.from_json(base)
-
-
-def answer(question: Question, base: str) -> Record:
-    """One case simulated and diagnosed."""
-    torch.set_num_threads(1)
-    case, robot = question.case, ROBOTS[question.case.robot]
-    equations, data = _equations(base), simulate_case(case)
-    found = diagnose(equations, data, MujocoPlant(robot), exclude=question.exclude)
-    findings = found.to_dict()["findings"]
-    return {
-        "name": question.name,
-        "robot": case.robot,
-        "kind": question.kind,
-        "yaw": case.yaw,
-        "truth": {key: dict(values) for key, values in case.effects},
-        "null": {key: effect(key, robot).null for key in case.keys},
-        "excluded": list(question.exclude),
-        "verdict": found.verdict,
-        "findings": findings,
-        "leftover": None if found.leftover is None else found.leftover.to_dict(),
-        "position_error": [stage.horizons[stage.nearest(HORIZON)]["position"].value for stage in found.ladder],
-        "error_of_truth": error_of_the_truth(case, data, HORIZON) if question.kind == "single" else None,
-        "misfit": list(found.misfit),
-        "seconds": found.seconds,
-    }
 
 
 def answers(options: Options) -> Iterator[Record]:

@@ -64,7 +64,7 @@ class Case:
     """What both machines compute: the step, and what it is given."""
 
     def __init__(self, robot: Robot, equations: Equations, widths: tuple[int, ...]) -> None:
-        self.robot, self.factor = robot, covariance_factor(robot.mppi.noise).float()
+        self.robot, self.factor = robot, covariance_factor(robot.mppi.noise, len(robot.layouts.action)).float()
         self.residual = None
         if widths:
             self.residual = ResidualMLP(robot.layouts, widths, seed=1)
@@ -160,7 +160,7 @@ def test_mppi_on_a_gpu_uses_it() -> None:
 @pytest.mark.skipif(torch.cuda.is_available(), reason="there is a CUDA device")
 def test_without_a_gpu_its_step_says_what_is_missing() -> None:
     task = make_task("circle", MUSHR)
-    factor = covariance_factor(MUSHR.mppi.noise).float()
+    factor = covariance_factor(MUSHR.mppi.noise, 2).float()
     with pytest.raises((CompilationError, MissingDependencyError)):
         case = Case(MUSHR, MUSHR.nominal(), ())
         FusedGpuStep(case.step, factor=factor, sizes=SIZES, device=torch.device("cuda", 0))

@@ -314,7 +314,7 @@ def test_an_action_that_waited_keeps_its_samples() -> None:
 )
 def test_noise_has_the_covariance_and_the_colour_asked_for(settings: MPPISettings, neighbours: float | None) -> None:
     covariance = np.array([[0.04, 0.01], [0.01, 0.09]])
-    factor, smooth = covariance_factor(covariance), smoothing(40, 0.02, settings)
+    factor, smooth = covariance_factor(covariance, len(covariance)), smoothing(40, 0.02, settings)
     noise = sample(20001, smooth, factor, torch.Generator().manual_seed(0))
     assert (noise[0] == 0).all()
     for step in (0, 13, 39):
@@ -329,9 +329,9 @@ def test_noise_has_the_covariance_and_the_colour_asked_for(settings: MPPISetting
 
 def test_impossible_noise_is_refused() -> None:
     with pytest.raises(ShapeError, match="positive definite"):
-        covariance_factor([[1.0, 2.0], [2.0, 1.0]])
+        covariance_factor([[1.0, 2.0], [2.0, 1.0]], 2)
     with pytest.raises(ShapeError, match="at least 0"):
-        covariance_factor([0.1, -0.2])
+        covariance_factor([0.1, -0.2], 2)
     with pytest.raises(ShapeError, match="at least 2"):
         smoothing(10, 0.02, MPPISettings(knots=1))
 

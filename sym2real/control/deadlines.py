@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from sym2real.errors import ShapeError
+
 # Bins of a logarithmic histogram: each 5 % wider than the one before, from 10 µs to 30 s.
 SHORTEST, RATIO, BINS = 1e-5, 1.05, 306
 
@@ -13,9 +15,14 @@ class Deadlines:
 
     Args:
         period: s; an action that takes longer is a miss.
+
+    Raises:
+        ShapeError: for a period that is not positive.
     """
 
     def __init__(self, period: float) -> None:
+        if not period > 0.0:
+            raise ShapeError(f"expected a control period > 0 s, found {period!r}")
         self.period = period
         self.reset()
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
 from sym2real.control.fused_problem import Fused
@@ -22,11 +22,20 @@ LINE = 64  # bytes: buffers start where a vector may
 
 @dataclass(frozen=True)
 class Sizes:
-    """How much is sampled: rollouts, steps of each, threads that share the rollouts (0: as many as help)."""
+    """How much is sampled: rollouts, steps of each, threads that share the rollouts (0: as many as help).
+
+    Raises:
+        ShapeError: without a sample or a step, and for a negative number of threads.
+    """
 
     samples: int
     horizon: int
     threads: int = 1
+
+    def __post_init__(self) -> None:
+        if min(self.samples, self.horizon) < 1 or self.threads < 0:
+            found = f"{self.samples} samples, {self.horizon} steps and {self.threads} threads"
+            raise ShapeError(f"expected at least one sample and step, and no negative number of threads, found {found}")
 
 
 class Call(NamedTuple):
@@ -138,6 +147,12 @@ class Operands:
             found = f"{tensor.dtype} on {tensor.device}{'' if tensor.is_contiguous() else ', strided'}"
             raise ShapeError(f"{name}: expected contiguous torch.float32 on {self.device}, found {found}")
         return tensor.data_ptr()
+
+
+def single(values: ArrayLike, device: torch.device) -> Tensor:
+    """A copy in single precision, on a device."""
+    copied = torch.from_numpy(np.array(values, dtype=np.float32))
+    return copied if device.type == "cpu" else copied.to(device)
 
 
 def aligned(content: int | NDArray[np.floating]) -> Tensor:

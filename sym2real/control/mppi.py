@@ -20,17 +20,17 @@ from dataclasses import replace
 
 import numpy as np
 import torch
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from torch import Tensor
 
 from sym2real.control import operator
 from sym2real.control.backend import NO_COMPILER, Backend, choose, fused_step, planned_with, why_not_fused
 from sym2real.control.deadlines import Deadlines
 from sym2real.control.fused import FusedStep
-from sym2real.control.fused_arguments import Call, Sizes
+from sym2real.control.fused_arguments import Call, Sizes, single
 from sym2real.control.fused_filters import memory_of
 from sym2real.control.fused_gpu import FusedGpuStep
-from sym2real.control.noise import covariance_factor, sample, smoothing
+from sym2real.control.noise import covariance_factor, require_steps, sample, smoothing
 from sym2real.control.plan import Plan, Seen, shift
 from sym2real.control.reference_table import ReferenceTable
 from sym2real.control.timing import fewer, samples_within, warm
@@ -40,8 +40,7 @@ from sym2real.effects.filters import FilterState
 from sym2real.protocols import DynamicsModel
 from sym2real.robots.robot import MPPISettings, Robot
 from sym2real.tasks import Task
-
-Array = NDArray[np.float64]
+from sym2real.trajectory import Array
 
 LOGGER = logging.getLogger(__name__)
 
@@ -58,19 +57,18 @@ class MPPI:
         settings: the robot's where none are given.
         noise_covariance: ``# (action, action)`` instead of the settings' standard deviations.
         price_noise: adds the information-theoretic control cost (exact for white noise, no knots, no correlation).
-        device: where the model lives.
-        dtype: of the rollouts.
+        device, dtype: where the model lives; of the rollouts.
         seed: of the noise; :meth:`reset` goes back to it.
         filters: what commands go through on the way to the robot (delay, lag); none by default.
         period: seconds an action may take. Fewer samples are drawn where this machine cannot hold it, and the log
             says so, and half as many after an action that worked too long for it. Without a compiler it is the robot's
             control period by default.
-        backend: "c" (the fused kernel: C, or CUDA on a GPU), "torch", or "auto": the kernel where it can be; the choice
-            is logged once.
+        backend: "c" (the fused kernel: C, or CUDA on a GPU), "torch" or "auto": the kernel where it can be (logged).
         threads: of the kernel on a processor; by default two where they help.
 
     Raises:
         ModelError: when ``backend="c"`` cannot plan with this model, with the reason.
+        ShapeError: for noise of other actions, a period that is not positive or a negative number of threads.
     """
 
     def __init__(
@@ -94,21 +92,24 @@ class MPPI:
         self.settings = settings or robot.mppi
         self.device, self.dtype, self.seed = torch.device(device), dtype, seed
         self.price_noise, self.filters = price_noise, filters
-        self._factor = covariance_factor(self.settings.noise if noise_covariance is None else noise_covariance).to(
-            self.device, dtype
-        )
-        alone, kind = backend == "torch", self._factor
+        noise = self.settings.noise if noise_covariance is None else noise_covariance
+        self._factor = covariance_factor(noise, len(robot.layouts.action), price_noise).to(self.device, dtype)
         self._torch = TorchStep(
-            self.model, robot, task, settings=self.settings, filters=filters, kind=kind, alone=alone
+            self.model,
+            robot,
+            task,
+            settings=self.settings,
+            filters=filters,
+            kind=self._factor,
+            alone=backend == "torch",
         )
         self.horizon = self._torch.horizon
         self._smooth = smoothing(self.horizon, robot.dt, self.settings).to(self.device, dtype)
         self._low, self._high, self._rest = map(self._torch.tensor, (robot.low, robot.high, robot.rest))
         self._generator = torch.Generator(self.device)
         self._table = ReferenceTable(task, robot.dt, self.horizon, self.device)
-        self._threads = threads or 0
-        self.samples = self.settings.samples
-        self.deadlines = Deadlines(period or robot.dt)
+        self.samples, self._threads = self.settings.samples, threads or 0
+        self.deadlines = Deadlines(robot.dt if period is None else period)
         self._fused, reason = choose(backend, why_not_fused(self.model, robot, task, self.device, dtype), self._fuse)
         if reason == NO_COMPILER and backend == "auto":
             period = period or robot.dt
@@ -124,7 +125,6 @@ class MPPI:
         robot, sizes = replace(self.robot, mppi=self.settings), Sizes(self.samples, self.horizon, self._threads)
         fused = fused_step(self.model, robot, self.task, factor=self._factor, sizes=sizes, filters=self.filters)
         self.kernel = operator.registered(fused)
-        self._no_inputs = torch.zeros(fused.shapes["inputs"], device=self.device)
         return fused
 
     @property
@@ -153,7 +153,10 @@ class MPPI:
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Action ``# (action,)`` within the limits, for a state ``# (state,)`` at time ``step · dt``.
 
-        The plan is shifted by the steps since the last call, and refined in place where there are none.
+        The plan is shifted by the steps since the last call, and refined; a state that is not finite refines nothing.
+
+        Raises:
+            ShapeError: for other numbers of states or inputs, and without inputs that the model's equations use.
         """
         started, worked = time.perf_counter(), time.thread_time()
         if self._worked:
@@ -173,7 +176,8 @@ class MPPI:
 
     @torch.no_grad()
     def improve(self, state: ArrayLike, step: int, noise: Tensor, inputs: ArrayLike | None = None) -> Plan:
-        """One update of :attr:`mean` with this noise ``# (N, H, action)``; what it saw is kept as :attr:`plan`."""
+        """One update of :attr:`mean` by noise ``# (N, H, action)``, ShapeError for other; :attr:`plan` tells of it."""
+        require_steps(noise, self.mean)
         if self._fused is not None and len(noise) == self.samples:
             self._improve_fused(state, step, inputs, noise.contiguous())
             assert self.plan is not None
@@ -184,7 +188,7 @@ class MPPI:
             price = control_cost(self.mean, actions - self.mean, self._factor, self.settings.temperature)
         self._plan = self._torch.plan(state, step, actions, inputs, price)
         self._seen = None
-        self._count(self._plan.rejected, step)
+        self._count(self._plan.rejected, len(noise), step)
         if self.rejected < len(noise):
             self.mean = torch.einsum("n,nha->ha", self._plan.weights, actions)
         return self._plan
@@ -199,35 +203,30 @@ class MPPI:
             before, gone = shift(before, gone), 0
             price = self.settings.temperature * whitened(before, self._factor)
         if self.filters is not None and self.filters.memories:
-            memory = self._given(memory_of(self.filters))
-        known = self._no_inputs if inputs is None else self._given(inputs)
-        self._seen, self._plan = Seen(np.asarray(state), inputs, before, gone, noise, self._call), None
+            memory = single(memory_of(self.filters), self.device)
+        measured, known = single(state, self.device), self._torch.given(inputs)
+        self._seen, self._plan = Seen(measured, known, before, gone, noise, self._call), None
+        known = self._torch.nothing if known is None else known
         reference = self._table.after(step)
-        given = Call(self._given(state), known, reference, before, gone, self.seed, self._call, price, noise, memory)
+        given = Call(measured, known, reference, before, gone, self.seed, self._call, price, noise, memory)
         self.mean, self._costs, rejected = self._fused(given)
-        self._count(rejected, step)
+        self._count(rejected, self.samples, step)
 
-    def _given(self, values: ArrayLike) -> Tensor:
-        """What the kernel takes: a copy in single precision, on the device."""
-        copied = torch.from_numpy(np.array(values, dtype=np.float32))
-        return copied if self.device.type == "cpu" else copied.to(self.device)
-
-    def _count(self, rejected: int, step: int) -> None:
+    def _count(self, rejected: int, samples: int, step: int) -> None:
         self.rejected = rejected
-        if rejected == self.samples:
+        if rejected == samples:
             LOGGER.warning("MPPI: no rollout at step %d is finite, the last plan goes on", step)
 
     @property
+    @torch.no_grad()
     def plan(self) -> Plan | None:
         """What the last step saw; None before the first one. A fused step is rolled out again to tell."""
         if self._plan is None and self._seen is not None and self._fused is not None:
             seen = self._seen
             noise = self._fused.noise(self.seed, seen.call) if seen.noise is None else seen.noise
             actions = torch.clamp(seen.mean + noise, self._low, self._high)
-            costs = self._costs
-            with torch.no_grad():
-                states = self._torch.rollout(seen.state, actions, seen.inputs)
-            self._plan = Plan(states, actions, costs, weigh(costs, self.settings.temperature))
+            states = self._torch.rollout(seen.state, actions, seen.inputs)
+            self._plan = Plan(states, actions, self._costs, weigh(self._costs, self.settings.temperature))
         return self._plan
 
     @torch.no_grad()
@@ -237,10 +236,11 @@ class MPPI:
 
     def _trial(self, samples: int) -> None:
         if self._fused is None:
-            self.improve(self.robot.start, 0, sample(samples, self._smooth, self._factor, self._generator))
-            return
-        self._use(samples)
-        self._improve_fused(self.robot.start, 0, None)
+            noise = sample(samples, self._smooth, self._factor, self._generator)
+            self.improve(self.robot.start, 0, noise, self._torch.nothing)
+        else:
+            self._use(samples)
+            self._improve_fused(self.robot.start, 0, self._torch.nothing)
 
     def _use(self, samples: int) -> None:
         """Draw so many samples from now on."""

@@ -20,16 +20,26 @@ from sym2real.errors import ShapeError
 from sym2real.robots.robot import MPPISettings
 
 
-def covariance_factor(noise: ArrayLike) -> Tensor:
+def covariance_factor(noise: ArrayLike, actions: int, inverted: bool = False) -> Tensor:
     """Lower factor C ``# (m, m)`` of standard deviations ``# (m,)`` or of a covariance ``# (m, m)``.
 
+    Args:
+        noise: of all actions; a standard deviation of zero leaves an action alone.
+        actions: m.
+        inverted: its inverse is needed, so that no action may be left alone.
+
     Raises:
-        ShapeError: when a standard deviation is negative or a covariance is not positive definite.
+        ShapeError: for noise of another number of actions, a standard deviation that is negative (or zero, where the
+            inverse is needed), or a covariance that is not positive definite.
     """
     values = torch.as_tensor(np.asarray(noise, dtype=np.float64))
+    if values.shape not in ((actions,), (actions, actions)) or not bool(values.isfinite().all()):
+        raise ShapeError(f"control noise: expected finite numbers for {actions} actions, found {values.tolist()}")
     if values.ndim == 1:
         if (values < 0).any():
             raise ShapeError(f"control noise: expected standard deviations of at least 0, found {values.tolist()}")
+        if inverted and not values.all():
+            raise ShapeError(f"control noise: noise that is priced must move every action, found {values.tolist()}")
         return values.diag()
     factor: Tensor
     factor, failed = torch.linalg.cholesky_ex(values)
@@ -65,6 +75,17 @@ def correlated(steps: int, dt: float, time_constant: float) -> Tensor:
     times = torch.arange(steps, dtype=torch.float64) * dt
     factor: Tensor = torch.linalg.cholesky(torch.exp(-(times[:, None] - times).abs() / time_constant))
     return factor
+
+
+def require_steps(noise: Tensor, mean: Tensor) -> None:
+    """Refuse noise that is not ``# (N, H, m)`` for a mean ``# (H, m)``.
+
+    Raises:
+        ShapeError: for other steps or actions, or without a sample.
+    """
+    if noise.dim() != 3 or noise.shape[1:] != mean.shape or not len(noise):
+        wanted = ", ".join(map(str, ("N", *mean.shape)))
+        raise ShapeError(f"noise: expected the shape ({wanted}) with N > 0, found {tuple(noise.shape)}")
 
 
 def sample(count: int, smooth: Tensor, factor: Tensor, generator: torch.Generator) -> Tensor:

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
 import torch
-from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -43,8 +39,8 @@ class Plan:
 class Seen:
     """What a fused step was given: the last mean, and by how many steps it was shifted."""
 
-    state: Array
-    inputs: ArrayLike | None
+    state: Tensor
+    inputs: Tensor | None
     before: Tensor
     steps: int
     noise: Tensor | None

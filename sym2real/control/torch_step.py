@@ -11,16 +11,18 @@ import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
-from sym2real.control.backend import level_rollout
+from sym2real.control.backend import equations_of, level_rollout
 from sym2real.control.fused_arguments import Sizes
 from sym2real.control.plan import Plan
 from sym2real.control.weights import weigh
 from sym2real.effects.filters import FilterState
+from sym2real.errors import ShapeError
 from sym2real.protocols import DynamicsModel
 from sym2real.robots.robot import MPPISettings, Robot
 from sym2real.symbolic import rollout
 from sym2real.symbolic.level_rollout import LevelRollout
 from sym2real.symbolic.native_choice import torch_alone
+from sym2real.symbolic.source import measured_inputs
 from sym2real.tasks import Task
 from sym2real.tasks.cost import running_cost
 
@@ -55,7 +57,15 @@ class TorchStep:
         self.model, self.robot, self.task, self.filters = model, robot, task, filters
         self.temperature, self.horizon = settings.temperature, max(1, round(settings.horizon / robot.dt))
         self.device, self.dtype, self.alone = kind.device, kind.dtype, alone
+        self._equations = equations_of(model)
+        self._needed = () if self._equations is None else measured_inputs(self._equations)
         self._levels: dict[int, LevelRollout | None] = {}
+
+    @cached_property
+    def nothing(self) -> Tensor:
+        """Inputs that are all zero, as many as the model's equations have."""
+        size = 0 if self._equations is None else len(self._equations.layouts.inputs)
+        return torch.zeros(size, dtype=self.dtype, device=self.device)
 
     @cached_property
     def cost(self) -> RunningCost:
@@ -76,8 +86,14 @@ class TorchStep:
     def rollout(
         self, state: ArrayLike, actions: Tensor, inputs: ArrayLike | None, levels: LevelRollout | None = None
     ) -> Tensor:
-        """States ``# (N, H, state)`` after actions ``# (N, H, action)``, which go through the filters first."""
-        start, known = self.tensor(state), None if inputs is None else self.tensor(inputs)
+        """States ``# (N, H, state)`` after actions ``# (N, H, action)``, which go through the filters first.
+
+        Raises:
+            ShapeError: for another number of states, and as of :meth:`given`.
+        """
+        start, known, size = self.tensor(state), self.given(inputs), len(self.robot.layouts.state)
+        if start.shape != (size,):
+            raise ShapeError(f"state: expected the shape ({size},), found {tuple(start.shape)}")
         if self.filters is not None:
             actions = self.filters.apply(actions)
         if levels is not None:
@@ -100,6 +116,23 @@ class TorchStep:
         steps = torch.arange(step + 1, step + 1 + self.horizon, dtype=torch.float64)
         return self.task.reference(steps * self.robot.dt).to(self.device, self.dtype)
 
+    def given(self, inputs: ArrayLike | None) -> Tensor | None:
+        """Inputs as the model takes them; nobody pushes where none are given.
+
+        Raises:
+            ShapeError: for another number of inputs, or none where the model's equations use what is measured.
+        """
+        columns = () if self._equations is None else self._equations.layouts.inputs.columns
+        if inputs is None:
+            if self._needed:
+                raise ShapeError(f"the model needs its inputs {' '.join(columns)}: {', '.join(self._needed)}")
+            return None
+        known = self.tensor(inputs)
+        if self._equations is not None and known.shape != (len(columns),):
+            raise ShapeError(f"inputs: expected the shape ({len(columns)},), found {tuple(known.shape)}")
+        return known if known.numel() else None  # a plant without inputs says so by none of them
+
     def tensor(self, values: ArrayLike) -> Tensor:
-        """Numbers on the device, in the precision."""
-        return torch.as_tensor(np.asarray(values), dtype=self.dtype, device=self.device)
+        """A copy of numbers on the device, in the precision."""
+        copied = values if isinstance(values, Tensor) else torch.from_numpy(np.array(values, dtype=np.float64))
+        return copied.to(self.device, self.dtype)

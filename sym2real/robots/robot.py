@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import resources
@@ -30,6 +31,9 @@ class MPPISettings:
         noise: standard deviation of the sampled commands, in each action's unit.
         knots: number of spline knots over the horizon; 0 samples every step on its own.
         correlation: time constant of the noise in s where there are no knots; 0 is white.
+
+    Raises:
+        ShapeError: for less than one sample, or a number that cannot be such a length, temperature or time.
     """
 
     samples: int = 1024
@@ -38,6 +42,15 @@ class MPPISettings:
     noise: tuple[float, ...] = ()
     knots: int = 0
     correlation: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.samples < 1:
+            raise ShapeError(f"MPPI: expected at least 1 sample, found {self.samples}")
+        for name in ("horizon", "temperature"):
+            if not 0.0 < getattr(self, name) < math.inf:
+                raise ShapeError(f"MPPI: expected a {name} > 0, found {getattr(self, name)!r}")
+        if not 0.0 <= self.correlation < math.inf:
+            raise ShapeError(f"MPPI: expected a correlation >= 0 s, found {self.correlation!r}")
 
 
 @dataclass(frozen=True, eq=False)

@@ -138,7 +138,6 @@ def model_source(equations: Equations) -> str:
     pushed = any(column in layouts.inputs for column in WRENCH)
     if pushed:
         parts.append(_written(step_program(equations), groups, parameters, "_pushed"))
-    measured = [c for c in layouts.inputs if c not in (*WRENCH, TIME) and _used(equations, c)]
     time = layouts.inputs.index(TIME) if TIME in layouts.inputs else None
     dt = repr(equations.dt)
     return MODEL.substitute(
@@ -153,7 +152,7 @@ def model_source(equations: Equations) -> str:
         m=len(layouts.action),
         k=len(layouts.inputs),
         p=len(parameters),
-        inputs_optional=repr(not measured),
+        inputs_optional=repr(not measured_inputs(equations)),
         hoist_pushed="self.hoist_pushed(values, tensors(self.constants_pushed, state)) if pushed else "
         if pushed
         else "",
@@ -162,8 +161,10 @@ def model_source(equations: Equations) -> str:
     )
 
 
-def _used(equations: Equations, name: str) -> bool:
-    return any(equations.depends(column, name) for column in equations.layouts.state)
+def measured_inputs(equations: Equations) -> tuple[str, ...]:
+    """Inputs that equations use and that cannot be taken for zero: all but the wrench and the time."""
+    used = (c for c in equations.layouts.inputs if any(equations.depends(s, c) for s in equations.layouts.state))
+    return tuple(column for column in used if column not in (*WRENCH, TIME))
 
 
 def function_source(expressions: Sequence[Expr], arguments: Sequence[Sequence[str]]) -> str:

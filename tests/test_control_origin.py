@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -18,7 +19,7 @@ from sym2real.control.fused_problem import Fused, Sampling
 from sym2real.control.fused_text import fused_text, origin_of
 from sym2real.effects.filters import FilterState
 from sym2real.robots import CRAZYFLIE, MUSHR
-from sym2real.symbolic import Equations, symbol
+from sym2real.symbolic import Equations, origin, symbol
 from sym2real.symbolic.origin import origin_of_expression
 from sym2real.tasks import make_task
 
@@ -104,3 +105,38 @@ def test_every_process_finds_the_same_origin() -> None:
     command = [sys.executable, "-c", code, str(Path(__file__).parent)]
     found = {subprocess.run(command, capture_output=True, text=True, check=True).stdout for _ in range(2)}
     assert len(found) == 1
+
+
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], str]:
+    """Gives one file a content of one size and one date, and says who writes texts after an import."""
+    for room in origin.ROOMS:
+        (tmp_path / room).mkdir(exist_ok=True)
+        (tmp_path / room / "module.py").write_text("1")
+    monkeypatch.setattr(origin, "PACKAGE", tmp_path)
+
+    def imported(content: str) -> str:
+        file = tmp_path / "control" / "module.py"
+        file.write_text(content)
+        os.utime(file, (1.0, 1.0))
+        monkeypatch.setattr(origin, "_DATES", origin._dates())
+        origin._content.cache_clear()
+        return origin.generators()
+
+    yield imported
+    origin._content.cache_clear()
+
+
+def test_files_of_one_size_and_date_differ_by_their_content(package: Callable[[str], str]) -> None:
+    """So they stand in an image that was built to be reproducible, or after an upgrade that keeps dates."""
+    assert package("REACH = 16.0") != package("REACH = 32.0")
+    assert package("REACH = 16.0") == package("REACH = 16.0")
+
+
+def test_a_file_edited_after_the_import_shares_nothing(package: Callable[[str], str]) -> None:
+    """A notebook that imported the old file must not leave its kernel where those with the new one look."""
+    before = package("REACH = 16.0")
+    (origin.PACKAGE / "control" / "module.py").write_text("REACH = 32.0")
+    during = {origin.generators(), origin.generators()}
+    assert len(during) == 2
+    assert not during & {before, package("REACH = 32.0")}

@@ -149,10 +149,15 @@ def test_a_full_disk_falls_back_too(own_cache: Path, monkeypatch: pytest.MonkeyP
 
 
 @compiled
-def test_a_broken_file_in_the_cache_is_not_the_end(own_cache: Path) -> None:
+def test_a_broken_file_in_the_cache_is_mended_there(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A machine that loses its power may leave a name without a content, of the origin and of the text alike."""
     own_cache.mkdir(parents=True)
-    (own_cache / cache.name_of(TEXT.format(5), find_compiler())).write_bytes(b"no library")
-    assert library(TEXT.format(5)).answer() == 5
+    for origin in (TEXT.format(5), "an origin"):
+        (own_cache / cache.name_of(origin, find_compiler())).write_bytes(b"no library")
+    assert library_of("an origin", lambda: TEXT.format(5)).answer() == 5
+    monkeypatch.setattr(cache, "_loaded", {})
+    monkeypatch.setattr(cache, "build", lambda *_: pytest.fail("compiled again"))
+    assert library(TEXT.format(5)).answer() == library_of("an origin", lambda: "").answer() == 5
 
 
 @compiled

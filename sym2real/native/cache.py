@@ -82,16 +82,17 @@ def _own_folder() -> Path:
 def _load(compiler: Compiler, write: Callable[[], str], name: str) -> ctypes.CDLL:
     target = cache_folder() / name
     try:
-        if not target.exists():
+        opened = _opened(target)
+        if opened is None:
             target.parent.mkdir(parents=True, exist_ok=True)
             with FileLock(target.with_suffix(".lock"), timeout=WAIT):
-                if not target.exists():
+                opened = _opened(target)
+                if opened is None:
                     _place(compiler, write(), target)
                     prune(target.parent)
-        with suppress(OSError):  # a folder that is only read is kept by somebody else
-            os.utime(target)  # asked for now
-        return ctypes.CDLL(str(target))
-    except OSError:  # also of a file that another machine's loader wrote, or FileLock's time-out
+                    opened = ctypes.CDLL(str(target))
+        return opened
+    except OSError:  # also FileLock's time-out, or a file that somebody removed in between
         try:
             target = _own_folder() / name
             build(compiler, write(), target)
@@ -100,12 +101,25 @@ def _load(compiler: Compiler, write: Callable[[], str], name: str) -> ctypes.CDL
             raise CompilationError(f"there is nowhere to put a compiled kernel: {error}") from error
 
 
+def _opened(target: Path) -> ctypes.CDLL | None:
+    """The library, asked for now; None where there is none, or what a crash of the machine left of one."""
+    if not target.exists():
+        return None
+    with suppress(OSError):  # a folder that is only read is kept by somebody else
+        os.utime(target)
+    try:
+        return ctypes.CDLL(str(target))
+    except OSError:
+        return None
+
+
 def _place(compiler: Compiler, text: str, target: Path) -> None:
-    """Compile a text, or take what was compiled of the same text for another origin (another version, a checkout)."""
+    """Compile a text, or take what was compiled of the same text for another origin (an earlier version)."""
     same = target.parent / name_of(text, compiler)
-    if not same.exists():
+    if _opened(same) is None:
         build(compiler, text, same)
     if same != target:
+        target.unlink(missing_ok=True)
         try:
             os.link(same, target)
         except OSError:  # a file system without links

@@ -5,10 +5,12 @@ Compiled libraries are kept by it: a warm cache lowers, orders and prints nothin
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
+from uuid import uuid4
 
 import numpy as np
 import sympy
@@ -16,7 +18,8 @@ from sympy import Basic, Expr
 
 from sym2real.symbolic.equations import Equations
 
-ROOMS = ("native", "symbolic", "effects", "control")  # whose modules write texts
+PACKAGE = Path(__file__).parent.parent
+ROOMS = (".", "native", "symbolic", "effects", "control")  # whose modules write texts
 
 
 def origin_of_equations(equations: Equations) -> str:
@@ -44,13 +47,33 @@ def origin_of_expression(expression: Basic) -> str:
     return repr(float(expression)) if expression.is_Float else sympy.srepr(expression)
 
 
-@lru_cache(maxsize=1)
 def generators() -> str:
-    """Names, sizes and dates of the files that write texts, as Python tells stale modules; versions of the numerics."""
-    package = Path(__file__).parent.parent
-    lines = [f"numpy {np.__version__} sympy {sympy.__version__}"]
+    """Who writes texts: versions of the numerics, and what stands in the files of this package that do.
+
+    Their dates would not do: images and package managers give all files one date, and an edit may keep the size. Where
+    a file was edited after this process began to import them, nobody knows which text belongs to which content, so
+    that every answer is another one.
+    """
+    return _content() if _dates() == _DATES else f"edited while it ran {uuid4()}"
+
+
+@lru_cache(maxsize=1)
+def _content() -> str:
+    found = hashlib.sha256(f"numpy {np.__version__} sympy {sympy.__version__}".encode())
+    for file in sorted(_DATES):
+        content = (PACKAGE / file).read_bytes()
+        found.update(f"\n{file} {len(content)}\n".encode() + content)
+    return found.hexdigest()
+
+
+def _dates() -> dict[str, tuple[int, int]]:
+    """Path of each file that writes texts → its size and date, as Python tells stale modules."""
+    found = {}
     for room in ROOMS:
-        with os.scandir(package / room) as files:
-            about = [(file.name, file.stat()) for file in files if file.name.endswith((".py", ".h"))]
-        lines += [f"{room}/{name} {stat.st_size} {stat.st_mtime_ns}" for name, stat in sorted(about)]
-    return "\n".join(lines)
+        with os.scandir(PACKAGE / room) as files:
+            about = ((file.name, file.stat()) for file in files if file.name.endswith((".py", ".h")))
+            found |= {f"{room}/{name}": (stat.st_size, stat.st_mtime_ns) for name, stat in about}
+    return found
+
+
+_DATES = _dates()

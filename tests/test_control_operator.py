@@ -10,6 +10,7 @@ import torch
 from reference_models import motor_lagged
 
 from sym2real.control import MPPI, operator
+from sym2real.control.plan import shift
 from sym2real.errors import ShapeError, UnknownNameError
 from sym2real.native import find_compiler
 from sym2real.robots import CRAZYFLIE, MUSHR
@@ -70,6 +71,17 @@ def test_what_does_not_fit_is_refused() -> None:
         plan(mppi.kernel, state, inputs, reference, mean.double(), 0, 0, 1)
     with pytest.raises(ShapeError, match="strided"):
         plan(mppi.kernel, state, inputs, reference.T.contiguous().T, mean, 0, 0, 1)
+
+
+@pytest.mark.parametrize("steps", [-3, 2**31 + 5, -(2**40)])
+def test_a_plan_is_shifted_by_what_there_is_of_it(steps: int) -> None:
+    """Nothing beyond its ends is read, whatever a clock says."""
+    mppi = car()
+    state, inputs, reference, mean = given(mppi)
+    mean[:, 0] = torch.linspace(-0.1, 0.1, len(mean))
+    found = torch.ops.sym2real.plan(mppi.kernel, state, inputs, reference, mean, steps, 0, 1)
+    wanted = torch.ops.sym2real.plan(mppi.kernel, state, inputs, reference, shift(mean, steps), 0, 0, 1)
+    torch.testing.assert_close(found[0], wanted[0], rtol=0, atol=0)
 
 
 def test_a_kernel_is_forgotten_with_its_controller() -> None:

@@ -100,11 +100,11 @@ class FusedStep:
         plan.memory = pointer("memory", self._nothing_sent if given.memory is None else given.memory)
         plan.begun, plan.costs = given.memory is not None, costs.data_ptr()
         plan.seed, plan.call = given.seed & 0xFFFFFFFF, given.call & 0xFFFFFFFF
-        before = pointer("mean", given.mean)
+        before, steps = pointer("mean", given.mean), min(max(given.steps, 0), self.horizon)
         if self._others is None:
-            rejected: int = self._library.plan_alone(self._address, before, given.steps, *self._at[0], plan.mean)
+            rejected: int = self._library.plan_alone(self._address, before, steps, *self._at[0], plan.mean)
             return following, costs, rejected
-        self._library.shifted(self._address, before, given.steps, plan.mean)
+        self._library.shifted(self._address, before, steps, plan.mean)
         waiting = [self._others.submit(self._run, i) for i in range(1, self.threads)]
         self._run(0)
         for one in waiting:

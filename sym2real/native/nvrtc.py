@@ -41,18 +41,19 @@ def compile_cuda(text: str, architecture: str = OLDEST) -> bytes:
     library, program = _nvrtc(), ctypes.c_void_p()
     library.nvrtcCreateProgram(ctypes.byref(program), text.encode(), b"kernel.cu", 0, None, None)
     options = (ctypes.c_char_p * 2)(f"--gpu-architecture={architecture}".encode(), b"--fmad=true")
-    failed = library.nvrtcCompileProgram(program, len(options), options)
     size = ctypes.c_size_t()
-    if failed:
-        library.nvrtcGetProgramLogSize(program, ctypes.byref(size))
-        log = ctypes.create_string_buffer(size.value)
-        library.nvrtcGetProgramLog(program, log)
-        raise CompilationError(f"NVRTC failed: {log.value.decode()[-2000:]}")
-    library.nvrtcGetPTXSize(program, ctypes.byref(size))
-    ptx = ctypes.create_string_buffer(size.value)
-    library.nvrtcGetPTX(program, ptx)
-    library.nvrtcDestroyProgram(ctypes.byref(program))
-    return ptx.raw
+    try:
+        if library.nvrtcCompileProgram(program, len(options), options):
+            library.nvrtcGetProgramLogSize(program, ctypes.byref(size))
+            log = ctypes.create_string_buffer(size.value)
+            library.nvrtcGetProgramLog(program, log)
+            raise CompilationError(f"NVRTC failed: {log.value.decode()[-2000:]}")
+        library.nvrtcGetPTXSize(program, ctypes.byref(size))
+        ptx = ctypes.create_string_buffer(size.value)
+        library.nvrtcGetPTX(program, ptx)
+        return ptx.raw
+    finally:
+        library.nvrtcDestroyProgram(ctypes.byref(program))
 
 
 class CudaModule:

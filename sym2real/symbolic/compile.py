@@ -20,6 +20,7 @@ from sym2real.errors import ModelError, ShapeError
 from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.expressions import canonical
 from sym2real.symbolic.native_choice import native_rollout
+from sym2real.symbolic.native_rollout import require_broadcast
 from sym2real.symbolic.source import function_source, model_source
 
 
@@ -128,8 +129,9 @@ def rollout(
         normalise: puts states back on the manifold after each step of a model that does not do it itself.
 
     Raises:
-        ShapeError: when the model takes no parameters and some are given, or the rows of inputs do not match.
+        ShapeError: where columns, steps or batches do not fit, and for parameters of a model that takes none.
     """
+    _require_fit(model, state, actions)
     whole = getattr(model, "rollout", None)
     if whole is not None:
         native = native_rollout(model, state, actions, (inputs, parameters))
@@ -151,6 +153,18 @@ def rollout(
         state = state if normalise is None else normalise(state)
         states.append(state)
     return torch.stack(states, dim=-2)
+
+
+def _require_fit(model: object, state: Tensor, actions: Tensor) -> None:
+    if actions.dim() < 2 or not actions.shape[-2]:
+        raise ShapeError(f"expected actions (..., H, m) of at least one step, found the shape {tuple(actions.shape)}")
+    equations = getattr(model, "equations", None)
+    if isinstance(model, torch.jit.ScriptModule) and isinstance(equations, Equations):
+        layouts = equations.layouts
+        for tensor, layout, name in ((state, layouts.state, "state"), (actions, layouts.action, "action")):
+            if tensor.shape[-1] != len(layout):
+                raise ShapeError(f"expected the {name} columns {' '.join(layout)}, found {tensor.shape[-1]} columns")
+        require_broadcast(state.shape[:-1], actions.shape[:-2])
 
 
 def read_back(module: nn.Module, equations: Equations) -> Equations:

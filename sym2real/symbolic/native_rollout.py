@@ -15,6 +15,7 @@ from sym2real.native import library_of
 from sym2real.symbolic.c_rollout import rollout_text
 from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.origin import origin_of_equations
+from sym2real.symbolic.source import measured_inputs
 
 KERNELS: WeakValueDictionary[str, NativeRollout] = WeakValueDictionary()  # for as long as somebody keeps them
 _NUMBERS = count(1)
@@ -59,6 +60,7 @@ class NativeRollout:
     def __init__(self, equations: Equations, dtype: torch.dtype) -> None:
         self.dtype, self.layouts = dtype, equations.layouts
         self.values = torch.tensor(list(equations.parameters.values()), dtype=dtype)
+        self._needed = measured_inputs(equations)
         origin = f"rollout in {dtype}\n{origin_of_equations(equations)}"
         made = library_of(origin, lambda: rollout_text(equations, single=dtype == torch.float32))
         self._function: Callable[[object], None] = made.roll_out
@@ -71,15 +73,18 @@ class NativeRollout:
         """States ``# (..., H, n)`` after each action; operands as of :func:`sym2real.symbolic.rollout`.
 
         Raises:
-            ShapeError: when columns, steps or dimensions do not fit.
+            ShapeError: when columns, steps, batches or dimensions do not fit, an operand lies on another device, or
+                inputs are missing that the equations use.
         """
+        if inputs is None and self._needed:
+            raise ShapeError(f"the equations need their inputs: {', '.join(self._needed)}")
         values = self.values if parameters is None else parameters
         known = state.new_zeros(len(self.layouts.inputs)) if inputs is None else inputs
         per_step = known.dim() >= actions.dim()
         operands = [tensor.detach().to(self.dtype) for tensor in (state, actions, known, values)]
-        batches = [state.shape[:-1], actions.shape[:-2], known.shape[: -2 if per_step else -1], values.shape[:-1]]
         self._check(operands, per_step)
-        batch = torch.broadcast_shapes(*batches)
+        batches = [state.shape[:-1], actions.shape[:-2], known.shape[: -2 if per_step else -1], values.shape[:-1]]
+        batch = require_broadcast(*batches)
         out = torch.empty((actions.shape[-2], len(self.layouts.state), *batch), dtype=self.dtype)
         if out.numel():
             places = ((), (-2, -1), (-2, -1) if per_step else (), ())
@@ -94,15 +99,32 @@ class NativeRollout:
     def _check(self, operands: list[Tensor], per_step: bool) -> None:
         actions, inputs = operands[1:3]
         layouts = self.layouts
+        if actions.dim() < 2:
+            raise ShapeError(f"expected actions (..., H, m), found the shape {tuple(actions.shape)}")
         wanted = (len(layouts.state), len(layouts.action), len(layouts.inputs), len(self.values))
         names = ("state", "action", "input", "parameter")
         for name, tensor, size in zip(names, operands, wanted, strict=True):
             if tensor.shape[-1] != size:
                 raise ShapeError(f"expected {size} {name} columns, found {tensor.shape[-1]}")
+            if tensor.device.type != "cpu":
+                raise ShapeError(f"expected the {name} on the processor, found it on {tensor.device}")
             if tensor.dim() > DIMENSIONS:
                 raise ShapeError(f"expected at most {DIMENSIONS} dimensions of the {name}, found {tensor.dim()}")
         if per_step and inputs.shape[-2] != actions.shape[-2]:
             raise ShapeError(f"expected inputs for {actions.shape[-2]} steps, found {inputs.shape[-2]}")
+
+
+def require_broadcast(*batches: torch.Size) -> torch.Size:
+    """The shape that batch dimensions broadcast to.
+
+    Raises:
+        ShapeError: where they do not.
+    """
+    try:
+        return torch.Size(torch.broadcast_shapes(*batches))
+    except RuntimeError as error:
+        found = ", ".join(str(tuple(batch)) for batch in batches)
+        raise ShapeError(f"expected batches that broadcast, found {found}") from error
 
 
 def _operand(tensor: Tensor, batch: torch.Size, whole: torch.Size, stepped: bool) -> _Operand:

@@ -68,7 +68,7 @@ def _content() -> str:
 
 def _dates() -> dict[str, tuple[int, int]]:
     """Path of each file that writes texts → its size and date, as Python tells stale modules."""
-    found = {}
+    found: dict[str, tuple[int, int]] = {}
     for room in ROOMS:
         with os.scandir(PACKAGE / room) as files:
             about = ((file.name, file.stat()) for file in files if file.name.endswith((".py", ".h")))

@@ -1,0 +1,67 @@
+"""What rollouts refuse, and that compiled C refuses what torch does: which of them runs is nobody's choice."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+import torch
+from torch import Tensor
+
+from sym2real.errors import ShapeError
+from sym2real.layout import Layout, Layouts
+from sym2real.native import find_compiler
+from sym2real.robots import MUSHR
+from sym2real.symbolic import Equations, compile_model, native_choice, rollout
+from sym2real.symbolic.native_rollout import NativeRollout
+
+NOMINAL = MUSHR.nominal()
+MODELS: dict[str, Callable[..., Tensor]] = {
+    "compiled": compile_model(NOMINAL),
+    "plain": lambda state, action: state,
+}
+needs_compiler = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("shape", [(2,), (0, 2), (3, 0, 2)])
+def test_no_action_is_no_rollout(model: str, shape: tuple[int, ...]) -> None:
+    with pytest.raises(ShapeError, match="at least one step"):
+        rollout(MODELS[model], torch.zeros(7), torch.zeros(shape))
+
+
+@pytest.mark.parametrize("many", [False, pytest.param(True, marks=needs_compiler)])
+def test_operands_of_a_compiled_model_that_do_not_fit(many: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    if many:  # the first rollout is compiled
+        monkeypatch.setattr(native_choice, "MANY", 0)
+    model, state, actions = compile_model(NOMINAL), torch.zeros(7), torch.zeros(3, 4, 2)
+    with pytest.raises(ShapeError, match="expected the state columns x y"):
+        rollout(model, state[:6], actions)
+    with pytest.raises(ShapeError, match="expected the action columns steer speed, found 3 columns"):
+        rollout(model, state, torch.zeros(3, 4, 3))
+    with pytest.raises(ShapeError, match=r"batches that broadcast, found \(2,\), \(3,\)"):
+        rollout(model, state.expand(2, 7), actions)
+    assert rollout(model, state, torch.zeros(0, 4, 2)).shape == (0, 4, 7)
+
+
+@needs_compiler
+def test_the_kernel_refuses_what_it_cannot_read() -> None:
+    """It reads memory by its address: elsewhere there is none."""
+    kernel = NativeRollout(NOMINAL, torch.float32)
+    state, actions = torch.zeros(7), torch.zeros(4, 2)
+    with pytest.raises(ShapeError, match="state on the processor, found it on meta"):
+        kernel(state.to("meta"), actions)
+    with pytest.raises(ShapeError, match="batches that broadcast"):
+        kernel(state.expand(2, 7), actions.expand(3, 4, 2))
+    with pytest.raises(ShapeError, match=r"actions \(..., H, m\)"):
+        kernel(state, actions[0])
+
+
+@needs_compiler
+def test_what_is_measured_is_not_taken_for_zero() -> None:
+    layouts = Layouts(Layout.of(("vx",)), Layout.of(("speed",)), Layout.of(("vbat", "fx")))
+    equations = Equations.parse(layouts, {"vx": "vx + 0.1*speed*vbat + fx"}, 0.1)
+    kernel, state, actions = NativeRollout(equations, torch.float64), torch.zeros(1).double(), torch.ones(2, 1).double()
+    with pytest.raises(ShapeError, match="need their inputs: vbat"):
+        kernel(state, actions)
+    assert kernel(state, actions, torch.tensor([4.0, 0.0]).double())[-1, 0] == pytest.approx(0.8)

@@ -10,7 +10,7 @@ import pytest
 
 from sym2real.adaptation import EpisodeReport, Progress, StageOne, stage_one, tracking_error
 from sym2real.adaptation.episode_report import one_step_error, settled
-from sym2real.errors import ModelError
+from sym2real.errors import DataError, ModelError
 from sym2real.experiments.learning import training_tasks
 from sym2real.plants import MujocoPlant
 from sym2real.regression import BeamSearch
@@ -29,7 +29,8 @@ def test_the_first_episode_is_random_and_uses_up_its_steps() -> None:
     settings = StageOne(episodes=1, steps=200, pushed=False, seed=1)
     base = stage_one(MujocoPlant(CRAZYFLIE), training_tasks(CRAZYFLIE), BeamSearch(), settings)
     assert 190 <= sum(len(trajectory) for trajectory in base.episodes) <= 200
-    assert base.reports[0].crashes >= 3
+    used_up = base.reports[0].rows == settings.steps
+    assert base.reports[0].crashes == len(base.episodes) - used_up >= 3
     assert np.isnan(base.reports[0].tracking)
     for trajectory in base.episodes:
         np.testing.assert_allclose(trajectory.state[0], CRAZYFLIE.start, atol=1e-12)
@@ -66,6 +67,26 @@ def test_a_folder_of_another_run_is_refused(tmp_path: Path) -> None:
     stage_one(plant, tasks, engine, settings, folder=tmp_path)
     with pytest.raises(ModelError, match="steps: 80 there, 90 now"):
         stage_one(plant, tasks, engine, replace(settings, steps=90), folder=tmp_path)
+
+
+def test_a_run_that_cannot_be_is_refused_before_it_begins(tmp_path: Path) -> None:
+    for settings in ({"episodes": 0}, {"steps": 5}):
+        with pytest.raises(ModelError, match="at least one episode of 10 steps"):
+            StageOne(**settings)
+    plant, engine = MujocoPlant(MUSHR), BeamSearch(angles=MUSHR.angles)
+    with pytest.raises(ModelError, match="at least one task"):
+        stage_one(plant, [], engine, QUICK)
+    (tmp_path / "settings.json").write_text("{")
+    with pytest.raises(DataError, match="the settings of a run"):
+        stage_one(plant, training_tasks(MUSHR), engine, QUICK, folder=tmp_path)
+
+
+def test_only_what_ends_on_the_ground_is_a_crash() -> None:
+    """A car under random commands stays on its wheels; its one try ends because the steps are used up."""
+    base = stage_one(
+        MujocoPlant(MUSHR), training_tasks(MUSHR), BeamSearch(angles=MUSHR.angles), replace(QUICK, episodes=1)
+    )
+    assert [(report.rows, report.crashes) for report in base.reports] == [(QUICK.steps, 0)]
 
 
 def test_equations_without_thrust_are_refused_loudly() -> None:

@@ -101,6 +101,30 @@ def test_coarse_rollouts_of_a_free_body_stay_close() -> None:
     assert plant.mj_model.opt.timestep == CRAZYFLIE.physics_dt
 
 
+def test_rollouts_and_episodes_of_nothing_are_refused() -> None:
+    plant, controller = MujocoPlant(CRAZYFLIE), Scripted(np.zeros((3, 4)))
+    for shape in ((0, 3, 4), (2, 3, 3), (3, 4)):
+        with pytest.raises(ShapeError, match="with N > 0"):
+            rollout_mujoco(plant, plant.full_state, np.zeros(shape))
+    for options in ({"threads": 0}, {"substeps": 0}):
+        with pytest.raises(ShapeError, match="at least one thread and physics step"):
+            rollout_mujoco(plant, plant.full_state, np.zeros((2, 3, 4)), **options)
+    with pytest.raises(ShapeError, match="at least one step"):
+        run_episode(plant, controller, steps=0)
+    with pytest.raises(ShapeError, match="found 3 steps and 2 pushes"):
+        run_episode(plant, controller, steps=3, wrench=np.zeros((2, 6)))
+
+
+@every_robot
+def test_what_is_no_number_never_reaches_the_simulator(robot: Robot) -> None:
+    """MuJoCo would put zeros in its place and go on."""
+    plant = MujocoPlant(robot)
+    with pytest.raises(ShapeError, match="finite action"):
+        plant.step(np.full(robot.layouts.action.size, np.nan))
+    with pytest.raises(ShapeError, match="finite state"):
+        plant.reset(np.full(robot.layouts.state.size, np.inf))
+
+
 def test_rollouts_refuse_what_they_cannot_apply() -> None:
     actions = np.tile(CRAZYFLIE.rest, (2, 3, 1))
     windy = MujocoPlant(CRAZYFLIE, [effect("wind", CRAZYFLIE).inject(fx=0.01)])

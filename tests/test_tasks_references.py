@@ -155,3 +155,30 @@ def test_wrong_names_and_wrong_robots_are_refused() -> None:
     with pytest.raises(UnknownNameError, match="unseen"):
         make_task("park", ROBOTS["mushr"], start_region="unsen")
     assert set(TASKS) == {"hover", "circle", "lemniscate", "track", "park", "reverse_circle"}
+
+
+@pytest.mark.parametrize("robot_name", ROBOTS)
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        ("circle", {"radius": 0}),
+        ("circle", {"speed": 0}),
+        ("circle", {"radius": float("nan")}),
+        ("lemniscate", {"period": 0}),
+        ("lemniscate", {"half_width": -1.0}),
+        ("track", {"scale": 0}),
+        ("track", {"speed": float("inf")}),
+    ],
+)
+def test_paths_that_nobody_can_follow_are_refused(robot_name: str, name: str, options: dict) -> None:
+    with pytest.raises(ShapeError, match=f"task '{name}': expected {next(iter(options))} > 0"):
+        make_task(name, ROBOTS[robot_name], **options)
+
+
+def test_places_are_all_of_their_numbers() -> None:
+    with pytest.raises(ShapeError, match="3 finite numbers"):
+        make_task("hover", ROBOTS["crazyflie"], goal=(1.0, 2.0))
+    with pytest.raises(ShapeError, match="2 finite numbers"):
+        make_task("park", ROBOTS["mushr"], goal=(1.0,))
+    with pytest.raises(ShapeError, match="2 finite numbers"):
+        make_task("park", ROBOTS["mushr"], goal=(1.0, float("nan")))

@@ -43,6 +43,9 @@ class StageOne:
         pushed: learn the wrench inputs too.
         until_settled: stop before ``episodes`` when nothing gets better.
         seed: of starts, commands, pushes and samples.
+
+    Raises:
+        ModelError: without an episode, or with one too short to learn from.
     """
 
     episodes: int = 10
@@ -51,6 +54,12 @@ class StageOne:
     pushed: bool = True
     until_settled: bool = True
     seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.episodes < 1 or self.steps < SHORTEST_TRY:
+            raise ModelError(
+                f"Stage I needs at least one episode of {SHORTEST_TRY} steps, found {self.episodes} of {self.steps}"
+            )
 
 
 @dataclass(frozen=True)
@@ -117,8 +126,12 @@ def stage_one(
         on_progress: told of every control step and every finished episode.
 
     Raises:
-        ModelError: when the equations miss a dependence that control needs, or the folder holds another run.
+        ModelError: without a task, when the equations miss a dependence that control needs, or when the folder holds
+            another run.
+        DataError: when what the folder holds cannot be read, or nothing can be written there.
     """
+    if not tasks:
+        raise ModelError("Stage I needs at least one task")
     loop = _Loop(plant, tuple(tasks), engine, settings or StageOne(), Record(folder, plant.layouts), on_progress)
     loop.record.claim(
         {"robot": plant.robot.name, "tasks": [task.name for task in tasks], "engine": repr(engine)}
@@ -151,8 +164,7 @@ class _Loop:
             self.on_progress(Progress("episodes", number + 1, self.settings.episodes, reports[-1]))
             if self.settings.until_settled and settled(reports):
                 break
-        if equations is None:
-            raise ModelError(f"Stage I needs at least one episode, found {self.settings.episodes}")
+        assert equations is not None  # there is an episode at least
         pushed: list[Trajectory] = []
         if self.settings.pushed:
             for number in range(len(reports)):
@@ -215,11 +227,12 @@ class _Loop:
     def _report(
         self, number: int, newest: Sequence[Trajectory], flown_by: Equations | None, seconds: float, fitted: float
     ) -> EpisodeReport:
+        rows = sum(len(trajectory) for trajectory in newest)
         return EpisodeReport(
             number=number,
             task=self.tasks[(number - 1) % len(self.tasks)].name if number else RANDOM_COMMANDS,
-            rows=sum(len(trajectory) for trajectory in newest),
-            crashes=sum(len(trajectory) < self.settings.steps for trajectory in newest),
+            rows=rows,
+            crashes=len(newest) - (rows == self.settings.steps),  # the last try ends with the steps, not on the ground
             tracking=tracking_error(newest[0]) if number else float("nan"),
             prediction=one_step_error(flown_by, newest) if flown_by else float("nan"),
             fitted=fitted,

@@ -78,15 +78,16 @@ class CorrectedMPPI:
     Args:
         controller: knows nothing of the sensors.
         sensors: report what is given to :meth:`act`.
-
-    Attributes:
-        samples: of the controller.
     """
 
     def __init__(self, controller: MPPI, sensors: Sensors) -> None:
         self._controller, self._sensors = controller, sensors
-        self.samples = controller.samples
         self.reset, self.remember = controller.reset, controller.remember
+
+    @property
+    def samples(self) -> int:
+        """Of the controller, which draws fewer once it has missed its period."""
+        return self._controller.samples
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Action ``# (action,)`` for a measured state ``# (state,)``."""
@@ -114,8 +115,11 @@ def fly(
         seed: of the start.
         on_step: called with the number of steps done.
         name: of the trajectory.
+
+    Raises:
+        ShapeError: where that is no step.
     """
-    steps = round((seconds or task.duration) / plant.dt)
+    steps = round((task.duration if seconds is None else seconds) / plant.dt)
     timed = _Timed(controller)
     trajectory = run_episode(
         plant, timed, task, seed=seed, steps=steps, on_step=lambda step, *_: on_step(step + 1), name=name

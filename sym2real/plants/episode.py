@@ -9,6 +9,7 @@ import numpy as np
 import torch
 from numpy.typing import ArrayLike
 
+from sym2real.errors import ShapeError
 from sym2real.protocols import Controller, Plant
 from sym2real.trajectory import Array, Trajectory
 
@@ -45,7 +46,13 @@ def run_episode(
         wrench: pushes by step, for plants that have ``push`` ``# (steps, inputs)``.
         on_step: called after every step with its number, the state and the action.
         name: of the trajectory.
+
+    Raises:
+        ShapeError: without a step, or with fewer pushes than steps.
     """
+    if steps < 1 or (wrench is not None and len(wrench) < steps):
+        pushes = "" if wrench is None else f" and {len(wrench)} pushes"
+        raise ShapeError(f"an episode needs at least one step, and pushes for all of them; found {steps} steps{pushes}")
     if start is None and task is not None:
         start = task.start(np.random.default_rng(seed))
     state = plant.reset(start, seed)

@@ -129,8 +129,14 @@ class MujocoPlant:
         self._wrench[self._columns] = values
 
     def reset(self, state: ArrayLike | None = None, seed: int | None = None) -> Array:
-        """Start an episode at ``state``, or at the robot's start; nothing is random, so the seed has no effect."""
+        """Start an episode at ``state``, or at the robot's start; nothing is random, so the seed has no effect.
+
+        Raises:
+            ShapeError: for another number of columns, or a state that is not finite.
+        """
         start = self.robot.start if state is None else np.asarray(state, dtype=np.float64)
+        if not np.isfinite(start).all():
+            raise ShapeError(f"expected a finite state, found {start.tolist()}")
         mujoco.mj_resetData(self.mj_model, self.mj_data)
         self.robot.write_state(self.mj_model, self.mj_data, start)
         mujoco.mj_forward(self.mj_model, self.mj_data)
@@ -141,10 +147,16 @@ class MujocoPlant:
         return self._measured()
 
     def step(self, action: ArrayLike) -> Array:
-        """Measured state ``# (state,)`` after one action ``# (action,)``, held for a control period."""
+        """Measured state ``# (state,)`` after one action ``# (action,)``, held for a control period.
+
+        Raises:
+            ShapeError: for another number of columns, or an action that is not finite, which MuJoCo takes for zero.
+        """
         sent = np.asarray(action, dtype=np.float64)
         if sent.shape != (self.layouts.action.size,):
             raise ShapeError(f"an action has columns {self.layouts.action.columns}, found shape {sent.shape}")
+        if not np.isfinite(sent).all():
+            raise ShapeError(f"expected a finite action, found {sent.tolist()}")
         control = self.robot.to_control(_filtered(self._command_filters, sent))
         self.mj_data.ctrl[: len(control)] = control  # changes may append actuators of their own
         if self._fresh:

@@ -34,11 +34,15 @@ def rollout_mujoco(
     model, robot = plant.mj_model, plant.robot
     starts = np.atleast_2d(full_states)
     size = mujoco.mj_stateSize(model, FULL_STATE)
-    if starts.shape[1] != size or actions.ndim != 3 or len(starts) not in (1, len(actions)):
+    columns = robot.layouts.action.size
+    fits = starts.shape[1] == size and len(starts) in (1, len(actions)) and actions.shape[2:] == (columns,)
+    if not fits or not len(actions):
         raise ShapeError(
-            f"expected full states (N, {size}) and actions (N, H, {robot.layouts.action.size}), "
+            f"expected full states (N, {size}) and actions (N, H, {columns}) with N > 0, "
             f"found {full_states.shape} and {actions.shape}"
         )
+    if threads < 1 or (substeps is not None and substeps < 1):
+        raise ShapeError(f"expected at least one thread and physics step, found {threads} and {substeps}")
     if substeps is None:
         substeps = robot.substeps
     else:

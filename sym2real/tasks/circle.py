@@ -9,7 +9,7 @@ from sym2real.robots.robot import Robot
 from sym2real.tasks.cost import tracking_cost
 from sym2real.tasks.path import Path, along, episode_length
 from sym2real.tasks.start import on_path
-from sym2real.tasks.task import Task, flies, require
+from sym2real.tasks.task import Task, flies, require, require_positive
 
 RADIUS = {"flight": 0.5, "drive": 1.5}  # m; the car's from the paper authors' logs
 SPEED = {"flight": 1.0, "drive": 0.825}  # m/s; the car's from the paper authors' logs
@@ -23,6 +23,9 @@ def circle(robot: Robot, radius: float | None = None, speed: float | None = None
         radius: m; 0.5 for a quadrotor, 1.5 for a car.
         speed: m/s; 1.0 for a quadrotor, 0.825 for a car.
         clockwise: seen from above.
+
+    Raises:
+        ShapeError: for a radius or a speed that is not positive.
     """
     reference = along(circular_path(robot, radius, speed, clockwise), robot)
     return Task("circle", reference, tracking_cost(robot), on_path(reference, robot), episode_length(robot))
@@ -40,7 +43,7 @@ def reverse_circle(
         clockwise: seen from above.
 
     Raises:
-        ShapeError: when the robot has no heading.
+        ShapeError: when the robot has no heading, and for a radius or a speed that is not positive.
     """
     require(robot, "heading", "reverse_circle")
     reference = along(circular_path(robot, radius, speed, clockwise), robot, reverse=True)
@@ -48,10 +51,16 @@ def reverse_circle(
 
 
 def circular_path(robot: Robot, radius: float | None, speed: float | None, clockwise: bool) -> Path:
-    """The circle as a path, with the robot's defaults where nothing is given."""
+    """The circle as a path, with the robot's defaults where nothing is given.
+
+    Raises:
+        ShapeError: for a radius or a speed that is not positive.
+    """
     kind = "flight" if flies(robot) else "drive"
     r = RADIUS[kind] if radius is None else radius
-    omega = (SPEED[kind] if speed is None else speed) / r * (-1.0 if clockwise else 1.0)
+    pace = SPEED[kind] if speed is None else speed
+    require_positive("circle", radius=r, speed=pace)
+    omega = pace / r * (-1.0 if clockwise else 1.0)
 
     def path(time: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         cosine, sine = torch.cos(omega * time), torch.sin(omega * time)

@@ -11,7 +11,7 @@ from torch import Tensor
 from sym2real.robots.robot import Robot
 from sym2real.tasks.cost import tracking_cost
 from sym2real.tasks.path import HEIGHT, along, at_rest, episode_length
-from sym2real.tasks.task import Array, Reference, Task, require
+from sym2real.tasks.task import Array, Reference, Task, require, require_numbers
 
 START = (0.0, 0.0, HEIGHT)
 # The paper's test volume of 0.6 × 0.6 × 1 m, around the point where training hovers.
@@ -27,7 +27,7 @@ def hover(robot: Robot, goal: Sequence[float] = START, start: Sequence[float] = 
         start: where the episode starts, upright and at rest, m, world axes.
 
     Raises:
-        ShapeError: when the robot has no attitude.
+        ShapeError: when the robot has no attitude, or a place is not three numbers.
     """
     require(robot, "attitude", "hover")
     reference = standing(robot, goal)
@@ -42,7 +42,7 @@ def unseen_goal(rng: np.random.Generator) -> Array:
 
 def standing(robot: Robot, point: Sequence[float]) -> Reference:
     """Reference that stays upright at a point."""
-    x, y, z = (float(value) for value in point)
+    x, y, z = require_numbers("hover", "a point", point, 3)
 
     def path(time: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         zero = torch.zeros_like(time)

@@ -16,7 +16,7 @@ from sym2real.robots.robot import Robot
 from sym2real.tasks.cost import tracking_cost
 from sym2real.tasks.path import along, episode_length
 from sym2real.tasks.start import on_path
-from sym2real.tasks.task import Task, flies
+from sym2real.tasks.task import Task, flies, require_positive
 
 HALF_WIDTH = {"flight": 0.5, "drive": 2.4}  # m; the car's is the smallest that its steering allows with some reserve
 PERIOD = {"flight": 4.0, "drive": 15.0}  # s
@@ -29,10 +29,15 @@ def lemniscate(robot: Robot, half_width: float | None = None, period: float | No
         robot: the robot.
         half_width: a, m; 0.5 for a quadrotor, 2.4 for a car.
         period: of one whole eight, s; 4 for a quadrotor (at most 0.8 m/s), 15 for a car (at most 1 m/s).
+
+    Raises:
+        ShapeError: for a half width or a period that is not positive.
     """
     kind = "flight" if flies(robot) else "drive"
     a = HALF_WIDTH[kind] if half_width is None else half_width
-    omega = 2 * pi / (PERIOD[kind] if period is None else period)
+    lap = PERIOD[kind] if period is None else period
+    require_positive("lemniscate", half_width=a, period=lap)
+    omega = 2 * pi / lap
 
     def path(time: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         angle = omega * time - pi / 2  # from the crossing

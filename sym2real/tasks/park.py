@@ -13,7 +13,7 @@ from sym2real.robots.robot import Robot
 from sym2real.tasks.cost import tracking_cost
 from sym2real.tasks.path import episode_length
 from sym2real.tasks.start import car_at_rest
-from sym2real.tasks.task import Array, Task, require
+from sym2real.tasks.task import Array, Task, require, require_numbers
 
 
 @dataclass(frozen=True)
@@ -46,11 +46,12 @@ def park(robot: Robot, goal: Sequence[float] = (1.0, 0.0), yaw: float = 0.0, sta
         start_region: a key of :data:`START_REGIONS`.
 
     Raises:
-        ShapeError: when the robot has no heading.
+        ShapeError: when the robot has no heading, or the goal is not two numbers.
         UnknownNameError: when there is no such start region.
     """
     require(robot, "heading", "park")
-    parked = car_at_rest(float(goal[0]), float(goal[1]), yaw)
+    x, y = require_numbers("park", "goal", goal, 2)
+    parked = car_at_rest(x, y, yaw)
 
     def reference(time: Tensor) -> Tensor:
         return time.new_tensor(parked).expand(*time.shape, len(parked))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -54,4 +55,27 @@ def require(robot: Robot, field: str, task: str) -> None:
     layout = robot.layouts.state
     if not layout.has_field(field):
         have = ", ".join(known.name for known in layout.fields)
-        raise ShapeError(f"task {task!r} needs a robot with a {field} in its state; {robot.name} has {have}")
+        raise ShapeError(f"task {task!r} needs a robot with the field {field!r} in its state; {robot.name} has {have}")
+
+
+def require_positive(task: str, **sizes: float) -> None:
+    """Refuse sizes, speeds and times of a task that no path has.
+
+    Raises:
+        ShapeError: with the first that is not a positive number.
+    """
+    for name, value in sizes.items():
+        if not 0.0 < value < math.inf:
+            raise ShapeError(f"task {task!r}: expected {name} > 0, found {value!r}")
+
+
+def require_numbers(task: str, name: str, values: Sequence[float], count: int) -> list[float]:
+    """A place as so many numbers.
+
+    Raises:
+        ShapeError: for another number of them, or one that is not finite.
+    """
+    numbers = [float(value) for value in values]
+    if len(numbers) != count or not all(map(math.isfinite, numbers)):
+        raise ShapeError(f"task {task!r}: expected {name} as {count} finite numbers in m, found {numbers}")
+    return numbers

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -10,10 +12,12 @@ from sym2real.control import geometric_controller
 from sym2real.diagnosis import add, compare
 from sym2real.effects import effect
 from sym2real.effects.sensors import Sensors
-from sym2real.errors import ModelError
+from sym2real.errors import ModelError, ShapeError
 from sym2real.experiments.flying import fly, mppi_controller
-from sym2real.plants import MujocoPlant
+from sym2real.layout import Layout
+from sym2real.plants import ModelPlant, MujocoPlant
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
+from sym2real.symbolic import compile_model
 from sym2real.tasks import make_task
 
 CASES = [
@@ -104,3 +108,26 @@ def test_a_model_that_fades_with_time_predicts_a_log_without_a_clock() -> None:
     plain = CRAZYFLIE.nominal()
     errors = [compare(model, log).at(0.5).errors for model in (plain, add(plain, "battery_sag", {"value": 0.02}))]
     assert errors[1]["position"].value < 0.2 * errors[0]["position"].value
+
+
+def test_mppi_flies_models_whose_inputs_are_not_the_robots() -> None:
+    """Thrust that fades has a clock, equations fitted to logs have no wrench; the simulator gives a wrench alone."""
+    plain, task = CRAZYFLIE.nominal(), make_task("hover", CRAZYFLIE)
+    unpushed = plain.substitute(dict.fromkeys(plain.layouts.inputs, 0.0))
+    unpushed = replace(unpushed, layouts=replace(plain.layouts, inputs=Layout(())))
+    fading = add(plain, "battery_sag", {"value": 0.05})
+    finals = []
+    for model, changes in (
+        (unpushed, []),
+        (fading, [effect("battery_sag", CRAZYFLIE).inject(value=0.05)]),
+    ):
+        controller = mppi_controller(model, CRAZYFLIE, task, samples=64)
+        finals.append(fly(MujocoPlant(CRAZYFLIE, changes), controller, task, seconds=4.0).final)
+        assert controller.samples == 64
+    assert max(finals) < 0.05
+
+
+@pytest.mark.parametrize("values", [("battery_sag", {"value": 0.02}), ("motor_lag", {"value": 0.05})])
+def test_a_model_with_a_clock_or_hidden_states_is_no_plant(values: tuple[str, dict[str, float]]) -> None:
+    with pytest.raises(ShapeError, match="cannot step a model of"):
+        ModelPlant(compile_model(add(CRAZYFLIE.nominal(), *values)), CRAZYFLIE)

@@ -58,7 +58,7 @@ def mppi_controller(
     """MPPI with these equations and the robot's sampling, with another number of samples where one is given.
 
     Where the equations hold measurement effects, MPPI receives the state without them, so that references keep their
-    meaning.
+    meaning; where their inputs are others than the robot's (a time, or none at all), those that they have.
 
     Raises:
         ModelError: for equations whose measurements have memory, which cannot be undone.
@@ -69,19 +69,21 @@ def mppi_controller(
     settings = robot.mppi if samples is None else replace(robot.mppi, samples=samples)
     filters = FilterState(equations) if command_filters(equations) else None
     mppi = MPPI(VisibleModel(equations), robot, task, settings=settings, seed=seed, filters=filters, period=period)
-    return CorrectedMPPI(mppi, Sensors(equations)) if equations.output else mppi
+    same = not equations.output and equations.layouts.inputs.columns == robot.layouts.inputs.columns
+    return mppi if same else CorrectedMPPI(mppi, equations)
 
 
 class CorrectedMPPI:
-    """MPPI that is given the state that the sensors mean.
+    """MPPI that is given the state that the sensors mean, and the inputs that its equations have.
 
     Args:
-        controller: knows nothing of the sensors.
-        sensors: report what is given to :meth:`act`.
+        controller: knows nothing of the sensors, and of the equations' inputs alone.
+        equations: say what the sensors report, and name the inputs.
     """
 
-    def __init__(self, controller: MPPI, sensors: Sensors) -> None:
-        self._controller, self._sensors = controller, sensors
+    def __init__(self, controller: MPPI, equations: Equations) -> None:
+        self._controller, self._sensors = controller, Sensors(equations)
+        self._wanted, self._given = equations.layouts.inputs.columns, controller.robot.layouts.inputs.columns
         self.reset, self.remember = controller.reset, controller.remember
 
     @property
@@ -90,9 +92,15 @@ class CorrectedMPPI:
         return self._controller.samples
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
-        """Action ``# (action,)`` for a measured state ``# (state,)``."""
+        """Action ``# (action,)`` for a measured state ``# (state,)`` and the robot's inputs ``# (inputs,)``."""
         measured = torch.as_tensor(np.asarray(state, dtype=np.float64))
-        return self._controller.act(self._sensors.state(measured).numpy(), step, inputs)
+        return self._controller.act(self._sensors.state(measured).numpy(), step, self._known(step, inputs))
+
+    def _known(self, step: int, inputs: ArrayLike | None) -> ArrayLike | None:
+        """By name; what neither the robot nor the clock gives is left to the controller to miss."""
+        held = np.zeros(len(self._given)) if inputs is None else np.asarray(inputs, dtype=np.float64)
+        known = {**dict(zip(self._given, held, strict=False)), "t": step * self._controller.robot.dt}
+        return np.array([known[name] for name in self._wanted]) if known.keys() >= set(self._wanted) else inputs
 
 
 def fly(

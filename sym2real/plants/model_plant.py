@@ -11,6 +11,7 @@ from sym2real.errors import ShapeError
 from sym2real.layout import Layouts
 from sym2real.protocols import DynamicsModel
 from sym2real.robots import Robot
+from sym2real.symbolic import Equations
 from sym2real.trajectory import Array
 
 
@@ -26,7 +27,8 @@ class ModelPlant:
         start: state after a reset without one ``# (state,)``; None for the robot's.
 
     Raises:
-        ShapeError: when layouts are given without ``dt`` and ``start``.
+        ShapeError: when layouts are given without ``dt`` and ``start``, or a compiled model has other columns: hidden
+            states and a time would have to go on from step to step.
     """
 
     def __init__(
@@ -43,6 +45,7 @@ class ModelPlant:
             dt, start = dt or self.robot.dt, self.robot.start if start is None else start
         if dt is None or start is None:
             raise ShapeError("a ModelPlant of layouts alone needs dt and start")
+        _require_columns(model, self._layouts)
         self._dt = dt
         self._start = np.asarray(start, dtype=np.float64)
         self._dtype = _dtype(model)
@@ -90,6 +93,16 @@ class ModelPlant:
 
     def _tensor(self, values: Array) -> Tensor:
         return torch.as_tensor(values, dtype=self._dtype)
+
+
+def _require_columns(model: object, layouts: Layouts) -> None:
+    equations = getattr(model, "equations", None)
+    if not (isinstance(model, torch.jit.ScriptModule) and isinstance(equations, Equations)):
+        return
+    for group in ("state", "action", "inputs"):
+        mine, its = getattr(layouts, group).columns, getattr(equations.layouts, group).columns
+        if mine != its:
+            raise ShapeError(f"a ModelPlant of the {group} columns {mine} cannot step a model of {its}")
 
 
 def _checked(values: ArrayLike, columns: tuple[str, ...]) -> Array:

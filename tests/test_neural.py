@@ -102,6 +102,9 @@ def test_what_does_not_fit_is_refused() -> None:
         Composed(equations, ResidualMLP(equations.layouts))  # a residual sees what a log holds
     with pytest.raises(ShapeError, match="at least one hidden layer"):
         ResidualMLP(MUSHR.layouts, ())
+    for options in ({"members": 0}, {"widths": (8, 0)}):
+        with pytest.raises(ShapeError, match="at least one unit"):
+            Ensemble(MUSHR.layouts, **options)
 
 
 def test_hidden_states_go_on_beneath_a_residual() -> None:

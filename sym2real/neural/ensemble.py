@@ -13,6 +13,7 @@ from itertools import pairwise
 import torch
 from torch import Tensor, nn
 
+from sym2real.errors import ShapeError
 from sym2real.layout import Layouts
 
 
@@ -24,12 +25,17 @@ class Ensemble(nn.Module):
         members: networks.
         widths: of each network's hidden layers.
         seed: of the first weights.
+
+    Raises:
+        ShapeError: without a member, or with a hidden layer of no unit.
     """
 
     def __init__(
         self, layouts: Layouts, members: int = 4, widths: Sequence[int] = (200, 200, 200, 200), seed: int = 0
     ) -> None:
         super().__init__()
+        if min((members, *widths)) < 1:
+            raise ShapeError(f"expected members and hidden layers of at least one unit, found {members}, {(*widths,)}")
         self.state = layouts.state
         generator = torch.Generator().manual_seed(seed)
         sizes = (len(layouts.state) + len(layouts.action), *widths, len(layouts.state))

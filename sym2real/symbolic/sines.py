@@ -16,7 +16,8 @@ from sym2real.symbolic.influence import influences
 from sym2real.symbolic.intervals import Interval, bounds
 from sym2real.symbolic.program import Program
 
-# What one call may change in any result: as much as rounding of a number near four does in single precision.
+# What one call may change in any result: as much as rounding of a number near four does in single precision. No call is
+# held to less than the finest error.
 BUDGET = 2.5e-7
 COARSEST, FINEST = 0.1, 1e-6
 GRID = 8  # intervals are widened to eighths, so that many calls share a polynomial

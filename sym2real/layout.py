@@ -74,6 +74,7 @@ VOCABULARY: tuple[tuple[Group, Field], ...] = (
     ("inputs", Field("battery", ("vbat",), "V")),
     ("inputs", Field("time", ("t",), "s")),
 )
+WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")  # zero where nobody pushes
 
 
 def _known_field(column: str) -> Field:

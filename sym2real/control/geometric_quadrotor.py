@@ -23,13 +23,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import torch
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from torch import Tensor
 
 from sym2real.robots.robot import GRAVITY
 from sym2real.rotation import yaw
-
-Array = NDArray[np.float64]
+from sym2real.trajectory import Array
 
 UP = np.array([0.0, 0.0, 1.0])
 # Reference velocities are differentiated over this half-step, s: one control period, so that a corner of the

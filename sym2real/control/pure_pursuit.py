@@ -17,10 +17,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from torch import Tensor
 
-Array = NDArray[np.float64]
+from sym2real.trajectory import Array
 
 STANDING = 0.05  # m/s: a reference slower than this is a place to park at, not a path to follow
 

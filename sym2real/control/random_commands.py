@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from sym2real.robots.robot import Robot
-
-Array = NDArray[np.float64]
+from sym2real.trajectory import Array
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from sym2real.effects.voltage import VOLTAGE, settled
-from sym2real.layout import Layout
+from sym2real.layout import WRENCH, Layout
 from sym2real.trajectory import Array, Dataset, Trajectory
 
-TIME, PUSHES = "t", ("fx", "fy", "fz", "tx", "ty", "tz")
+TIME = "t"
 # Of a force that swings, in the middle of the step after a row, rad; what swings in no log has it at zero.
 ANGLE = "swing_angle"
 
@@ -30,7 +30,7 @@ def with_inputs(inputs: Layout, logs: Dataset) -> Dataset:
 
 
 def _is_known(name: str, log: Trajectory) -> bool:
-    return name in log.layouts.inputs or name in log.extra or name == TIME or name in PUSHES
+    return name in log.layouts.inputs or name in log.extra or name == TIME or name in WRENCH
 
 
 def _column(name: str, log: Trajectory) -> Array:

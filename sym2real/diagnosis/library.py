@@ -14,7 +14,7 @@ from sym2real.diagnosis.inputs import ANGLE
 from sym2real.effects import Effect, compose
 from sym2real.effects.filters import without_quantities
 from sym2real.effects.kind import Parameter
-from sym2real.layout import Layout
+from sym2real.layout import WRENCH, Layout
 from sym2real.symbolic import Equations, compile_function, compile_model, symbol
 
 # Effects that bring hidden states, which do not matter where these are at their null value.
@@ -23,7 +23,6 @@ HIDING = ("motor_lag",)
 SWINGING: dict[str, dict[str, Expr | float]] = {"periodic_force": {"omega": 0.0, "phase": symbol(ANGLE)}}
 # Parameters that are a choice among few.
 CHOICES = {"rotor_loss": ("rotor", (1, 2, 3, 4))}
-WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from sym2real.errors import ModelError, UnknownNameError
 from sym2real.experiments import standard_conditions as conditions
 from sym2real.experiments.disturbed import ColouredNoise
 from sym2real.experiments.standard_set import DITHER, DITHER_TIME, GAINS, AtItsPace
+from sym2real.layout import WRENCH
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Controller
 from sym2real.robots import Robot
@@ -112,8 +113,7 @@ def usual_noise(robot: Robot) -> AssumedNoise:
         )
     force = np.sqrt(2 * conditions.FORCE_TIME / length) * conditions.FORCE
     torque = np.sqrt(2 * conditions.TORQUE_TIME / length) * conditions.TORQUE
-    names = ("fx", "fy", "fz", "tx", "ty", "tz")
-    return AssumedNoise(sensors, dict(zip(names, map(float, (*force, *torque)), strict=True)))
+    return AssumedNoise(sensors, dict(zip(WRENCH, map(float, (*force, *torque)), strict=True)))
 
 
 def _kind(robot: Robot) -> str:

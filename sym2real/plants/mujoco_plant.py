@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sym2real.errors import ShapeError
-from sym2real.layout import Layouts
+from sym2real.layout import WRENCH, Layouts
 from sym2real.protocols import Change, Filter
 from sym2real.robots import Robot
 from sym2real.trajectory import Array
 
 FULL_STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 ROLL_OVER = np.deg2rad(60.0)
-WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
 def edited(robot: Robot, changes: Sequence[Change] = (), description: str | None = None) -> mujoco.MjSpec:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sym2real.layout import Layout, Layouts
+from sym2real.layout import WRENCH, Layout, Layouts
 from sym2real.robots.robot import GRAVITY, MPPISettings, Robot
 from sym2real.trajectory import Array
 
@@ -31,7 +31,7 @@ HOVER = MASS * GRAVITY
 LAYOUTS = Layouts(
     state=Layout.of(("x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz")),
     action=Layout.of(("thrust", "wx_cmd", "wy_cmd", "wz_cmd")),
-    inputs=Layout.of(("fx", "fy", "fz", "tx", "ty", "tz")),
+    inputs=Layout.of(WRENCH),
 )
 
 

@@ -11,7 +11,8 @@ from torch import Tensor
 from sym2real.robots.robot import Robot
 from sym2real.tasks.cost import tracking_cost
 from sym2real.tasks.path import HEIGHT, along, at_rest, episode_length
-from sym2real.tasks.task import Array, Reference, Task, require, require_numbers
+from sym2real.tasks.task import Reference, Task, require, require_numbers
+from sym2real.trajectory import Array
 
 START = (0.0, 0.0, HEIGHT)
 # The paper's test volume of 0.6 × 0.6 × 1 m, around the point where training hovers.

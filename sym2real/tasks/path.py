@@ -12,7 +12,8 @@ import torch
 from torch import Tensor
 
 from sym2real.robots.robot import Robot
-from sym2real.tasks.task import Array, Reference, flies
+from sym2real.tasks.task import Reference, flies
+from sym2real.trajectory import Array
 
 Path = Callable[[Tensor], tuple[Tensor, Tensor, Tensor]]
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from sym2real.robots.robot import Robot
 from sym2real.tasks.path import at_rest
-from sym2real.tasks.task import Array, Reference, flies
+from sym2real.tasks.task import Reference, flies
+from sym2real.trajectory import Array
 
 Start = Callable[[np.random.Generator], Array]
 

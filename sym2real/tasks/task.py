@@ -9,13 +9,12 @@ from typing import TypeAlias
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.errors import ShapeError
 from sym2real.robots.robot import Robot
+from sym2real.trajectory import Array
 
-Array = NDArray[np.float64]
 Reference = Callable[[Tensor], Tensor]
 Cost: TypeAlias = sympy.Expr | Callable[[Tensor, Tensor, Tensor], Tensor]
 

@@ -18,7 +18,8 @@ from sym2real.robots.robot import Robot
 from sym2real.tasks.cost import tracking_cost
 from sym2real.tasks.path import Path, along, episode_length
 from sym2real.tasks.start import on_path
-from sym2real.tasks.task import Array, Task, flies, require_positive
+from sym2real.tasks.task import Task, flies, require_positive
+from sym2real.trajectory import Array
 
 
 @dataclass(frozen=True)

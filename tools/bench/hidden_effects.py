@@ -37,6 +37,8 @@ from sym2real.symbolic import Equations
 # Of the single cases of an effect so many are also asked with the effect and its equivalents out of the library, and of
 # the pairs so many with each of the two.
 REMOVED = 1
+# Of a robot's cases without an effect so many are asked with each seed of those with one.
+NULLS_A_ROUND = 25
 # Flights with MPPI for each model in the full size.
 FLIGHTS = 3
 
@@ -64,7 +66,7 @@ class Options:
 
 
 def questions(options: Options) -> list[Question]:
-    """All of a run: those with effects first, then those without by seed, so that half a run tells of both robots."""
+    """All of a run, round by round: a part of a run has a seed of every effect and size, and some without effect."""
     found: list[Question] = []
     for robot in options.robots:
         cases = [
@@ -78,7 +80,11 @@ def questions(options: Options) -> list[Question]:
             if asked[case.keys] < REMOVED:
                 found += [Question(case, (key, *equivalents(key))) for key in case.keys]
             asked[case.keys] += 1
-    return sorted(found, key=lambda one: (one.kind == "null", one.case.seed if one.kind == "null" else 0))
+    rounds, seen = dict[str, int](), Counter[object]()
+    for one in found:
+        rounds[one.name] = seen[one.alike] // (1 if one.case.effects else NULLS_A_ROUND)
+        seen[one.alike] += 1
+    return sorted(found, key=lambda one: (rounds[one.name], not one.case.effects))
 
 
 @lru_cache(maxsize=2)

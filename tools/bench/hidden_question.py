@@ -38,6 +38,12 @@ class Question:
         """Key in the results file."""
         return f"{self.kind}: {self.case.name}" + (f" without {self.exclude[0]}" if self.kind == "half" else "")
 
+    @property
+    def alike(self) -> object:
+        """Same for questions that differ by their seed alone, and by the axes that it draws."""
+        sizes = [sorted(round(abs(value), 9) for value in values.values()) for _, values in self.case.effects]
+        return (self.kind, self.case.robot, self.case.keys, self.exclude, str(sizes), self.case.yaw)
+
 
 @lru_cache(maxsize=2)
 def _equations(base: str) -> Equations:

@@ -20,7 +20,7 @@ from sym2real.plants import (
     rollout_mujoco,
     run_episode,
 )
-from sym2real.plants.gymnasium_view import gymnasium_env
+from sym2real.plants.gymnasium_view import TaskEnvironment
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 from sym2real.symbolic import compile_model
 from sym2real.tasks import make_task
@@ -233,13 +233,13 @@ def test_a_model_as_plant_crashes_below_the_ground_and_beyond_numbers() -> None:
 @every_robot
 def test_the_gymnasium_view_passes_gymnasiums_own_check(robot: Robot) -> None:
     task = make_task("hover" if robot is CRAZYFLIE else "park", robot)
-    check_env(gymnasium_env(MujocoPlant(robot), task), skip_render_check=True)
-    check_env(gymnasium_env(ModelPlant(compile_model(robot.nominal()), robot), task), skip_render_check=True)
+    check_env(TaskEnvironment(MujocoPlant(robot), task), skip_render_check=True)
+    check_env(TaskEnvironment(ModelPlant(compile_model(robot.nominal()), robot), task), skip_render_check=True)
 
 
 def test_the_gymnasium_view_rewards_minus_the_cost_and_ends_where_it_must() -> None:
     task = make_task("hover", CRAZYFLIE)
-    view: gymnasium.Env[Any, Any] = gymnasium_env(MujocoPlant(CRAZYFLIE), task)
+    view: gymnasium.Env[Any, Any] = TaskEnvironment(MujocoPlant(CRAZYFLIE), task)
     observation, _ = view.reset(seed=1)
     steps, done, total = 0, False, []
     while not done:
@@ -267,7 +267,7 @@ def test_the_gymnasium_view_rewards_minus_the_cost_and_ends_where_it_must() -> N
         *_, terminated, truncated, _ = view.step(np.zeros(4))
     assert terminated
 
-    mine = gymnasium_env(MujocoPlant(CRAZYFLIE), task, reward=lambda state, action, reference: 7.0)
+    mine = TaskEnvironment(MujocoPlant(CRAZYFLIE), task, reward=lambda state, action, reference: 7.0)
     mine.reset(seed=0)
     assert mine.step(CRAZYFLIE.rest)[1] == 7.0
 
@@ -275,4 +275,4 @@ def test_the_gymnasium_view_rewards_minus_the_cost_and_ends_where_it_must() -> N
 def test_the_gymnasium_view_needs_limits() -> None:
     plant = ModelPlant(lambda state, action, inputs=None: state, CRAZYFLIE.layouts, 0.02, CRAZYFLIE.start)
     with pytest.raises(ModelError, match="limits"):
-        gymnasium_env(plant, make_task("hover", CRAZYFLIE))
+        TaskEnvironment(plant, make_task("hover", CRAZYFLIE))

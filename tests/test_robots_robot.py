@@ -58,8 +58,8 @@ def test_states_survive_the_way_through_coordinates(robot: Robot) -> None:
     rng = np.random.default_rng(0)
     for _ in range(10):
         state = robot.layouts.state.normalise(torch.as_tensor(rng.normal(size=robot.layouts.state.size))).numpy()
-        robot.write_state(model, data, state)
-        np.testing.assert_allclose(robot.read_state(model, data), state, atol=1e-12)
+        robot.write_state(data, state)
+        np.testing.assert_allclose(robot.read_state(data), state, atol=1e-12)
     batch = robot.to_state(np.tile(data.qpos, (2, 3, 1)), np.tile(data.qvel, (2, 3, 1)))
     assert batch.shape == (2, 3, robot.layouts.state.size)
     np.testing.assert_allclose(batch[1, 2], state, atol=1e-12)

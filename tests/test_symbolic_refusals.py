@@ -58,6 +58,14 @@ def test_the_kernel_refuses_what_it_cannot_read() -> None:
 
 
 @needs_compiler
+def test_parameters_that_live_elsewhere_leave_a_rollout_to_torch(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(native_choice, "MANY", 0)
+    model, state, actions = compile_model(NOMINAL), torch.zeros(7), torch.zeros(3, 4, 2)
+    assert native_choice.native_rollout(model, state, actions, ()) is not None
+    assert native_choice.native_rollout(model.to("meta"), state, actions, ()) is None
+
+
+@needs_compiler
 def test_what_is_measured_is_not_taken_for_zero() -> None:
     layouts = Layouts(Layout.of(("vx",)), Layout.of(("speed",)), Layout.of(("vbat", "fx")))
     equations = Equations.parse(layouts, {"vx": "vx + 0.1*speed*vbat + fx"}, 0.1)

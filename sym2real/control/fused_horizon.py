@@ -121,7 +121,7 @@ def horizon_text(name: str, step: Fused, planning: Planning, sines: Mapping[int,
     before = {
         "room": room,
         "numbers": table.pointers if table else [],
-        "start": _start(equations, planning, bool(sines)),
+        "start": _start(equations, bool(sines)),
         "held": _inputs(equations) + outside.lines(held),
         "memory": filters.before(),
     }
@@ -135,7 +135,7 @@ def horizon_text(name: str, step: Fused, planning: Planning, sines: Mapping[int,
     )
 
 
-def _start(equations: Equations, planning: Planning, guarded: bool) -> list[str]:
+def _start(equations: Equations, guarded: bool) -> list[str]:
     fields = equations.layouts.state.fields
     visible = [column for field in fields if not field.hidden for column in field.columns]
     lines = [f"v x_{column} = splat(p->state[{i}]);" for i, column in enumerate(visible)]

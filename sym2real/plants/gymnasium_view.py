@@ -60,11 +60,6 @@ class TaskEnvironment(gymnasium.Env[Array, Array]):  # type: ignore[misc]
         return state, reward, self.plant.crashed, self._step >= self.steps, {}
 
 
-def gymnasium_env(plant: MujocoPlant | ModelPlant, task: Task, reward: Reward | None = None) -> TaskEnvironment:
-    """The plant and the task as a Gymnasium environment; see :class:`TaskEnvironment`."""
-    return TaskEnvironment(plant, task, reward)
-
-
 def _minus_cost(plant: MujocoPlant | ModelPlant, task: Task) -> Reward:
     cost = running_cost(task, plant.layouts)
 

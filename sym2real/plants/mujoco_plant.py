@@ -97,7 +97,7 @@ class MujocoPlant:
     @property
     def true_state(self) -> Array:
         """State before any measurement filter ``# (state,)``."""
-        return self.robot.read_state(self.mj_model, self.mj_data)
+        return self.robot.read_state(self.mj_data)
 
     @property
     def full_state(self) -> Array:
@@ -137,7 +137,7 @@ class MujocoPlant:
         if not np.isfinite(start).all():
             raise ShapeError(f"expected a finite state, found {start.tolist()}")
         mujoco.mj_resetData(self.mj_model, self.mj_data)
-        self.robot.write_state(self.mj_model, self.mj_data, start)
+        self.robot.write_state(self.mj_data, start)
         mujoco.mj_forward(self.mj_model, self.mj_data)
         self._command_filters = [change.command() for change in self.changes if change.command is not None]
         self._measure_filters = [change.measure() for change in self.changes if change.measure is not None]

@@ -129,11 +129,11 @@ class Robot:
         """The description file's content."""
         return resources.files("sym2real.robots").joinpath(self.mjcf).read_text(encoding="utf-8")
 
-    def read_state(self, mj_model: Any, mj_data: Any) -> Array:
+    def read_state(self, mj_data: Any) -> Array:
         """State ``# (state,)`` of a simulation."""
         return self.to_state(np.array(mj_data.qpos), np.array(mj_data.qvel))
 
-    def write_state(self, mj_model: Any, mj_data: Any, state: Array) -> None:
+    def write_state(self, mj_data: Any, state: Array) -> None:
         """Put a simulation at a state ``# (state,)``."""
         if state.shape != (self.layouts.state.size,):
             raise ShapeError(f"a state of {self.name!r} has columns {self.layouts.state.columns}, found {state.shape}")

@@ -68,9 +68,10 @@ def native_rollout(
         return None
     if state.dtype not in (torch.float32, torch.float64):
         return None
-    if any(tensor.device.type != "cpu" or tensor.dtype != state.dtype for tensor in operands):
-        return None
     values: Tensor = model.values
+    elsewhere = any(tensor.device.type != "cpu" for tensor in (*operands, values))
+    if elsewhere or any(tensor.dtype != state.dtype for tensor in operands):
+        return None
     if torch.is_grad_enabled() and any(tensor.requires_grad for tensor in (*operands, values)):
         return None
     use = _uses.setdefault(model, _Use())

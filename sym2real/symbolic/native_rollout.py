@@ -88,7 +88,7 @@ class NativeRollout:
         out = torch.empty((actions.shape[-2], len(self.layouts.state), *batch), dtype=self.dtype)
         if out.numel():
             places = ((), (-2, -1), (-2, -1) if per_step else (), ())
-            laid_out = [_operand(o, b, batch, bool(p)) for o, b, p in zip(operands, batches, places, strict=True)]
+            laid_out = [_operand(o, b, bool(p)) for o, b, p in zip(operands, batches, places, strict=True)]
             sizes = _Strides(*(1,) * (DIMENSIONS - len(batch)), *batch)
             count = batch.numel()
             self._function(
@@ -127,8 +127,8 @@ def require_broadcast(*batches: torch.Size) -> torch.Size:
         raise ShapeError(f"expected batches that broadcast, found {found}") from error
 
 
-def _operand(tensor: Tensor, batch: torch.Size, whole: torch.Size, stepped: bool) -> _Operand:
-    """Strides of a tensor in a broadcast batch."""
+def _operand(tensor: Tensor, batch: torch.Size, stepped: bool) -> _Operand:
+    """Strides of a tensor; those of its batch stand last, as broadcasting has them."""
     strides = [0] * (DIMENSIONS - len(batch))
     for place, size in enumerate(batch):
         strides.append(tensor.stride(place) if size > 1 else 0)

@@ -130,6 +130,11 @@ def test_inspect_proposes_a_specification_that_reads_the_log(tmp_path: Path) -> 
         (["simulate", "crazyflie", "hover", "--out", "unused.csv", "--effects", "slope", "gx=1"], "effect of a car"),
         (["simulate", "crazyflie", "hover", "--out", "unused.csv", "--effects", "wind", "fx=nan"], "'nan'"),
         (["add", "{model}", "gain:speed", "value=0.9", "--out", "{model}/equations.json"], "found a file"),
+        (["add", "{model}", "gain:speed", "value=0.9", "--out", "{model}/../model"], "it is made from"),
+        (["add", "{model}", "gain:speed", "--fit", "{flight}", "--out", "{model}"], "it is made from"),
+        (["diagnose", "{model}", "{flight}", "--out", "{model}/.."], "it is made from"),
+        (["add", "{model}", "gain:speed", "--out", "unused"], "value=… without unit, from 0.2 to 3), or --fit LOG"),
+        (["simulate", "crazyflie", "hover", "--out", "unused.csv", "--effects", "wind"], "fx=… in N"),
         (["add", "{model}", "gain:speed", "value=0.9", "--held-out", "{flight}", "--out", "unused"], "expected --fit"),
         (["show", "{model}", "--json", "{model}"], "found a folder"),
         (["diagnose", "{model}", "{flight}", "--horizon", "0"], "--horizon"),
@@ -203,6 +208,24 @@ def test_an_effect_in_the_model_explains_a_log_that_has_it(tmp_path: Path) -> No
         compared = result_of(["compare", str(tmp_path / model), str(log), "--start", "measured"], tmp_path)
         errors[model] = compared["horizons"][3]["errors"]["position"]["value"]
     assert errors["windy"] < 0.05 * errors["plain"]
+
+
+def test_a_value_beyond_the_bounds_is_warned_of(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["nominal", "quadrotor", "--mass", "0.027", "--out", str(tmp_path / "plain")])
+    warned = {}
+    for value in ("4", "0.004"):
+        capsys.readouterr()
+        main(["add", str(tmp_path / "plain"), "added_mass", f"value={value}", "--out", str(tmp_path / value)])
+        warned[value] = " ".join(line.strip() for line in capsys.readouterr().out.splitlines())
+    assert "warning: added_mass value=4 is outside what is likely here: in kg, from -0.0135 to 0.054" in warned["4"]
+    assert "warning" not in warned["0.004"]
+
+
+def test_a_refused_model_folder_is_as_it_was(bicycle: Path) -> None:
+    before = {file.name: file.read_bytes() for file in bicycle.iterdir()}
+    with pytest.raises(SystemExit):
+        main(["add", str(bicycle), "gain:speed", "value=0.9", "--out", str(bicycle)])
+    assert {file.name: file.read_bytes() for file in bicycle.iterdir()} == before
 
 
 def test_a_delay_in_the_model_delays_its_predictions(tmp_path: Path) -> None:

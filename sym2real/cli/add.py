@@ -58,9 +58,9 @@ class Add:
 
     def run(self, console: Console) -> dict[str, Any]:
         """Fit if asked to, compose, print, write."""
-        from sym2real.cli.chosen_effects import chosen_effects
+        from sym2real.cli.chosen_effects import beyond_bounds, chosen_effects, require_values
         from sym2real.cli.found import write_simulator
-        from sym2real.cli.model import open_with_progress
+        from sym2real.cli.model import open_with_progress, require_another_folder
         from sym2real.cli.numbers import require_positive
         from sym2real.diagnosis import add, add_term
         from sym2real.errors import ModelError
@@ -68,10 +68,12 @@ class Add:
         from sym2real.symbolic import save_model
 
         require_positive(horizon=self.horizon)
+        require_another_folder(self.model, self.out)
         base = open_with_progress(self.model, console)
         terms = [text.removeprefix(TERM).partition("=") for text in self.effects if text.startswith(TERM)]
         named = [text for text in self.effects if not text.startswith(TERM)]
-        chosen = [(one.key, values) for one, values in chosen_effects(named, base)]
+        effects = chosen_effects(named, base)
+        chosen = [(one.key, values) for one, values in effects]
         if not chosen and not terms:
             raise ModelError("expected an effect and its values, found none; `sym2real effects` lists them")
         result: dict[str, Any] = {}
@@ -84,6 +86,10 @@ class Add:
             tried, figures = self._fitted(base, chosen[0][0], console)
             base, chosen = tried.finding.bound(base), [(tried.finding.effect, tried.finding.values)]
             result = {**tried.to_dict(), "figures": figures}
+        else:
+            require_values(effects, ", or --fit LOG to find it")
+            for line in beyond_bounds(effects):
+                console.print(f"warning: {line}", markup=False)
         changed = add(base, chosen)
         for channel, _, expression in terms:
             changed = add_term(changed, channel, expression)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from sym2real.errors import ModelError
@@ -11,6 +11,7 @@ from sym2real.errors import ModelError
 if TYPE_CHECKING:
     from sym2real.effects import Effect
     from sym2real.effects.body import Describable
+    from sym2real.effects.kind import Parameter
 
 
 def chosen_effects(texts: Sequence[str], described: Describable) -> list[tuple[Effect, dict[str, float]]]:
@@ -31,6 +32,45 @@ def chosen_effects(texts: Sequence[str], described: Describable) -> list[tuple[E
         if reason := one.why_not(described):
             raise ModelError(reason)
     return chosen
+
+
+def require_values(chosen: Sequence[tuple[Effect, Mapping[str, float]]], otherwise: str = "") -> None:
+    """Refuse effects without a value, which would change nothing.
+
+    Args:
+        chosen: effects with their values.
+        otherwise: what else the user can give, for the error's words.
+
+    Raises:
+        ModelError: with the parameters that an effect has, their units and bounds.
+    """
+    for one, values in chosen:
+        if not values:
+            known = "; ".join(f"{parameter.name}=… {_unit_and_bounds(parameter)}" for parameter in one.parameters)
+            raise ModelError(f"{one.key}: expected a value ({known}){otherwise}, found none")
+
+
+def beyond_bounds(chosen: Sequence[tuple[Effect, Mapping[str, float]]]) -> list[str]:
+    """One line per value outside the bounds that the catalogue gives it for this robot."""
+    return [
+        f"{one.key} {parameter.name}={values[parameter.name]:g} is outside what is likely here: "
+        f"{_unit_and_bounds(parameter)}"
+        for one, values in chosen
+        for parameter in one.parameters
+        if parameter.name in values and not parameter.low <= values[parameter.name] <= parameter.high
+    ]
+
+
+def _unit_and_bounds(parameter: Parameter) -> str:
+    from sym2real.effects.kind import UNLIMITED
+
+    unit = "without unit," if parameter.unit == "1" else f"in {parameter.unit},"
+    bounds = [
+        f"{word} {bound:.3g}"
+        for word, bound in (("from", parameter.low), ("to", parameter.high))
+        if abs(bound) < UNLIMITED
+    ]
+    return " ".join((unit, *bounds))
 
 
 def with_values(texts: Sequence[str], what: str) -> list[tuple[str, dict[str, float]]]:

@@ -51,13 +51,15 @@ class Diagnose:
     def run(self, console: Console) -> dict[str, Any]:
         """Diagnose, print the report, write the files."""
         from sym2real.cli.found import plain_simulator
-        from sym2real.cli.model import logs_for, open_with_progress, region_of
+        from sym2real.cli.model import logs_for, open_with_progress, region_of, require_another_folder
         from sym2real.cli.numbers import require_positive
         from sym2real.cli.progress import stages_progress
         from sym2real.diagnosis import data_report, diagnose
         from sym2real.report.diagnosis import diagnosis_report
 
         require_positive(horizon=self.horizon)
+        if self.out:
+            require_another_folder(self.model, self.out / "model")
         base = open_with_progress(self.model, console)
         data = logs_for(base, self.logs, self.spec)
         held_out = logs_for(base, self.held_out, self.spec) if self.held_out else None

@@ -25,6 +25,23 @@ def open_with_progress(name: str, console: Console) -> Equations:
         return open_model(name, on_progress)
 
 
+def require_another_folder(model: str, out: Path) -> None:
+    """Refuse to write a model over the one that it is made from.
+
+    Args:
+        model: as the user names it, a folder or a robot.
+        out: folder that the new model is to go to.
+
+    Raises:
+        ModelError: when it is the model's own folder, whichever way the two are written.
+    """
+    own = Path(model)
+    if not own.is_dir() and model in ROBOTS:
+        own = base_folder(ROBOTS[model])
+    if out.resolve() == own.resolve():
+        raise ModelError(f"--out: the new model would replace {own}, which it is made from; name another folder")
+
+
 def region_of(name: str) -> dict[str, tuple[float, float]] | None:
     """Range of every column in the training rows of a model; None where it does not say."""
     if not Path(name).is_dir() and name in ROBOTS:

@@ -44,7 +44,7 @@ class Simulate:
     def run(self, console: Console) -> dict[str, Any]:
         """Fly, print the figures, write the log."""
         from sym2real.adaptation import tracking_error
-        from sym2real.cli.chosen_effects import chosen_effects
+        from sym2real.cli.chosen_effects import beyond_bounds, chosen_effects, require_values
         from sym2real.cli.numbers import require_positive
         from sym2real.control import RandomCommands, geometric_controller
         from sym2real.errors import ModelError
@@ -58,7 +58,11 @@ class Simulate:
         written = load_plant(self.robot) if Path(self.robot).is_dir() else None
         robot = ROBOTS[self.robot] if written is None else written.robot
         task = make_task(self.task, robot)
-        changes = [chosen.inject(**values) for chosen, values in chosen_effects(self.effects, robot)]
+        effects = chosen_effects(self.effects, robot)
+        require_values(effects)
+        for line in beyond_bounds(effects):
+            console.print(f"warning: {line}", markup=False)
+        changes = [chosen.inject(**values) for chosen, values in effects]
         if written is not None and changes:
             raise ModelError(f"{self.robot}: --effects are for a robot's plain simulator; add them to its plant.toml")
         plant = written or MujocoPlant(robot, changes)

@@ -10,7 +10,7 @@ import pytest
 
 from sym2real.cli import main
 from sym2real.diagnosis import Plan, plan
-from sym2real.errors import UnknownNameError
+from sym2real.errors import ModelError, UnknownNameError
 from sym2real.experiments.planned import manoeuvre, planned_runs, usual_noise
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS
 from sym2real.tasks.standard_paths import DRIVES, FLIGHTS, Manoeuvre
@@ -123,3 +123,6 @@ def test_manoeuvres_and_options_that_do_not_exist_are_named() -> None:
         manoeuvre(CRAZYFLIE, "circle", {"sped": 1.0})
     with pytest.raises(UnknownNameError, match="circle"):
         manoeuvre(MUSHR, "hover", {})
+    for options in ({"size": float("nan")}, {"speed": float("inf")}, {"height": float("nan")}):
+        with pytest.raises(ModelError, match="expected"):
+            manoeuvre(CRAZYFLIE, "circle", options)

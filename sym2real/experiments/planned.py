@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -55,9 +56,9 @@ def manoeuvre(robot: Robot, shape: str, options: Mapping[str, float]) -> Manoeuv
             raise UnknownNameError(f"option of {shape}", name, known)
     given: dict[str, Any] = {**({"height": 0.6} if shape == "hover" else DEFAULTS[kind]), **options}
     found = Manoeuvre(shape, **{**given, "clockwise": bool(given.get("clockwise", False))})
-    if found.size <= 0 or found.speed < 0:
+    if not (0 < found.size < inf and 0 <= found.speed < inf):
         raise ModelError(f"{shape}: expected size > 0 m and speed >= 0 m/s, found {found.size:g} and {found.speed:g}")
-    if kind == "flight" and found.height - abs(found.swing) <= 0:
+    if kind == "flight" and not 0 < found.height - abs(found.swing) < inf:
         raise ModelError(
             f"{shape}: expected a height above the swing of the height, m, found {found.height:g} and {found.swing:g}"
         )

@@ -47,12 +47,14 @@ def parse_expression(text: str, names: Collection[str] | None = None) -> Expr:
     try:
         tree = ast.parse(text.strip(), mode="eval")
         expression = _Reader(names).read(tree.body)
-    except (SyntaxError, ValueError) as error:
+    except (SyntaxError, ValueError, TypeError) as error:  # SymPy's of a comparison with what is not real
         raise ModelError(f"expected an expression, found {_short(text)}: {error}") from error
     except (RecursionError, MemoryError) as error:
         raise ModelError(f"expected an expression, found one that is nested too deeply: {_short(text)}") from error
     if not isinstance(expression, Expr):
         raise ModelError(f"expected a number, found a condition: {_short(text)}")
+    if not all(math.isfinite(float(number)) for number in expression.atoms(sympy.Float)):
+        raise ModelError(f"expected numbers that a float holds, found {_short(text)}")
     if expression.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo, sympy.I):
         raise ModelError(f"expected a finite real expression, found {_short(text)} = {expression}")
     return expression
@@ -71,6 +73,18 @@ class _Reader:
         if reader is None:
             raise ModelError(f"{type(node).__name__} is not allowed in an expression: {_short(_source(node))}")
         return reader(self, node)
+
+    def number(self, node: ast.AST) -> Expr:
+        value = self.read(node)
+        if not isinstance(value, Expr):
+            raise ModelError(f"expected a number, found a condition: {_short(_source(node))}")
+        return value
+
+    def condition(self, node: ast.AST) -> Expr:
+        value = self.read(node)
+        if isinstance(value, Expr):
+            raise ModelError(f"expected a condition, found a number: {_short(_source(node))}")
+        return value
 
     def constant(self, node: ast.Constant) -> Expr:
         value = node.value
@@ -96,20 +110,20 @@ class _Reader:
         if operation is None:
             hint = "; a power is written **" if isinstance(node.op, ast.BitXor) else ""
             raise ModelError(f"operator {type(node.op).__name__} is not allowed: {_short(_source(node))}{hint}")
-        return operation(self.read(node.left), self.read(node.right))
+        read = self.condition if isinstance(node.op, ast.BitAnd | ast.BitOr) else self.number
+        return operation(read(node.left), read(node.right))
 
     def unary(self, node: ast.UnaryOp) -> Expr:
-        operand = self.read(node.operand)
         match node.op:
             case ast.USub():
-                return product([sympy.S.NegativeOne, operand])
+                return product([sympy.S.NegativeOne, self.number(node.operand)])
             case ast.UAdd():
-                return operand
+                return self.number(node.operand)
             case _:
-                return sympy.Not(operand)
+                return sympy.Not(self.condition(node.operand))
 
     def comparison(self, node: ast.Compare) -> Expr:
-        sides = [self.read(side) for side in (node.left, *node.comparators)]
+        sides = [self.number(side) for side in (node.left, *node.comparators)]
         relations = []
         for operator, left, right in zip(node.ops, sides, sides[1:], strict=False):
             if type(operator) not in COMPARISONS:
@@ -119,15 +133,17 @@ class _Reader:
 
     def boolean(self, node: ast.BoolOp) -> Expr:
         join = sympy.And if isinstance(node.op, ast.And) else sympy.Or
-        return join(*(self.read(value) for value in node.values))
+        return join(*(self.condition(value) for value in node.values))
 
     def call(self, node: ast.Call) -> Expr:
         if not isinstance(node.func, ast.Name) or node.keywords:
             raise ModelError(f"expected the call of a named function, found {_short(_source(node))}")
         name = node.func.id
         if name == "Piecewise":
+            if not node.args:
+                raise ModelError("expected (value, condition) in Piecewise, found nothing")
             return sympy.Piecewise(*(self._piece(piece) for piece in node.args))
-        arguments = [self.read(argument) for argument in node.args]
+        arguments = [self.number(argument) for argument in node.args]
         if name in NAMED_COMPARISONS and len(arguments) == 2:
             return NAMED_COMPARISONS[name](*arguments)
         if name not in FUNCTIONS:
@@ -141,7 +157,7 @@ class _Reader:
         if not isinstance(node, ast.Tuple) or len(node.elts) != 2:
             raise ModelError(f"expected (value, condition) in Piecewise, found {_short(_source(node))}")
         value, condition = node.elts
-        return self.read(value), self.read(condition)
+        return self.number(value), self.condition(condition)
 
 
 def _power(base: Expr, exponent: Expr) -> Expr:

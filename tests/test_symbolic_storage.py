@@ -91,6 +91,16 @@ def test_a_failed_save_leaves_the_earlier_model(tmp_path: Path) -> None:
     assert len(list(tmp_path.iterdir())) == 4
 
 
+def test_a_folder_above_models_proposes_them(tmp_path: Path) -> None:
+    save_model(EQUATIONS, tmp_path / "runs" / "found" / "model")
+    for folder in (tmp_path / "runs", tmp_path / "runs" / "found"):
+        with pytest.raises(DataError, match=r"did you mean .*runs/found/model") as refused:
+            load_model(folder)
+        assert refused.value.expected == "a model folder, which holds equations.json"
+    with pytest.raises(DataError, match=r"found no such folder$"):
+        load_model(tmp_path / "elsewhere")
+
+
 def test_broken_folders_are_refused(tmp_path: Path) -> None:
     with pytest.raises(DataError, match=r"equations\.json"):
         load_model(tmp_path)

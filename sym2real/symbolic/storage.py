@@ -20,6 +20,7 @@ from sym2real.symbolic.compile import compile_model
 from sym2real.symbolic.equations import Equations
 
 EQUATIONS, PARAMETERS, MODULE = "equations.json", "parameters.safetensors", "module.pt"
+MOST_PROPOSED = 5  # models that an error names
 
 
 def save_model(equations: Equations, folder: str | Path) -> Path:
@@ -52,6 +53,8 @@ def load_model(folder: str | Path) -> Equations:
         ModelError: when the equations cannot be read or the weights belong to others.
     """
     folder = Path(folder)
+    if not (folder / EQUATIONS).exists():
+        raise _no_model(folder)
     try:
         source = (folder / EQUATIONS).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
@@ -68,6 +71,15 @@ def load_model(folder: str | Path) -> Equations:
     if values.shape != (len(equations.parameters),) or metadata.get("equations") != _digest(source):
         raise ModelError(f"{folder / PARAMETERS} does not belong to {EQUATIONS} beside it; save the model again")
     return replace(equations, parameters=dict(zip(equations.parameters, values.tolist(), strict=True)))
+
+
+def _no_model(folder: Path) -> DataError:
+    """The error for a folder without equations; it proposes the models that lie in it or one folder deeper."""
+    inside = sorted(file.parent for depth in ("*", "*/*") for file in folder.glob(f"{depth}/{EQUATIONS}"))
+    models = [str(one) for one in inside if not one.name.startswith(".")][:MOST_PROPOSED]
+    found = "none in it" if folder.is_dir() else "no such folder"
+    hint = f"; did you mean {' or '.join(models)}?" if models else ""
+    return DataError(folder, f"a model folder, which holds {EQUATIONS}", found + hint)
 
 
 def _digest(source: str) -> str:

@@ -16,7 +16,7 @@ from hypothesis.extra.numpy import arrays
 
 from sym2real.errors import DataError, ShapeError
 from sym2real.layout import VOCABULARY, Layout, Layouts
-from sym2real.logs import read_log, read_logs, write_log
+from sym2real.logs import LogSpec, read_log, read_logs, write_log
 from sym2real.logs.grouping import layouts_from_json, layouts_to_json
 from sym2real.trajectory import Trajectory
 
@@ -115,11 +115,51 @@ def test_hidden_states_are_not_asked_of_a_log(tmp_path: Path) -> None:
     assert read_log(tmp_path / "run.csv", layouts=layouts).layouts == CAR
 
 
-def test_a_missing_column_is_named_with_what_is_there(tmp_path: Path) -> None:
+def test_missing_columns_are_named_together_with_what_is_there(tmp_path: Path) -> None:
     write_log(small(), tmp_path / "run.csv")
-    wanted = Layouts(CAR.state, Layout.of(["steer", "thrust"]))
-    with pytest.raises(DataError, match=r"run\.csv, column 'thrust': expected .*action, N.*found .*steer.*inspect"):
+    wanted = Layouts(Layout.of([*CAR.state, "z", "qw", "qx", "qy", "qz"]), Layout.of(["steer", "thrust"]))
+    with pytest.raises(DataError) as refused:
         read_log(tmp_path / "run.csv", layouts=wanted)
+    assert refused.value.expected == "columns of the model: z (m), qw, qx, qy, qz, thrust (N)"
+    assert refused.value.found.startswith("only x, y, sin_yaw, cos_yaw, vx, vy, wz")
+    assert "did you mean" not in str(refused.value)
+
+
+def test_only_a_name_that_is_close_is_proposed_for_a_missing_column(tmp_path: Path) -> None:
+    (tmp_path / "run.csv").write_text("t,x,y,z,Motor_1,wx\n0,0,0,0,0,0\n1,0,0,0,0,0\n")
+    wanted = Layouts(Layout.of(["x", "y", "z", "vx", "vy", "vz"]), Layout.of(["motor1", "wx_cmd"]))
+    with pytest.raises(DataError) as refused:
+        read_log(tmp_path / "run.csv", layouts=wanted)
+    assert refused.value.found.split("; ")[1:] == [
+        "is 'Motor_1' its motor1?",
+        'derive = ["velocity"] in a log specification computes vx, vy, vz',
+        "a log specification (--spec) names foreign columns, `sym2real inspect` proposes one",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("has", "takes", "interface"),
+    [
+        (["motor1", "motor2", "motor3", "motor4"], ["thrust", "wx_cmd", "wy_cmd", "wz_cmd"], "motors"),
+        (["thrust", "wx_cmd", "wy_cmd", "wz_cmd"], ["motor1", "motor2", "motor3", "motor4"], "thrust_rates"),
+    ],
+)
+def test_a_log_of_the_other_interface_is_recognised(
+    has: list[str], takes: list[str], interface: str, tmp_path: Path
+) -> None:
+    state = np.arange(12, dtype=float).reshape(4, 3)
+    layouts = Layouts(Layout.of(["x", "y", "z"]), Layout.of(has))
+    flight = Trajectory(0.02 * np.arange(4), state, np.ones((4, 4)), np.zeros((4, 0)), layouts)
+    write_log(flight, tmp_path / "run.csv")
+    with pytest.raises(DataError, match=f"--interface {interface}` makes a model for it"):
+        read_log(tmp_path / "run.csv", layouts=dataclasses.replace(layouts, action=Layout.of(takes)))
+
+
+def test_missing_columns_of_a_specification_are_named_together(tmp_path: Path) -> None:
+    (tmp_path / "run.csv").write_text("t,a\n0,0\n1,0\n")
+    spec = LogSpec.parse('[columns]\nx = "pose.x"\ny = "pose.y"\nz = "a"\n')
+    with pytest.raises(DataError, match=r"expected columns pose\.x, pose\.y \(.*found only t, a$"):
+        read_log(tmp_path / "run.csv", spec=spec)
 
 
 def test_a_folder_is_its_logs(tmp_path: Path) -> None:

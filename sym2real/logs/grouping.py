@@ -9,18 +9,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sym2real.errors import DataError, UnknownNameError
 from sym2real.layout import VOCABULARY, Field, Group, Layout, Layouts
 from sym2real.logs import derive
+from sym2real.logs.missing import require_columns
 from sym2real.logs.standard import QUATERNION, Columns, Standard
 from sym2real.logs.table import Table
-from sym2real.logs.units import standard_unit
 from sym2real.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
-# Pushes that nobody applied: a log of a free flight has none.
-WRENCH = frozenset(column for _, field in VOCABULARY if field.name in {"force", "torque"} for column in field.columns)
 GROUPS: tuple[Group, ...] = ("state", "action", "inputs")
 
 
@@ -53,11 +50,12 @@ def trajectory(table: Table, log: Standard, layouts: Layouts, name: str) -> Traj
     ``t`` is the time, wrench inputs that the log has not are zero, heading follows from a quaternion.
 
     Raises:
-        DataError: naming the first column that the layouts ask for and the log has not.
+        DataError: naming every column that the layouts ask for and the log has not.
     """
     columns = _with_heading(log.columns, layouts)
+    require_columns(table.path, columns, log.others, layouts)
     groups = {
-        group: np.stack([_column(table, log, columns, column, group) for column in layout.columns], axis=1)
+        group: np.stack([_column(table, log, columns, column) for column in layout.columns], axis=1)
         if layout.size
         else np.zeros((len(log.time), 0))
         for group in GROUPS
@@ -76,24 +74,15 @@ def _with_heading(columns: Columns, layouts: Layouts) -> Columns:
     return {**columns, "sin_yaw": np.sin(yaw), "cos_yaw": np.cos(yaw)}
 
 
-def _column(table: Table, log: Standard, columns: Columns, name: str, group: Group) -> Array:
+def _column(table: Table, log: Standard, columns: Columns, name: str) -> Array:
     if name in columns:
         return columns[name]
     if name in log.others:
         values = log.others[name]
         table.check_finite(name, values)
         return values
-    if group == "inputs" and name == "t":
-        return log.time
-    if group == "inputs" and name in WRENCH:
-        return np.zeros(len(log.time))
-    unit = standard_unit(name)
-    wanted = f"a column for {name!r} ({group}{f', {unit}' if unit else ''})"
-    known = UnknownNameError("column", name, {*columns, *log.others})
-    raise DataError(
-        table.path, wanted, f"{known}; a log specification names foreign columns, 'sym2real inspect' proposes one",
-        column=name,
-    )  # fmt: skip
+    # What is left of the columns that are required: time, and pushes that nobody applied.
+    return log.time if name == "t" else np.zeros(len(log.time))
 
 
 def layouts_to_json(layouts: Layouts) -> str:

@@ -77,6 +77,10 @@ def standardise(table: Table, spec: LogSpec) -> Standard:
         DataError: for a missing column, a cell that is no finite number, stamps that do not increase, or four
             columns that are no unit quaternion.
     """
+    missing = [name for name in spec.sources if name not in table.columns and name not in table.texts]
+    if len(missing) > 1:
+        there = ", ".join([*table.columns, *table.texts])
+        raise DataError(table.path, f"columns {', '.join(missing)} (specification {spec.name!r})", f"only {there}")
     time = _time(table, spec)
     columns = {name: _column(table, spec, name, source) for name, source in spec.columns.items()}
     for name in ATTITUDES:

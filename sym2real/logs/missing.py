@@ -1,0 +1,82 @@
+"""What a log lacks for a model: every column at once, with its unit, and what may be done about it."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Collection, Iterable
+from itertools import groupby
+from pathlib import Path
+
+from sym2real.errors import DataError
+from sym2real.layout import WRENCH, Layouts
+
+# A name that is as close as `Motor1` to `motor1`; `x` for `vx` and `wx` for `wx_cmd` are other quantities.
+CLOSE = 0.75
+MOST_NAMED = 12  # columns of the log that the error lists
+# Field that only one way to command a quadrotor has → a column of it, its words, its `nominal quadrotor --interface`.
+INTERFACES = {
+    "motors": ("motor1", "motors", "motors"),
+    "rate command": ("wx_cmd", "thrust and rate commands", "thrust_rates"),
+    "attitude command": ("qw_cmd", "thrust and attitude commands", "thrust_attitude"),
+}
+# What a specification can derive → the columns, and those that it is computed from.
+DERIVED = {
+    "velocity": (("vx", "vy", "vz"), {"x", "y"}),
+    "rate": (("wx", "wy", "wz"), {"qw", "qx", "qy", "qz"}),
+}
+
+
+def require_columns(file: str | Path, standard: Collection[str], others: Collection[str], layouts: Layouts) -> None:
+    """Refuse a log without the columns of a model.
+
+    Args:
+        file: of the log.
+        standard: standard columns that it has.
+        others: its further columns, by their own names.
+        layouts: columns that the model has. Time and pushes that nobody applied need not be in a log.
+
+    Raises:
+        DataError: naming every missing column with its unit, columns that may be meant, and what else helps.
+    """
+    units = {**layouts.state.units, **layouts.action.units, **layouts.inputs.units}
+    given = {"t", *WRENCH} & {*layouts.inputs.columns}
+    missing = [name for name in units if name not in {*standard, *others, *given}]
+    if not missing:
+        return
+    there = [*standard, *others]
+    listed = ", ".join(there[:MOST_NAMED]) + (f" … ({len(there)} columns)" if len(there) > MOST_NAMED else "")
+    hints = [*_close(missing, others), *_other_interface(layouts, standard), *_derivable(missing, standard)]
+    if others:
+        hints.append("a log specification (--spec) names foreign columns, `sym2real inspect` proposes one")
+    raise DataError(file, f"columns of the model: {_with_units(missing, units)}", "; ".join((f"only {listed}", *hints)))
+
+
+def _with_units(names: Iterable[str], units: dict[str, str]) -> str:
+    parts = [(unit, ", ".join(group)) for unit, group in groupby(names, units.__getitem__)]
+    return ", ".join(columns if unit in ("", "1") else f"{columns} ({unit})" for unit, columns in parts)
+
+
+def _close(missing: Iterable[str], others: Iterable[str]) -> list[str]:
+    lower = {name.lower(): name for name in others}
+    near = {name: difflib.get_close_matches(name.lower(), lower, n=1, cutoff=CLOSE) for name in missing}
+    return [f"is {lower[found[0]]!r} its {name}?" for name, found in near.items() if found]
+
+
+def _other_interface(layouts: Layouts, standard: Collection[str]) -> list[str]:
+    wanted = [INTERFACES[field.name] for field in layouts.action.fields if field.name in INTERFACES]
+    if not wanted or wanted[0][0] in standard:
+        return []
+    return [
+        f"the log has {words} and the model takes {wanted[0][1]}: "
+        f"`sym2real nominal quadrotor --interface {interface}` makes a model for it"
+        for column, words, interface in INTERFACES.values()
+        if column in standard
+    ]
+
+
+def _derivable(missing: Collection[str], standard: Collection[str]) -> list[str]:
+    return [
+        f'derive = ["{what}"] in a log specification computes {", ".join(columns)}'
+        for what, (columns, sources) in DERIVED.items()
+        if sources <= set(standard) and set(columns) & set(missing)
+    ]

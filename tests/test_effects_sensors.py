@@ -70,6 +70,19 @@ def test_without_measurement_effects_nothing_changes() -> None:
     assert sensors.state(state) is state
 
 
+@pytest.mark.parametrize("robot", [CRAZYFLIE, MUSHR], ids=lambda robot: robot.name)
+def test_one_inverse_serves_state_after_state_and_leaves_what_is_not_finite(robot: Robot) -> None:
+    layout, rng = robot.layouts.state, np.random.default_rng(0)
+    key, values = ("lever_arm", {"rx": 0.3, "ry": -0.2}) if robot is MUSHR else ("mounting_tilt", {"roll": 0.4})
+    sensors = Sensors(add(robot.nominal(), key, values))
+    for _ in range(20):
+        tangent = torch.as_tensor(rng.uniform(-2.0, 2.0, layout.tangent_size))
+        state = layout.retract(torch.as_tensor(robot.start), tangent)
+        torch.testing.assert_close(sensors.state(sensors.measured(state)), state, rtol=0.0, atol=1e-9)
+    lost = torch.full((layout.size,), torch.nan, dtype=torch.float64)
+    assert sensors.state(lost).isnan().all()
+
+
 def test_a_model_with_the_tilt_predicts_a_tilted_log() -> None:
     tilt = {"roll": 0.03, "pitch": -0.02}
     task = make_task("circle", CRAZYFLIE)

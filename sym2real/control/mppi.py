@@ -158,7 +158,7 @@ class MPPI:
         Raises:
             ShapeError: for other numbers of states or inputs, and without inputs that the model's equations use.
         """
-        started, worked = time.perf_counter(), time.thread_time()
+        started, worked = time.perf_counter(), self._processor_time()
         if self._worked:
             self._use(fewer(self.samples, self._worked, self.deadlines.period))
         gone, self._step = 0 if self._step is None else max(step - self._step, 0), step
@@ -171,7 +171,7 @@ class MPPI:
         first = np.array(self.mean.tolist()[0])  # single precision may have rounded a limit away
         action: Array = np.minimum(np.maximum(first, self.robot.low), self.robot.high)
         late = self.deadlines.note(time.perf_counter() - started)
-        self._worked = time.thread_time() - worked if late and self._paced else 0.0
+        self._worked = self._processor_time() - worked if late else 0.0
         return action
 
     @torch.no_grad()
@@ -233,6 +233,10 @@ class MPPI:
     def predict(self, state: ArrayLike, inputs: ArrayLike | None = None) -> Tensor:
         """States ``# (H, state)`` that the model expects under the present mean."""
         return self._torch.rollout(state, self.mean[None], inputs)[0]
+
+    def _processor_time(self) -> float:
+        """Of this thread in s, zero where nobody asks for a period: some systems take a millisecond to tell."""
+        return time.thread_time() if self._paced else 0.0
 
     def _trial(self, samples: int) -> None:
         if self._fused is None:

@@ -10,7 +10,8 @@ from sym2real.effects.visible import VisibleModel, visible_state
 from sym2real.symbolic import Equations, compile_function, symbol
 
 STEP = 1e-6  # of the tangent, for derivatives in double precision
-NEWTON_STEPS = 3
+# Of the tangent: where a report agrees with what was measured. Steps with one slope, and slopes that are tried.
+AGREES, STEPS, SLOPES = 1e-11, 4, 3
 
 
 class Sensors:
@@ -23,6 +24,7 @@ class Sensors:
     def __init__(self, equations: Equations) -> None:
         self.layout = visible_state(equations)
         self._report = None
+        self._inverse: Tensor | None = None
         if equations.output:
             expressions = [equations.output.get(column, symbol(column)) for column in self.layout]
             self._report = compile_function(
@@ -37,18 +39,34 @@ class Sensors:
         return reported
 
     def state(self, measured: Tensor) -> Tensor:
-        """The states that are measured as ``measured`` ``# (..., visible)``, by Newton's method on the manifold."""
-        if self._report is None:
+        """The states that are measured as ``measured`` ``# (..., visible)``; what is not finite comes back as it is.
+
+        By Newton's method on the manifold. A slope does until its steps no longer lead there, from one call to the
+        next: a controller asks in every period, and slopes are nearly all of the work.
+        """
+        if self._report is None or not measured.numel() or not bool(measured.isfinite().all()):
             return measured
-        wanted, size = measured.double(), self.layout.tangent_size
-        moves, state = STEP * torch.eye(size, dtype=torch.float64), wanted
-        for _ in range(NEWTON_STEPS):
-            away = self.layout.difference(self.measured(state), wanted)  # (..., tangent)
-            moved = self.layout.retract(state[..., None, :], moves.expand(*state.shape[:-1], size, size))
-            changes = self.layout.difference(self.measured(moved), self.measured(state)[..., None, :]) / STEP
-            step = torch.linalg.lstsq(changes.mT, away[..., None]).solution[..., 0]
-            state = self.layout.retract(state, -step)
+        wanted = measured.double()
+        state, inverse = wanted, self._inverse
+        for _ in range(SLOPES):
+            if inverse is None or inverse.shape[:-2] != wanted.shape[:-1]:
+                inverse = self._inverse = self._inverse_slope(state)
+            for _ in range(STEPS):
+                away = self.layout.difference(self.measured(state), wanted)  # (..., tangent)
+                if float(away.abs().max()) < AGREES:
+                    return state.to(measured)
+                state = self.layout.retract(state, -(inverse @ away[..., None])[..., 0])
+            inverse = None
         return state.to(measured)
+
+    def _inverse_slope(self, state: Tensor) -> Tensor:
+        """Of what is measured by the state, in tangents, by differences ``# (..., tangent, tangent)``."""
+        size = self.layout.tangent_size
+        moves = STEP * torch.eye(size, dtype=torch.float64).expand(*state.shape[:-1], size, size)
+        moved = self.layout.retract(state[..., None, :], moves)
+        changes = self.layout.difference(self.measured(moved), self.measured(state)[..., None, :]) / STEP
+        inverse: Tensor = torch.linalg.pinv(changes.mT)
+        return inverse
 
 
 class MeasuredModel:

@@ -9,14 +9,19 @@ import numpy as np
 import pytest
 import torch
 
-from sym2real.control import RandomCommands
+from sym2real.control import RandomCommands, geometric_controller
+from sym2real.data import example_flight
 from sym2real.diagnosis.agreement import rate_agreement, velocity_agreement
 from sym2real.diagnosis.data_report import data_report
+from sym2real.diagnosis.sanity import check
+from sym2real.experiments.standard_conditions import sensors
 from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.logs import read_log
 from sym2real.logs.extremes import at_extremes
 from sym2real.plants import MujocoPlant, run_episode
-from sym2real.robots import MUSHR
+from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.rotation import conjugate, rotate
+from sym2real.tasks import make_task
 from sym2real.trajectory import Array, Dataset, Trajectory
 
 
@@ -100,6 +105,24 @@ def test_gaps_and_jitter_are_counted(flights: Dataset) -> None:
     assert report.jitter < 1e-6
     shaken = np.cumsum(0.02 * (1.0 + 0.2 * np.random.default_rng(0).uniform(-1, 1, rows)))
     assert data_report(with_time(flights, shaken)).jitter == pytest.approx(0.2 / np.sqrt(3), rel=0.2)
+
+
+@pytest.mark.parametrize("robot", [CRAZYFLIE, MUSHR], ids=lambda robot: robot.name)
+def test_logs_without_sensor_noise_are_named(robot: Robot) -> None:
+    """Smooth paths alone look like noise of some µm to third differences, and of less than 0.1 µm to sixth."""
+    task, controller = make_task("circle", robot), geometric_controller(robot, make_task("circle", robot).reference)
+    noise = sensors(robot, np.random.default_rng(1))
+    noisy, plain = (run_episode(MujocoPlant(robot, changes), controller, task, steps=150) for changes in ([noise], []))
+    said = {name: data_report(Dataset(logs)) for name, logs in (("both", [noisy, plain]), ("noisy", [noisy]))}
+    assert (said["both"].exact, said["noisy"].exact) == (1, 0)
+    assert "no sensor noise in 1 of 2 logs: errors of any size count; simulate with --noise" in said["both"].lines()
+    assert not any("sensor noise" in line for line in said["noisy"].lines())
+    assert any(note.startswith("no sensor noise") for note in check(robot.nominal(), Dataset([plain])).notes)
+    assert not any(note.startswith("no sensor noise") for note in check(robot.nominal(), Dataset([noisy])).notes)
+
+
+def test_a_real_flight_has_sensor_noise() -> None:
+    assert data_report(read_log(example_flight(), spec="crazyflie_battery_drag")).exact == 0
 
 
 def test_saturation_and_a_command_that_never_moves_are_named(flights: Dataset) -> None:

@@ -15,10 +15,11 @@ class Simulate:
     """Fly or drive a task in the robot's simulator with a controller that needs no model, and write the log.
 
     The simulator is plain unless it is given effects, which MuJoCo's own means put into it, or is one that `diagnose`
-    or `add` has written.
+    or `add` has written. Its states are exact unless there is --noise, without which a log is not fit for a diagnosis:
+    errors of any size then count.
 
     Examples:
-      sym2real simulate crazyflie circle --effects wind fx=0.01 added_mass value=0.003 --out windy.csv
+      sym2real simulate crazyflie circle --noise --effects wind fx=0.01 added_mass value=0.003 --out windy.csv
       sym2real simulate runs/diagnosis/simulator circle --out as_found.csv
     """
 
@@ -36,18 +37,23 @@ class Simulate:
     """Length of the episode; the task's own by default."""
     effects: tuple[str, ...] = ()
     """Physical effects in it: each KIND or KIND:COLUMN, then its PARAMETER=VALUE (`sym2real effects` lists them)."""
+    noise: bool = False
+    """Sensor noise: position 0.5 mm, attitude 0.3°, rates 0.02 rad/s, velocity by differences of measured positions."""
     seed: int = 0
-    """Of the start and the random commands."""
+    """Of a car's start, the random commands and the noise; a quadrotor's flight without either has nothing random."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
 
     def run(self, console: Console) -> dict[str, Any]:
         """Fly, print the figures, write the log."""
+        import numpy as np
+
         from sym2real.adaptation import tracking_error
         from sym2real.cli.chosen_effects import beyond_bounds, chosen_effects, require_values
         from sym2real.cli.numbers import require_positive
         from sym2real.control import RandomCommands, geometric_controller
         from sym2real.errors import ModelError
+        from sym2real.experiments.standard_conditions import sensors
         from sym2real.files import make_folder
         from sym2real.logs import write_log
         from sym2real.plants import MujocoPlant, load_plant, run_episode
@@ -66,6 +72,10 @@ class Simulate:
         if written is not None and changes:
             raise ModelError(f"{self.robot}: --effects are for a robot's plain simulator; add them to its plant.toml")
         plant = written or MujocoPlant(robot, changes)
+        if self.noise:
+            noise = sensors(robot, np.random.default_rng(self.seed).spawn(1)[0])
+            # Before the effects: a scale or a bias of a sensor's acts on what it measures.
+            plant = MujocoPlant(robot, (noise, *plant.changes), description=plant.description)
         geometric = self.controller == "geometric"
         controller = geometric_controller(robot, task.reference) if geometric else RandomCommands(robot, seed=self.seed)
         steps = round((self.seconds or task.duration) / robot.dt)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from sym2real.diagnosis.agreement import Agreement, rate_agreement, velocity_agreement
+from sym2real.diagnosis.start import noise_level
 from sym2real.logs.extremes import at_extremes
 from sym2real.trajectory import Array, Dataset, Trajectory
 
@@ -20,6 +21,8 @@ JITTER, GAP = 0.05, 1.5  # relative spread of the time step; steps longer than t
 SATURATED = 0.05  # part of the rows that stay at one extreme
 WEAK = 0.01  # of a command's largest size: less variation says little about it
 CLOSED_LOOP = 0.5
+# No sensor is as good as this, in m; six differences leave less of a path that a simulator followed.
+NO_NOISE, ORDER = 1e-6, 6
 
 
 @dataclass(frozen=True)
@@ -72,6 +75,7 @@ class DataReport:
         longest_gap: in s; 0 without gaps.
         commands: by action column.
         rates, velocities: by state column.
+        exact: number of logs whose positions have no sensor noise.
     """
 
     logs: int
@@ -83,6 +87,7 @@ class DataReport:
     commands: dict[str, Excitation]
     rates: dict[str, Agreement]
     velocities: dict[str, Agreement]
+    exact: int
 
     @property
     def feedback(self) -> bool:
@@ -106,6 +111,7 @@ class DataReport:
             found.append(f"the time step varies by {100 * self.jitter:.0f} %")
         if self.gaps:
             found.append(f"{self.gaps} gaps, the longest {self.longest_gap:.3g} s")
+        found += exactness(self.exact, self.logs)
         for name, one in self.commands.items():
             if one.weak:
                 found.append(f"{name} hardly varies (±{one.deviation:.2g} {one.unit}): effects on it cannot be seen")
@@ -155,7 +161,24 @@ def data_report(data: Dataset | Trajectory) -> DataReport:
         commands=excitation(logs),
         rates=rate_agreement(logs),
         velocities=velocity_agreement(logs),
+        exact=sum(exact(trajectory) for trajectory in logs),
     )
+
+
+def exact(log: Trajectory) -> bool:
+    """Whether positions are smooth beyond any sensor; of a few rows nobody can tell."""
+    layout = log.layouts.state
+    if len(log) <= 2 * ORDER or not layout.has_field("position"):
+        return False
+    return bool((noise_level(log.state[:, layout.slice("position")], ORDER) < NO_NOISE).all())
+
+
+def exactness(exact: int, logs: int) -> list[str]:
+    """What a person should know where so many of the logs are exact."""
+    if not exact:
+        return []
+    some = "" if exact == logs else f" in {exact} of {logs} logs"
+    return [f"no sensor noise{some}: errors of any size count; simulate with --noise"]
 
 
 def excitation(logs: Sequence[Trajectory]) -> dict[str, Excitation]:

@@ -19,7 +19,7 @@ from sym2real.diagnosis.agreement import (
     to_world,
     velocity_agreement,
 )
-from sym2real.diagnosis.data_report import excitation
+from sym2real.diagnosis.data_report import exact, exactness, excitation
 from sym2real.diagnosis.sensor_faults import readings
 from sym2real.effects import EFFECTS
 from sym2real.symbolic import Equations
@@ -86,7 +86,7 @@ def check(model: Equations, data: Dataset) -> Checked:
     for settle in (_attitude, _velocity_frame, _signs, _sensors):
         faults, data = settle(data)
         found += faults
-    return Checked(data, tuple(found), (*_time_step(model, data), *_saturation(data)))
+    return Checked(data, tuple(found), (*_time_step(model, data), *_saturation(data), *_noise(data)))
 
 
 Settled = tuple[Sequence[Fault], Dataset]
@@ -174,3 +174,7 @@ def _time_step(model: Equations, data: Dataset) -> tuple[str, ...]:
 
 def _saturation(data: Dataset) -> tuple[str, ...]:
     return tuple(line for name, one in excitation(list(data)).items() for line in one.limits_said(name))
+
+
+def _noise(data: Dataset) -> list[str]:
+    return exactness(sum(exact(log) for log in data), len(data))

@@ -8,6 +8,7 @@ a command a moment ago), the measured row is better than a fit and is taken.
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 import numpy as np
@@ -22,23 +23,23 @@ Start = Literal["smoothed", "measured"]
 ROWS = 10
 # Residuals of an adequate fit scatter by the noise itself; beyond this factor the fit is wrong, not noisy.
 ADEQUATE = 1.3
-# Median absolute deviation of a normal variable to its standard deviation, and the gain of a third difference.
+# Median absolute deviation of a normal variable to its standard deviation.
 MAD_TO_SIGMA = 1.4826
-THIRD_DIFFERENCE_GAIN = np.sqrt(20.0)
 SMALLEST_NOISE = 1e-9
 # Ages of rows that differ by less than this part of the largest are one.
 ALIKE = 1e-9
 
 
-def noise_level(values: Array) -> Array:
-    """Standard deviation of white noise on smooth columns ``# (rows, k) -> (k,)``, from third differences.
+def noise_level(values: Array, order: int = 3) -> Array:
+    """Standard deviation of white noise on smooth columns ``# (rows, k) -> (k,)``, from differences of this order.
 
     Source: J. Hall et al., difference-based variance estimation, Biometrika 77 (1990) 521–528, with the binomial
-    sequence of order three and a median for robustness against steps.
+    sequence of the order and a median for robustness against steps.
     """
-    third = np.diff(values, n=3, axis=0)
-    spread = np.median(np.abs(third - np.median(third, axis=0)), axis=0)
-    noise: Array = np.maximum(MAD_TO_SIGMA * spread / THIRD_DIFFERENCE_GAIN, SMALLEST_NOISE)
+    differences = np.diff(values, n=order, axis=0)
+    spread = np.median(np.abs(differences - np.median(differences, axis=0)), axis=0)
+    gain = np.sqrt(math.comb(2 * order, order))
+    noise: Array = np.maximum(MAD_TO_SIGMA * spread / gain, SMALLEST_NOISE)
     return noise
 
 

@@ -113,7 +113,7 @@ def sensors(robot: Robot, rng: np.random.Generator) -> Change:
 
         return measure
 
-    return Change("", measure=begin)
+    return Change("sensor noise", measure=begin)
 
 
 def _angle_noise(robot: Robot) -> Callable[[Array, np.random.Generator], Array]:

@@ -48,6 +48,7 @@ class MujocoPlant:
 
     Attributes:
         mj_model, mj_data: MuJoCo's own objects.
+        changes, description: as given.
         time: since the reset in s.
     """
 
@@ -59,7 +60,7 @@ class MujocoPlant:
         description: str | None = None,
     ) -> None:
         self.robot = robot
-        self.changes = tuple(changes)
+        self.changes, self.description = tuple(changes), description
         self.mj_model = compile_robot(robot, self.changes, description)
         self.mj_data = mujoco.MjData(self.mj_model)
         self._body = mujoco.mj_name2id(self.mj_model, mujoco.mjtObj.mjOBJ_BODY, robot.name)

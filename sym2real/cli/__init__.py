@@ -12,6 +12,7 @@ import tyro
 from rich.console import Console
 from rich.markup import escape
 
+from sym2real import __version__
 from sym2real.cli.add import Add
 from sym2real.cli.compare import Compare
 from sym2real.cli.demo import Demo
@@ -23,6 +24,7 @@ from sym2real.cli.learn import Learn
 from sym2real.cli.loading import loading
 from sym2real.cli.nominal import NominalCar, NominalQuadrotor
 from sym2real.cli.output import console_for, require_places, write_json
+from sym2real.cli.parsing import parse, wrapped
 from sym2real.cli.plan import PlanFlight
 from sym2real.cli.run import Run
 from sym2real.cli.show import Show
@@ -33,17 +35,29 @@ DESCRIPTION = """\
 From a robot description to a flying model, and from a model that is wrong to the physics it lacks.
 
 From a robot to a model that flies it:
-  sym2real learn crazyflie --out runs/base        equations from a plain simulator
-  sym2real run runs/base circle                   fly them with MPPI
+  sym2real learn crazyflie --out runs/base
+      equations from a plain simulator
+  sym2real run runs/base circle
+      fly them with MPPI
+
 From a model and your logs to what is missing:
-  sym2real inspect flight.csv --out flight.toml   what a log of yours holds
-  sym2real compare runs/base flight.csv --spec flight.toml          how good the model is, and where it fails
-  sym2real diagnose runs/base flight.csv --spec flight.toml --out runs/found   which physical effect it lacks
-  sym2real run runs/found/model circle            fly the model that has it
-  sym2real add runs/base added_mass --fit flight.csv --out runs/heavier        or test an idea of your own
-  sym2real plan crazyflie hover circle            what a manoeuvre can show, before you fly it
+  sym2real inspect flight.csv --out flight.toml
+      what a log of yours holds
+  sym2real compare runs/base flight.csv --spec flight.toml
+      how good the model is, and where it fails
+  sym2real diagnose runs/base flight.csv --spec flight.toml --out runs/found
+      which physical effect it lacks
+  sym2real run runs/found/model circle
+      fly the model that has it
+  sym2real add runs/base added_mass --fit flight.csv --out runs/heavier
+      or test an idea of your own
+  sym2real plan crazyflie hover circle
+      what a manoeuvre can show, before you fly it
+
 A robot that is neither of the two starts from numbers alone: sym2real nominal quadrotor --help
-Every verb answers --help, and --json FILE writes its result (- is standard output).
+
+Every verb answers --help, and --json FILE writes its result (- is standard output). sym2real --version says which one
+this is.
 """
 
 VERBS = (
@@ -99,11 +113,14 @@ class Runnable(Protocol):
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run one verb; exit with 2 and one clear message on bad input, with 130 on Ctrl-C."""
     given = list(sys.argv[1:] if arguments is None else arguments)
+    if given == ["--version"]:
+        print(f"sym2real {__version__}")
+        return
     if given and not given[0].startswith("-") and given[0] not in VERBS:
         _stop(Console(), UnknownNameError("verb", given[0], VERBS))
     # The tensors are small: threads that wait for each other make an action five times slower. Set it to override.
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    verb: Runnable = tyro.cli(Verb, prog="sym2real", description=DESCRIPTION, args=given)
+    verb: Runnable = parse(Verb, "sym2real", DESCRIPTION, given)
     console = console_for(verb.json)
     try:
         require_places(verb)
@@ -120,5 +137,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _stop(console: Console, error: Sym2RealError) -> NoReturn:
-    console.print(f"[bold red]error:[/] {escape(str(error))}", soft_wrap=True)
+    # Wrapped between words only: a long path stays in one piece.
+    lines = [wrapped(line, console.width) for line in f"error: {error}".splitlines()]
+    text = "\n".join(line for group in lines for line in group)
+    console.print(escape(text).replace("error:", "[bold red]error:[/]", 1), soft_wrap=True)
     sys.exit(2)

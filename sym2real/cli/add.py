@@ -27,7 +27,7 @@ class Add:
     the error ladder shows what it does to predictions of logs that took no part in the fit. Its model is written in
     any case: the verdict says whether to believe it. `sym2real effects NAME` says what an effect's parameters are.
 
-    Examples:
+    For example:
       sym2real add runs/base added_mass value=0.005 --out runs/heavier
       sym2real add runs/base wind fx=0.02 com_offset rx=0.001 --out runs/both
       sym2real add runs/base added_mass --fit flight1.csv flight2.csv --out runs/heavier

@@ -14,7 +14,7 @@ from rich.console import Console
 class Effects:
     """List the physical effects that a robot may have and a model may lack, or print the page of one.
 
-    Examples:
+    For example:
       sym2real effects --robot mushr
       sym2real effects wind
     """

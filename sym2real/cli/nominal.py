@@ -22,7 +22,7 @@ class NominalQuadrotor:
     position and velocity are predicted, which suits logs without rate commands. Where a log's thrust is per mass
     (m/s²) the mass is 1.
 
-    Examples:
+    For example:
       sym2real nominal quadrotor --mass 1.2 --interface motors --out runs/nominal
       sym2real nominal quadrotor --interface motors --attitude measured --fit-thrust flight.csv --out runs/nominal
     """

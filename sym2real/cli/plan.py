@@ -24,7 +24,7 @@ class PlanFlight:
     or eight), each followed by its size= and speed= (m, m/s), height= and swing= (m), modulation= (part of the speed)
     or clockwise=1. With logs, what was flown is judged, with the noise that the logs have.
 
-    Examples:
+    For example:
       sym2real plan crazyflie hover
       sym2real plan crazyflie hover circle size=0.5 speed=1 eight --yaw-rate 0.6 --seconds 10
       sym2real plan mushr circle speed=1 circle speed=1 clockwise=1

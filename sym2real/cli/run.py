@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 class Run:
     """Fly or drive one task with MPPI and a model, in the robot's simulator or in the model itself.
 
-    Examples:
+    For example:
       sym2real run runs/base circle --out runs/circle
       sym2real run runs/found/model circle --plant runs/found/simulator
     """

@@ -18,7 +18,7 @@ class Simulate:
     or `add` has written. Its states are exact unless there is --noise, without which a log is not fit for a diagnosis:
     errors of any size then count.
 
-    Examples:
+    For example:
       sym2real simulate crazyflie circle --noise --effects wind fx=0.01 added_mass value=0.003 --out windy.csv
       sym2real simulate runs/diagnosis/simulator circle --out as_found.csv
     """

@@ -1,0 +1,111 @@
+"""From what is typed to a verb: numbers with errors for people, and help that fits 80 columns."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import shutil
+import sys
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, get_args
+
+import tyro
+from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
+
+WIDTH = 80
+BOX = "╭│╰"  # what tyro wraps itself
+COMMAND = "sym2real "
+WANTED = {
+    float: ("FLOAT", "a number"),
+    int: ("INT", "a whole number"),
+    str: ("TEXT", "a text"),
+    Path: ("PATH", "a path"),
+}
+
+
+def parse(verbs: Any, prog: str, description: str, arguments: Sequence[str]) -> Any:
+    """The verb that was typed, with its options.
+
+    Args:
+        verbs: union of the verbs, for ``tyro.cli``.
+        prog: name of the program.
+        description: text above the verbs in the program's help.
+        arguments: what was typed after the program's name.
+
+    Raises:
+        SystemExit: with 2 and a message for what cannot be read, with 0 after help.
+    """
+    help_text = _Captured(sys.stdout)
+    try:
+        with _registry(), contextlib.redirect_stdout(help_text):
+            return tyro.cli(verbs, prog=prog, description=description, args=arguments)
+    finally:
+        width = min(WIDTH, shutil.get_terminal_size().columns)
+        for line in help_text.getvalue().splitlines():
+            print("\n".join(wrapped(line, width)))
+
+
+def wrapped(line: str, width: int) -> list[str]:
+    """A line of a help text in lines of so many columns; a command goes on after a backslash, as a shell reads it."""
+    if len(line) <= width or line.startswith(tuple(BOX)):
+        return [line]
+    indent = " " * (len(line) - len(line.lstrip()) + 4)
+    if line.startswith("usage:"):
+        return textwrap.wrap(line.replace(",", ", "), width, subsequent_indent=indent, break_on_hyphens=False)
+    if line.lstrip().removeprefix("Example: ").startswith(COMMAND):
+        # An option and its value stay on one line.
+        together = re.sub(r"(--[\w-]+) (?!-)", "\\1\N{NO-BREAK SPACE}", line)
+        parts = textwrap.wrap(
+            together, width - 2, subsequent_indent=indent, break_on_hyphens=False, break_long_words=False
+        )
+        parts = [part.replace("\N{NO-BREAK SPACE}", " ") for part in parts]
+        return [f"{part} \\" for part in parts[:-1]] + parts[-1:]
+    return textwrap.wrap(line, width, break_on_hyphens=False, break_long_words=False)
+
+
+class _Captured(io.StringIO):
+    """Text for the terminal, held back; tyro asks whether it may use colours and lines of boxes."""
+
+    def __init__(self, stream: Any) -> None:
+        super().__init__()
+        self._stream = stream
+
+    @property
+    def encoding(self) -> str:  # type: ignore[override]
+        return str(self._stream.encoding)
+
+    def isatty(self) -> bool:
+        return bool(self._stream.isatty())
+
+
+def _registry() -> ConstructorRegistry:
+    registry = ConstructorRegistry()
+    registry.primitive_rule(_number_or_text)
+    return registry
+
+
+def _number_or_text(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
+    """Numbers, and what may also be left out: tyro's own names Python's classes where a value cannot be read."""
+    options = get_args(info.type)
+    optional = len(options) == 2 and type(None) in options
+    kind = next(one for one in options if one is not type(None)) if optional else info.type
+    if kind not in WANTED or not (optional or kind in (float, int)):
+        return None
+    metavar, wanted = WANTED[kind]
+
+    def read(typed: list[str]) -> Any:
+        try:
+            return kind(typed[0])
+        except ValueError:
+            raise ValueError(f"expected {wanted}, found {typed[0]!r}") from None
+
+    return PrimitiveConstructorSpec(
+        nargs=1,
+        metavar=metavar,
+        instance_from_str=read,
+        is_instance=lambda value: isinstance(value, kind) or (optional and value is None),
+        str_from_instance=lambda value: [str(value)],
+    )

@@ -1,0 +1,73 @@
+"""Help that fits the terminal and keeps its paragraphs, numbers that cannot be read, the version."""
+
+from __future__ import annotations
+
+import shlex
+
+import pytest
+
+import sym2real
+from sym2real.cli import VERBS, main
+from sym2real.cli.parsing import wrapped
+
+
+@pytest.fixture(autouse=True)
+def terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+
+
+def help_of(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    with pytest.raises(SystemExit) as stopped:
+        main([*arguments, "--help"])
+    assert stopped.value.code == 0
+    return capsys.readouterr().out
+
+
+@pytest.mark.parametrize("verb", ["", *VERBS, "nominal quadrotor", "nominal car"])
+def test_no_line_of_a_help_is_longer_than_the_terminal(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert max(len(line) for line in help_of(verb.split(), capsys).splitlines()) <= 80
+
+
+def test_paragraphs_and_examples_of_a_help_stay(capsys: pytest.CaptureFixture[str]) -> None:
+    general = help_of([], capsys)
+    assert "\n      fly them with MPPI\n\nFrom a model and your logs to what is missing:\n" in general
+    assert "sym2real --version" in general
+    example = help_of(["nominal", "quadrotor"], capsys).partition("For example:\n")[2]
+    assert example.startswith("  sym2real nominal quadrotor --mass 1.2 --interface motors --out runs/nominal\n")
+
+
+def test_a_wrapped_command_is_the_command_for_a_shell() -> None:
+    command = "  sym2real diagnose runs/base " + " ".join(f"flight{i}.csv" for i in range(9)) + " --spec flight.toml"
+    lines = wrapped(command, 80)
+    assert max(len(line) for line in lines) <= 80
+    assert lines[-1].strip() == "--spec flight.toml"
+    assert shlex.split("\n".join(lines).replace("\\\n", "")) == command.split()
+
+
+def test_the_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    main(["--version"])
+    assert capsys.readouterr().out == f"sym2real {sym2real.__version__}\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["diagnose", "model", "log.csv", "--horizon", "abc"], "--horizon: expected a number, found 'abc'"),
+        (["learn", "crazyflie", "--out", "model", "--steps", "4.5"], "--steps: expected a whole number, found '4.5'"),
+    ],
+)
+def test_a_number_that_cannot_be_read(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        main(arguments)
+    assert stopped.value.code == 2
+    said = capsys.readouterr().err
+    assert message in said
+    assert "class" not in said
+
+
+def test_an_error_is_wrapped_between_words(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["show", "x" * 100])
+    lines = capsys.readouterr().out.splitlines()
+    assert "x" * 100 in "".join(lines)
+    assert all(len(line) <= 80 or " " not in line for line in lines)

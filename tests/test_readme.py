@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 import tyro
@@ -16,9 +17,15 @@ PAGES = ("README.md", "docs/diagnosis.md", "docs/tutorial.md")
 
 
 def test_the_python_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    """The diagnosis of its drive names the one effect that is hidden there, and gives its value."""
     (code,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
-    exec(compile(code, "README.md", "exec"), {})
+    names: dict[str, Any] = {}
+    exec(compile(code, "README.md", "exec"), names)
     assert "ChannelError" in capsys.readouterr().out
+    (finding,) = names["found"].findings
+    (hidden,) = re.findall(r"inject\(value=([\d.]+)\)", code)
+    assert finding.effect == "offset:steer"
+    assert finding.values["value"] == pytest.approx(float(hidden), rel=0.05)
 
 
 def test_the_verbs_of_the_readme_exist() -> None:

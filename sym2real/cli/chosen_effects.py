@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from sym2real.errors import ModelError
@@ -27,7 +27,11 @@ def chosen_effects(texts: Sequence[str], described: Describable) -> list[tuple[E
     """
     from sym2real.effects import effect
 
-    chosen = [(effect(key, described), values) for key, values in with_values(texts, "the name of an effect")]
+    def parameter_of(key: str) -> str:
+        return effect(key, described).parameters[0].name
+
+    named = with_values(texts, "the name of an effect", parameter_of)
+    chosen = [(effect(key, described), values) for key, values in named]
     for one, _ in chosen:
         if reason := one.why_not(described):
             raise ModelError(reason)
@@ -73,19 +77,25 @@ def _unit_and_bounds(parameter: Parameter) -> str:
     return " ".join((unit, *bounds))
 
 
-def with_values(texts: Sequence[str], what: str) -> list[tuple[str, dict[str, float]]]:
+def with_values(
+    texts: Sequence[str], what: str, parameter_of: Callable[[str], str] = lambda _: "OPTION"
+) -> list[tuple[str, dict[str, float]]]:
     """Every name with the values that follow it.
 
     Args:
         texts: names, each followed by its ``PARAMETER=VALUE``.
         what: a name is the name of, for the error's words.
+        parameter_of: the parameter that a number after a name may have been meant for.
 
     Raises:
-        ModelError: when a value stands before the first name or is not a number.
+        ModelError: when a value stands before the first name, without its parameter, or is not a number.
     """
     chosen: list[tuple[str, dict[str, float]]] = []
     for text in texts:
         name, equals, value = text.partition("=")
+        if not equals and chosen and _is_number(text):
+            key = chosen[-1][0]
+            raise ModelError(f"expected `{key} {parameter_of(key)}={text}`, found {text!r} alone")
         if not equals:
             chosen.append((text, {}))
         elif not name:
@@ -95,6 +105,14 @@ def with_values(texts: Sequence[str], what: str) -> list[tuple[str, dict[str, fl
         else:
             raise ModelError(f"expected {what} before its values, found {text!r}")
     return chosen
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _number(name: str, text: str) -> float:

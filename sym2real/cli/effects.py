@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import tyro
 from rich.console import Console
+
+if TYPE_CHECKING:
+    from sym2real.robots import Robot
 
 
 @dataclass(frozen=True)
@@ -38,6 +41,7 @@ class Effects:
             console.print(catalogue_table(kinds, robot.title))
             return {"effects": [{"name": kind.name, "stage": kind.stage, "summary": kind.summary} for kind in kinds]}
         name = self.name
+        self._require_robot(name)
         kind = EFFECTS[name.partition(":")[0]]
         if ":" not in name and kind.columns and kind.column_needed:
             group = robot.layouts.action if kind.columns == "action" else robot.layouts.state
@@ -54,3 +58,21 @@ class Effects:
             "parameters": [asdict(parameter) for parameter in chosen.parameters],
             "group": list(chosen.group),
         }
+
+    def _require_robot(self, name: str) -> None:
+        """Refuse an effect that another robot has and this one has not."""
+        from sym2real.effects import EFFECTS, Body
+        from sym2real.errors import ModelError
+        from sym2real.robots import ROBOTS
+
+        kind, _, column = name.partition(":")
+
+        def has(robot: Robot) -> bool:
+            group = robot.layouts.action if EFFECTS[kind].columns == "action" else robot.layouts.state
+            return EFFECTS[kind].fits(Body.of(robot)) and (not column or column in group.columns)
+
+        others = [one.name for one in ROBOTS.values() if has(one)]
+        if others and self.robot not in others:
+            raise ModelError(
+                f"{self.robot} has no effect {name}; `sym2real effects {name} --robot {others[0]}` shows it"
+            )

@@ -55,8 +55,13 @@ def robot_of(equations: Equations, model: str) -> Robot:
     Raises:
         ModelError: when the model does not say, or says a robot that is not registered.
     """
+    known = ", ".join(ROBOTS)
+    if not equations.robot:
+        raise ModelError(
+            f"{model} names no registered robot ({known}), as models of `nominal` do, so there is no simulator and no "
+            f"task for it; `sym2real learn {next(iter(ROBOTS))} --out FOLDER` makes a model that `run` flies"
+        )
     if equations.robot not in ROBOTS:
-        known = ", ".join(ROBOTS)
         raise ModelError(f"{model}: expected the model of a registered robot ({known}), found {equations.robot!r}")
     return ROBOTS[equations.robot]
 

@@ -31,7 +31,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from sym2real.errors import DataError, UnknownNameError
+from sym2real.errors import DataError, UnknownNameError, reason
 from sym2real.files import write_text
 from sym2real.logs import spec_text
 from sym2real.logs.parts import Attitude, Derived, Frames, Source, TimeBase
@@ -109,7 +109,7 @@ class LogSpec:
         try:
             text = Path(path).read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
-            raise DataError(path, "a readable TOML file", type(error).__name__) from None
+            raise DataError(path, "a readable TOML file", reason(error)) from None
         return cls.parse(text, path)
 
     def save(self, path: str | Path) -> None:

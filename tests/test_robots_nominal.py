@@ -14,7 +14,7 @@ from sym2real.effects import effect
 from sym2real.errors import ModelError
 from sym2real.layout import Layout, Layouts
 from sym2real.plants import MujocoPlant, random_push
-from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
+from sym2real.robots import CRAZYFLIE, MUSHR, PER_KILOGRAM, ROBOTS, Robot
 from sym2real.robots.motors import Motors
 from sym2real.robots.nominal_car import car
 from sym2real.robots.nominal_quadrotor import quadrotor
@@ -331,6 +331,8 @@ def test_the_thrust_of_a_log_is_found_from_its_first_seconds() -> None:
 def test_a_guess_is_written_down_and_a_given_number_is_not() -> None:
     assert len(quadrotor(1.2, interface="motors").notes) == 2
     assert quadrotor(1.2, (0.01, 0.01, 0.02), interface="motors", motors=MOTORS).notes == ()
+    assert quadrotor(1.0, (0.01, 0.01, 0.02)).notes == ()
+    assert quadrotor(None, (0.01, 0.01, 0.02)).notes == (PER_KILOGRAM,)
     hovering = step(quadrotor(1.2, interface="motors"), state13(z=1.0), [0.5] * 4)
     np.testing.assert_allclose(hovering, state13(z=1.0), atol=1e-12)
     scaled = quadrotor(0.027)

@@ -95,7 +95,7 @@ class Add:
             changed = add_term(changed, channel, expression)
         save_model(changed, self.out)
         console.print(changed_equations(base, changed))
-        for note in changed.notes:
+        for note in (one for one in changed.notes if one not in result.get("notes", ())):
             console.print(f"note: {note}", markup=False)
         console.print(f"model in {self.out}", markup=False)
         if chosen:

@@ -29,8 +29,8 @@ class NominalQuadrotor:
 
     out: Path
     """Folder of the model."""
-    mass: float = 1.0
-    """Mass in kg."""
+    mass: float | None = None
+    """Mass in kg; without it forces and masses are per kilogram of the robot."""
     inertia: tuple[float, float, float] | None = None
     """Principal moments in kg m²; by default the Crazyflie's, scaled by mass."""
     interface: Literal["thrust_rates", "thrust_attitude", "motors"] = "thrust_rates"
@@ -93,7 +93,7 @@ class NominalQuadrotor:
             return None
         thrust = self.motor_thrust
         if self.fit_thrust is not None:
-            thrust = self.mass * thrust_of_log(self.fit_thrust, self.spec, self.dt)
+            thrust = thrust_of_log(self.fit_thrust, self.spec, self.dt) * (1.0 if self.mass is None else self.mass)
             console.print(f"thrust per unit of command, fitted on the first two seconds: {thrust:.4g} N")
         if thrust is None:
             if chosen:

@@ -29,7 +29,7 @@ from sym2real.diagnosis.select import GAIN
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.significance import FALSE_ALARMS, FEWEST_BLOCKS
 from sym2real.diagnosis.visible import AssumedNoise, Plan, Visible
-from sym2real.diagnosis.weighing import whiten
+from sym2real.diagnosis.weighing import units_said, whiten
 from sym2real.diagnosis.whitening import Spread, Whitening
 from sym2real.effects import Effect
 from sym2real.symbolic import Equations
@@ -85,6 +85,7 @@ def plan(
         visible=tuple(sorted(visible, key=lambda row: order.index(row.effect))),
         seconds=sum(len(trajectory) for trajectory in dataset) * dataset.dt,
         blocks=problems.block_count,
+        notes=tuple(units_said(equations)),
     )
 
 

@@ -54,11 +54,13 @@ class Plan:
         visible: a row per parameter, in the order of the catalogue.
         seconds: of data.
         blocks: independent pieces of it; fewer than ten allow provisional findings only.
+        notes: remarks on the model.
     """
 
     visible: tuple[Visible, ...]
     seconds: float
     blocks: int
+    notes: tuple[str, ...] = ()
 
     @property
     def pairs(self) -> tuple[tuple[str, str], ...]:
@@ -77,4 +79,5 @@ class Plan:
             "inseparable": [list(pair) for pair in self.pairs],
             "seconds": self.seconds,
             "blocks": self.blocks,
+            "notes": list(self.notes),
         }

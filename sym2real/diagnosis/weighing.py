@@ -20,6 +20,7 @@ from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.swing import Swing, find_swing
 from sym2real.diagnosis.whitening import Spread, Whitening, estimate
 from sym2real.plants import MujocoPlant
+from sym2real.robots import PER_KILOGRAM
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset, Trajectory
 
@@ -80,7 +81,7 @@ def weigh(
     checked = check_and_filter(model, data if isinstance(data, Dataset) else Dataset([data]))
     model = replace(model, filters=()) if model.filters else model
     library = library_for(model, checked.data, exclude, include)
-    notes, flown, base = list(checked.notes), None, model
+    notes, flown, base = [*checked.notes, *units_said(model)], None, model
     if plant is None:
         notes.append("no plain simulator: the base's own errors were not calibrated and may look like effects")
     else:
@@ -105,6 +106,11 @@ def weigh(
     origin = searched.null if calibration is None else calibration.origin
     problems = Problems.of(problem, whitening, nuisance_of(searched, origin))
     return Weighed(model, checked, library, tried, problems, spread, origin, calibration, tuple(notes), swing)
+
+
+def units_said(model: Equations) -> list[str]:
+    """What a reader of forces and masses must know, where nobody gave the robot's mass."""
+    return [note for note in model.notes if note == PER_KILOGRAM]
 
 
 def check_and_filter(model: Equations, data: Dataset) -> Checked:

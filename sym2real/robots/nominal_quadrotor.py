@@ -48,6 +48,8 @@ COMMANDS: Mapping[str, tuple[str, ...]] = {
 REFERENCE_MASS = 0.027
 REFERENCE_INERTIA = (1.66e-5, 1.67e-5, 2.93e-5)
 REFERENCE_MOTORS = Motors(thrust=0.0)
+# Said of equations whose mass nobody gave.
+PER_KILOGRAM = "no mass was given: forces, drag and masses are per kilogram of the robot"
 
 
 @dataclass
@@ -69,7 +71,7 @@ class _Build:
 
 
 def quadrotor(
-    mass: float = 1.0,
+    mass: float | None = None,
     inertia: Sequence[float] | None = None,
     *,
     interface: Interface = "thrust_rates",
@@ -83,7 +85,7 @@ def quadrotor(
     """First-principles equations of a quadrotor.
 
     Args:
-        mass: in kg; 1 where a log's thrust is mass-normalised (m/s²).
+        mass: in kg; 1 where a log's thrust is mass-normalised (m/s²); None is 1 too, and ``notes`` says so.
         inertia: principal moments in kg m²; None scales the Crazyflie's by mass.
         interface: actions are thrust in N and body rates in rad/s; thrust and attitude; or four motors.
         attitude: "predicted", or "measured": the quaternion is then an input, known along a log and held over a
@@ -97,10 +99,11 @@ def quadrotor(
     Raises:
         ModelError: for numbers that no quadrotor has.
     """
+    build = _Build(notes=[PER_KILOGRAM] if mass is None else [])
+    mass = 1.0 if mass is None else mass
     _check(mass, inertia, interface, attitude, dt)
     if attitude_time_constant < 0 or min(rate_gains) <= 0:
         raise ModelError(f"loops need τ ≥ 0 s and gains > 0 1/s, found {attitude_time_constant} and {rate_gains}")
-    build = _Build()
     torque = symbols(TORQUE)
     if interface == "motors":
         pushed = _motors(build, motors, mass, attitude)

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import io
+import re
 
+import numpy as np
 import pytest
 from rich.console import Console
 from rich.measure import Measurement
 
-from sym2real.diagnosis import Floor
+from sym2real.control import RandomCommands
+from sym2real.diagnosis import Floor, compare
 from sym2real.diagnosis.ladder import Stage, StageError
 from sym2real.effects import EFFECTS
+from sym2real.experiments.standard_conditions import sensors
+from sym2real.plants import MujocoPlant, run_episode
+from sym2real.report.comparison import comparison_report
 from sym2real.report.ladder import ladder_table
+from sym2real.robots import ROBOTS
 
 CHANNELS = {"position": "m", "attitude": "rad", "velocity": "m/s", "rate": "rad/s"}
 HORIZONS = (0.1, 0.2, 0.5, 0.8, 1.0, 2.0)
@@ -32,6 +39,24 @@ def test_four_channels_fit_80_columns(error: float) -> None:
     console = Console(width=200, file=io.StringIO())
     table = ladder_table([stage("base", 12.34), stage("+ mounting_tilt", error)], FLOOR, ["trial_2"])
     assert Measurement.get(console, console.options, table).maximum <= 80
+
+
+def test_the_two_floors_have_names_of_their_own() -> None:
+    """A comparison's is the sensors' noise, a ladder's has the disturbances too."""
+    console = Console(width=80, file=io.StringIO())
+    robot = ROBOTS["mushr"]
+    noise = sensors(robot, np.random.default_rng(0))
+    drive = run_episode(MujocoPlant(robot, [noise]), RandomCommands(robot), steps=100)
+    comparison = compare(robot.nominal(), drive)
+    shown = []
+    for report in (comparison_report(comparison), ladder_table([stage("base", 12.34)], FLOOR, ["trial_2"])):
+        with console.capture() as said:
+            console.print(report)
+        shown.append(" ".join(said.get().split()))
+    assert "sensors' noise alone" in shown[0]
+    assert "disturbances" not in shown[0]
+    assert re.search(r"noise and 1\.2e-05.* disturbances$", shown[1])
+    assert not any("noise floor" in text for text in shown)
 
 
 def test_the_longest_name_is_folded_and_no_figure_is_cut_off() -> None:

@@ -46,9 +46,9 @@ def floor_table(comparison: Comparison) -> Table:
     """
     shown = comparison.horizons or (comparison.one_step,)
     errors = min(shown, key=lambda one: abs(one.horizon - SHOWN_HORIZON))
-    table = compact_table(f"{errors.horizon:g} s ahead, beside the noise floor")
+    table = compact_table(f"{errors.horizon:g} s ahead, beside what the sensors' noise alone makes")
     table.add_column("channel")
-    for heading in ("error", "floor", "excess", "fit %", "skill\nhold", "skill\nmean"):
+    for heading in ("error", "sensor\nnoise", "excess", "fit %", "skill\nhold", "skill\nmean"):
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column(f"to {max(one.horizon for one in shown):g} s", no_wrap=True)
     for channel, error in errors.errors.items():

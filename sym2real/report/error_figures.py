@@ -49,7 +49,7 @@ def over_time_figure(models: Models) -> Figure:
 
 
 def ladder_figure(stages: Sequence[Stage], floor: Sequence[Floor]) -> Figure:
-    """Error of every channel over the horizon for every stage with its 95 % band, down to the noise floor."""
+    """Error of every channel over the horizon for every stage with its 95 % band, down to noise and disturbances."""
     horizons = sorted(stages[0].horizons)
     channels = stages[0].horizons[horizons[0]]
     figure = Figure(figsize=(3.6 * len(channels), 3.6), layout="constrained")
@@ -62,7 +62,7 @@ def ladder_figure(stages: Sequence[Stage], floor: Sequence[Floor]) -> Figure:
             axis.fill_between(horizons, low, high, color=colour, alpha=0.15, linewidth=0)
         lowest = [(one.horizon, one.errors[channel][0]) for one in floor if channel in one.errors]
         if lowest:
-            axis.plot(*zip(*lowest, strict=True), "--", color=REFERENCE, label="noise floor")
+            axis.plot(*zip(*lowest, strict=True), "--", color=REFERENCE, label="noise and disturbances")
         axis.set(xlabel="horizon in s", ylabel=f"error in {error.unit}", title=channel, yscale="log")
     axes[0].legend()
     figure.suptitle("held-out error, one effect after the other")

@@ -59,7 +59,7 @@ def comparison_figure(comparison: Comparison) -> Figure:
         axis.plot(horizons, [errors.errors[channel].hold for errors in points], "s--", color=REFERENCE, label="hold")
         floor = [(one.horizon, one.errors[channel][0]) for one in comparison.floor]
         if floor:
-            axis.plot(*zip(*floor, strict=True), ":", color=MEASURED, label="noise alone")
+            axis.plot(*zip(*floor, strict=True), ":", color=MEASURED, label="sensor noise alone")
         axis.set(xlabel="horizon in s", ylabel=f"error in {first.unit}", title=channel, yscale="log")
         axis.legend()
     return figure

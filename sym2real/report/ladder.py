@@ -1,4 +1,4 @@
-"""The error ladder for the terminal: the base, then one effect after the other, down to the noise floor."""
+"""The error ladder for the terminal: the base, then one effect after the other, down to noise and disturbances."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from sym2real.report.sparkline import sparkline
 from sym2real.report.tables import compact_table, number
 
 SHOWN_HORIZON = 0.8  # s
+# What a model that misses nothing would leave; a comparison's lowest error is that of the sensors alone.
+LOWEST = "noise and\ndisturbances"
 
 
 def ladder_table(stages: Sequence[Stage], floor: Sequence[Floor], held_out: Sequence[str]) -> Table:
@@ -43,7 +45,7 @@ def ladder_table(stages: Sequence[Stage], floor: Sequence[Floor], held_out: Sequ
     if horizon in lowest:
         first, *others = [number(lowest[horizon].get(channel, (float("nan"), ""))[0], 2) for channel in channels]
         over = [lowest[one][main][0] for one in sorted(lowest)]
-        table.add_row("noise floor", first, "", sparkline(over, highest=top), *others, style="dim")
+        table.add_row(LOWEST, first, "", sparkline(over, highest=top), *others, style="dim")
     return table
 
 

@@ -7,11 +7,11 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 import torch
+from cli_results import result_of
 
 from sym2real.cli import main
 from sym2real.data import example_flight
@@ -19,14 +19,6 @@ from sym2real.logs import read_log, write_log
 from sym2real.symbolic import load_model
 
 SPEC = "crazyflie_battery_drag"
-
-
-def result_of(arguments: list[str], folder: Path) -> dict[str, Any]:
-    """Run a verb in this process; what it wrote as JSON."""
-    file = folder / "result.json"
-    main([*arguments, "--json", str(file)])
-    result: dict[str, Any] = json.loads(file.read_text())
-    return result
 
 
 @pytest.fixture(scope="module")
@@ -205,52 +197,6 @@ def test_help_teaches_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["comparre"])
     assert "did you mean 'compare'" in capsys.readouterr().out
-
-
-def test_an_effect_in_the_model_explains_a_log_that_has_it(tmp_path: Path) -> None:
-    main(["nominal", "quadrotor", "--mass", "0.027", "--out", str(tmp_path / "plain")])
-    added = result_of(["add", str(tmp_path / "plain"), "wind", "fx=0.02", "--out", str(tmp_path / "windy")], tmp_path)
-    assert added["effects"] == [{"effect": "wind", "values": {"fx": 0.02}}]
-    log = tmp_path / "log.csv"
-    main(["simulate", "crazyflie", "circle", "--seconds", "4", "--effects", "wind", "fx=0.02", "--out", str(log)])
-    errors = {}
-    for model in ("plain", "windy"):
-        compared = result_of(["compare", str(tmp_path / model), str(log), "--start", "measured"], tmp_path)
-        errors[model] = compared["horizons"][3]["errors"]["position"]["value"]
-    assert errors["windy"] < 0.05 * errors["plain"]
-
-
-def test_a_value_beyond_the_bounds_is_warned_of(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    main(["nominal", "quadrotor", "--mass", "0.027", "--out", str(tmp_path / "plain")])
-    warned = {}
-    for value in ("4", "0.004"):
-        capsys.readouterr()
-        main(["add", str(tmp_path / "plain"), "added_mass", f"value={value}", "--out", str(tmp_path / value)])
-        warned[value] = " ".join(line.strip() for line in capsys.readouterr().out.splitlines())
-    assert "warning: added_mass value=4 is outside what is likely here: in kg, from -0.0135 to 0.054" in warned["4"]
-    assert "warning" not in warned["0.004"]
-
-
-def test_a_refused_model_folder_is_as_it_was(bicycle: Path) -> None:
-    before = {file.name: file.read_bytes() for file in bicycle.iterdir()}
-    with pytest.raises(SystemExit):
-        main(["add", str(bicycle), "gain:speed", "value=0.9", "--out", str(bicycle)])
-    assert {file.name: file.read_bytes() for file in bicycle.iterdir()} == before
-
-
-def test_a_delay_in_the_model_delays_its_predictions(tmp_path: Path) -> None:
-    model = tmp_path / "plain"
-    main(["nominal", "quadrotor", "--mass", "0.027", "--out", str(model)])
-    main(["add", str(model), "delay", "value=0.06", "--out", str(tmp_path / "late")])
-    log = tmp_path / "log.csv"
-    main(["simulate", "crazyflie", "circle", "--seconds", "3", "--controller", "random", "--out", str(log)])
-    on_time, late = (
-        result_of(["compare", str(folder), str(log), "--start", "measured"], tmp_path)["horizons"][0]["errors"]["rate"]
-        for folder in (model, tmp_path / "late")
-    )
-    assert late["value"] > 5 * on_time["value"]
-    page = result_of(["effects", "delay", "--robot", "crazyflie"], tmp_path)
-    assert page["parameters"][0]["unit"] == "s"
 
 
 def test_noisy_logs_lose_the_dependence_and_say_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -17,6 +17,7 @@ from sym2real.cli.model import logs_for
 from sym2real.data import example_flight
 from sym2real.diagnosis import add, compare, diagnose, try_effect
 from sym2real.diagnosis.select import Selection
+from sym2real.effects import noted
 from sym2real.effects.voltage import with_voltage
 from sym2real.errors import ModelError
 from sym2real.experiments.real_flight import motor_level_equations
@@ -82,6 +83,7 @@ def test_it_leaves_figures_a_model_and_a_simulator(folder: Path, diagnosed: dict
     for name in ("ladder", "error_over_time", "where", "run_1_predicted"):
         assert (out / f"{name}.png").stat().st_size > 10_000
     heavier = load_model(out / "model")
+    assert noted(heavier)[0].startswith("added_mass value=0.00")
     value = diagnosed["findings"][0]["parameters"]["value"]["value"]
     assert value == pytest.approx(TRUE_MASS, rel=0.1)
     assert str(round(0.02 / (CRAZYFLIE.mass + value), 4))[:5] in heavier.latex()["vx"]

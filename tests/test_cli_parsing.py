@@ -36,6 +36,12 @@ def test_paragraphs_and_examples_of_a_help_stay(capsys: pytest.CaptureFixture[st
     assert example.startswith("  sym2real nominal quadrotor --mass 1.2 --interface motors --out runs/nominal\n")
 
 
+def test_diagnose_says_when_an_interrupt_leaves_an_answer(capsys: pytest.CaptureFixture[str]) -> None:
+    said = " ".join(help_of(["diagnose"], capsys).split())
+    assert "Once the progress line says that it searches, Ctrl-C ends the search" in said
+    assert "earlier or later it ends without an answer" in said
+
+
 def test_a_wrapped_command_is_the_command_for_a_shell() -> None:
     command = "  sym2real diagnose runs/base " + " ".join(f"flight{i}.csv" for i in range(9)) + " --spec flight.toml"
     lines = wrapped(command, 80)

@@ -132,7 +132,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except OSError as error:
         _stop(console, DataError(error.filename or "a file", "one that can be used", reason(error)))
     except KeyboardInterrupt:
-        console.print("interrupted; what was done is kept")
+        console.print("interrupted; files that were already written stay")
         sys.exit(130)
 
 

@@ -63,8 +63,8 @@ class Add:
         from sym2real.cli.model import open_with_progress, require_another_folder
         from sym2real.cli.numbers import require_positive
         from sym2real.diagnosis import add, add_term
+        from sym2real.effects import with_noted
         from sym2real.errors import ModelError
-        from sym2real.report.tables import changed_equations
         from sym2real.symbolic import save_model
 
         require_positive(horizon=self.horizon)
@@ -93,11 +93,13 @@ class Add:
         changed = add(base, chosen)
         for channel, _, expression in terms:
             changed = add_term(changed, channel, expression)
+        changed = with_noted(changed, chosen)
         save_model(changed, self.out)
-        console.print(changed_equations(base, changed))
         for note in (one for one in changed.notes if one not in result.get("notes", ())):
             console.print(f"note: {note}", markup=False)
-        console.print(f"model in {self.out}", markup=False)
+        names = _changed(base, changed)
+        said = f"changed equations: {', '.join(names)}; " if names else ""
+        console.print(f"model in {self.out}; {said}`sym2real show {self.out}` prints it", markup=False)
         if chosen:
             write_simulator(changed, chosen, self.out / "simulator", console)
         added: list[dict[str, Any]] = [{"effect": key, "values": values} for key, values in chosen]
@@ -129,3 +131,10 @@ class Add:
         figures = write_figures(base, tried.apply(base), data, tried, self.out / "figures")
         console.print(f"figures in {self.out / 'figures'}", markup=False)
         return tried, figures
+
+
+def _changed(base: Equations, changed: Equations) -> list[str]:
+    """Names of the equations that are not the base's."""
+    before = {**base.quantities, **base.next, **base.output}
+    after = (*changed.quantities.items(), *changed.next.items(), *changed.output.items())
+    return [name for name, expression in after if before.get(name) != expression]

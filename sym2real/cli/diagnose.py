@@ -22,7 +22,8 @@ class Diagnose:
     Every effect of the catalogue that the model can be given competes; what is found is tested on data that took no
     part in its fit. With the model of a registered robot the base is first calibrated in its plain simulator.
     Several logs of different manoeuvres tell more than one long one; `sym2real plan` says beforehand what a manoeuvre
-    can show. Ctrl-C ends the search and reports what was found until then.
+    can show. Once the progress line says that it searches, Ctrl-C ends the search and reports what was found until
+    then; earlier or later it ends without an answer.
 
     With --out: diagnosis.json, figures, the model with what was found (model/), the robot with it (simulator/).
 

@@ -32,9 +32,10 @@ def plain_simulator(equations: Equations) -> MujocoPlant | None:
 
 def write_model_and_simulator(informed: Equations, effects: Effects, folder: Path, console: Console) -> None:
     """The informed model into ``folder/model``, the robot with the effects into ``folder/simulator``."""
+    from sym2real.effects import with_noted
     from sym2real.symbolic import save_model
 
-    save_model(informed, folder / "model")
+    save_model(with_noted(informed, effects), folder / "model")
     console.print(f"model with it in {folder / 'model'}", markup=False)
     write_simulator(informed, effects, folder / "simulator", console)
 

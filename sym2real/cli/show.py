@@ -13,7 +13,7 @@ from rich.console import Console
 
 @dataclass(frozen=True)
 class Show:
-    """Print a model's equations, their node counts, and how strongly each action reaches the states it must.
+    """Print the effects that were put into a model, its equations, and how strongly each action reaches its states.
 
     Example: sym2real show runs/base --latex
     """
@@ -28,23 +28,31 @@ class Show:
     def run(self, console: Console) -> dict[str, Any]:
         """Print the tables."""
         from sym2real.cli.model import open_with_progress
+        from sym2real.effects.noted import PREFIX, noted
         from sym2real.regression import Dependence
-        from sym2real.report.tables import dependence_table, equation_table
+        from sym2real.report.tables import dependence_table, equation_table, readable
 
         equations = open_with_progress(self.model, console)
         training_file = Path(self.model) / "training.json"
         training = json_module.loads(training_file.read_text()) if training_file.exists() else {}
+        effects = noted(equations)
+        console.print(f"physical effects put into it: {'; '.join(effects) or 'none that it notes'}", markup=False)
+        for key, values in equations.filters:
+            given = ", ".join(f"{name} = {readable(value)}" for name, value in values.items())
+            console.print(f"{key} acts on whole series, outside the equations: {given}", markup=False)
         console.print(equation_table(equations))
         if training:
             console.print(dependence_table([Dependence(**row) for row in training["dependence"]]))
         for note in equations.notes:
-            console.print(f"note: {note}")
+            if not note.startswith(PREFIX):
+                console.print(f"note: {note}", markup=False)
         latex = equations.latex()
         if self.latex:
             for name, text in latex.items():
                 console.print(f"{name} = {text}", soft_wrap=True, markup=False)
         return {
             "dt": equations.dt,
+            "effects": list(effects),
             "equations": equations.text().splitlines(),
             "latex": latex,
             "nodes": equations.complexity(),

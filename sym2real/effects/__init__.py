@@ -6,6 +6,7 @@ from sym2real.effects.compose import compose
 from sym2real.effects.effect import Effect
 from sym2real.effects.groups import GROUPS, equivalents, same_group
 from sym2real.effects.kind import Kind, Parameter
+from sym2real.effects.noted import noted, with_noted
 
 __all__ = [
     "EFFECTS",
@@ -18,5 +19,7 @@ __all__ = [
     "compose",
     "effect",
     "equivalents",
+    "noted",
     "same_group",
+    "with_noted",
 ]

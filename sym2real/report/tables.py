@@ -44,21 +44,6 @@ def equation_table(equations: Equations) -> Table:
     return table
 
 
-def changed_equations(base: Equations, changed: Equations) -> Table:
-    """One row per equation that is not the base's: its LaTeX, numbers to four digits."""
-    table = Table(title="what changed, in LaTeX", title_justify="left", show_lines=True)
-    for heading in ("of", "next value"):
-        table.add_column(heading, overflow="fold")
-    before = {**base.quantities, **base.next, **base.output}
-    for name, expression in (*changed.quantities.items(), *changed.next.items(), *changed.output.items()):
-        if before.get(name) != expression:
-            table.add_row(escape(name), escape(sympy.latex(rounded(expression))))
-    for key, values in changed.filters[len(base.filters) :]:
-        given = ", ".join(f"{name} = {number(float(value), 4)}" for name, value in values.items() if value.is_number)
-        table.add_row(escape(key), f"acts on commands before the equations: {given}")
-    return table
-
-
 def rounded(expression: sympy.Expr) -> sympy.Expr:
     """An expression with its numbers to four digits."""
     with sympy.evaluate(False):

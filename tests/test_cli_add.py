@@ -1,0 +1,76 @@
+"""`add` and `show`: effects go into a model once, visibly, and never over the model that they came from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from cli_results import result_of
+
+from sym2real.cli import main
+
+
+def test_an_effect_in_the_model_explains_a_log_that_has_it(tmp_path: Path) -> None:
+    main(["nominal", "quadrotor", "--mass", "0.027", "--out", str(tmp_path / "plain")])
+    added = result_of(["add", str(tmp_path / "plain"), "wind", "fx=0.02", "--out", str(tmp_path / "windy")], tmp_path)
+    assert added["effects"] == [{"effect": "wind", "values": {"fx": 0.02}}]
+    log = tmp_path / "log.csv"
+    main(["simulate", "crazyflie", "circle", "--seconds", "4", "--effects", "wind", "fx=0.02", "--out", str(log)])
+    errors = {}
+    for model in ("plain", "windy"):
+        compared = result_of(["compare", str(tmp_path / model), str(log), "--start", "measured"], tmp_path)
+        errors[model] = compared["horizons"][3]["errors"]["position"]["value"]
+    assert errors["windy"] < 0.05 * errors["plain"]
+
+
+def test_a_value_beyond_the_bounds_is_warned_of(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["nominal", "quadrotor", "--mass", "0.027", "--out", str(tmp_path / "plain")])
+    warned = {}
+    for value in ("4", "0.004"):
+        capsys.readouterr()
+        main(["add", str(tmp_path / "plain"), "added_mass", f"value={value}", "--out", str(tmp_path / value)])
+        warned[value] = " ".join(line.strip() for line in capsys.readouterr().out.splitlines())
+    assert "warning: added_mass value=4 is outside what is likely here: in kg, from -0.0135 to 0.054" in warned["4"]
+    assert "warning" not in warned["0.004"]
+
+
+def test_a_refused_model_folder_is_as_it_was(tmp_path: Path) -> None:
+    bicycle = tmp_path / "bicycle"
+    main(["nominal", "car", "--wheelbase", "0.2955", "--out", str(bicycle)])
+    before = {file.name: file.read_bytes() for file in bicycle.iterdir()}
+    with pytest.raises(SystemExit):
+        main(["add", str(bicycle), "gain:speed", "value=0.9", "--out", str(bicycle)])
+    assert {file.name: file.read_bytes() for file in bicycle.iterdir()} == before
+
+
+def test_a_delay_in_the_model_delays_its_predictions(tmp_path: Path) -> None:
+    model = tmp_path / "plain"
+    main(["nominal", "quadrotor", "--mass", "0.027", "--out", str(model)])
+    main(["add", str(model), "delay", "value=0.06", "--out", str(tmp_path / "late")])
+    log = tmp_path / "log.csv"
+    main(["simulate", "crazyflie", "circle", "--seconds", "3", "--controller", "random", "--out", str(log)])
+    on_time, late = (
+        result_of(["compare", str(folder), str(log), "--start", "measured"], tmp_path)["horizons"][0]["errors"]["rate"]
+        for folder in (model, tmp_path / "late")
+    )
+    assert late["value"] > 5 * on_time["value"]
+    page = result_of(["effects", "delay", "--robot", "crazyflie"], tmp_path)
+    assert page["parameters"][0]["unit"] == "s"
+
+
+def test_a_model_tells_the_effects_that_were_put_into_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plain, heavy, late = (tmp_path / name for name in ("plain", "heavy", "late"))
+    main(["nominal", "quadrotor", "--mass", "0.027", "--out", str(plain)])
+    capsys.readouterr()
+    main(["add", str(plain), "added_mass", "value=0.004", "--out", str(heavy)])
+    said = capsys.readouterr().out
+    assert "changed equations: x, y, z, vx, vy, vz" in " ".join(said.split())
+    assert len(said.splitlines()) < 10
+    main(["add", str(heavy), "delay", "value=0.06", "gain:thrust", "value=0.9", "--out", str(late)])
+    capsys.readouterr()
+    shown = result_of(["show", str(late)], tmp_path)
+    assert shown["effects"] == ["added_mass value=0.004 kg", "delay value=0.06 s", "gain:thrust value=0.9"]
+    said = " ".join(capsys.readouterr().out.split())
+    assert said.startswith("physical effects put into it: added_mass value=0.004 kg; delay value=0.06 s; gain:thrust")
+    assert said.count("added_mass") == 1
+    assert result_of(["show", str(plain)], tmp_path)["effects"] == []

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shlex
+import subprocess
+import sys
 
 import pytest
 
@@ -34,6 +36,16 @@ def test_paragraphs_and_examples_of_a_help_stay(capsys: pytest.CaptureFixture[st
     assert "sym2real --version" in general
     example = help_of(["nominal", "quadrotor"], capsys).partition("For example:\n")[2]
     assert example.startswith("  sym2real nominal quadrotor --mass 1.2 --interface motors --out runs/nominal\n")
+
+
+def test_a_reader_that_stops_gets_no_traceback() -> None:
+    command = [sys.executable, "-m", "sym2real", "add", "--help"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+        assert running.stdout is not None
+        assert running.stderr is not None
+        running.stdout.close()
+        assert running.stderr.read() == b""
+    assert running.returncode == 0
 
 
 def test_diagnose_says_when_an_interrupt_leaves_an_answer(capsys: pytest.CaptureFixture[str]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
 import re
 import shutil
 import sys
@@ -43,9 +44,18 @@ def parse(verbs: Any, prog: str, description: str, arguments: Sequence[str]) -> 
         with _registry(), contextlib.redirect_stdout(help_text):
             return tyro.cli(verbs, prog=prog, description=description, args=arguments)
     finally:
-        width = min(WIDTH, shutil.get_terminal_size().columns)
-        for line in help_text.getvalue().splitlines():
-            print("\n".join(wrapped(line, width)))
+        _tell(help_text.getvalue())
+
+
+def _tell(text: str) -> None:
+    width = min(WIDTH, shutil.get_terminal_size().columns)
+    lines = [part for line in text.splitlines() for part in wrapped(line, width)]
+    if not lines:
+        return
+    try:
+        print("\n".join(lines), flush=True)
+    except BrokenPipeError:  # whoever reads, such as `head`, has enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def wrapped(line: str, width: int) -> list[str]:

@@ -203,7 +203,12 @@ class Problems:
 
 
 def solve(matrix: Tensor, vector: Tensor) -> Tensor:
-    """Solutions with a hair of ridge, so that directions without weight stay put ``# (..., A, A), (..., A)``."""
+    """Solutions with a hair of ridge, so that directions without weight stay put ``# (..., A, A), (..., A)``.
+
+    A robot of which nothing is found and nothing is free has no unknown, and so none to solve for.
+    """
+    if vector.shape[-1] == 0:
+        return vector
     scale = matrix.diagonal(dim1=-2, dim2=-1).clamp_min(1e-300)
     ridge = torch.diag_embed(RIDGE * scale + 1e-12 * scale.amax(-1, keepdim=True))
     result: Tensor = torch.linalg.solve(matrix + ridge, vector)

@@ -20,7 +20,7 @@ class Simulate:
 
     For example:
       sym2real simulate crazyflie circle --noise --effects wind fx=0.01 added_mass value=0.003 --out windy.csv
-      sym2real simulate runs/diagnosis/simulator circle --out as_found.csv
+      sym2real simulate runs/diagnosis/simulator circle --noise --out as_found.csv
     """
 
     OUT_IS_FILE: ClassVar[bool] = True

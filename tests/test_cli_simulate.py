@@ -11,6 +11,8 @@ from sym2real.cli import main
 from sym2real.diagnosis.start import noise_level
 from sym2real.experiments.standard_conditions import POSITION_NOISE
 from sym2real.logs import read_log
+from sym2real.plants import save_plant
+from sym2real.robots import CRAZYFLIE
 
 
 def test_the_seed_draws_the_noise_of_a_simulated_log(tmp_path: Path) -> None:
@@ -41,3 +43,17 @@ def test_a_sensors_bias_stays_beneath_the_noise(tmp_path: Path) -> None:
         logs[name] = read_log(tmp_path / f"{name}.csv")
     off = logs["biased"].column("vx")[:50].mean() - np.gradient(logs["biased"].column("x"), 0.02)[:50].mean()
     assert off == pytest.approx(0.3, abs=0.02)
+
+
+def test_a_written_simulator_is_measured_with_the_same_noise(tmp_path: Path) -> None:
+    """A robot that is heavier by its description flies as one that is made heavier, noise and all."""
+    save_plant(CRAZYFLIE, [("added_mass", {"value": 0.004})], tmp_path / "simulator")
+    robots = {"written": [str(tmp_path / "simulator")], "made": ["crazyflie"]}
+    states = {}
+    for name, robot in robots.items():
+        effects = ["--effects", "added_mass", "value=0.004"] if name == "made" else []
+        log = tmp_path / f"{name}.csv"
+        main(["simulate", *robot, "circle", "--seconds", "2", "--noise", *effects, "--out", str(log)])
+        states[name] = read_log(log).state
+    # MuJoCo writes the description with six digits.
+    np.testing.assert_allclose(states["written"], states["made"], atol=2e-5)

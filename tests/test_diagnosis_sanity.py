@@ -11,9 +11,15 @@ import torch
 from noisy_flights import flights_with
 
 from sym2real import rotation
+from sym2real.control import geometric_controller
 from sym2real.diagnosis.sanity import check
+from sym2real.diagnosis.sensor_faults import readings
+from sym2real.experiments import standard_conditions
+from sym2real.experiments.flying import fly
 from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.tasks import make_task
 from sym2real.trajectory import Array, Dataset, Trajectory
 
 
@@ -115,3 +121,11 @@ def test_an_attitude_from_world_to_body_is_turned() -> None:
     assert "turned the other way" in fault.evidence
     for mine, original in zip(checked.data, data, strict=True):
         np.testing.assert_allclose(mine.state, original.state, atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_one_circle_of_a_healthy_car_shows_no_fault_of_its_gyro(seed: int) -> None:
+    """The rate hardly changes, so that noise alone decides what scale, bias and shift fit best."""
+    task, noise = make_task("circle", MUSHR), standard_conditions.sensors(MUSHR, np.random.default_rng(seed))
+    log = fly(MujocoPlant(MUSHR, [noise]), geometric_controller(MUSHR, task.reference), task, seconds=15.0).trajectory
+    assert readings(Dataset([log])) == ()

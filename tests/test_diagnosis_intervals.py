@@ -8,6 +8,7 @@ import pytest
 import torch
 
 from sym2real.diagnosis import calibrate
+from sym2real.diagnosis.adding import try_effect
 from sym2real.diagnosis.candidates import candidates, library_for
 from sym2real.diagnosis.cleaned import cleaned
 from sym2real.diagnosis.fit import Fit, Hypothesis, Problems
@@ -90,3 +91,11 @@ def test_a_refined_base_keeps_its_velocities(drives: Dataset) -> None:
         places = [i for i, n in enumerate(segments.channel) if segments.layout.fields[n].name == "velocity"]
         missed.append(float(errors[:, places].square().mean().sqrt()))
     assert missed[1] < 0.7 * missed[0]  # from positions alone it would double
+
+
+def test_a_lag_is_known_to_no_less_than_a_sixth_of_a_step_and_its_interval_holds_it() -> None:
+    drives = simulate_case(Case("mushr", (("lag:steer", {"value": 0.05}),), seed=3), 4, 200)
+    tried = try_effect(MUSHR.nominal(), "lag:steer", drives, MujocoPlant(MUSHR))
+    found = tried.finding.parameters["value"]
+    assert found.high - found.low >= 2 * MUSHR.dt / 6
+    assert found.low <= 0.05 <= found.high

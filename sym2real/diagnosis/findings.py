@@ -27,6 +27,9 @@ from sym2real.trajectory import Dataset
 
 # Model form dominates quoted intervals (DIAGNOSIS.md): relative floor of their half-width.
 INTERVAL_FLOOR = 0.03
+# Filters act on the mean of a command over a control step. One that changes steadily within the step moves a position by
+# a third of its change, its mean by a half: a sixth of a step that a lag's time cannot be told from.
+WITHIN_A_STEP, LAGGING = 1 / 6, ("lag", "motor_lag")
 # Standard deviations of a 95 % interval.
 TWO_SIDED = 1.96
 
@@ -105,9 +108,15 @@ def estimates(selection: Selection, one: Candidate, fit: Fit) -> dict[str, dict[
             half = float(halves[place]) * slot.scale
             reference = value - slot.null if slot.null in (0.0, 1.0) else value
             floor = (INTERVAL_FLOOR**2 + (STIFFNESS if of in BY_TORQUE else 0.0) ** 2) ** 0.5
-            half = (half**2 + (floor * reference) ** 2) ** 0.5
+            half = (half**2 + (floor * reference) ** 2 + _unresolved(library, of) ** 2) ** 0.5
             found.setdefault(of, {})[slot.name] = Estimate(value, value - half, value + half, slot.unit)
     return found
+
+
+def _unresolved(library: Library, name: str) -> float:
+    """Half-width of what control steps hide of a lag's time in s; none of other effects."""
+    lagging = library.effects[name].kind in LAGGING if name in library.effects else False
+    return WITHIN_A_STEP * library.equations.dt if lagging else 0.0
 
 
 def spread_over_logs(selection: Selection, one: Candidate, fit: Fit) -> dict[str, float]:

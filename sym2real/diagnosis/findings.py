@@ -27,8 +27,8 @@ from sym2real.trajectory import Dataset
 
 # Model form dominates quoted intervals (DIAGNOSIS.md): relative floor of their half-width.
 INTERVAL_FLOOR = 0.03
-# Filters act on the mean of a command over a control step. One that changes steadily within the step moves a position by
-# a third of its change, its mean by a half: a sixth of a step that a lag's time cannot be told from.
+# Filters act on the mean of a command over a control step. One that changes steadily within the step moves a position
+# by a third of its change, its mean by a half: a sixth of a step that a lag's time cannot be told from.
 WITHIN_A_STEP, LAGGING = 1 / 6, ("lag", "motor_lag")
 # Standard deviations of a 95 % interval.
 TWO_SIDED = 1.96

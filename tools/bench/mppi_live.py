@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,7 +22,8 @@ from sym2real.diagnosis import diagnose
 from sym2real.experiments.standard_cases import standard_cases
 from sym2real.experiments.standard_set import simulate_case
 from sym2real.robots import ROBOTS
-from sym2real.symbolic import compile_model, native_choice
+from sym2real.symbolic import compile_model
+from sym2real.symbolic.native_choice import torch_alone
 
 PERIOD = 0.02
 
@@ -114,14 +116,13 @@ def diagnosis() -> list[Figure]:
     """8 × 400 rows with a wind, the rollouts in C and in torch."""
     case = next(case for case in standard_cases("crazyflie", quick=True) if case.keys == ("wind",))
     data, base = simulate_case(case), ROBOTS["crazyflie"].nominal()
-    find, answers, seconds = native_choice.find_compiler, {}, {}
-    for name in ("torch", "c", "c"):  # the second time without compiling
-        native_choice.find_compiler = find if name == "c" else lambda: None
+    answers, seconds = {}, {}
+    for name, back_end in (("c", nullcontext), ("torch", torch_alone), ("c", nullcontext)):  # first with compiling
         started = time.perf_counter()
-        found = diagnose(base, data, None)
+        with back_end():
+            found = diagnose(base, data, None)
         seconds[name] = time.perf_counter() - started
         answers[name] = {f.effect: {k: p.value for k, p in f.parameters.items()} for f in found.findings}
-    native_choice.find_compiler = find
     same = answers["torch"].keys() == answers["c"].keys() and all(
         np.allclose(list(answers["torch"][key].values()), list(answers["c"][key].values()), rtol=1e-4)
         for key in answers["c"]

@@ -6,14 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from torch import Tensor, nn
 
 from sym2real.layout import Layouts
-from sym2real.trajectory import Transitions
+from sym2real.trajectory import Array, Transitions
 
-Array = NDArray[np.float64]
 Filter = Callable[[Array], Array]
 Fitted = TypeVar("Fitted")
 

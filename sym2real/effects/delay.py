@@ -10,7 +10,8 @@ from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.memory import shift
 from sym2real.effects.truth import actuators
-from sym2real.protocols import Array, Change, Filter
+from sym2real.protocols import Change, Filter
+from sym2real.trajectory import Array
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:

@@ -10,8 +10,9 @@ from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.measured import reported, reporting
 from sym2real.effects.truth import measured
-from sym2real.protocols import Array, Change
+from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
+from sym2real.trajectory import Array
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:

@@ -15,8 +15,9 @@ from sym2real.effects.frames import QUATERNION
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.measured import reported, reporting
 from sym2real.effects.truth import measured, turned_command
-from sym2real.protocols import Array, Change
+from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
+from sym2real.trajectory import Array
 
 RATES, COMMANDS = ("wx", "wy", "wz"), ("wx_cmd", "wy_cmd", "wz_cmd")
 # Boards are screwed down flat and markers aligned by eye: beyond 6° somebody would have seen it, and what looks like

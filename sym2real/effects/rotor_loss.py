@@ -14,8 +14,9 @@ from sym2real.effects.rotors import alone, driven_by_motors, levers, motor_sums,
 from sym2real.effects.thrust import acting_thrust, defined
 from sym2real.effects.wrench import push
 from sym2real.errors import ModelError
-from sym2real.protocols import Array, Change
+from sym2real.protocols import Change
 from sym2real.symbolic import Equations
+from sym2real.trajectory import Array
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:

@@ -24,8 +24,9 @@ from sym2real.effects.rate_loop import other_torque, rate_loops
 from sym2real.effects.rotors import SPIN, driven_by_motors, motor_forces
 from sym2real.effects.thrust import acting_thrust, defined, hover_thrust
 from sym2real.effects.wrench import push
-from sym2real.protocols import Array, Change, Filter
+from sym2real.protocols import Change, Filter
 from sym2real.symbolic import Equations, symbol
+from sym2real.trajectory import Array
 
 SUM, SUM_MEMORY, COMMAND_MEMORY = "rotor_speed_sum", "rotor_speed_memory", "yaw_command_memory"
 LOWEST = 0.1  # of the hover thrust: rotors that hardly turn would react without bound

@@ -8,7 +8,8 @@ from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.memory import Memory, sampled_begin, sampled_lag_step, stepping
 from sym2real.effects.truth import with_state
-from sym2real.protocols import Array, Change, Filter
+from sym2real.protocols import Change, Filter
+from sym2real.trajectory import Array
 
 PIECES = 200  # in which the truth integrates a period
 

@@ -13,7 +13,8 @@ import numpy as np
 
 from sym2real.effects.body import Body
 from sym2real.errors import ModelError
-from sym2real.protocols import Array, Change, Filter
+from sym2real.protocols import Change, Filter
+from sym2real.trajectory import Array
 
 ROBOT = 1
 FILTER, FILTER_EXACT = 2, 3  # mujoco.mjtDyn: for integrators of higher order, and for those of first order

@@ -14,9 +14,10 @@ import numpy as np
 from sym2real.effects import effect
 from sym2real.experiments.disturbed import ColouredNoise
 from sym2real.layout import Layout
-from sym2real.protocols import Array, Change, Filter
+from sym2real.protocols import Change, Filter
 from sym2real.robots import Robot
 from sym2real.tasks.task import flies
+from sym2real.trajectory import Array
 
 POSITION_NOISE = 0.5e-3  # m
 ANGLE_NOISE = float(np.deg2rad(0.3))

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sym2real.logs import derive, signals
 from sym2real.logs.draft import Draft
 from sym2real.logs.parts import Attitude, Order
 from sym2real.logs.signals import Series
 from sym2real.logs.units import GRAVITY, UNITS
-
-Array = NDArray[np.float64]
+from sym2real.trajectory import Array
 
 ORDERS: tuple[Order, Order] = ("wxyz", "xyzw")
 TILTING = 0.01  # rad, standard deviation of the tilt that makes accelerations speak

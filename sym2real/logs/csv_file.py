@@ -7,11 +7,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sym2real.errors import DataError
+from sym2real.trajectory import Array
 
-Array = NDArray[np.float64]
 OTHER_DELIMITERS = {";": "semicolons", "\t": "tabs", "|": "bars"}
 FIRST_ROW = 2  # the header is line 1
 

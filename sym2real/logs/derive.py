@@ -12,8 +12,8 @@ import torch
 from numpy.typing import NDArray
 
 from sym2real import rotation
+from sym2real.trajectory import Array
 
-Array = NDArray[np.float64]
 WINDOW = 5
 
 

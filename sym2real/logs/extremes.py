@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from sym2real.trajectory import Array
 
 STAY = 2.0  # in usual runs
 

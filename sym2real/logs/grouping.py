@@ -7,16 +7,13 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sym2real.layout import VOCABULARY, Field, Group, Layout, Layouts
 from sym2real.logs import derive
 from sym2real.logs.missing import require_columns
 from sym2real.logs.standard import QUATERNION, Columns, Standard
 from sym2real.logs.table import Table
-from sym2real.trajectory import Trajectory
-
-Array = NDArray[np.float64]
+from sym2real.trajectory import Array, Trajectory
 
 GROUPS: tuple[Group, ...] = ("state", "action", "inputs")
 

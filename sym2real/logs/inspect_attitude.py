@@ -7,7 +7,6 @@ from itertools import product
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sym2real.logs import signals
 from sym2real.logs.attitude_reading import (
@@ -25,8 +24,6 @@ from sym2real.logs.draft import Draft
 from sym2real.logs.parts import Attitude, Direction, Frames, Order
 from sym2real.logs.signals import Series
 from sym2real.logs.units import GRAVITY
-
-Array = NDArray[np.float64]
 
 CLEAR = 0.5  # a correlation that decides
 WEAK = 0.3  # one below it says nothing

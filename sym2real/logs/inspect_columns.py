@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sym2real.logs.draft import Draft
 from sym2real.logs.extremes import at_extremes
-
-Array = NDArray[np.float64]
+from sym2real.trajectory import Array
 
 HELD = 0.5  # share of rows that repeat the one before
 SATURATED = 0.01  # share of rows that stay at the extreme value

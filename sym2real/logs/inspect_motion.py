@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sym2real.logs import derive, signals
 from sym2real.logs.attitude_reading import TURNING, gyro_agreement, tilt_agreement
@@ -13,8 +12,6 @@ from sym2real.logs.inspect_position import axis_column
 from sym2real.logs.parts import Attitude
 from sym2real.logs.signals import Series
 from sym2real.logs.units import UNITS
-
-Array = NDArray[np.float64]
 
 RATE_UNITS = ("rad/s", "deg/s", "mrad/s")
 FASTEST = 40.0  # rad/s; a gyro of a small robot ends at 2000 deg/s = 35 rad/s

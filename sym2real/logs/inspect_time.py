@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sym2real.logs.draft import Draft
 from sym2real.logs.parts import TimeBase
@@ -13,8 +12,7 @@ from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import stamps
 from sym2real.logs.table import Table
 from sym2real.logs.units import UNITS
-
-Array = NDArray[np.float64]
+from sym2real.trajectory import Array
 
 # Logs of robots have between 2 and 2000 rows a second, most about 50.
 SHORTEST_STEP, USUAL_STEP, LONGEST_STEP = 5e-4, 2e-2, 0.5

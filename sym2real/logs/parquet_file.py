@@ -8,11 +8,10 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from numpy.typing import NDArray
 
 from sym2real.errors import DataError
+from sym2real.trajectory import Array
 
-Array = NDArray[np.float64]
 FIRST_ROW = 1  # a Parquet file has no header line: the first row of data is row 1
 PREFIX = "sym2real."
 

@@ -11,8 +11,7 @@ from sym2real.layout import VOCABULARY
 from sym2real.logs import derive
 from sym2real.logs.parts import ATTITUDES, STANDARD_COLUMNS
 from sym2real.logs.standard import Columns, Standard, attitude_columns
-
-Array = NDArray[np.float64]
+from sym2real.trajectory import Array
 
 # Stamps are regular when every interval is within this share of the step: rounding stays far below it.
 REGULAR = 0.02

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sym2real.logs import derive
+from sym2real.trajectory import Array
 
-Array = NDArray[np.float64]
 Series = list[Array]  # one array per log
 
 SMOOTHING = 5  # rows

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sym2real.errors import DataError
 from sym2real.logs import derive
@@ -14,8 +13,8 @@ from sym2real.logs.parts import ATTITUDES, STANDARD_COLUMNS, Attitude, Source, T
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.table import Table
 from sym2real.logs.units import UNITS, factor
+from sym2real.trajectory import Array
 
-Array = NDArray[np.float64]
 Columns = dict[str, Array]
 
 QUATERNION = ("qw", "qx", "qy", "qz")

@@ -7,13 +7,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sym2real.errors import DataError, UnknownNameError
 from sym2real.logs import csv_file, parquet_file
 from sym2real.registry import Registry
-
-Array = NDArray[np.float64]
+from sym2real.trajectory import Array
 
 NO_NUMBER = frozenset({"", "nan", "na", "null", "none"})
 READERS = Registry("log file type", {".csv": csv_file.read, ".parquet": parquet_file.read, ".pq": parquet_file.read})

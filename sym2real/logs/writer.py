@@ -5,17 +5,13 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from sym2real.errors import DataError, ShapeError
 from sym2real.files import whole
 from sym2real.logs import csv_file, parquet_file
 from sym2real.logs.grouping import GROUPS, layouts_to_json
 from sym2real.logs.table import READERS
-from sym2real.trajectory import Trajectory
+from sym2real.trajectory import Array, Trajectory
 
-Array = NDArray[np.float64]
 TIME = "time"
 
 

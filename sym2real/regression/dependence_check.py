@@ -14,14 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
 from sym2real.errors import ModelError
 from sym2real.regression.numeric import columns_of, evaluate, resolved
 from sym2real.symbolic import Equations, symbol
-from sym2real.trajectory import Transitions
-
-Array = NDArray[np.float64]
+from sym2real.trajectory import Array, Transitions
 
 BAR = 0.005
 LIFT = ("vz", "thrust")

@@ -12,9 +12,7 @@ from numpy.typing import NDArray
 from sym2real.errors import ShapeError
 from sym2real.layout import WRENCH, Layouts
 from sym2real.regression.monomials import Monomials
-from sym2real.trajectory import Transitions
-
-Array = NDArray[np.float64]
+from sym2real.trajectory import Array, Transitions
 
 # The clock causes nothing: an equation in it would hold for one episode only.
 NOT_A_CAUSE = ("t",)

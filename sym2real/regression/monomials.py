@@ -9,7 +9,8 @@ from itertools import combinations_with_replacement
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from sym2real.trajectory import Array
+
 Powers = NDArray[np.int64]
 
 

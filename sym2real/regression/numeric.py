@@ -7,12 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 import sympy
 import torch
-from numpy.typing import NDArray
 
 from sym2real.symbolic import Equations, symbol
-from sym2real.trajectory import Transitions
-
-Array = NDArray[np.float64]
+from sym2real.trajectory import Array, Transitions
 
 
 def columns_of(transitions: Transitions) -> dict[str, Array]:

@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
 from sym2real.errors import MissingDependencyError, ModelError
 from sym2real.regression.features import Variables
@@ -27,9 +26,7 @@ from sym2real.regression.worker_loop import encode
 from sym2real.regression.worker_process import WorkerProcess
 from sym2real.regression.wrench import pushed_rows, with_wrench
 from sym2real.symbolic import Equations, complexity, parse_expression, symbol
-from sym2real.trajectory import Transitions
-
-Array = NDArray[np.float64]
+from sym2real.trajectory import Array, Transitions
 
 SETTINGS: Mapping[str, Any] = MappingProxyType(
     {

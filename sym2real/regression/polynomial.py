@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from sym2real.regression.features import Variables
 from sym2real.regression.monomials import Monomials
 from sym2real.symbolic import complexity, factor_horner, symbol
-
-Array = NDArray[np.float64]
+from sym2real.trajectory import Array
 
 
 def generators(variables: Variables) -> list[sympy.Expr]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from sym2real.trajectory import Array
+
 Loss = Literal["l1", "l2"]
 
 ITERATIONS = 50

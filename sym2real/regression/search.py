@@ -11,10 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg.lapack import dtrtrs
 
-Array = NDArray[np.float64]
+from sym2real.trajectory import Array
 
 # A column whose energy outside the chosen columns' span is below this share is a combination of them.
 DEPENDENT = 1e-9

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from sym2real.regression.monomials import Monomials, Powers
 from sym2real.regression.refit import refit
 from sym2real.regression.search import beam_search
-from sym2real.trajectory import Transitions
+from sym2real.trajectory import Array, Transitions
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 BLOCK = 20

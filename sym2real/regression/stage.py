@@ -6,16 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sym2real.regression.features import Variables
 from sym2real.regression.monomials import Monomials
 from sym2real.regression.polynomial import Polynomial
 from sym2real.regression.refit import Loss, refit
 from sym2real.regression.selection import SearchSettings, Table, validation_error, validation_rows
-from sym2real.trajectory import Transitions
-
-Array = NDArray[np.float64]
+from sym2real.trajectory import Array, Transitions
 
 # A warm start is searched again where the newest trajectory is predicted so much worse than the ones before.
 SURPRISE = 2.0

@@ -16,8 +16,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from sym2real.symbolic.intervals import Interval
-
-Array = NDArray[np.float64]
+from sym2real.trajectory import Array
 
 DEGREE = 25  # of the series that is truncated
 FORMS = {"sin": ("odd", "full"), "cos": ("even", "full"), "exp2": ("full",), "log2": ("full",)}

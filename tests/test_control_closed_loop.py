@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 
 from sym2real.control import MPPI
 from sym2real.experiments.simulated_model import MujocoModel
@@ -54,7 +55,7 @@ def test_predicts_what_then_happens() -> None:
     for step in range(3):
         state = plant.step(mppi.act(state, step))
     mppi.act(state, 3)
-    predicted = mppi.predict(state).numpy()
+    predicted = mppi.improve(state, 3, torch.zeros_like(mppi.mean)[None]).states[0].numpy()
     happened = np.array([plant.step(action) for action in mppi.mean.double().numpy()])
     assert np.abs(happened - predicted)[:, :3].max() < 0.01
 

@@ -229,11 +229,6 @@ class MPPI:
             self._plan = Plan(states, actions, self._costs, weigh(self._costs, self.settings.temperature))
         return self._plan
 
-    @torch.no_grad()
-    def predict(self, state: ArrayLike, inputs: ArrayLike | None = None) -> Tensor:
-        """States ``# (H, state)`` that the model expects under the present mean."""
-        return self._torch.rollout(state, self.mean[None], inputs)[0]
-
     def _processor_time(self) -> float:
         """Of this thread in s, zero where nobody asks for a period: some systems take a millisecond to tell."""
         return time.thread_time() if self._paced else 0.0

@@ -29,11 +29,6 @@ class Plan:
         """How many rollouts were not finite."""
         return int((~self.costs.isfinite()).sum())
 
-    def best(self, count: int) -> Tensor:
-        """States ``# (count, H, state)`` of the cheapest finite rollouts, best first; fewer where fewer are."""
-        order = self.costs.nan_to_num(nan=torch.inf).argsort()[: min(count, len(self.costs) - self.rejected)]
-        return self.states[order]
-
 
 @dataclass(frozen=True)
 class Seen:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -113,7 +114,7 @@ def test_a_killed_compile_leaves_nothing_in_the_way(tmp_path: Path) -> None:
     os.killpg(running.pid, signal.SIGKILL)
     running.wait()
     assert not list(tmp_path.rglob("*.so"))
-    environment["CC"] = find_compiler().path
+    environment["CC"] = shlex.join(find_compiler().command)
     check = f"from sym2real.native import library; assert library('''{TEXT.format(8)}''').answer() == 8"
     assert subprocess.run([sys.executable, "-c", check], env=environment, timeout=60, check=False).returncode == 0
 
@@ -166,13 +167,37 @@ def test_text_that_does_not_compile_is_an_error_with_the_compilers_words(own_cac
         library("int answer(void { return 1; }")
 
 
+@posix
+@compiled
+@pytest.mark.parametrize("folder", ["bin", "my programs"])
+def test_a_compiler_may_be_named_with_its_wrapper_and_options(
+    own_cache: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, folder: str
+) -> None:
+    """As in ``CC="ccache gcc"``; the wrapper notes what it runs, other options are another compiler."""
+    plain, wrapper, noted = find_compiler(), tmp_path / folder / "wrap", tmp_path / "noted"
+    wrapper.parent.mkdir()
+    wrapper.write_text(f'#!/bin/sh\necho "$@" > {noted}\nexec "$@"\n')
+    wrapper.chmod(0o755)
+    named = Path(plain.command[0]).name  # found on the path, as a user writes it
+    monkeypatch.setenv("CC", f"'{wrapper}' {named} -DWORTH=11")
+    assert library(TEXT.format("WORTH")).answer() == 11
+    assert noted.read_text().startswith(f"{plain.command[0]} -DWORTH=11 ")
+    found = find_compiler()
+    assert found.flags == plain.flags
+    monkeypatch.setenv("CC", f"'{wrapper}' {named} -DWORTH=12")
+    assert find_compiler().identity != found.identity
+    monkeypatch.setenv("CC", str(wrapper))  # one word with a space in it, if so
+    assert find_compiler().command == (str(wrapper),)
+
+
 def test_without_a_compiler_torch_plans_with_as_many_samples_as_the_period_holds(
     own_cache: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     from sym2real.control import MPPI
 
-    monkeypatch.setenv("CC", "/nonexistent/cc")
-    assert find_compiler() is None
+    for named in ("gcc '", " ", "/nonexistent/cc"):
+        monkeypatch.setenv("CC", named)
+        assert find_compiler() is None
     with pytest.raises(CompilationError, match="no C compiler"):
         library(TEXT.format(6))
     with caplog.at_level(logging.INFO):

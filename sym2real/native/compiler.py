@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import platform
+import shlex
 import shutil
 import subprocess
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -33,12 +35,12 @@ class Compiler:
     """A compiler found on this machine.
 
     Args:
-        path: of the program.
+        command: path of the program; with a wrapper such as ccache, the wrapper's and then the compiler's.
         flags: what it is called with.
-        identity: changes whenever its output might: program, flags, processor.
+        identity: changes whenever its output might: programs, flags, processor.
     """
 
-    path: str
+    command: tuple[str, ...]
     flags: tuple[str, ...]
     identity: str
 
@@ -48,35 +50,42 @@ class Compiler:
         Raises:
             CompilationError: when the compiler fails, or takes minutes.
         """
-        command = [self.path, *self.flags, str(source), "-o", str(target), "-lm"]
+        command = [*self.command, *self.flags, str(source), "-o", str(target), "-lm"]
         try:
             done = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, check=False)
         except (OSError, subprocess.TimeoutExpired) as error:
-            raise CompilationError(f"{self.path} did not run: {error}") from error
+            raise CompilationError(f"{shlex.join(self.command)} did not run: {error}") from error
         if done.returncode != 0:
-            raise CompilationError(f"{self.path} failed: {done.stderr.strip()[-2000:] or done.returncode}")
+            said = done.stderr.strip()[-2000:] or done.returncode
+            raise CompilationError(f"{shlex.join(self.command)} failed: {said}")
 
 
 def find_compiler() -> Compiler | None:
-    """The compiler that ``CC`` names, else the system's; None where there is none."""
+    """The compiler that ``CC`` names, a wrapper and options included, else the system's; None where there is none."""
     return _found(os.environ.get("CC", ""), os.environ.get("PATH", ""))
 
 
 @lru_cache(maxsize=8)
 def _found(named: str, path: str) -> Compiler | None:
     for name in (named,) if named else CANDIDATES:
-        program = shutil.which(name, path=path)
-        if program:
-            flags = (*COMMON, *_for_this_processor(program))
-            return Compiler(program, flags, "\n".join([_version(program), *flags, processor()]))
+        try:
+            words = [name] if shutil.which(name, path=path) else shlex.split(name)  # a path may have spaces
+        except ValueError:  # a quotation without its end
+            continue
+        programs = [shutil.which(word, path=path) for word in words]
+        if programs and programs[0]:
+            command = tuple(program or word for program, word in zip(programs, words, strict=True))
+            flags = (*COMMON, *_for_this_processor(command))
+            versions = [_version(program) for program in programs if program]
+            return Compiler(command, flags, "\n".join([*versions, *command[1:], *flags, processor()]))
     return None
 
 
-def _for_this_processor(program: str) -> tuple[str, ...]:
+def _for_this_processor(command: Sequence[str]) -> tuple[str, ...]:
     native = ("-mcpu=native",) if platform.machine() in ("aarch64", "arm64") else ("-march=native",)
-    real = Path(program).resolve().name
+    clang = any("clang" in Path(word).resolve().name for word in command)
     x86 = platform.machine() in ("x86_64", "AMD64")
-    return (*native, *(ONLY_GCC if x86 and "clang" not in real else ()))
+    return (*native, *(ONLY_GCC if x86 and not clang else ()))
 
 
 def _version(program: str) -> str:

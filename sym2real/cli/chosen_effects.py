@@ -93,7 +93,7 @@ def with_values(
     chosen: list[tuple[str, dict[str, float]]] = []
     for text in texts:
         name, equals, value = text.partition("=")
-        if not equals and chosen and _is_number(text):
+        if not equals and chosen and not math.isnan(_number(text)):
             key = chosen[-1][0]
             raise ModelError(f"expected `{key} {parameter_of(key)}={text}`, found {text!r} alone")
         if not equals:
@@ -101,25 +101,17 @@ def with_values(
         elif not name:
             raise ModelError(f"expected PARAMETER=VALUE, found {text!r}")
         elif chosen:
-            chosen[-1][1][name] = _number(name, value)
+            chosen[-1][1][name] = number = _number(value)
+            if not math.isfinite(number):
+                raise ModelError(f"parameter {name!r}: expected a number, found {value!r}")
         else:
             raise ModelError(f"expected {what} before its values, found {text!r}")
     return chosen
 
 
-def _is_number(text: str) -> bool:
+def _number(text: str) -> float:
+    """NaN for a text that is none."""
     try:
-        float(text)
+        return float(text)
     except ValueError:
-        return False
-    return True
-
-
-def _number(name: str, text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise ModelError(f"parameter {name!r}: expected a number, found {text!r}")
-    return value
+        return math.nan

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 
-from sympy import cos, sin, tan
+from sympy import Expr, cos, sin, tan
 
 from sym2real.errors import ModelError
 from sym2real.layout import Layout, Layouts
@@ -66,19 +66,8 @@ def car(
     pull = (ahead + (symbol("tz") + centre * left) * curvature) / mass
     loop = FirstOrder(1.0 / time_constant if time_constant > 0 else math.inf, dt)
     speed, mean = loop.end(forward, symbol("speed"), pull), loop.mean(forward, symbol("speed"), pull)
-    half, chord = symbol("half_turn"), symbol("chord")
-    start_to_middle = (sine * cos(half) + cosine * sin(half), cosine * cos(half) - sine * sin(half))
-    start_to_end = (sine * cos(2 * half) + cosine * sin(2 * half), cosine * cos(2 * half) - sine * sin(2 * half))
     return Equations(
-        next={
-            "x": symbol("x") + chord * start_to_middle[1],
-            "y": symbol("y") + chord * start_to_middle[0],
-            "sin_yaw": start_to_end[0],
-            "cos_yaw": start_to_end[1],
-            "vx": symbol("next_speed") * start_to_end[1],
-            "vy": symbol("next_speed") * start_to_end[0],
-            "wz": symbol("next_speed") * curvature,
-        },
+        next=_along_the_arc(curvature),
         layouts=LAYOUTS,
         dt=dt,
         quantities={
@@ -86,8 +75,29 @@ def car(
             "mean_speed": mean,
             "half_turn": symbol("mean_speed") * curvature * dt / 2,
             # sin(h)/h by its series: 1e-6 for a turn of 0.2 rad in one step, and finite where the car goes straight.
-            "chord": symbol("mean_speed") * dt * (1 - half**2 / 6),
+            "chord": symbol("mean_speed") * dt * (1 - symbol("half_turn") ** 2 / 6),
         },
         robot=robot,
         numbers={"mass": mass, "wheelbase": wheelbase, "centre": centre},
     )
+
+
+def _along_the_arc(curvature: Expr) -> dict[str, Expr]:
+    """Next states by the quantities of the step."""
+    speed, chord = symbol("next_speed"), symbol("chord")
+    (sine_between, cosine_between), (sine, cosine) = (_heading(times * symbol("half_turn")) for times in (1, 2))
+    return {
+        "x": symbol("x") + chord * cosine_between,
+        "y": symbol("y") + chord * sine_between,
+        "sin_yaw": sine,
+        "cos_yaw": cosine,
+        "vx": speed * cosine,
+        "vy": speed * sine,
+        "wz": speed * curvature,
+    }
+
+
+def _heading(turned: Expr) -> tuple[Expr, Expr]:
+    """Sine and cosine of the heading, turned by an angle."""
+    sine, cosine = symbol("sin_yaw"), symbol("cos_yaw")
+    return sine * cos(turned) + cosine * sin(turned), cosine * cos(turned) - sine * sin(turned)

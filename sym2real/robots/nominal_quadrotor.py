@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from sympy import Expr, Integer, sign, sqrt
+from sympy import Expr, sign, sqrt
 
 from sym2real.errors import ModelError
 from sym2real.layout import Layout, Layouts
@@ -67,7 +67,13 @@ class _Build:
         return symbols(names)
 
     def follow(self, columns: Sequence[str], expressions: Sequence[Expr]) -> None:
+        """The expressions become the next values of these columns."""
         self.next |= dict(zip(columns, expressions, strict=True))
+
+    def equations(self, layouts: Layouts, dt: float, robot: str) -> Equations:
+        """What was built."""
+        found, notes = self.quantities, tuple(self.notes)
+        return Equations(self.next, layouts, dt, quantities=found, robot=robot, notes=notes, numbers=self.numbers)
 
 
 def quadrotor(
@@ -99,15 +105,12 @@ def quadrotor(
     Raises:
         ModelError: for numbers that no quadrotor has.
     """
-    build = _Build(notes=[PER_KILOGRAM] if mass is None else [])
-    mass = 1.0 if mass is None else mass
+    notes, mass = ([PER_KILOGRAM], 1.0) if mass is None else ([], mass)
     _check(mass, inertia, interface, attitude, dt)
     if attitude_time_constant < 0 or min(rate_gains) <= 0:
         raise ModelError(f"loops need τ ≥ 0 s and gains > 0 1/s, found {attitude_time_constant} and {rate_gains}")
-    torque = symbols(TORQUE)
-    if interface == "motors":
-        pushed = _motors(build, motors, mass, attitude)
-        torque = tuple(held + rotors for held, rotors in zip(torque, pushed, strict=True))
+    build = _Build(notes=notes, numbers={"mass": mass})
+    torque = _motors(build, motors, mass, attitude) if interface == "motors" else symbols(TORQUE)
     middle = symbols(QUATERNION)
     if attitude == "predicted" and interface == "thrust_attitude":
         middle = _attitude_loop(build, attitude_time_constant, dt)
@@ -120,15 +123,7 @@ def quadrotor(
         else:
             middle = _free_rotation(build, moments, torque, dt)
     _translation(build, mass, middle, dt)
-    return Equations(
-        next=build.next,
-        layouts=_layouts(interface, attitude),
-        dt=dt,
-        quantities=build.quantities,
-        robot=robot,
-        notes=tuple(build.notes),
-        numbers={"mass": mass, **build.numbers},
-    )
+    return build.equations(_layouts(interface, attitude), dt, robot)
 
 
 def _layouts(interface: Interface, attitude: Attitude) -> Layouts:
@@ -142,7 +137,7 @@ def _layouts(interface: Interface, attitude: Attitude) -> Layouts:
 
 
 def _motors(build: _Build, motors: Motors | None, mass: float, attitude: Attitude) -> Vector:
-    """Names the rotors' thrust and, where it turns the body, their torque about the body axes."""
+    """Names the rotors' thrust and, where it turns the body, their torque; the whole torque about the body axes."""
     if motors is None:
         motors = _scaled_motors(mass)
         build.notes.append("motors in scaled Crazyflie geometry that hover at command 0.5: fit the thrust per unit")
@@ -151,9 +146,11 @@ def _motors(build: _Build, motors: Motors | None, mass: float, attitude: Attitud
         build.numbers["rotor_thrust"] = motors.thrust
     forces = motors.forces(symbols(NAMES))
     build.name(("thrust",), (sum(forces),))
+    pushed = symbols(TORQUE)
     if attitude == "measured":
-        return (Integer(0),) * 3
-    return build.name(("torque_x", "torque_y", "torque_z"), motors.torques(forces))
+        return pushed
+    turned = build.name(("torque_x", "torque_y", "torque_z"), motors.torques(forces))
+    return tuple(outside + rotors for outside, rotors in zip(pushed, turned, strict=True))
 
 
 def _translation(build: _Build, mass: float, attitude: Vector, dt: float) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from itertools import repeat
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -51,38 +52,39 @@ def run_episode(
         ShapeError: without a step, or with fewer pushes than steps.
     """
     if steps < 1 or (wrench is not None and len(wrench) < steps):
-        pushes = "" if wrench is None else f" and {len(wrench)} pushes"
-        raise ShapeError(f"an episode needs at least one step, and pushes for all of them; found {steps} steps{pushes}")
+        said = "" if wrench is None else f" and {len(wrench)} pushes"
+        raise ShapeError(f"an episode needs at least one step, and pushes for all of them; found {steps} steps{said}")
     if start is None and task is not None:
         start = task.start(np.random.default_rng(seed))
     state = plant.reset(start, seed)
     controller.reset()
-    states, actions, inputs = [], [], []
-    for step in range(steps):
-        if wrench is not None:
-            plant.push(wrench[step])  # type: ignore[attr-defined]
+    pushes = repeat(None, steps) if wrench is None else wrench[:steps]
+    states, actions, inputs = _closed_loop(plant, controller, state, pushes, on_step)
+    time = plant.dt * np.arange(len(states), dtype=np.float64)
+    references = {} if task is None else _references(task, time, plant)
+    notes = ("ended by a crash",) if plant.crashed else ()
+    return Trajectory(time, states, actions, inputs, plant.layouts, extra=references, name=name, notes=notes)
+
+
+def _closed_loop(
+    plant: Plant, controller: Controller, state: Array, pushes: Iterable[Array | None], on_step: OnStep | None
+) -> tuple[Array, Array, Array]:
+    """States, actions and inputs ``# (rows, …)``, one row per push, from the state that the reset plant measured."""
+    rows = []
+    for step, push in enumerate(pushes):
+        if push is not None:
+            plant.push(push)  # type: ignore[attr-defined]
         held = plant.inputs
         action = np.asarray(controller.act(state, step, held), dtype=np.float64)
-        states.append(state)
-        actions.append(action)
-        inputs.append(held)
-        state = plant.step(action)
+        rows.append((state, action, held))
+        measured, state = state, plant.step(action)
         controller.remember(action)
         if on_step is not None:
-            on_step(step, states[-1], action)
+            on_step(step, measured, action)
         if plant.crashed:
             break
-    time = plant.dt * np.arange(len(states), dtype=np.float64)
-    return Trajectory(
-        time=time,
-        state=np.array(states),
-        action=np.array(actions),
-        inputs=np.array(inputs),
-        layouts=plant.layouts,
-        extra={} if task is None else _references(task, time, plant),
-        name=name,
-        notes=("ended by a crash",) if plant.crashed else (),
-    )
+    states, actions, inputs = map(np.array, zip(*rows, strict=True))
+    return states, actions, inputs
 
 
 def _references(task: Task, time: Array, plant: Plant) -> dict[str, Array]:

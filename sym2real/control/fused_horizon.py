@@ -96,12 +96,7 @@ def horizon_text(name: str, step: Fused, planning: Planning, sines: Mapping[int,
     program = written_out(planning.program, sines)
     if name == "short":  # of the other one, calls take the time
         program = scheduled(program, carried=range(len(layouts.state)))
-    numbers = {label: number for number, label in enumerate(program.inputs)}
-    named = {numbers[f"planned {a}"]: f"planned_{a}" for a in layouts.action}
-    named |= {
-        n: label.replace(" ", "_") for label, n in numbers.items() if label.split()[0] in ("reference", "residual")
-    }
-    table = NumberTable(f"numbers_{name}") if machine == "cpu" else None
+    named, table = _named(program), NumberTable(f"numbers_{name}") if machine == "cpu" else None
     lines, outside = CLines(program, SINGLE, named, table), CLines(program, SINGLE, named)
     moving = program.reached_by({label for label in program.inputs if label not in layouts.inputs or label == TIME})
     held = [value for value in program.computed if value not in moving]
@@ -133,6 +128,15 @@ def horizon_text(name: str, step: Fused, planning: Planning, sines: Mapping[int,
         table=table.declaration if table else "",
         hidden=_indented(table.hidden if table else [], 8),
     )
+
+
+def _named(program: Program) -> dict[int, str]:
+    """C names of the inputs that are not columns of the equations, by number."""
+    return {
+        number: label.replace(" ", "_")
+        for number, label in enumerate(program.inputs)
+        if label.split()[0] in ("planned", "reference", "residual")
+    }
 
 
 def _start(equations: Equations, guarded: bool) -> list[str]:

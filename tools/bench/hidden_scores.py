@@ -113,22 +113,15 @@ def calibration(records: Sequence[Record], robot: str) -> list[Figure]:
     kinds = ("single", "pair", "removed", "half")
     asked = [one for name in kinds for one in of_kind(records, robot, name)]
     single = of_kind(records, robot, "single")
-    found: list[Figure] = []
-    for level in LEVELS:
-        inside = [one for record in single for one in covered(record, level)]
-        if inside:
-            found.append(
-                Figure(f"{robot}, {100 * level:.0f} % interval holds the truth, of {len(inside)}", _share(inside), "")
-            )
+    answers = {
+        f"{100 * level:.0f} % interval holds the truth": [one for record in single for one in covered(record, level)]
+        for level in LEVELS
+    }
     for left, words in ((False, "nothing"), (True, "something")):
-        rights = [
+        answers[f"finding right where {words} is left over"] = [
             true(record, name) for record in asked if (record["leftover"] is not None) is left for name in names(record)
         ]
-        if rights:
-            found.append(
-                Figure(f"{robot}, finding right where {words} is left over, of {len(rights)}", _share(rights), "")
-            )
-    return found
+    return [Figure(f"{robot}, {name}, of {len(flags)}", _share(flags), "") for name, flags in answers.items() if flags]
 
 
 def confidences(records: Sequence[Record]) -> dict[str, dict[str, int]]:

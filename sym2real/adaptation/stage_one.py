@@ -150,6 +150,7 @@ class _Loop:
     on_progress: Callable[[Progress], None]
 
     def run(self) -> BaseModel:
+        """Episodes and fits in turn, the pushed episodes, and the last fit; errors as of :func:`stage_one`."""
         episodes: list[Trajectory] = []
         reports: list[EpisodeReport] = []
         equations: Equations | None = None

@@ -75,6 +75,7 @@ class FusedStep:
 
     @threads.setter
     def threads(self, count: int) -> None:
+        """Share the samples out in whole vectors, as evenly as these allow, and make each thread's scratch memory."""
         width = self._library.width()
         blocks = -(-self.samples // width)
         edges = [width * (blocks * i // count) for i in range(count)] + [self.samples]

@@ -65,28 +65,38 @@ def _short(text: str) -> str:
 
 
 class _Reader:
+    """Syntax trees to SymPy; a :class:`ModelError` names the part that is not in the grammar.
+
+    Args:
+        names: the names that may stand in it; None allows any.
+    """
+
     def __init__(self, names: Collection[str] | None) -> None:
         self.names = names
 
     def read(self, node: ast.AST) -> Expr:
+        """A number or a condition, by the kind of the node."""
         reader: Callable[[_Reader, ast.AST], Expr] | None = READERS.get(type(node))
         if reader is None:
             raise ModelError(f"{type(node).__name__} is not allowed in an expression: {_short(_source(node))}")
         return reader(self, node)
 
     def number(self, node: ast.AST) -> Expr:
+        """An operand of arithmetic."""
         value = self.read(node)
         if not isinstance(value, Expr):
             raise ModelError(f"expected a number, found a condition: {_short(_source(node))}")
         return value
 
     def condition(self, node: ast.AST) -> Expr:
+        """An operand of logic, which SymPy keeps apart from numbers."""
         value = self.read(node)
         if isinstance(value, Expr):
             raise ModelError(f"expected a condition, found a number: {_short(_source(node))}")
         return value
 
     def constant(self, node: ast.Constant) -> Expr:
+        """Integers stay exact, so that ratios of them do."""
         value = node.value
         if isinstance(value, bool):
             return sympy.true if value else sympy.false
@@ -97,6 +107,7 @@ class _Reader:
         raise ModelError(f"expected a finite real number, found {_short(repr(value))}")
 
     def name(self, node: ast.Name) -> Expr:
+        """A column or parameter; it goes before a constant of the same name."""
         if self.names is not None and node.id in self.names:
             return symbol(node.id)
         if node.id in CONSTANTS:
@@ -106,6 +117,7 @@ class _Reader:
         return symbol(node.id)
 
     def binary(self, node: ast.BinOp) -> Expr:
+        """``+ - * / **`` of numbers, ``& |`` of conditions."""
         operation = OPERATORS.get(type(node.op))
         if operation is None:
             hint = "; a power is written **" if isinstance(node.op, ast.BitXor) else ""
@@ -114,6 +126,7 @@ class _Reader:
         return operation(read(node.left), read(node.right))
 
     def unary(self, node: ast.UnaryOp) -> Expr:
+        """``- +`` of a number, ``~`` or ``not`` of a condition."""
         match node.op:
             case ast.USub():
                 return product([sympy.S.NegativeOne, self.number(node.operand)])
@@ -123,6 +136,7 @@ class _Reader:
                 return sympy.Not(self.condition(node.operand))
 
     def comparison(self, node: ast.Compare) -> Expr:
+        """A chain, as ``0 < x <= 1``, is the conjunction of its links."""
         sides = [self.number(side) for side in (node.left, *node.comparators)]
         relations = []
         for operator, left, right in zip(node.ops, sides, sides[1:], strict=False):
@@ -132,10 +146,12 @@ class _Reader:
         return sympy.And(*relations)
 
     def boolean(self, node: ast.BoolOp) -> Expr:
+        """``and`` and ``or`` of conditions."""
         join = sympy.And if isinstance(node.op, ast.And) else sympy.Or
         return join(*(self.condition(value) for value in node.values))
 
     def call(self, node: ast.Call) -> Expr:
+        """A function of :data:`FUNCTIONS`, a comparison by its SymPy name, or ``Piecewise``."""
         if not isinstance(node.func, ast.Name) or node.keywords:
             raise ModelError(f"expected the call of a named function, found {_short(_source(node))}")
         name = node.func.id

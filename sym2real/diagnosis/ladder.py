@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.diagnosis.library import Library
-from sym2real.diagnosis.segments import WARM_UP, Segments
+from sym2real.diagnosis.segments import WARM_UP, Segments, compared_components
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.start import ROWS, start_states
 from sym2real.diagnosis.windows import STRIDE, channel_errors, channel_units
@@ -76,7 +76,7 @@ def windows_of(data: Dataset, steps: int, after: float = 0.0) -> Segments | None
     if not pieces:
         return None
     log, rows, start, before, measured = (np.concatenate(parts) for parts in zip(*pieces, strict=True))
-    compared = tuple(range(layout.tangent_size))
+    compared, channel = compared_components(layout, [field.name for field in layout.fields])
     return Segments(
         log=log,
         row=rows,
@@ -85,8 +85,8 @@ def windows_of(data: Dataset, steps: int, after: float = 0.0) -> Segments | None
         measured=torch.as_tensor(measured),
         layout=layout,
         compared=compared,
-        channel=compared,
-        noise=np.ones(1),
+        channel=channel,
+        noise=np.ones(len(compared)),
     )
 
 

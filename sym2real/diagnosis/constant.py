@@ -23,6 +23,7 @@ from sym2real.diagnosis.leftover import OWN, Leftover
 from sym2real.diagnosis.select import GAIN, GAIN_BESIDE, Selection
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.significance import FALSE_ALARMS, FEWEST_BLOCKS, FEWEST_LOGS
+from sym2real.diagnosis.tangents import places_of_fields
 from sym2real.diagnosis.whitening import Spread, Whitening
 from sym2real.effects.wrench import AXES
 
@@ -142,14 +143,12 @@ def _summed(rows: Tensor, groups: NDArray[np.int64]) -> Tensor:
 def _offsets(problem: Problem) -> list[tuple[str, str, Tensor]]:
     """Name, unit, and shape in the residual ``# (R,)`` of every measurement that may be off by a constant."""
     segments = problem.segments
-    owners = [field for field in segments.layout.fields for _ in range(field.tangent_size)]
-    found = []
-    for place, component in enumerate(segments.compared):
-        owner = owners[component]
+    found, places_of = [], places_of_fields(segments.layout)
+    for place, (component, number) in enumerate(zip(segments.compared, segments.channel, strict=True)):
+        owner, places = segments.layout.fields[number], places_of[number]
         if owner.name not in MEASURED:
             continue
-        first = owners.index(owner)
-        name = f"measured {owner.name}" + (f" {AXES[component - first]}" if owner.tangent_size > 1 else "")
+        name = f"measured {owner.name}" + (f" {AXES[component - places.start]}" if len(places) > 1 else "")
         shape = torch.zeros(segments.length, len(segments.compared), dtype=torch.float64)
         shape[:, place] = 1.0
         found.append((name, MEASURED[owner.name], shape.flatten()))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.diagnosis.start import ROWS, noise_level, start_states
+from sym2real.diagnosis.tangents import places_of_fields, tangents
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout
 from sym2real.trajectory import Array, Dataset, Trajectory
@@ -136,26 +137,19 @@ def compared_components(layout: Layout, names: Collection[str] = COMPARED) -> tu
     """Tangent positions of what is compared, fields of these names, and the number of the field of each."""
     compared: list[int] = []
     channel: list[int] = []
-    position = 0
-    for number, field in enumerate(layout.fields):
+    for number, (field, places) in enumerate(zip(layout.fields, places_of_fields(layout), strict=True)):
         if field.name in names and not field.hidden:
-            compared += range(position, position + field.tangent_size)
-            channel += [number] * field.tangent_size
-        position += field.tangent_size
+            compared += places
+            channel += [number] * len(places)
     return tuple(compared), tuple(channel)
 
 
 def compared_fields(segments: Segments) -> tuple[Layout, list[int], list[int] | None]:
     """Fields that hold what is compared, their columns, and its places in their tangent; None for all of them."""
     layout = segments.layout
-    ends = np.cumsum([field.tangent_size for field in layout.fields])
-    owner = np.searchsorted(ends, segments.compared, side="right")
-    numbers = sorted(set(owner.tolist()))
+    numbers, places_of = sorted(set(segments.channel)), places_of_fields(layout)
     part = Layout(tuple(layout.fields[number] for number in numbers))
-    places: list[int] = []
-    for number in numbers:
-        first = int(ends[number]) - layout.fields[number].tangent_size
-        places += range(first, int(ends[number]))
+    places = [place for number in numbers for place in places_of[number]]
     chosen = [places.index(component) for component in segments.compared]
     columns = [layout.index(column) for column in part]
     return part, columns, None if chosen == list(range(len(places))) else chosen
@@ -164,13 +158,6 @@ def compared_fields(segments: Segments) -> tuple[Layout, list[int], list[int] | 
 def component_noise(data: Dataset) -> Array:
     """Noise of every tangent component, median over logs ``# (tangent,)``."""
     return np.median([noise_level(tangents(trajectory)) for trajectory in data], axis=0)
-
-
-def tangents(trajectory: Trajectory) -> Array:
-    """States as tangent vectors from the first, added up step by step ``# (rows - 1, tangent)``."""
-    states = torch.as_tensor(trajectory.state)
-    steps: Array = trajectory.layouts.state.difference(states[1:], states[:-1]).cumsum(0).numpy()
-    return steps
 
 
 def _states(data: Dataset, log: NDArray[np.int64], row: NDArray[Any]) -> Tensor:

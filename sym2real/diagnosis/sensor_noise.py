@@ -8,7 +8,7 @@ import numpy as np
 import torch
 
 from sym2real.diagnosis.segments import component_noise
-from sym2real.layout import Layout
+from sym2real.diagnosis.tangents import places_of_columns
 from sym2real.trajectory import Array, Dataset, Trajectory
 
 # A velocity that differs from the change of the logged position by less than this part of its spread is that change.
@@ -32,8 +32,7 @@ class SensorNoise:
     @classmethod
     def of(cls, data: Dataset) -> SensorNoise:
         """As third differences of the logs show it."""
-        layout = data.layouts.state
-        places = _places(layout)
+        places = places_of_columns(data.layouts.state)
         pairs = {places[f"v{name}"]: place for name, place in places.items() if f"v{name}" in places}
         columns = {place: name for name, place in places.items()}
         found = {
@@ -66,17 +65,6 @@ class SensorNoise:
             noise[:, velocity] = np.diff(drawn[:, position]) / self.dt
         state = layout.retract(torch.as_tensor(trajectory.state), torch.as_tensor(noise)).numpy()
         return replace(trajectory, state=state)
-
-
-def _places(layout: Layout) -> dict[str, int]:
-    """Tangent place of every column of a vector field."""
-    places: dict[str, int] = {}
-    first = 0
-    for field in layout.fields:
-        if field.kind == "vector":
-            places |= {column: first + index for index, column in enumerate(field.columns)}
-        first += field.tangent_size
-    return places
 
 
 def _is_difference(trajectory: Trajectory, position: str, velocity: str) -> bool:

@@ -15,6 +15,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from sym2real.diagnosis.tangents import places_of_columns, tangents
 from sym2real.layout import Layout
 from sym2real.trajectory import Array, Trajectory
 
@@ -57,33 +58,21 @@ def start_states(trajectory: Trajectory, starts: NDArray[np.int64], method: Star
     history = starts[:, None] + np.arange(1 - ROWS, 1)  # (windows, ROWS)
     states = torch.as_tensor(trajectory.state)
     layout = trajectory.layouts.state
-    tangents = layout.difference(states[history], states[starts][:, None]).numpy()  # (windows, ROWS, tangent)
-    steps = layout.difference(states[1:], states[:-1]).cumsum(0).numpy()  # (rows - 1, tangent)
-    noise = noise_level(steps)
+    away = layout.difference(states[history], states[starts][:, None]).numpy()  # (windows, ROWS, tangent)
+    noise = noise_level(tangents(trajectory))
     ages = trajectory.time[history] - trajectory.time[starts][:, None]
-    correction = np.zeros(tangents.shape[::2])  # (windows, tangent)
-    slots = _tangent_slots(layout)
+    correction = np.zeros(away.shape[::2])  # (windows, tangent)
+    slots = places_of_columns(layout)
     pairs = _position_velocity_pairs(layout)
     paired = [[slots[name] for name in names] for names in zip(*pairs, strict=True)] if pairs else [[], []]
     if pairs:
         speed = np.stack([trajectory.column(column)[starts] for _, column in pairs])
-        position, velocity = (tangents[:, :, part].transpose(2, 0, 1) for part in paired)  # (pairs, windows, ROWS)
+        position, velocity = (away[:, :, part].transpose(2, 0, 1) for part in paired)  # (pairs, windows, ROWS)
         found = _joint_fit(position, velocity, speed[..., None], noise[paired], ages)
         correction[:, paired] = found.transpose(1, 2, 0)
     others = sorted(set(range(layout.tangent_size)) - {slot for part in paired for slot in part})
-    correction[:, others] = _single_fit(tangents[:, :, others].transpose(2, 0, 1), noise[others], ages).T
+    correction[:, others] = _single_fit(away[:, :, others].transpose(2, 0, 1), noise[others], ages).T
     return layout.retract(states[starts], torch.as_tensor(correction)).numpy()
-
-
-def _tangent_slots(layout: Layout) -> dict[str, int]:
-    """Tangent position of every column of a vector field."""
-    slots: dict[str, int] = {}
-    position = 0
-    for field in layout.fields:
-        if field.kind == "vector":
-            slots.update({column: position + i for i, column in enumerate(field.columns)})
-        position += field.tangent_size
-    return slots
 
 
 def _position_velocity_pairs(layout: Layout) -> list[tuple[str, str]]:

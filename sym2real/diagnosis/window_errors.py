@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
 from sym2real.diagnosis.features import UNITS, features, over_windows
 from sym2real.diagnosis.prepared import prepared
 from sym2real.diagnosis.start import ROWS, noise_level
+from sym2real.diagnosis.tangents import places_of_fields, tangents
 from sym2real.diagnosis.windows import predict_windows
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout
@@ -95,10 +95,8 @@ def window_errors(
 def _channels(layout: Layout) -> dict[str, list[int]]:
     """Tangent positions of what is compared: positions and angles, which logs hold without differences."""
     channels: dict[str, list[int]] = {}
-    place = 0
-    for field in layout.fields:
-        own = list(range(place, place + field.tangent_size))
-        place += field.tangent_size
+    for field, places in zip(layout.fields, places_of_fields(layout), strict=True):
+        own = list(places)
         if field.name == "position" and VERTICAL in field.columns:
             height = own[field.columns.index(VERTICAL)]
             channels |= {"z": [height], "xy": [slot for slot in own if slot != height]}
@@ -110,10 +108,6 @@ def _channels(layout: Layout) -> dict[str, list[int]]:
 
 
 def _noise(dataset: Dataset, places: Sequence[int]) -> float:
-    layout = dataset.layouts.state
-    levels = []
-    for trajectory in (one for one in dataset if len(one) > ROWS):
-        state = torch.as_tensor(trajectory.state)
-        steps = layout.difference(state[1:], state[:-1]).cumsum(0).numpy()[:, list(places)]
-        levels.append(np.linalg.norm(noise_level(steps)))
-    return float(np.median(levels))
+    """Norm of the noise of some tangent components, median over logs."""
+    long_enough = (one for one in dataset if len(one) > ROWS)
+    return float(np.median([np.linalg.norm(noise_level(tangents(one)[:, list(places)])) for one in long_enough]))

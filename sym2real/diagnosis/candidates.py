@@ -86,6 +86,11 @@ class Candidate:
     alike: tuple[str, ...] = ()
     excludes: tuple[str, ...] = ()
 
+    @property
+    def slots(self) -> list[int]:
+        """All free slots, those that move together too."""
+        return [slot for tied in self.free for slot in tied]
+
 
 def library_for(
     equations: Equations, data: Dataset, exclude: Collection[str] = (), include: Sequence[str] = ()
@@ -179,9 +184,6 @@ def _starts(library: Library, one: Effect, data: Dataset) -> tuple[tuple[float, 
         unit = spread / dt * 0.2 if one.kind == "rate_limit" else spread * 0.5
         return tuple(unit * step for step in GRIDS[one.kind]), True
     return (), False
-
-
-__all__ = ["Candidate", "candidates", "effect", "library_for"]
 
 
 def column_values(equations: Equations, name: str, trajectory: Trajectory) -> Array:

@@ -22,8 +22,7 @@ def parameter_set(selection: Selection, chosen: Sequence[Candidate], values: Ten
     library = selection.problems.problem.library
     result = library.null
     for one in chosen:
-        for tied in one.free:
-            for index in tied:
-                slot = library.slots[index]
-                result[index] = reported(float(values[index]), float(selection.origin[index]), slot.parameter.null)
+        for index in one.slots:
+            null = library.slots[index].parameter.null
+            result[index] = reported(float(values[index]), float(selection.origin[index]), null)
     return result

@@ -47,8 +47,7 @@ def _ordered(selection: Selection) -> Ordered:
         if number == len(order):
             return [*ordered, (one, selection.fit)]
         values = values.clone()
-        slots = [slot for tied in one.free for slot in tied]
-        values[slots] = selection.fit.values[slots]
+        values[one.slots] = selection.fit.values[one.slots]
         (fit,) = problems.fit([Hypothesis(selection.free(order[:number]), values)], REFIT_STEPS)
         ordered.append((one, fit))
         values = fit.values
@@ -78,7 +77,7 @@ def _from_behind(
 def _is_trim(selection: Selection, one: Candidate) -> bool:
     problem = selection.problems.problem
     slots, found = problem.library.slots, parameter_set(selection, [one], selection.fit.values)
-    values = {slots[i].parameter.name: float(found[i]) for tied in one.free for i in tied}
+    values = {slots[i].parameter.name: float(found[i]) for i in one.slots}
     return all(is_trim(problem.library.effects[key], values, problem.data) for key in one.keys)
 
 

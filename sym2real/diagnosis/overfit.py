@@ -50,7 +50,7 @@ def overfitted(problems: Problems, tried: Sequence[Candidate], start: Tensor, la
 
 def _centre(start: Tensor, last: Tensor, kept: Sequence[Candidate]) -> Tensor:
     """Means of the priors: those of effects whose null is infinitely far are where they have been found."""
-    centre, slots = start.clone(), [slot for one in kept for tied in one.free for slot in tied]
+    centre, slots = start.clone(), [slot for one in kept for slot in one.slots]
     centre[slots] = last[slots]
     return centre
 

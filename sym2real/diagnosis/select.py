@@ -111,13 +111,9 @@ class Selection:
 
     def _open(self, chosen: Sequence[Candidate], rivals: Sequence[Candidate]) -> list[Candidate]:
         """Those of the rivals that share no parameter with what is chosen."""
-        taken = {slot for tied in self.free(chosen) for slot in tied}
+        taken = {slot for one in chosen for slot in one.slots}
         shut = {name for one in chosen for name in one.excludes}
-        return [
-            one
-            for one in rivals
-            if one.name not in shut and not any(slot in taken for tied in one.free for slot in tied)
-        ]
+        return [one for one in rivals if one.name not in shut and taken.isdisjoint(one.slots)]
 
     def refitted(self, chosen: Sequence[Candidate], started: Sequence[tuple[Candidate, Tensor]]) -> list[Scored]:
         """Candidates, each fitted jointly with what is chosen from a parameter set, best first."""
@@ -187,8 +183,7 @@ class Selection:
         """The fit of all chosen but one."""
         rest = [other for other in self.chosen if other is not one]
         values = self.fit.values.clone()
-        slots = [slot for tied in one.free for slot in tied]
-        values[slots] = self.origin[slots]
+        values[one.slots] = self.origin[one.slots]
         return rest, self.problems.fit([Hypothesis(self.free(rest), values)], REFIT_STEPS)[0]
 
     def prune(self) -> None:

@@ -32,8 +32,8 @@ def beyond_chance(problems: Problems, fit: Fit, one: Candidate, origin: Tensor, 
     if problems.block_count < FEWEST_BLOCKS:
         return True
     if one.needs_start:  # its null is no value that a fit could be near: the loss itself is tested
-        values, slots = fit.values.clone(), [slot for tied in one.free for slot in tied]
-        values[slots] = origin[slots]
+        values = fit.values.clone()
+        values[one.slots] = origin[one.slots]
         rest = tuple(tied for tied in fit.free if tied not in one.free)
         before = problems.fit([Hypothesis(rest, values)], REFIT_STEPS)[0]
         chance = chance_of_gain(problems, before.loss, fit.loss)

@@ -164,11 +164,10 @@ def features_of(problem: Problem) -> tuple[list[str], Array]:
     tables = [_features(trajectory) for trajectory in problem.data]
     names = list(tables[0])
     columns = [np.stack([table[name] for name in names], axis=1) for table in tables]
-    edges = np.linspace(0, segments.length - 1, PIECES + 1).round().astype(int)
     rows = [
         columns[log][row + first : row + last].mean(axis=0)
         for log, row in zip(segments.log, segments.row, strict=True)
-        for first, last in pairwise(edges)
+        for first, last in pairwise(segments.edges(PIECES))
     ]
     return names, np.stack(rows)
 

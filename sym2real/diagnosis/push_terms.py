@@ -67,7 +67,7 @@ def features_in(problem: Problem) -> dict[str, Feature]:
 def _sent(problem: Problem, earlier: Sequence[int]) -> Array:
     """Mean command over every piece, so many rows earlier ``# (len(earlier), S·pieces, m)``."""
     segments = problem.segments
-    edges = np.linspace(0, segments.length - 1, PIECES + 1).round().astype(int)
+    edges = segments.edges(PIECES)
     # Of all rows before each, so that the sum over any piece is a difference.
     sums = [np.pad(log.action.cumsum(0), ((1, 0), (0, 0))) for log in problem.data]
     back, count = np.array(earlier)[:, None], np.diff(edges)[:, None]

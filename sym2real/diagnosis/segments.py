@@ -84,6 +84,10 @@ class Segments:
             measured=self.measured[index],
         )
 
+    def edges(self, pieces: int) -> NDArray[np.int64]:
+        """Steps at which equal pieces of a segment begin, and the last one ends ``# (pieces + 1,)``."""
+        return np.linspace(0, self.length - 1, pieces + 1).round().astype(np.int64)
+
     def ahead(self, before: int = 0) -> NDArray[np.int64]:
         """Rows whose actions lead through each segment, from so many rows before it ``# (S, N - 1 + before)``."""
         return self.row[:, None] + np.arange(-before, self.length - 1)

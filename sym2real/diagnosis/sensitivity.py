@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
 import torch
 from torch import Tensor
 
@@ -37,16 +36,11 @@ class Problem:
         self.segments: Segments = cut(data) if segments is None else segments
         self._commands = FilteredCommands(library, data)
         self._inputs = padded(inputs_along(library.equations.layouts.inputs, trajectory) for trajectory in data)
-        defaults = torch.tensor(list(library.equations.parameters.values()), dtype=torch.float64)
-        self._defaults = defaults
+        self._defaults = torch.tensor(list(library.equations.parameters.values()), dtype=torch.float64)
         self._visible = data.layouts.state.size
         self._compared = compared_fields(self.segments)
         measured = self.segments.measured[..., self._compared[1]].permute(2, 1, 0).contiguous()
         self._measured_columns = measured.permute(1, 2, 0)[:, None]  # (N, 1, S, columns)
-
-    @property
-    def trajectories(self) -> int:
-        return len(self.data)
 
     def residuals(self, sets: Tensor) -> Tensor:
         """Predicted less measured ``# (B, S, N·C)`` under parameter sets ``# (B, P)``."""
@@ -96,12 +90,8 @@ class Problem:
             pieces: per segment.
         """
         layouts, steps = self.library.equations.layouts, self.segments.length - 1
-        edges = np.linspace(0, steps, pieces + 1).round().astype(int)
-        count = len(pushes) * pieces + 1
-        actions, inputs = (
-            torch.zeros(count, 1, steps, len(layouts.action)),
-            torch.zeros(count, 1, steps, len(layouts.inputs)),
-        )
+        edges, count = self.segments.edges(pieces), len(pushes) * pieces + 1
+        actions, inputs = (torch.zeros(count, 1, steps, len(one)) for one in (layouts.action, layouts.inputs))
         for i, (column, size) in enumerate(pushes):
             target, layout = (inputs, layouts.inputs) if column in layouts.inputs else (actions, layouts.action)
             for j in range(pieces):

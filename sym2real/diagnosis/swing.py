@@ -143,7 +143,7 @@ def _rows(problems: Problems, values: Tensor, names: list[str]) -> _Rows:
     products = whitening.products(torch.cat([residual[..., None], jacobian.flatten(-2)], dim=-1))
     count = len(residual)
     segments, dt = problem.segments, problem.library.equations.dt
-    edges = np.linspace(0, segments.length - 1, PIECES + 1).round()
+    edges = segments.edges(PIECES)
     middle = (segments.row[:, None] + (edges[1:] + edges[:-1])[None] / 2) * dt
     shape = (count, len(names), PIECES)
     return _Rows(

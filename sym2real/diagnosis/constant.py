@@ -129,9 +129,7 @@ def find_constants(
 
 def _clusters(problems: Problems) -> NDArray[np.int64]:
     """Logs, each with a trim of its own; blocks of a second where there are few."""
-    if problems.log_count < FEWEST_LOGS:
-        return problems.blocks
-    return np.unique(problems.problem.segments.log, return_inverse=True)[1].astype(np.int64)
+    return problems.blocks if problems.log_count < FEWEST_LOGS else problems.logs
 
 
 def _summed(rows: Tensor, groups: NDArray[np.int64]) -> Tensor:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import torch
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.diagnosis.nuisance import Nuisance
-from sym2real.diagnosis.parts import blocks_of, folds_of
+from sym2real.diagnosis.parts import blocks_of, folds_of, logs_of
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.whitening import Whitening
 
@@ -103,7 +104,18 @@ class Problems:
 
     @property
     def block_count(self) -> int:
+        """Number of blocks."""
         return int(self.blocks.max()) + 1
+
+    @cached_property
+    def logs(self) -> NDArray[np.int64]:
+        """Log of every segment, by its number among those that have segments ``# (S,)``."""
+        return logs_of(self.problem.segments)
+
+    @property
+    def log_count(self) -> int:
+        """Number of logs that have segments."""
+        return int(self.logs.max()) + 1
 
     def quadratics(self, hypotheses: Sequence[Hypothesis], *, with_nuisance: bool = True) -> list[Fit]:
         """Losses and derivatives where the hypotheses stand."""
@@ -196,10 +208,6 @@ class Problems:
     def best_step(self, fit: Fit) -> Tensor:
         """Step to the quadratic model's minimum within bounds ``# (A,)``."""
         return self._within(fit, solve(fit.curvature.sum(0), -fit.gradient.sum(0)))
-
-    @property
-    def log_count(self) -> int:
-        return len(np.unique(self.problem.segments.log))
 
 
 def solve(matrix: Tensor, vector: Tensor) -> Tensor:

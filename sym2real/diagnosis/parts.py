@@ -25,6 +25,11 @@ def folds_of(segments: Segments) -> NDArray[np.int64]:
     return np.unique(folds, return_inverse=True)[1].astype(np.int64)
 
 
+def logs_of(segments: Segments) -> NDArray[np.int64]:
+    """Log of every segment, by its number among those that have segments ``# (S,)``."""
+    return np.unique(segments.log, return_inverse=True)[1].astype(np.int64)
+
+
 def blocks_of(segments: Segments, dt: float) -> NDArray[np.int64]:
     """Block of every segment, -1 in the gaps between them ``# (S,)``.
 

@@ -96,7 +96,7 @@ def half_widths(problems: Problems, fit: Fit) -> Tensor:
     half = blocks * float(stats.t.ppf(0.975, max(1, problems.block_count - 1)))
     if problems.log_count < FEWEST_LOGS:
         return half
-    log = torch.as_tensor(np.unique(problems.problem.segments.log, return_inverse=True)[1])
+    log = torch.as_tensor(problems.logs)
     inverse = torch.linalg.pinv(fit.curvature.sum(0), hermitian=True)
     zeros = torch.zeros(problems.log_count, len(inverse), dtype=torch.float64)
     moves = zeros.index_add(0, log, fit.gradient) @ inverse

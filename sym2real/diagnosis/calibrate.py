@@ -88,14 +88,29 @@ class Calibration:
     whitening: Whitening
     origin: Tensor
 
-    def scores(self, free: Free) -> dict[str, Tensor]:
-        """Half the loss's derivative by parameters ``# (A,)``, mean over the segments of every log, by its name."""
+    def scores(self, free: Free, logs: Sequence[str]) -> Tensor:
+        """Half the loss's derivative by parameters, mean over the segments here of each log that is named ``# (S, A)``.
+
+        Args:
+            free: the parameters.
+            logs: name of the log of every segment elsewhere.
+        """
         here = Hypothesis(free, self.origin)
         (fit,) = Problems.of(self.problem, self.whitening).quadratics([here], with_nuisance=False)
-        names = [self.problem.data[log].name for log in self.problem.segments.log]
-        return {
-            name: fit.gradient[torch.tensor([one == name for one in names])].mean(0) for name in dict.fromkeys(names)
-        }
+        return by_log(fit.gradient, self.problem.log_names, logs)
+
+
+def by_log(gradient: Tensor, own: Sequence[str], logs: Sequence[str]) -> Tensor:
+    """Mean over the segments of each named log ``# (len(logs), A)``; for one without any, the mean of the others.
+
+    Args:
+        gradient: of every segment ``# (S, A)``.
+        own: name of its log.
+        logs: names that are asked for.
+    """
+    means = {name: gradient[[one == name for one in own]].mean(0) for name in dict.fromkeys(own)}
+    others = torch.stack(list(means.values())).mean(0)
+    return torch.stack([means.get(name, others) for name in logs])
 
 
 def calibrated(library: Library, candidates: Sequence[Candidate], data: Dataset, variances: Whitening) -> Calibration:

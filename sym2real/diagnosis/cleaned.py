@@ -26,10 +26,7 @@ def cleaned(problems: Problems, fit: Fit, own: Calibration | None) -> Fit:
     """
     if own is None or not fit.whole:
         return fit
-    of_logs = own.scores(fit.whole)
-    others = torch.stack(list(of_logs.values())).mean(0)
-    names = [log.name for log in problems.problem.data]
-    shift = torch.stack([of_logs.get(names[log], others) for log in problems.problem.segments.log])
+    shift = own.scores(fit.whole, problems.problem.log_names)
     moved = replace(fit, gradient=fit.gradient - problems.whitening.trust[:, None] * shift)
     step = problems.best_step(moved)
     gradient = moved.gradient + torch.einsum("sab,b->sa", fit.curvature, step)

@@ -15,14 +15,11 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from itertools import product
 
-import numpy as np
-from numpy.typing import NDArray
-
-from sym2real.diagnosis.calibrate import Calibration
+from sym2real.diagnosis.calibrate import Calibration, by_log
 from sym2real.diagnosis.constant import CONSTANT, unit_of
+from sym2real.diagnosis.fit import Problems
 from sym2real.diagnosis.leftover import Leftover, split_in_words
 from sym2real.diagnosis.push_terms import Feature, Judged, Side, features_in
-from sym2real.diagnosis.segments import Segments
 from sym2real.diagnosis.select import Selection
 from sym2real.diagnosis.significance import FALSE_ALARMS, FEWEST_BLOCKS, FEWEST_LOGS
 from sym2real.diagnosis.whitening import Spread, Whitening, estimate
@@ -63,18 +60,13 @@ class Terms:
         features: of the logs, by name.
         side: the logs at the best fit.
         own: the plain simulator's data at the base's own origin; None without a simulator.
-        whitening: of the logs, that explains what terms would.
-        segments: of the logs.
-        folds, blocks: of every segment.
+        problems: the logs, under a whitening that explains what terms would.
     """
 
     features: dict[str, Feature]
     side: Side
     own: Side | None
-    whitening: Whitening
-    segments: Segments
-    folds: NDArray[np.int64]
-    blocks: NDArray[np.int64]
+    problems: Problems
 
     @classmethod
     def of(cls, selection: Selection, spread: Spread, own: Calibration | None) -> Terms:
@@ -83,8 +75,7 @@ class Terms:
         features = features_in(problems.problem)
         side = Side.of(problems.problem, spread, fit.values, fit.whole, features)
         flown = None if own is None else Side.of(own.problem, own.spread, own.origin, fit.whole, features)
-        segments = problems.problem.segments
-        return cls(features, side, flown, problems.whitening, segments, problems.folds, problems.blocks)
+        return cls(features, side, flown, problems)
 
     def judged(self, whitening: Whitening, channels: Iterable[int], names: Collection[str]) -> list[Judged]:
         """Pushes of some channels that depend on some features, under a whitening."""
@@ -95,24 +86,25 @@ class Terms:
             gradient, curvature = here.joined(channel, self.side.terms[name])
             if self.own is not None and there is not None and name in self.own.terms:
                 base = there.joined(channel, self.own.terms[name])[0]
-                gradient = gradient - whitening.trust[:, None] * self.own.per_segment(base, self.side.logs)
+                gradient = gradient - whitening.trust[:, None] * by_log(base, self.own.logs, self.side.logs)
             found.append(Judged(channel, name, here.found, gradient, curvature))
         return found
 
     def promising(self) -> list[Judged]:
         """Terms that save much even under variances that explain what they would, the best first."""
-        everything = self.judged(self.whitening, range(len(self.side.spread.names)), self.side.terms)
-        least = PROMISING * self.loss(self.whitening)
-        falls = [one.fall(self.folds) for one in everything]
+        whitening, folds = self.problems.whitening, self.problems.folds
+        everything = self.judged(whitening, range(len(self.side.spread.names)), self.side.terms)
+        least = PROMISING * self.loss(whitening)
+        falls = [one.fall(folds) for one in everything]
         order = sorted(range(len(falls)), key=lambda place: -falls[place])
         return [everything[place] for place in order[:MOST_TERMS] if falls[place] > least]
 
     def alone(self, one: Judged) -> tuple[Judged, Whitening]:
         """A term under variances that are estimated without it."""
-        whitening = self.whitening
+        whitening, segments = self.problems.whitening, self.problems.problem.segments
         for _ in range(ROUNDS):
             rest = self.side.after(one.channel, one.name, one.step)
-            whitening = estimate(self.side.spread, rest, self.segments.noise, self.segments.channel)
+            whitening = estimate(self.side.spread, rest, segments.noise, segments.channel)
             (one,) = self.judged(whitening, [one.channel], [one.name])
         return one, whitening
 
@@ -123,18 +115,18 @@ class Terms:
     def beyond_chance(self, one: Judged) -> bool:
         """Whether a term differs from none beyond chance, by blocks of a second and by whole logs."""
         tried = len(self.side.terms) * len(self.side.spread.names)
-        if one.chance(self.blocks) >= FALSE_ALARMS / tried:
+        if one.chance(self.problems.blocks) >= FALSE_ALARMS / tried:
             return False
-        logs = np.unique(self.segments.log, return_inverse=True)[1].astype(np.int64)
-        return int(logs.max()) + 1 < FEWEST_LOGS or one.chance(logs) <= BY_LOGS
+        return self.problems.log_count < FEWEST_LOGS or one.chance(self.problems.logs) <= BY_LOGS
 
     def accepted(self, one: Judged) -> Accepted | None:
         """A term that lowers held-out errors by enough and is beyond chance; None otherwise."""
         one, whitening = self.alone(one)
-        gain = one.fall(self.folds) / self.loss(whitening)
+        fall = one.fall(self.problems.folds)
+        gain = fall / self.loss(whitening)
         if gain <= GAIN or not self.beyond_chance(one):
             return None
-        return Accepted(one, whitening, gain, min(1.0, one.fall(self.folds) / one.most))
+        return Accepted(one, whitening, gain, min(1.0, fall / one.most))
 
     def leftover(self, found: Accepted, unit: str) -> Leftover:
         """What an accepted term says, its channel's unit given."""
@@ -162,8 +154,11 @@ def find_dependence(selection: Selection, spread: Spread, own: Calibration | Non
         return ()
     terms = Terms.of(selection, spread, own)
     promising = terms.promising()
+    if not promising:
+        return ()
     # A constant that does nearly as much is the simpler answer.
-    constants = terms.judged(terms.whitening, {one.channel for one in promising}, [CONSTANT]) if promising else []
+    channels = {one.channel for one in promising}
+    constants = terms.judged(selection.problems.whitening, channels, [CONSTANT])
     judged = [terms.accepted(one) for one in (*constants, *promising)]
     found = [one for one in judged if one is not None]
     if not found:

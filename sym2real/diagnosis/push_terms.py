@@ -134,19 +134,12 @@ class Side:
         (columns,) = problem.linearised(values[None], [free])
         here = features_in(problem)
         terms = {name: here[name].shapes(one) for name, one in among.items() if name in here}
-        logs = tuple(problem.data[log].name for log in problem.segments.log)
-        return cls(columns, spread, terms, logs)
+        return cls(columns, spread, terms, problem.log_names)
 
     def moments(self, whitening: Whitening) -> Moments:
         """Under a whitening of these data."""
         columns = torch.cat([self.columns, self.spread.pushes.flatten(-2)], dim=-1)
         return Moments(whitening.products(columns), self.columns.shape[-1] - 1)
-
-    def per_segment(self, gradient: Tensor, logs: Sequence[str]) -> Tensor:
-        """Mean gradient of the segments of each named log ``# (S, A)``; of a log that is not here, the others'."""
-        own = {name: gradient[[one == name for one in self.logs]].mean(0) for name in dict.fromkeys(self.logs)}
-        others = torch.stack(list(own.values())).mean(0)
-        return torch.stack([own.get(name, others) for name in logs])
 
     def after(self, channel: int, name: str, step: Tensor) -> Tensor:
         """Residuals after a step of the parameters and a term ``# (S, R)``."""

@@ -42,6 +42,11 @@ class Problem:
         measured = self.segments.measured[..., self._compared[1]].permute(2, 1, 0).contiguous()
         self._measured_columns = measured.permute(1, 2, 0)[:, None]  # (N, 1, S, columns)
 
+    @property
+    def log_names(self) -> tuple[str, ...]:
+        """Name of every segment's log."""
+        return tuple(self.data[log].name for log in self.segments.log)
+
     def residuals(self, sets: Tensor) -> Tensor:
         """Predicted less measured ``# (B, S, N·C)`` under parameter sets ``# (B, P)``."""
         return torch.cat([self._residuals(part) for part in sets.split(BATCH)])

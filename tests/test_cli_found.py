@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cli_results import result_of
 from rich.console import Console
 
 from sym2real.cli import main
@@ -223,6 +224,19 @@ def test_an_informed_model_is_diagnosed_again_and_nothing_is_left(folder: Path, 
     assert np.isfinite(compare(informed, data).at(0.5).errors["position"].value)
     found = diagnose(informed, data, exclude=EXCLUDED)
     assert "added_mass" not in [one.effect for one in found.findings]
+
+
+def test_a_remark_on_the_data_is_printed_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Before the search, which takes long; the result holds it all the same."""
+    main(["nominal", "car", "--wheelbase", "0.2955", "--out", str(tmp_path / "bicycle")])
+    main(["simulate", "mushr", "circle", "--seconds", "6", "--out", str(tmp_path / "log.csv")])
+    capsys.readouterr()
+    few = ["--exclude", "gain:*", "offset:*", "delay*", "lag*", "limit:*", "rate_limit*", "dead_band*"]
+    found = result_of(["diagnose", str(tmp_path / "bicycle"), str(tmp_path / "log.csv"), *few], tmp_path)
+    said = " ".join(capsys.readouterr().out.split())
+    assert said.count("no sensor noise") == 1
+    assert said.count("no plain simulator") == 1
+    assert any("no sensor noise" in note for note in found["notes"])
 
 
 def test_values_and_logs_at_once_are_refused(folder: Path, logs: list[str]) -> None:

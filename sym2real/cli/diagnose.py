@@ -64,7 +64,8 @@ class Diagnose:
         base = open_with_progress(self.model, console)
         data = logs_for(base, self.logs, self.spec)
         held_out = logs_for(base, self.held_out, self.spec) if self.held_out else None
-        for line in data_report(data).lines():
+        about_data = data_report(data).lines()
+        for line in about_data:
             console.print(f"data: {line}", style="dim", markup=False)
         with stages_progress(console) as on_progress:
             found = diagnose(
@@ -78,7 +79,7 @@ class Diagnose:
                 on_progress=on_progress,
                 finish_on_interrupt=True,
             )
-        console.print(diagnosis_report(found))
+        console.print(diagnosis_report(found, about_data))
         if self.out:
             self._write(base, data, found, self.out, console)
         return found.to_dict()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from rich.console import Group, RenderableType
 from rich.markup import escape
@@ -16,8 +16,13 @@ from sym2real.report.tables import number
 STYLE = {"EFFECT": "bold yellow", "NOTHING_MISSING": "bold green", "UNEXPLAINED": "bold red", "CANNOT_TELL": "bold"}
 
 
-def diagnosis_report(diagnosis: Diagnosis) -> RenderableType:
-    """Everything a person reads of a diagnosis."""
+def diagnosis_report(diagnosis: Diagnosis, told: Collection[str] = ()) -> RenderableType:
+    """Everything a person reads of a diagnosis.
+
+    Args:
+        diagnosis: what was found.
+        told: remarks on the data that the reader saw before the search, which are not repeated.
+    """
     parts: list[RenderableType] = [f"[{STYLE[diagnosis.verdict]}]{diagnosis.verdict}[/] {escape(diagnosis.summary)}"]
     parts += fault_lines(diagnosis.faults)
     parts += where_lines(diagnosis.where)
@@ -35,7 +40,7 @@ def diagnosis_report(diagnosis: Diagnosis) -> RenderableType:
         parts.append(proposal_line(diagnosis.proposal))
     base, explained = diagnosis.misfit
     misfit = f"misfit per degree of freedom {number(base)} → {number(explained)}; 1 is fully explained"
-    parts += _remarks(diagnosis.notes)
+    parts += _remarks([note for note in diagnosis.notes if note not in told])
     parts.append(f"[dim]{misfit}; {diagnosis.tried} hypotheses competed; {diagnosis.seconds:.0f} s[/]")
     return Group(*parts)
 

@@ -139,6 +139,12 @@ def test_inspect_proposes_a_specification_that_reads_the_log(tmp_path: Path) -> 
         (["simulate", "crazyflie", "hover", "--out", "unused.csv", "--effects", "wind"], "fx=… in N"),
         (["add", "{model}", "gain:speed", "value=0.9", "--held-out", "{flight}", "--out", "unused"], "expected --fit"),
         (["show", "{model}", "--json", "{model}"], "found a folder"),
+        (["show", "{model}", "--json", "{model}/equations.json"], "equations.json is a part of a model"),
+        (["export", "{model}", "torchscript", "--out", "{model}/module.pt"], "module.pt is a part of a model"),
+        (
+            ["simulate", "mushr", "circle", "--out", "{model}/../model/parameters.safetensors"],
+            "safetensors is a part of a model",
+        ),
         (["diagnose", "{model}", "{flight}", "--horizon", "0"], "--horizon"),
         (["plan", "mushr", "circle", "--exclude", "wnd"], "did you mean 'wind'"),
         (["plan", "mushr", "circle", "--exclude", "gain"], "gain:*"),

@@ -123,8 +123,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     verb: Runnable = parse(Verb, "sym2real", DESCRIPTION, given)
     console = console_for(verb.json)
     try:
-        require_places(verb)
         with loading(given[0], console):
+            require_places(verb)
             result = verb.run(console)
         write_json(result, verb.json)
     except Sym2RealError as error:

@@ -10,6 +10,7 @@ from typing import Any
 
 from rich.console import Console
 
+from sym2real.errors import ModelError
 from sym2real.files import require_place, write_text
 
 STANDARD_OUTPUT = Path("-")
@@ -39,11 +40,25 @@ def require_places(verb: Any) -> None:
 
     Raises:
         DataError: naming the place.
+        ModelError: for a file that a saved model consists of.
     """
+    files = {} if verb.json in (None, STANDARD_OUTPUT) else {"--json": verb.json}
     if getattr(verb, "out", None) is not None:
-        require_place(verb.out, folder=not getattr(verb, "OUT_IS_FILE", False))
-    if verb.json not in (None, STANDARD_OUTPUT):
-        require_place(verb.json, folder=False)
+        if getattr(verb, "OUT_IS_FILE", False):
+            files["--out"] = verb.out
+        else:
+            require_place(verb.out, folder=True)
+    for option, file in files.items():
+        require_place(file, folder=False)
+        if file.exists():
+            _require_no_part_of_a_model(option, file)
+
+
+def _require_no_part_of_a_model(option: str, file: Path) -> None:
+    from sym2real.symbolic.storage import holds
+
+    if holds(file):
+        raise ModelError(f"{option}: {file} is a part of a model, which would be lost; name another file")
 
 
 def _plain(value: Any) -> Any:

@@ -31,9 +31,10 @@ class Show:
         from sym2real.effects.noted import PREFIX, noted
         from sym2real.regression import Dependence
         from sym2real.report.tables import dependence_table, equation_table, readable
+        from sym2real.symbolic.storage import TRAINING
 
         equations = open_with_progress(self.model, console)
-        training_file = Path(self.model) / "training.json"
+        training_file = Path(self.model) / TRAINING
         training = json_module.loads(training_file.read_text()) if training_file.exists() else {}
         effects = noted(equations)
         console.print(f"physical effects put into it: {'; '.join(effects) or 'none that it notes'}", markup=False)

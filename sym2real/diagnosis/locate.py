@@ -22,6 +22,7 @@ from sym2real.diagnosis.window_errors import HORIZON, WindowErrors, window_error
 from sym2real.errors import DataError
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
+from sym2real.symbolic.storage import TRAINING
 from sym2real.trajectory import Array, Dataset, Trajectory
 
 SHOWN = 0.15  # R² on unseen logs that a statement needs
@@ -93,7 +94,7 @@ def training_region(folder: Path) -> dict[str, tuple[float, float]] | None:
     Raises:
         DataError: when ``training.json`` cannot be read.
     """
-    file = folder / "training.json"
+    file = folder / TRAINING
     if not file.exists():
         return None
     try:

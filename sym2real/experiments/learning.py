@@ -17,6 +17,7 @@ from sym2real.plants import MujocoPlant
 from sym2real.regression import ENGINES, Dependence, dependence
 from sym2real.robots import MUSHR, Robot
 from sym2real.symbolic import Equations, save_model
+from sym2real.symbolic.storage import TRAINING
 from sym2real.tasks import Task, make_task
 from sym2real.trajectory import Dataset
 
@@ -54,7 +55,7 @@ class Learned:
             "region": self.region,
             "episodes": [asdict(report) for report in self.reports],
         }
-        write_text(folder / "training.json", json.dumps(training, indent=1))
+        write_text(folder / TRAINING, json.dumps(training, indent=1))
 
 
 def training_tasks(robot: Robot) -> list[Task]:

@@ -20,6 +20,7 @@ from sym2real.symbolic.compile import compile_model
 from sym2real.symbolic.equations import Equations
 
 EQUATIONS, PARAMETERS, MODULE = "equations.json", "parameters.safetensors", "module.pt"
+TRAINING = "training.json"  # what a learned model was learned from, beside it
 MOST_PROPOSED = 5  # models that an error names
 
 
@@ -43,6 +44,12 @@ def save_model(equations: Equations, folder: str | Path) -> Path:
         save_file({"parameters": values}, weights, {"equations": _digest(source)})
         text.write_text(source, encoding="utf-8")
     return folder
+
+
+def holds(file: str | Path) -> bool:
+    """Whether a file is one of those that a saved model consists of."""
+    place = Path(file).resolve()
+    return place.name in (EQUATIONS, PARAMETERS, MODULE, TRAINING) and (place.parent / EQUATIONS).exists()
 
 
 def load_model(folder: str | Path) -> Equations:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from sym2real.errors import DataError, reason
 
@@ -49,6 +51,25 @@ def write_text(path: str | Path, text: str) -> None:
     """Write a text in UTF-8, whole or not at all; arguments and errors as of :func:`whole`."""
     with whole(path) as beside:
         beside.write_text(text, encoding="utf-8")
+
+
+def read_object(path: str | Path, what: str) -> dict[str, Any]:
+    """The JSON object that a file holds.
+
+    Args:
+        path: of the file.
+        what: it holds, for the error's words.
+
+    Raises:
+        DataError: when it cannot be read, or holds something else.
+    """
+    try:
+        found = json.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise DataError(path, what, reason(error)) from error
+    if not isinstance(found, dict):
+        raise DataError(path, what, repr(found))
+    return found
 
 
 def require_place(path: str | Path, *, folder: bool) -> None:

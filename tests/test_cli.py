@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -171,6 +172,17 @@ def test_bad_input_gets_one_clear_error(  # noqa: PLR0917 — pytest's fixtures
     assert printed.count("error:") == 1
     assert message in printed
     assert not list(tmp_path.iterdir())
+
+
+def test_a_broken_record_of_the_training_is_one_clear_error(
+    bicycle: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = tmp_path / "model"
+    shutil.copytree(bicycle, model)
+    (model / "training.json").write_text("{broken")
+    with pytest.raises(SystemExit):
+        main(["show", str(model)])
+    assert "training.json: expected what a model was learned from" in capsys.readouterr().out.replace("\n", " ")
 
 
 def test_json_has_standard_output_to_itself(bicycle: Path) -> None:

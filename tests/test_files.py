@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from sym2real.errors import DataError
-from sym2real.files import make_folder, require_place, whole, write_text
+from sym2real.files import make_folder, read_object, require_place, whole, write_text
 
 
 def names(folder: Path) -> list[str]:
@@ -36,6 +36,18 @@ def test_what_fails_half_way_leaves_the_earlier_file_and_nothing_else(tmp_path: 
         fail()
     assert file.read_text() == "earlier"
     assert names(tmp_path) == ["file.txt"]
+
+
+def test_an_object_is_read_or_refused_with_its_place(tmp_path: Path) -> None:
+    file = tmp_path / "object.json"
+    write_text(file, '{"ψ": [1, null]}')
+    assert read_object(file, "an object") == {"ψ": [1, None]}
+    for text, found in (("{broken", "Expecting property name"), ("[1]", r"\[1\]")):
+        write_text(file, text)
+        with pytest.raises(DataError, match=rf"object\.json: expected an object, found {found}"):
+            read_object(file, "an object")
+    with pytest.raises(DataError, match="found No such file"):
+        read_object(tmp_path / "none.json", "an object")
 
 
 def test_places_where_no_file_can_be_are_named(tmp_path: Path) -> None:

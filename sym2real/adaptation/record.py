@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from sym2real.errors import DataError, ModelError, reason
-from sym2real.files import write_text
+from sym2real.errors import ModelError
+from sym2real.files import read_object, write_text
 from sym2real.layout import Layouts
 from sym2real.logs import read_log, write_log
 from sym2real.symbolic import Equations
@@ -39,7 +39,7 @@ class Record:
             return
         path = self.folder / "settings.json"
         if path.exists():
-            found = _settings(path)
+            found = read_object(path, "the settings of a run")
             differing = sorted(key for key in settings | found if settings.get(key) != found.get(key))
             if differing:
                 changes = ", ".join(f"{key}: {found.get(key)} there, {settings.get(key)} now" for key in differing)
@@ -67,13 +67,3 @@ class Record:
         if not path.exists():
             write_text(path, fit().to_json())
         return Equations.from_json(path.read_text(encoding="utf-8"))
-
-
-def _settings(path: Path) -> dict[str, Any]:
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise DataError(path, "the settings of a run", reason(error)) from error
-    if not isinstance(found, dict):
-        raise DataError(path, "the settings of a run", repr(found))
-    return found

@@ -34,13 +34,13 @@ class Compare:
 
     def run(self, console: Console) -> dict[str, Any]:
         """Print the report, draw the figures."""
-        from sym2real.cli.model import logs_for, open_with_progress, region_of
-        from sym2real.diagnosis import compare
+        from sym2real.cli.model import folder_of, logs_for, open_with_progress
+        from sym2real.diagnosis import compare, training_region
         from sym2real.report.comparison import comparison_report
 
         equations = open_with_progress(self.model, console)
         data = logs_for(equations, self.logs, self.spec)
-        comparison = compare(equations, data, start=self.start, region=region_of(self.model))
+        comparison = compare(equations, data, start=self.start, region=training_region(folder_of(self.model)))
         console.print(comparison_report(comparison))
         figures = []
         if self.out:

@@ -52,10 +52,10 @@ class Diagnose:
     def run(self, console: Console) -> dict[str, Any]:
         """Diagnose, print the report, write the files."""
         from sym2real.cli.found import plain_simulator
-        from sym2real.cli.model import logs_for, open_with_progress, region_of, require_another_folder
+        from sym2real.cli.model import folder_of, logs_for, open_with_progress, require_another_folder
         from sym2real.cli.numbers import require_positive
         from sym2real.cli.progress import stages_progress
-        from sym2real.diagnosis import data_report, diagnose
+        from sym2real.diagnosis import data_report, diagnose, training_region
         from sym2real.report.diagnosis import diagnosis_report
 
         require_positive(horizon=self.horizon)
@@ -75,7 +75,7 @@ class Diagnose:
                 held_out=held_out,
                 exclude=self.exclude,
                 horizon=self.horizon,
-                region=region_of(self.model),
+                region=training_region(folder_of(self.model)),
                 on_progress=on_progress,
                 finish_on_interrupt=True,
             )

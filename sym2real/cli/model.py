@@ -9,7 +9,6 @@ from pathlib import Path
 from rich.console import Console
 
 from sym2real.cli.progress import stage_one_progress
-from sym2real.diagnosis import training_region
 from sym2real.effects.visible import visible_state
 from sym2real.errors import ModelError
 from sym2real.experiments.models import base_folder, open_model
@@ -25,6 +24,11 @@ def open_with_progress(name: str, console: Console) -> Equations:
         return open_model(name, on_progress)
 
 
+def folder_of(name: str) -> Path:
+    """The folder of the model of that name; a robot's is in the cache."""
+    return Path(name) if Path(name).is_dir() or name not in ROBOTS else base_folder(ROBOTS[name])
+
+
 def require_another_folder(model: str, out: Path) -> None:
     """Refuse to write a model over the one that it is made from.
 
@@ -35,18 +39,9 @@ def require_another_folder(model: str, out: Path) -> None:
     Raises:
         ModelError: when it is the model's own folder, whichever way the two are written.
     """
-    own = Path(model)
-    if not own.is_dir() and model in ROBOTS:
-        own = base_folder(ROBOTS[model])
+    own = folder_of(model)
     if out.resolve() == own.resolve():
         raise ModelError(f"--out: the new model would replace {own}, which it is made from; name another folder")
-
-
-def region_of(name: str) -> dict[str, tuple[float, float]] | None:
-    """Range of every column in the training rows of a model; None where it does not say."""
-    if not Path(name).is_dir() and name in ROBOTS:
-        return training_region(base_folder(ROBOTS[name]))
-    return training_region(Path(name))
 
 
 def robot_of(equations: Equations, model: str) -> Robot:

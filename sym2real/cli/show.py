@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json as json_module
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -27,23 +26,22 @@ class Show:
 
     def run(self, console: Console) -> dict[str, Any]:
         """Print the tables."""
-        from sym2real.cli.model import open_with_progress
+        from sym2real.cli.model import folder_of, open_with_progress
         from sym2real.effects.noted import PREFIX, noted
         from sym2real.regression import Dependence
         from sym2real.report.tables import dependence_table, equation_table, readable
-        from sym2real.symbolic.storage import TRAINING
+        from sym2real.symbolic.storage import training_of
 
         equations = open_with_progress(self.model, console)
-        training_file = Path(self.model) / TRAINING
-        training = json_module.loads(training_file.read_text()) if training_file.exists() else {}
+        dependence = training_of(folder_of(self.model)).get("dependence", [])
         effects = noted(equations)
         console.print(f"physical effects put into it: {'; '.join(effects) or 'none that it notes'}", markup=False)
         for key, values in equations.filters:
             given = ", ".join(f"{name} = {readable(value)}" for name, value in values.items())
             console.print(f"{key} acts on whole series, outside the equations: {given}", markup=False)
         console.print(equation_table(equations))
-        if training:
-            console.print(dependence_table([Dependence(**row) for row in training["dependence"]]))
+        if dependence:
+            console.print(dependence_table([Dependence(**row) for row in dependence]))
         for note in equations.notes:
             if not note.startswith(PREFIX):
                 console.print(f"note: {note}", markup=False)
@@ -57,6 +55,6 @@ class Show:
             "equations": equations.text().splitlines(),
             "latex": latex,
             "nodes": equations.complexity(),
-            "dependence": training.get("dependence", []),
+            "dependence": dependence,
             "notes": list(equations.notes),
         }

@@ -8,7 +8,6 @@ cross-validation, R² > 0.15): a tree on the size of errors is weak evidence oth
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -22,7 +21,7 @@ from sym2real.diagnosis.window_errors import HORIZON, WindowErrors, window_error
 from sym2real.errors import DataError
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
-from sym2real.symbolic.storage import TRAINING
+from sym2real.symbolic.storage import TRAINING, training_of
 from sym2real.trajectory import Array, Dataset, Trajectory
 
 SHOWN = 0.15  # R² on unseen logs that a statement needs
@@ -94,14 +93,12 @@ def training_region(folder: Path) -> dict[str, tuple[float, float]] | None:
     Raises:
         DataError: when ``training.json`` cannot be read.
     """
-    file = folder / TRAINING
-    if not file.exists():
-        return None
+    region = training_of(folder).get("region", {})
     try:
-        region = json.loads(file.read_text()).get("region", {})
         return {column: (float(low), float(high)) for column, (low, high) in region.items()} or None
     except (ValueError, AttributeError, TypeError) as error:
-        raise DataError(file, "a JSON object with the range of every column under 'region'", str(error)) from None
+        expected = "a JSON object with the range of every column under 'region'"
+        raise DataError(folder / TRAINING, expected, str(error)) from None
 
 
 def locate(

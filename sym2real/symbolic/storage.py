@@ -9,13 +9,14 @@ from __future__ import annotations
 import hashlib
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import torch
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 
 from sym2real.errors import DataError, ModelError, reason
-from sym2real.files import whole
+from sym2real.files import read_object, whole
 from sym2real.symbolic.compile import compile_model
 from sym2real.symbolic.equations import Equations
 
@@ -78,6 +79,16 @@ def load_model(folder: str | Path) -> Equations:
     if values.shape != (len(equations.parameters),) or metadata.get("equations") != _digest(source):
         raise ModelError(f"{folder / PARAMETERS} does not belong to {EQUATIONS} beside it; save the model again")
     return replace(equations, parameters=dict(zip(equations.parameters, values.tolist(), strict=True)))
+
+
+def training_of(folder: str | Path) -> dict[str, Any]:
+    """What a learned model was learned from; empty where the folder does not say.
+
+    Raises:
+        DataError: when it cannot be read.
+    """
+    file = Path(folder) / TRAINING
+    return read_object(file, "what a model was learned from") if file.exists() else {}
 
 
 def _no_model(folder: Path) -> DataError:

@@ -16,15 +16,11 @@ from sym2real.diagnosis.prepared import prepared
 from sym2real.diagnosis.residuals import Residuals
 from sym2real.diagnosis.start import ROWS, Start
 from sym2real.diagnosis.window_errors import window_errors
+from sym2real.diagnosis.windows import HORIZONS, free_run_seconds
 from sym2real.errors import ShapeError
-from sym2real.layout import Layout
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset, Trajectory
-
-HORIZONS = (0.1, 0.2, 0.5, 0.8, 1.0)
-# Free run in s: a car drifts slowly, a quadrotor with a wrong model is upside down after two seconds.
-FREE_RUN = {"heading": 5.0, "otherwise": 2.0}
 
 
 @dataclass(frozen=True)
@@ -136,8 +132,3 @@ def _notes(data: Dataset, left_out: Sequence[float], errors: Sequence[HorizonErr
     if few:
         notes.append(f"too few windows for fit or skill: {', '.join(few)}")
     return tuple(notes)
-
-
-def free_run_seconds(layout: Layout) -> float:
-    """How long a free run is, s."""
-    return FREE_RUN["heading" if layout.has_field("heading") else "otherwise"]

@@ -18,18 +18,18 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.diagnosis.candidates import Candidate
-from sym2real.diagnosis.compare import free_run_seconds
 from sym2real.diagnosis.deviations import parameter_set
 from sym2real.diagnosis.fit import Fit
 from sym2real.diagnosis.importance import by_importance
 from sym2real.diagnosis.ladder import Stage, horizons_for, ladder
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.select import Selection
+from sym2real.diagnosis.windows import JUDGED, free_run_seconds
 from sym2real.trajectory import Dataset
 
-# Part of the free run's error that must go, in one of these channels; and the horizon (s) and the rise of a shorter
-# prediction's error that show a finding to be spurious.
-LEAST_FALL, JUDGED = 0.10, ("position", "attitude", "yaw")
+# Part of the error of a judged channel that must go; and the horizon (s) and the rise of a shorter prediction's error
+# that show a finding to be spurious.
+LEAST_FALL = 0.10
 JUDGED_AT, WORSE = 0.8, 0.02
 # Where the part of a single log begins that the ladder is scored on.
 LAST_THIRD = 2 / 3

@@ -15,7 +15,6 @@ from collections.abc import Sequence
 import torch
 
 from sym2real.diagnosis.candidates import Candidate
-from sym2real.diagnosis.compare import free_run_seconds
 from sym2real.diagnosis.deviations import parameter_set
 from sym2real.diagnosis.fit import REFIT_STEPS, Fit, Hypothesis
 from sym2real.diagnosis.ladder import windows_of
@@ -23,10 +22,9 @@ from sym2real.diagnosis.segments import WARM_UP
 from sym2real.diagnosis.select import Selection
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.start import ROWS
-from sym2real.diagnosis.windows import channel_errors
+from sym2real.diagnosis.windows import JUDGED, channel_errors, free_run_seconds
 from sym2real.effects.trim import is_trim
 
-JUDGED = ("position", "attitude", "yaw")
 LEAST = 1e-9
 
 Ordered = list[tuple[Candidate, Fit]]

@@ -15,10 +15,9 @@ from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.segments import WARM_UP, Segments, compared_components
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.start import ROWS, start_states
-from sym2real.diagnosis.windows import STRIDE, channel_errors, channel_units
+from sym2real.diagnosis.windows import HORIZONS, STRIDE, channel_errors, channel_units
 from sym2real.trajectory import Array, Dataset
 
-HORIZONS = (0.1, 0.2, 0.5, 0.8, 1.0)
 RESAMPLES = 200
 
 

@@ -20,6 +20,7 @@ from sym2real.diagnosis.agreement import (
     velocity_agreement,
 )
 from sym2real.diagnosis.data_report import exact, exactness, excitation
+from sym2real.diagnosis.prepared import DT_TOLERANCE
 from sym2real.diagnosis.sensor_faults import readings
 from sym2real.effects import EFFECTS
 from sym2real.symbolic import Equations
@@ -30,7 +31,6 @@ SAID = {
     "sensor_bias": "the logged {column} is off by {0:.3g} from what the {other} changes by",
     "time_shift": "the logged {column} is {1:.0f} ms behind the {other}",
 }
-DT_TOLERANCE = 0.02
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,12 @@ from typing import Literal
 
 from sym2real.diagnosis.findings import Finding
 from sym2real.diagnosis.fit import Problems
-from sym2real.diagnosis.held_out import JUDGED, JUDGED_AT, LEAST_FALL, Fall, Gate
+from sym2real.diagnosis.held_out import JUDGED_AT, LEAST_FALL, Fall, Gate
 from sym2real.diagnosis.ladder import Stage
 from sym2real.diagnosis.leftover import Leftover
 from sym2real.diagnosis.sanity import Fault
 from sym2real.diagnosis.significance import FEWEST_BLOCKS
+from sym2real.diagnosis.windows import JUDGED
 
 Verdict = Literal["EFFECT", "NOTHING_MISSING", "UNEXPLAINED", "CANNOT_TELL"]
 

@@ -16,8 +16,13 @@ from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import rollout
 from sym2real.trajectory import Array, Trajectory
 
-# Windows start this often, in s (DESIGN.md, "How an error is measured").
+# How an error is measured (DESIGN.md): windows start every so many s, and end after these.
 STRIDE = 0.1
+HORIZONS = (0.1, 0.2, 0.5, 0.8, 1.0)
+# Free run in s: a car drifts slowly, a quadrotor with a wrong model is upside down after two seconds.
+FREE_RUN = {"heading": 5.0, "otherwise": 2.0}
+# Channels by which predictions are judged: what a user sees, and what logs do not have by differencing.
+JUDGED = ("position", "attitude", "yaw")
 
 CHANNEL_OF_FIELD = {"heading": "yaw"}
 UNIT_OF_KIND = {"quaternion": "rad", "circle": "rad"}
@@ -48,6 +53,11 @@ class Windows:
     def hold_errors(self, step: int) -> dict[str, Array]:
         """The same for the prediction that nothing changes."""
         return channel_errors(self.layout, self.start, self.measured[:, step - 1])
+
+
+def free_run_seconds(layout: Layout) -> float:
+    """How long a free run is, s."""
+    return FREE_RUN["heading" if layout.has_field("heading") else "otherwise"]
 
 
 def channel_name(field: Field) -> str:

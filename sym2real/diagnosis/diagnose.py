@@ -10,7 +10,7 @@ from typing import Any
 from sym2real.diagnosis.constant import find_constants
 from sym2real.diagnosis.dependence import find_dependence
 from sym2real.diagnosis.features import Region
-from sym2real.diagnosis.findings import Finding, findings, rated, told
+from sym2real.diagnosis.findings import Finding, applied, findings, rated, told
 from sym2real.diagnosis.floor import Floor, floor_of_explained
 from sym2real.diagnosis.groups import groups_of
 from sym2real.diagnosis.held_out import Gate, without_harm
@@ -75,17 +75,16 @@ class Diagnosis:
 
     def apply(self, equations: Equations) -> Equations:
         """The equations with every finding in them."""
-        for one in self.findings:
-            equations = one.bound(equations)
-        return compose(equations, [(effect(one.effect, equations), one.values) for one in self.findings])
+        return applied(equations, self.findings)
 
-    def _leftover(self, leftover: Leftover) -> dict[str, Any]:
-        """With the proposed expression as its term, and where the push changes in words."""
-        words = leftover.to_dict()
-        if self.proposal is None:
-            return {**words, "split": leftover.term, "term": ""}
-        proposed = self.proposal
-        return {**words, "split": leftover.term, "term": proposed.expression, "gain": proposed.gain, "verified": False}
+    def _leftover(self) -> dict[str, Any] | None:
+        """The strongest, with where the push changes in words, and the proposed expression as its term."""
+        if self.leftover is None:
+            return None
+        words, proposed = {**self.leftover.to_dict(), "split": self.leftover.term}, self.proposal
+        if proposed is None:
+            return {**words, "term": ""}
+        return {**words, "term": proposed.expression, "gain": proposed.gain, "verified": False}
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``--json`` prints (DESIGN.md, "Names that stay")."""
@@ -94,7 +93,7 @@ class Diagnosis:
             "summary": self.summary,
             "faults": [fault.to_dict() for fault in self.faults],
             "findings": [finding.to_dict() for finding in self.findings],
-            "leftover": None if self.leftover is None else self._leftover(self.leftover),
+            "leftover": self._leftover(),
             "leftovers": [one.to_dict() for one in self.leftovers],
             "where": [one.to_dict() for one in self.where],
             "ladder": [stage.to_dict() for stage in self.ladder],

@@ -20,7 +20,7 @@ from sym2real.diagnosis.nuisance import BY_TORQUE, STIFFNESS
 from sym2real.diagnosis.select import Selection
 from sym2real.diagnosis.significance import half_widths
 from sym2real.diagnosis.swing import Swing
-from sym2real.effects import Effect
+from sym2real.effects import Effect, compose, effect
 from sym2real.effects.voltage import REFERENCE, VOLTAGE, with_voltage
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset
@@ -96,6 +96,13 @@ class Finding:
         return equations if self.voltage is None else with_voltage(equations, self.voltage)
 
 
+def applied(equations: Equations, found: Sequence[Finding]) -> Equations:
+    """The equations with effects at their fitted values, and with the inputs that these refer to."""
+    for one in found:
+        equations = one.bound(equations)
+    return compose(equations, [(effect(one.effect, equations), one.values) for one in found])
+
+
 def estimates(selection: Selection, one: Candidate, fit: Fit) -> dict[str, dict[str, Estimate]]:
     """Values of a chosen candidate in a fit of all, by effect and parameter."""
     library, halves = selection.problems.problem.library, half_widths(selection.problems, fit)
@@ -164,7 +171,7 @@ def findings(
         share = max(0.0, (losses[number] - losses[number + 1]) / excess)
         logs = spread_over_logs(selection, one, fit)
         for key, parameters in estimates(selection, one, fit).items():
-            effect: Effect = library.effects[key]
+            of = library.effects[key]
             group = tuple(dict.fromkeys((key, *groups.get(one.name, ()))))
             found.append(
                 Finding(
@@ -172,11 +179,11 @@ def findings(
                     parameters=parameters,
                     share=share / len(one.keys),
                     group=group,
-                    separate_by=effect.shown_by if len(group) > 1 else "",
+                    separate_by=of.shown_by if len(group) > 1 else "",
                     provisional=provisional,
-                    fix=effect.fix,
+                    fix=of.fix,
                     log_spread=logs,
-                    voltage=_voltage(effect),
+                    voltage=_voltage(of),
                 )
             )
     return found

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from sym2real.diagnosis.findings import Finding
+from sym2real.diagnosis.findings import Finding, applied
 from sym2real.diagnosis.floor import Floor
 from sym2real.diagnosis.ladder import Stage
 from sym2real.diagnosis.sanity import Fault
 from sym2real.diagnosis.select import GAIN
-from sym2real.effects import compose, effect
 from sym2real.symbolic import Equations
 
 # A rival is the better answer where its gain is larger by this.
@@ -75,8 +74,7 @@ class Tried:
 
     def apply(self, equations: Equations) -> Equations:
         """The equations with the effect at its fitted values."""
-        equations = self.finding.bound(equations)
-        return compose(equations, [(effect(self.finding.effect, equations), self.finding.values)])
+        return applied(equations, [self.finding])
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``sym2real add --fit … --json`` prints."""

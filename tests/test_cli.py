@@ -102,11 +102,18 @@ def test_motor_level_equations_of_a_real_flight(tmp_path: Path) -> None:
 
 def test_inspect_proposes_a_specification_that_reads_the_log(tmp_path: Path) -> None:
     proposal = tmp_path / "flight.toml"
-    result_of(["inspect", str(example_flight()), "--out", str(proposal)], tmp_path)
+    assert result_of(["inspect", str(example_flight()), "--out", str(proposal)], tmp_path)["suspected_flips"] == []
     proposed = read_log(example_flight(), spec=str(proposal))
     shipped = read_log(example_flight(), spec=SPEC)
     assert proposed.layouts == shipped.layouts
     np.testing.assert_array_equal(proposed.state, shipped.state)
+
+
+def test_inspect_names_a_rate_whose_sign_is_reversed(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    flipped = ["--effects", "sensor_sign:wy", "value=-1"]
+    main(["simulate", "crazyflie", "circle", "--seconds", "8", *flipped, "--out", str(log)])
+    assert result_of(["inspect", str(log)], tmp_path)["suspected_flips"] == ["wy"]
 
 
 @pytest.mark.parametrize(

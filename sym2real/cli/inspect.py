@@ -42,4 +42,5 @@ class Inspect:
             console.print(f"specification in {self.out}; use it with --spec {self.out}")
         else:
             console.print(text, markup=False, soft_wrap=True)
-        return {"columns": [asdict(row) for row in inspection.rows], "spec": text}
+        columns = [asdict(row) for row in inspection.rows]
+        return {"columns": columns, "suspected_flips": list(inspection.suspected_flips), "spec": text}

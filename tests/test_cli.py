@@ -14,7 +14,7 @@ import pytest
 import torch
 from cli_results import result_of
 
-from sym2real.cli import main
+from sym2real.cli import VERBS, main
 from sym2real.data import example_flight
 from sym2real.logs import read_log, write_log
 from sym2real.symbolic import load_model
@@ -200,21 +200,7 @@ def test_json_has_standard_output_to_itself(bicycle: Path) -> None:
 
 
 def test_help_teaches_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
-    for verb in (
-        "demo",
-        "simulate",
-        "learn",
-        "nominal",
-        "run",
-        "show",
-        "export",
-        "inspect",
-        "compare",
-        "effects",
-        "add",
-        "plan",
-        "diagnose",
-    ):
+    for verb in VERBS:
         with pytest.raises(SystemExit) as stopped:
             main([verb, "--help"])
         assert stopped.value.code == 0

@@ -17,7 +17,7 @@ def test_help_of_no_verb_loads_torch() -> None:
     code = f"""
 import sys
 from sym2real.cli import main
-for verb in {VERBS!r}:
+for verb in {tuple(VERBS)!r}:
     try:
         main([verb, "--help"])
     except SystemExit:

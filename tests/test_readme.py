@@ -41,5 +41,5 @@ def test_every_command_of_the_docs_is_one(page: str) -> None:
     commands = re.findall(r"^sym2real (.*?)(?:\s+#.*)?$", text, re.MULTILINE)
     assert commands
     for command in commands:
-        parsed: object = tyro.cli(Verb, args=command.split())  # type: ignore[call-overload]
+        parsed: object = tyro.cli(Verb, args=command.split())
         assert parsed is not None

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from functools import reduce
+from operator import or_
 from pathlib import Path
 from typing import Annotated, Any, NoReturn, Protocol
 
@@ -60,40 +62,26 @@ Every verb answers --help, and --json FILE writes its result (- is standard outp
 this is.
 """
 
-VERBS = (
-    "demo",
-    "simulate",
-    "learn",
-    "nominal",
-    "run",
-    "show",
-    "export",
-    "inspect",
-    "compare",
-    "diagnose",
-    "effects",
-    "add",
-    "plan",
-)
-
-Verb = (
-    Annotated[Demo, tyro.conf.subcommand("demo")]
-    | Annotated[Simulate, tyro.conf.subcommand("simulate")]
-    | Annotated[Learn, tyro.conf.subcommand("learn")]
-    | Annotated[
-        Annotated[NominalQuadrotor, tyro.conf.subcommand("quadrotor")]
-        | Annotated[NominalCar, tyro.conf.subcommand("car")],
-        tyro.conf.subcommand("nominal", description="Rigid-body equations from numbers alone."),
-    ]
-    | Annotated[Run, tyro.conf.subcommand("run")]
-    | Annotated[Show, tyro.conf.subcommand("show")]
-    | Annotated[Export, tyro.conf.subcommand("export")]
-    | Annotated[Inspect, tyro.conf.subcommand("inspect")]
-    | Annotated[Compare, tyro.conf.subcommand("compare")]
-    | Annotated[Diagnose, tyro.conf.subcommand("diagnose")]
-    | Annotated[Effects, tyro.conf.subcommand("effects")]
-    | Annotated[Add, tyro.conf.subcommand("add")]
-    | Annotated[PlanFlight, tyro.conf.subcommand("plan")]
+VERBS: dict[str, Any] = {
+    "demo": Demo,
+    "simulate": Simulate,
+    "learn": Learn,
+    "nominal": Annotated[NominalQuadrotor, tyro.conf.subcommand("quadrotor")]
+    | Annotated[NominalCar, tyro.conf.subcommand("car")],
+    "run": Run,
+    "show": Show,
+    "export": Export,
+    "inspect": Inspect,
+    "compare": Compare,
+    "diagnose": Diagnose,
+    "effects": Effects,
+    "add": Add,
+    "plan": PlanFlight,
+}
+OF_SEVERAL = {"nominal": "Rigid-body equations from numbers alone."}  # verbs whose words are in no class
+Verb: Any = reduce(
+    or_,
+    (Annotated[kind, tyro.conf.subcommand(name, description=OF_SEVERAL.get(name))] for name, kind in VERBS.items()),
 )
 
 

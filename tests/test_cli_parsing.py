@@ -10,7 +10,7 @@ import pytest
 
 import sym2real
 from sym2real.cli import VERBS, main
-from sym2real.cli.parsing import wrapped
+from sym2real.cli.parsing import fitted
 
 
 @pytest.fixture(autouse=True)
@@ -56,7 +56,7 @@ def test_diagnose_says_when_an_interrupt_leaves_an_answer(capsys: pytest.Capture
 
 def test_a_wrapped_command_is_the_command_for_a_shell() -> None:
     command = "  sym2real diagnose runs/base " + " ".join(f"flight{i}.csv" for i in range(9)) + " --spec flight.toml"
-    lines = wrapped(command, 80)
+    lines = fitted(command, 80).splitlines()
     assert max(len(line) for line in lines) <= 80
     assert lines[-1].strip() == "--spec flight.toml"
     assert shlex.split("\n".join(lines).replace("\\\n", "")) == command.split()

@@ -26,7 +26,7 @@ from sym2real.cli.learn import Learn
 from sym2real.cli.loading import loading
 from sym2real.cli.nominal import NominalCar, NominalQuadrotor
 from sym2real.cli.output import console_for, require_places, write_json
-from sym2real.cli.parsing import parse, wrapped
+from sym2real.cli.parsing import fitted, parse
 from sym2real.cli.plan import PlanFlight
 from sym2real.cli.run import Run
 from sym2real.cli.show import Show
@@ -125,8 +125,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _stop(console: Console, error: Sym2RealError) -> NoReturn:
-    # Wrapped between words only: a long path stays in one piece.
-    lines = [wrapped(line, console.width) for line in f"error: {error}".splitlines()]
-    text = "\n".join(line for group in lines for line in group)
+    text = fitted(f"error: {error}", console.width)
     console.print(escape(text).replace("error:", "[bold red]error:[/]", 1), soft_wrap=True)
     sys.exit(2)

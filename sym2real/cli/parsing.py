@@ -48,17 +48,20 @@ def parse(verbs: Any, prog: str, description: str, arguments: Sequence[str]) -> 
 
 
 def _tell(text: str) -> None:
-    width = min(WIDTH, shutil.get_terminal_size().columns)
-    lines = [part for line in text.splitlines() for part in wrapped(line, width)]
-    if not lines:
+    if not text:
         return
     try:
-        print("\n".join(lines), flush=True)
+        print(fitted(text, min(WIDTH, shutil.get_terminal_size().columns)), flush=True)
     except BrokenPipeError:  # whoever reads, such as `head`, has enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def wrapped(line: str, width: int) -> list[str]:
+def fitted(text: str, width: int) -> str:
+    """A text in lines of at most so many columns, wrapped between words: a long path stays in one piece."""
+    return "\n".join(part for line in text.splitlines() for part in _wrapped(line, width))
+
+
+def _wrapped(line: str, width: int) -> list[str]:
     """A line of a help text in lines of so many columns; a command goes on after a backslash, as a shell reads it."""
     if len(line) <= width or line.startswith(tuple(BOX)):
         return [line]

@@ -22,6 +22,7 @@ from sym2real.regression import BeamSearch
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 from sym2real.symbolic import Equations
 from sym2real.tasks import Task, make_task, unseen_goal
+from sym2real.tasks.task import flies
 
 CM = 100.0
 TRAIN_SEED, TEST_SEED, STAGE_SEED = 7001, 9001, 5001
@@ -82,8 +83,7 @@ def zero_shot_error(robot_name: str, equations: str, seconds: float, run: int) -
     torch.set_num_threads(1)
     robot = ROBOTS[robot_name]
     goal = tuple(unseen_goal(np.random.default_rng([TEST_SEED, run])))
-    flies = robot is CRAZYFLIE
-    task = make_task("hover", robot, goal=goal) if flies else make_task("park", robot, start_region="unseen")
+    task = make_task("hover", robot, goal=goal) if flies(robot) else make_task("park", robot, start_region="unseen")
     controller = mppi_controller(Equations.from_json(equations), robot, task, seed=run)
     flight = fly(MujocoPlant(robot), controller, task, seconds=seconds, seed=TEST_SEED + run)
     return float("inf") if flight.crashed else flight.final

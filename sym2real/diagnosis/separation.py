@@ -25,7 +25,8 @@ from sym2real.diagnosis.whitening import Spread, Whitening
 from sym2real.effects import effect
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
-from sym2real.tasks.standard_paths import Manoeuvre, drive, flight
+from sym2real.tasks.standard_paths import Manoeuvre, path_of
+from sym2real.tasks.task import motion
 from sym2real.trajectory import Dataset
 
 SECONDS, LONG = 8.0, 16.0
@@ -157,7 +158,7 @@ class _Flights:
 
     def __init__(self, plant: MujocoPlant) -> None:
         self._plant, self._flown = plant, dict[str, Dataset | None]()
-        self._kind = "flight" if plant.robot.layouts.state.has_field("attitude") else "drive"
+        self._motion = motion(plant.robot)
 
     def made_for(self, effects: Sequence[str]) -> Iterator[tuple[Trial, Dataset]]:
         """All of them, those that are made for one of the effects first."""
@@ -165,7 +166,7 @@ class _Flights:
         def others(trial: Trial) -> bool:
             return not any(fnmatch(key, shown) for key in effects for shown in trial.shows)
 
-        for trial in sorted(TRIALS[self._kind], key=others):
+        for trial in sorted(TRIALS[self._motion], key=others):
             if trial.words not in self._flown:
                 self._flown[trial.words] = self._fly(trial)
             data = self._flown[trial.words]
@@ -173,11 +174,11 @@ class _Flights:
                 yield trial, data
 
     def _fly(self, trial: Trial) -> Dataset | None:
-        dither, rows = np.array(DITHER[self._kind]), round(trial.seconds / self._plant.robot.dt)
+        dither, rows = np.array(DITHER[self._motion]), round(trial.seconds / self._plant.robot.dt)
         logs = []
         for number, path in enumerate(trial.paths):
             noise = np.random.default_rng(number).standard_normal((rows, len(dither)))
-            reference = flight(path, 0.0, trial.yaw_rate) if self._kind == "flight" else drive(path, 0.0)
+            reference = path_of(self._plant.robot, path, 0.0, trial.yaw_rate)
             logs.append(fly(self._plant, reference, trial.dither * dither * noise, name=f"{trial.words} {number}"))
         return Dataset(logs) if all(len(log) == rows for log in logs) else None
 

@@ -20,8 +20,8 @@ from sym2real.layout import WRENCH
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Controller
 from sym2real.robots import Robot
-from sym2real.tasks.standard_paths import Manoeuvre, drive, flight
-from sym2real.tasks.task import flies
+from sym2real.tasks.standard_paths import Manoeuvre, path_of
+from sym2real.tasks.task import flies, motion
 from sym2real.trajectory import Dataset, Trajectory
 
 SHAPES = {"flight": ("hover", "circle", "eight"), "drive": ("circle", "eight")}
@@ -47,7 +47,7 @@ def manoeuvre(robot: Robot, shape: str, options: Mapping[str, float]) -> Manoeuv
         UnknownNameError: for a shape or an option that does not exist.
         ModelError: for a path that nobody can fly or drive.
     """
-    kind = _kind(robot)
+    kind = motion(robot)
     if shape not in SHAPES[kind]:
         raise UnknownNameError(f"manoeuvre of a {robot.title}", shape, SHAPES[kind])
     known = [field.name for field in fields(Manoeuvre) if field.name != "shape"]
@@ -85,8 +85,8 @@ def planned_runs(
         seed: of the dither.
     """
     steps, runs = round(seconds / robot.dt), list[Trajectory]()
-    for index, one in enumerate(manoeuvres or USUAL[_kind(robot)]):
-        reference = flight(one, 0.0, yaw_rate) if flies(robot) else drive(one, 0.0)
+    for index, one in enumerate(manoeuvres or USUAL[motion(robot)]):
+        reference = path_of(robot, one, 0.0, yaw_rate)
         controller: Controller
         if flies(robot):
             controller = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference, gains=GAINS)
@@ -105,7 +105,7 @@ def usual_noise(robot: Robot) -> AssumedNoise:
     An Ornstein–Uhlenbeck process of deviation σ and time τ moves slow states as steps of length T do whose deviation
     is σ √(2τ/T).
     """
-    length = robot.dt * HELD[_kind(robot)]
+    length = robot.dt * HELD[motion(robot)]
     sensors = {"position": conditions.POSITION_NOISE, "attitude": conditions.ANGLE_NOISE, "rate": conditions.GYRO_NOISE}
     if not flies(robot):
         commands = np.sqrt(2 * conditions.COMMANDS_TIME / length) * conditions.COMMANDS
@@ -115,7 +115,3 @@ def usual_noise(robot: Robot) -> AssumedNoise:
     force = np.sqrt(2 * conditions.FORCE_TIME / length) * conditions.FORCE
     torque = np.sqrt(2 * conditions.TORQUE_TIME / length) * conditions.TORQUE
     return AssumedNoise(sensors, dict(zip(WRENCH, map(float, (*force, *torque)), strict=True)))
-
-
-def _kind(robot: Robot) -> str:
-    return "flight" if flies(robot) else "drive"

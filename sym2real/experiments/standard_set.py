@@ -25,8 +25,8 @@ from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Controller, Plant
 from sym2real.robots import ROBOTS, Robot
 from sym2real.tasks.cost import tracking_cost
-from sym2real.tasks.standard_paths import DRIVES, FLIGHTS, MODULATION_PERIOD, Manoeuvre, drive, flight
-from sym2real.tasks.task import Reference, Task, flies
+from sym2real.tasks.standard_paths import DRIVES, FLIGHTS, MODULATION_PERIOD, path_of
+from sym2real.tasks.task import Reference, Task, flies, motion
 from sym2real.trajectory import Array, Dataset, Trajectory
 
 DITHER = {"crazyflie": np.array([0.005, 0.15, 0.15, 0.15]), "mushr": np.array([0.03, 0.1])}
@@ -124,7 +124,7 @@ def standard_run(
     start = wanted[0].copy()
     controller = _controller(robot, plant, reference, wanted)
     place = robot.layouts.state.slice("position")
-    start[place] += rng.uniform(-1, 1, place.stop - place.start) * START_SPREAD["flight" if flies(robot) else "drive"]
+    start[place] += rng.uniform(-1, 1, place.stop - place.start) * START_SPREAD[motion(robot)]
     dither = ColouredNoise(DITHER[robot.name], DITHER_TIME, robot.dt, rng)
     task = Task("standard", reference, tracking_cost(robot), lambda _: start, rows * robot.dt)
     sent = Disturbed(controller, dither.of_step, robot.low, robot.high)
@@ -138,13 +138,8 @@ def standard_run(
 def _reference(robot: Robot, index: int, yaw: bool, rng: np.random.Generator) -> Reference:
     phase = rng.uniform(0.0, 2.0 * np.pi)
     turning = rng.choice([-1.0, 1.0]) * rng.uniform(*YAW_RATES)
-    if flies(robot):
-        return flight(_row(FLIGHTS, index), phase, float(turning) if yaw else 0.0)
-    return drive(_row(DRIVES, index), phase)
-
-
-def _row(table: tuple[Manoeuvre, ...], index: int) -> Manoeuvre:
-    return table[index % len(table)]
+    table = FLIGHTS if flies(robot) else DRIVES
+    return path_of(robot, table[index % len(table)], phase, float(turning) if yaw else 0.0)
 
 
 def _controller(robot: Robot, plant: Plant, reference: Reference, wanted: Array) -> Controller:

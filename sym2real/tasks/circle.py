@@ -9,7 +9,7 @@ from sym2real.robots.robot import Robot
 from sym2real.tasks.cost import tracking_cost
 from sym2real.tasks.path import Path, along, episode_length
 from sym2real.tasks.start import on_path
-from sym2real.tasks.task import Task, flies, require, require_positive
+from sym2real.tasks.task import Task, motion, require, require_positive
 
 RADIUS = {"flight": 0.5, "drive": 1.5}  # m; the car's from the paper authors' logs
 SPEED = {"flight": 1.0, "drive": 0.825}  # m/s; the car's from the paper authors' logs
@@ -56,7 +56,7 @@ def circular_path(robot: Robot, radius: float | None, speed: float | None, clock
     Raises:
         ShapeError: for a radius or a speed that is not positive.
     """
-    kind = "flight" if flies(robot) else "drive"
+    kind = motion(robot)
     r = RADIUS[kind] if radius is None else radius
     pace = SPEED[kind] if speed is None else speed
     require_positive("circle", radius=r, speed=pace)

@@ -16,7 +16,7 @@ from sym2real.robots.robot import Robot
 from sym2real.tasks.cost import tracking_cost
 from sym2real.tasks.path import along, episode_length
 from sym2real.tasks.start import on_path
-from sym2real.tasks.task import Task, flies, require_positive
+from sym2real.tasks.task import Task, motion, require_positive
 
 HALF_WIDTH = {"flight": 0.5, "drive": 2.4}  # m; the car's is the smallest that its steering allows with some reserve
 PERIOD = {"flight": 4.0, "drive": 15.0}  # s
@@ -33,7 +33,7 @@ def lemniscate(robot: Robot, half_width: float | None = None, period: float | No
     Raises:
         ShapeError: for a half width or a period that is not positive.
     """
-    kind = "flight" if flies(robot) else "drive"
+    kind = motion(robot)
     a = HALF_WIDTH[kind] if half_width is None else half_width
     lap = PERIOD[kind] if period is None else period
     require_positive("lemniscate", half_width=a, period=lap)

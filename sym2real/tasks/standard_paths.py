@@ -17,8 +17,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from sym2real.robots.robot import Robot
 from sym2real.rotation import exponential
-from sym2real.tasks.task import Reference
+from sym2real.tasks.task import Reference, flies
 from sym2real.trajectory import Array
 
 SWING_PERIOD = 4.0  # s, of the height
@@ -71,6 +72,11 @@ DRIVES = (
     Manoeuvre("eight", 1.8, 0.8, modulation=0.3),
     Manoeuvre("eight", 2.4, 1.5, modulation=0.35),
 )
+
+
+def path_of(robot: Robot, manoeuvre: Manoeuvre, phase: float, yaw_rate: float = 0.0) -> Reference:
+    """States ``# (..., state)`` of a robot on the path: :func:`flight`, or :func:`drive` without a yaw rate."""
+    return flight(manoeuvre, phase, yaw_rate) if flies(robot) else drive(manoeuvre, phase)
 
 
 def flight(manoeuvre: Manoeuvre, phase: float, yaw_rate: float = 0.0) -> Reference:

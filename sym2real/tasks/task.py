@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 import sympy
@@ -43,6 +43,11 @@ class Task:
 def flies(robot: Robot) -> bool:
     """True of robots that move in space with a free attitude, false of those that drive in a plane."""
     return robot.layouts.state.has_field("attitude")
+
+
+def motion(robot: Robot) -> Literal["flight", "drive"]:
+    """How a robot moves: the key of tables that give sizes and speeds for either."""
+    return "flight" if flies(robot) else "drive"
 
 
 def require(robot: Robot, field: str, task: str) -> None:

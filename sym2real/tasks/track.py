@@ -18,7 +18,7 @@ from sym2real.robots.robot import Robot
 from sym2real.tasks.cost import tracking_cost
 from sym2real.tasks.path import Path, along, episode_length
 from sym2real.tasks.start import on_path
-from sym2real.tasks.task import Task, flies, require_positive
+from sym2real.tasks.task import Task, motion, require_positive
 from sym2real.trajectory import Array
 
 
@@ -55,7 +55,7 @@ def track(robot: Robot, shape: str = "oval", speed: float = SPEED, scale: float 
         UnknownNameError: when there is no such track.
         ShapeError: for a speed or a scale that is not positive.
     """
-    size = SCALE["flight" if flies(robot) else "drive"] if scale is None else scale
+    size = SCALE[motion(robot)] if scale is None else scale
     require_positive("track", speed=speed, scale=size)
     reference = along(rounded_path(TRACKS[shape], speed, size), robot)
     return Task("track", reference, tracking_cost(robot), on_path(reference, robot), episode_length(robot))

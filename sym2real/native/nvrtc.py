@@ -73,9 +73,10 @@ class CudaModule:
             raise CompilationError("there is no CUDA device here, or torch was built without CUDA")
         major, minor = torch.cuda.get_device_capability(device)
         ptx = compile_cuda(text, f"compute_{major}{minor}")
-        torch.zeros(1, device=device)  # makes the context current
         self._device, self._driver, self._module = device, ctypes.CDLL("libcuda.so.1"), ctypes.c_void_p()
-        self._checked(self._driver.cuModuleLoadData(ctypes.byref(self._module), ptx))
+        with torch.cuda.device(device):
+            torch.zeros(1, device=device)  # makes the context current
+            self._checked(self._driver.cuModuleLoadData(ctypes.byref(self._module), ptx))
 
     def __call__(self, kernel: str, blocks: int, threads: int, *arguments: ctypes.Structure | ctypes.c_void_p) -> None:
         """Start a kernel on torch's present stream with so many blocks of so many threads."""
@@ -84,7 +85,9 @@ class CudaModule:
         pointers = (ctypes.c_void_p * len(arguments))(*(ctypes.addressof(one) for one in arguments))
         stream = ctypes.c_void_p(torch.cuda.current_stream(self._device).cuda_stream)
         sizes = (blocks, 1, 1, threads, 1, 1, 0)
-        self._checked(self._driver.cuLaunchKernel(function, *sizes, stream, pointers, None))
+        # The driver launches in the current context, which need not be that of this module's device.
+        with torch.cuda.device(self._device):
+            self._checked(self._driver.cuLaunchKernel(function, *sizes, stream, pointers, None))
 
     @staticmethod
     def _checked(code: int) -> None:

@@ -8,12 +8,14 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from figures import Figure
+from mppi_limit import multiply_adds
 from mppi_models import Subject
 
 from sym2real.control import MPPI
@@ -75,7 +77,7 @@ BUSY = "while True: sum(range(10_000))"
 def held(subject: Subject, seconds: float) -> list[Figure]:
     """Missed periods at 50 Hz: the kernel alone and beside a busy process on every core it may use; no compiler."""
     fused = MPPI(compile_model(subject.equations), subject.robot, subject.task, backend="c")
-    figures = _loop("c", fused, subject, seconds, "< 1")
+    figures = [_pauses(seconds), *_loop("c", fused, subject, seconds, "< 1")]
     crowd = [subprocess.Popen([sys.executable, "-c", BUSY]) for _ in range(cores())]
     try:
         figures += _loop(f"c beside {len(crowd)} busy process(es)", fused, subject, seconds, "")
@@ -96,20 +98,37 @@ def held(subject: Subject, seconds: float) -> list[Figure]:
     return [*figures, *_loop(f"no compiler, {slow.samples} samples", slow, subject, seconds, "")]
 
 
+def _pauses(seconds: float) -> Figure:
+    """What this machine itself adds: a fixed piece of arithmetic, about as long as an action, in the same loop."""
+    durations, _ = _paced(lambda _: multiply_adds(), seconds)
+    return Figure("fixed arithmetic: p99 at 50 Hz over its median", _p99(durations) / float(np.median(durations)), "×")
+
+
 def _loop(name: str, mppi: MPPI, subject: Subject, seconds: float, bar: str) -> list[Figure]:
+    durations, missed = _paced(lambda step: mppi.act(subject.start, step), seconds)
+    return [
+        Figure(f"{name}: median at 50 Hz", 1e3 * float(np.median(durations)), "ms"),
+        Figure(f"{name}: p99 at 50 Hz", 1e3 * _p99(durations), "ms", bar),
+        Figure(f"{name}: missed periods of {len(durations)}", missed, "", "<= 0"),
+    ]
+
+
+def _paced(work: Callable[[int], object], seconds: float) -> tuple[list[float], int]:
+    """Seconds that each of the periods' work took, and how many ended after their period."""
     durations, missed, due = [], 0, time.perf_counter()
     for step in range(round(seconds / PERIOD)):
         due += PERIOD
         started = time.perf_counter()
-        mppi.act(subject.start, step)
+        work(step)
         ended = time.perf_counter()
         durations.append(ended - started)
         missed += ended > due
         time.sleep(max(0.0, due - time.perf_counter()))
-    return [
-        Figure(f"{name}: p99 at 50 Hz", 1e3 * float(np.quantile(durations, 0.99)), "ms", bar),
-        Figure(f"{name}: missed periods of {len(durations)}", missed, "", "<= 0"),
-    ]
+    return durations, missed
+
+
+def _p99(durations: list[float]) -> float:
+    return float(np.quantile(durations, 0.99))
 
 
 def diagnosis() -> list[Figure]:

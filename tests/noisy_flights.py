@@ -10,7 +10,7 @@ import torch
 
 from sym2real.control import Disturbed, GeometricQuadrotor
 from sym2real.effects import effect
-from sym2real.experiments.disturbed import ColouredNoise
+from sym2real.experiments.excitation import ColouredNoise
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE
 from sym2real.tasks import make_task

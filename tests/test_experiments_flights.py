@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from sym2real.effects import effect
-from sym2real.experiments.disturbed import ColouredNoise
+from sym2real.experiments.excitation import ColouredNoise
 from sym2real.experiments.flights import car_drives, quadrotor_flights, reverse_drives
 from sym2real.robots import CRAZYFLIE
 from sym2real.rotation import tilt

@@ -16,7 +16,7 @@ import torch
 from torch import Tensor
 
 from sym2real.control import Disturbed, GeometricQuadrotor, PurePursuit
-from sym2real.experiments.disturbed import ColouredNoise, GoalAfterGoal, RandomDriving, RandomRates
+from sym2real.experiments.excitation import ColouredNoise, GoalAfterGoal, RandomDriving, RandomRates
 from sym2real.plants import MujocoPlant, random_push, run_episode
 from sym2real.protocols import Change, Controller
 from sym2real.robots import CRAZYFLIE, MUSHR

@@ -14,7 +14,7 @@ from sym2real.control import Disturbed, GeometricQuadrotor
 from sym2real.diagnosis import AssumedNoise
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.experiments import standard_conditions as conditions
-from sym2real.experiments.disturbed import ColouredNoise
+from sym2real.experiments.excitation import ColouredNoise
 from sym2real.experiments.standard_set import DITHER, DITHER_TIME, GAINS, AtItsPace
 from sym2real.layout import WRENCH
 from sym2real.plants import MujocoPlant, run_episode

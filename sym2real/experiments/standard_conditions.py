@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from sym2real.effects import effect
-from sym2real.experiments.disturbed import ColouredNoise
+from sym2real.experiments.excitation import ColouredNoise
 from sym2real.layout import Layout
 from sym2real.protocols import Change, Filter
 from sym2real.robots import Robot

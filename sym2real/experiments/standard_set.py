@@ -20,7 +20,7 @@ from sym2real.control.geometric_quadrotor import Gains
 from sym2real.effects import effect
 from sym2real.errors import ModelError
 from sym2real.experiments import standard_conditions as conditions
-from sym2real.experiments.disturbed import ColouredNoise
+from sym2real.experiments.excitation import ColouredNoise
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Controller, Plant
 from sym2real.robots import ROBOTS, Robot

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
-from typing import Any
 
 import numpy as np
 import sympy
@@ -49,9 +48,6 @@ class Term:
     channel: str
     expression: str
     gain: float
-
-    def to_dict(self) -> dict[str, Any]:
-        return {**vars(self), "verified": False}
 
     def apply(self, equations: Equations) -> Equations:
         """The equations with the term in them."""

@@ -1,7 +1,7 @@
 """What the data are fit for, before a model is blamed: timing, saturation, excitation, signs, frames, feedback.
 
-Feedback is the part of a command's variance that a linear function of the
-measured state and the distance from the reference explains: where it is large, state and command are not independent.
+Feedback is the part of a command's variance that a linear function of the measured state and the distance from the
+reference explains: where it is large, state and command are not independent.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ class Excitation:
         low, high: range.
         at_low, at_high: parts of the rows in which it stays at the ends of it, as a clipped command does.
         feedback: part of its variance that the measured state explains linearly.
+        unit: of the command.
     """
 
     deviation: float
@@ -46,10 +47,12 @@ class Excitation:
 
     @property
     def weak(self) -> bool:
+        """Whether it hardly varies, so that effects on it cannot be seen."""
         return self.deviation <= WEAK * max(abs(self.low), abs(self.high))
 
     @property
     def saturated(self) -> bool:
+        """Whether it stays at an end of its range for more than a twentieth of the rows."""
         return max(self.at_low, self.at_high) > SATURATED and not self.weak
 
     def limits_said(self, name: str) -> list[str]:

@@ -60,6 +60,7 @@ class Fit:
 
     @property
     def total(self) -> float:
+        """Whitened squares of all segments."""
         return float(self.loss.sum())
 
     @property

@@ -113,6 +113,7 @@ class Library:
 
     @cached_property
     def model(self) -> torch.jit.ScriptModule:
+        """(state, action, inputs, parameters) → next state, in float64."""
         return compile_model(self.equations, dtype=torch.float64)
 
     @cached_property

@@ -101,6 +101,7 @@ class HorizonErrors:
         return any(math.isnan(error.spread) for error in self.errors.values())
 
     def to_dict(self) -> dict[str, Any]:
+        """An entry of ``horizons`` in what ``sym2real compare --json`` prints."""
         channels = {channel: error.to_dict() for channel, error in self.errors.items()}
         return {"horizon": self.horizon, "windows": self.windows, "errors": channels}
 

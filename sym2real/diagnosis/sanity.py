@@ -54,11 +54,8 @@ class Fault:
         """For a sentence."""
         if not self.effect:
             return self.evidence
-        return (
-            self.effect
-            if self.value is None or self.effect.startswith("sensor_sign")
-            else (f"{self.effect} ({self.value:.3g})")
-        )
+        told = self.value is None or self.effect.startswith("sensor_sign")
+        return self.effect if told else f"{self.effect} ({self.value:.3g})"
 
     def to_dict(self) -> dict[str, str | float | None]:
         """The entry of ``faults`` in DESIGN.md, "Names that stay"."""

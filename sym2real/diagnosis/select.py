@@ -39,6 +39,7 @@ class Scored:
 
     @property
     def loss(self) -> float:
+        """Held-out loss of all folds."""
         return float(self.held_out.sum())
 
 
@@ -80,9 +81,11 @@ class Selection:
 
     @property
     def loss(self) -> float:
+        """Held-out loss of the present state, all folds."""
         return float(self.held_out.sum())
 
     def free(self, chosen: Sequence[Candidate]) -> Free:
+        """Parameters of several candidates, in their order."""
         return tuple(tied for one in chosen for tied in one.free)
 
     def places(self, chosen: Sequence[Candidate], one: Candidate) -> list[int]:

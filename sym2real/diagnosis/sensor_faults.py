@@ -93,9 +93,8 @@ def _reading(logs: Sequence[Trajectory], column: str, changes: Sequence[Array]) 
         return None
     left = {rows: float(_fit(table)[2].var()) for rows, table in tables.items() if len(table) >= FEWEST}
     rows = min(left, key=lambda one: left[one])
-    if (
-        len(tables[0]) * np.log(left[0] / max(left[rows], 1e-300)) < SURE**2
-    ):  # likelihood ratio, as far beyond chance as the rest
+    # A likelihood ratio, which must be as far beyond chance as the rest.
+    if len(tables[0]) * np.log(left[0] / max(left[rows], 1e-300)) < SURE**2:
         rows = 0
     values, covariance, _ = _fit(tables[rows])
     inverse, constant, late = values

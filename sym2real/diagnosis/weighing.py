@@ -60,6 +60,7 @@ class Weighed:
 
     @property
     def whitening(self) -> Whitening:
+        """Noise and disturbances of the logs."""
         return self.problems.whitening
 
 

@@ -20,7 +20,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from math import lgamma, log
 
-import numpy as np
 import torch
 from torch import Tensor
 
@@ -28,6 +27,7 @@ from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.variances import Products, most_likely
 from sym2real.effects.body import GRAVITY
 from sym2real.symbolic import Equations
+from sym2real.trajectory import Array
 
 PIECES = 5
 # Standard deviation of the free start in the tangent's units, far above any error of its estimate.
@@ -84,7 +84,15 @@ def _square(columns: Tensor) -> Tensor:
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """What shapes the covariance, before its variances are known: ``start # (S, R, n)``, ``pushes # (S, R, D, P)``."""
+    """What shapes the covariance, before its variances are known.
+
+    Args:
+        start: derivative of the residuals by the free start, in units of its deviation ``# (S, R, n)``.
+        pushes: by every disturbance over every piece, in units of its size ``# (S, R, D, P)``.
+        names: of the disturbances: columns of inputs or commands.
+        sizes: what counts as one, in the column's unit ``# (D,)``.
+        components: that a row compares, C; R is N·C.
+    """
 
     start: Tensor
     pushes: Tensor
@@ -108,6 +116,7 @@ class Spread:
         )
 
     def of_segments(self, index: Tensor) -> Spread:
+        """Those of some segments only."""
         return replace(self, start=self.start[index], pushes=self.pushes[index])
 
     def like(self, other: Whitening) -> Whitening:
@@ -150,7 +159,7 @@ def disturbances(equations: Equations) -> list[tuple[str, float]]:
 
 
 def estimate(
-    spread: Spread, residuals: Tensor, noise: np.ndarray, channel: tuple[int, ...], *, alike: bool = False
+    spread: Spread, residuals: Tensor, noise: Array, channel: tuple[int, ...], *, alike: bool = False
 ) -> Whitening:
     """The whitening that makes residuals ``# (S, R)`` most likely.
 

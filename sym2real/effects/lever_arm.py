@@ -39,6 +39,7 @@ def _inject(body: Body, values: Numbers) -> Change:
     layout, arm = body.layouts.state, np.array([values["rx"], values["ry"], 0.0])
 
     def report(state: Array) -> Array:
+        """State ``# (state,)`` of that point: position (m) by the turned arm, velocity (m/s) by the rate across it."""
         result = state.copy()
         yaw = float(np.arctan2(state[layout.index("sin_yaw")], state[layout.index("cos_yaw")]))
         turned = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]]) @ arm

@@ -42,6 +42,7 @@ def unknown(robot: Robot, rng: np.random.Generator) -> Change:
     first, second = 1.0 + rng.uniform(-UNKNOWN, UNKNOWN, 2)
 
     def edit_flight(spec: Any) -> None:
+        """Inertia, and the gain of the rate loop, which the actuators of the description hold."""
         body = spec.worldbody.first_body()
         body.inertia = first * np.array(body.inertia)
         for actuator in spec.actuators:
@@ -50,6 +51,7 @@ def unknown(robot: Robot, rng: np.random.Generator) -> Change:
                 actuator.biasprm = second * np.array(actuator.biasprm)
 
     def edit_drive(spec: Any) -> None:
+        """Time constant of every contact (``solref``, s): how soft tyres and ground are."""
         for geom in spec.geoms:
             geom.solref = [first * geom.solref[0], geom.solref[1]]
 
@@ -83,6 +85,7 @@ def _push(robot: Robot, rng: np.random.Generator) -> Callable[[Any, Any], None]:
     calls = 0
 
     def push(_: Any, data: Any) -> None:
+        """Force (N) along world axes; torque (N m) turned there from body axes, as ``xfrc_applied`` has it."""
         nonlocal calls
         calls += 1
         if calls % robot.substeps == 0:
@@ -99,9 +102,11 @@ def sensors(robot: Robot, rng: np.random.Generator) -> Change:
     position, velocity, rate = layout.slice("position"), layout.slice("velocity"), layout.slice("rate")
 
     def begin() -> Filter:
+        """A sensor that has measured nothing yet: velocity needs the position measured before."""
         before: list[Array] = []
 
         def measure(state: Array) -> Array:
+            """What is measured of a true state ``# (state,)``, m, rad, m/s, rad/s."""
             result = add_angle(state, rng)
             result[position] += POSITION_NOISE * rng.standard_normal(position.stop - position.start)
             result[rate] += GYRO_NOISE * rng.standard_normal(rate.stop - rate.start)

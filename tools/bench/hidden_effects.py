@@ -34,9 +34,6 @@ from sym2real.files import write_text
 from sym2real.robots import ROBOTS
 from sym2real.symbolic import Equations
 
-# Of the single cases of an effect so many are also asked with the effect and its equivalents out of the library, and of
-# the pairs so many with each of the two.
-REMOVED = 1
 # Of a robot's cases without an effect so many are asked with each seed of those with one.
 NULLS_A_ROUND = 25
 # Flights with MPPI for each model in the full size.
@@ -75,11 +72,9 @@ def questions(options: Options) -> list[Question]:
             if not options.effects or set(case.keys) & set(options.effects)
         ]
         found += [Question(case) for case in cases]
-        asked = Counter[tuple[str, ...]]()
-        for case in (case for case in cases if case.effects):
-            if asked[case.keys] < REMOVED:
-                found += [Question(case, (key, *equivalents(key))) for key in case.keys]
-            asked[case.keys] += 1
+        # The first seed of every effect and size is also asked without the effect, or one of two, in the library.
+        first = {Question(case).alike: case for case in reversed(cases) if case.effects}
+        found += [Question(case, (key, *equivalents(key))) for case in first.values() for key in case.keys]
     rounds, seen = dict[str, int](), Counter[object]()
     for one in found:
         rounds[one.name] = seen[one.alike] // (1 if one.case.effects else NULLS_A_ROUND)

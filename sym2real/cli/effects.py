@@ -32,6 +32,7 @@ class Effects:
     def run(self, console: Console) -> dict[str, Any]:
         """Print the catalogue or the page."""
         from sym2real.effects import EFFECTS, Body, effect
+        from sym2real.effects.catalogue import columns_of
         from sym2real.report.effects import catalogue_table, effect_page
         from sym2real.robots import ROBOTS
 
@@ -44,8 +45,7 @@ class Effects:
         self._require_robot(name)
         kind = EFFECTS[name.partition(":")[0]]
         if ":" not in name and kind.columns and kind.column_needed:
-            group = robot.layouts.action if kind.columns == "action" else robot.layouts.state
-            name = f"{name}:{group.columns[0]}"
+            name = f"{name}:{columns_of(kind, robot)[0]}"
         chosen = effect(name, robot)
         console.print(effect_page(chosen))
         return {
@@ -62,14 +62,15 @@ class Effects:
     def _require_robot(self, name: str) -> None:
         """Refuse an effect that another robot has and this one has not."""
         from sym2real.effects import EFFECTS, Body
+        from sym2real.effects.catalogue import columns_of
         from sym2real.errors import ModelError
         from sym2real.robots import ROBOTS
 
-        kind, _, column = name.partition(":")
+        kind_name, _, column = name.partition(":")
+        kind = EFFECTS[kind_name]
 
         def has(robot: Robot) -> bool:
-            group = robot.layouts.action if EFFECTS[kind].columns == "action" else robot.layouts.state
-            return EFFECTS[kind].fits(Body.of(robot)) and (not column or column in group.columns)
+            return kind.fits(Body.of(robot)) and (not column or column in columns_of(kind, robot))
 
         others = [one.name for one in ROBOTS.values() if has(one)]
         if others and self.robot not in others:

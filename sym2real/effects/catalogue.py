@@ -110,7 +110,7 @@ def effect(key: str, described: Describable) -> Effect:
     """
     name, colon, column = key.partition(":")
     kind = EFFECTS[name]
-    columns = _columns(kind, described)
+    columns = columns_of(kind, described)
     bound = colon or (columns and kind.column_needed)
     if bound and column not in columns:
         raise UnknownNameError("effect", key, [f"{name}:{known}" for known in columns] or [name])
@@ -122,7 +122,7 @@ def applicable(equations: Equations) -> tuple[Effect, ...]:
     """Every effect that the equations can be given, one per column where a kind has columns."""
     found: list[Effect] = []
     for name, kind in EFFECTS.items():
-        columns = _columns(kind, equations)
+        columns = columns_of(kind, equations)
         keys = [f"{name}:{column}" for column in columns]
         if not columns or not kind.column_needed:
             keys.insert(0, name)
@@ -145,7 +145,8 @@ def require_patterns(patterns: Iterable[str]) -> None:
             raise UnknownNameError("effect", pattern, [f"{pattern}:*", f"{pattern}:COLUMN"])
 
 
-def _columns(kind: Kind, described: Describable) -> tuple[str, ...]:
+def columns_of(kind: Kind, described: Describable) -> tuple[str, ...]:
+    """Columns that an effect of this kind may be on, for a robot or equations; none where it has no column."""
     if kind.columns == "action":
         derived = ("thrust",) if "thrust" in getattr(described, "quantities", ()) and kind.substitute else ()
         return (*described.layouts.action, *derived)

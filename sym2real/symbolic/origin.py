@@ -23,12 +23,14 @@ ROOMS = (".", "native", "symbolic", "effects", "control")  # whose modules write
 
 
 def origin_of_equations(equations: Equations) -> str:
-    """Everything of equations that a text may contain, their parameters' values among it, and who writes texts."""
+    """Everything of equations that a text may contain, their parameters' values among it, and who writes texts.
+
+    Filters are not among it: they act on whole series, and a text that has them says so by its own account.
+    """
     layouts = equations.layouts
-    filters = [(key, _all(values)) for key, values in equations.filters]
     parts = (
         generators(),
-        repr((layouts.state, layouts.action, layouts.inputs, equations.dt, dict(equations.parameters), filters)),
+        repr((layouts.state, layouts.action, layouts.inputs, equations.dt, dict(equations.parameters))),
         *map(_all, (equations.next, equations.quantities, equations.start)),
     )
     return "\n".join(parts)

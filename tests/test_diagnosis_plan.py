@@ -32,14 +32,18 @@ def inseparable(found: Plan, one: str, other: str) -> bool:
     return tuple(sorted((one, other))) in found.pairs
 
 
+def smallest(found: Plan, effect: str, parameter: str = "value") -> float | None:
+    return next(one.smallest for one in found.visible if (one.effect, one.parameter) == (effect, parameter))
+
+
 def test_tilt_and_wind_are_one_in_hover_and_two_while_turning() -> None:
     assert inseparable(planned("crazyflie", HOVER), "wind", "mounting_tilt")
     assert not inseparable(planned("crazyflie", HOVER, yaw_rate=0.7), "wind", "mounting_tilt")
 
 
 def test_hover_shows_no_quadratic_drag_and_fast_flight_does() -> None:
-    assert planned("crazyflie", HOVER).smallest("quadratic_drag") is None
-    assert planned("crazyflie", FLIGHTS).smallest("quadratic_drag") is not None
+    assert smallest(planned("crazyflie", HOVER), "quadratic_drag") is None
+    assert smallest(planned("crazyflie", FLIGHTS), "quadratic_drag") is not None
     assert not inseparable(planned("crazyflie", FLIGHTS), "linear_drag", "quadratic_drag")
 
 
@@ -51,9 +55,9 @@ def test_ground_effect_and_mass_are_one_at_one_height() -> None:
 
 def test_without_dither_hover_shows_neither_delay_nor_motor_lag() -> None:
     still = planned("crazyflie", HOVER, dither=0.01)
-    assert still.smallest("motor_lag") is None
-    assert (still.smallest("delay") or 1.0) > 0.1
-    assert 0.008 / 3 < (planned("crazyflie", HOVER).smallest("motor_lag") or 1.0) < 0.008 * 3
+    assert smallest(still, "motor_lag") is None
+    assert (smallest(still, "delay") or 1.0) > 0.1
+    assert 0.008 / 3 < (smallest(planned("crazyflie", HOVER), "motor_lag") or 1.0) < 0.008 * 3
     assert not inseparable(planned("crazyflie", FLIGHTS), "delay", "motor_lag")
 
 
@@ -84,14 +88,14 @@ def test_the_smallest_effects_of_the_standard_flights_are_those_that_were_found(
     effect: str, parameter: str, known: float
 ) -> None:
     """Measured with another simulator and a search of its own: the order of magnitude is what must agree."""
-    found = planned("crazyflie", FLIGHTS).smallest(effect, parameter)
+    found = smallest(planned("crazyflie", FLIGHTS), effect, parameter)
     assert found is not None
     assert known / 3 < found < 3 * known
 
 
 @pytest.mark.parametrize(("effect", "known"), [("offset:steer", 0.007), ("gain:steer", 0.025), ("gain:speed", 0.005)])
 def test_the_smallest_effects_of_the_standard_drives_are_those_that_were_found(effect: str, known: float) -> None:
-    found = planned("mushr", DRIVES).smallest(effect)
+    found = smallest(planned("mushr", DRIVES), effect)
     assert found is not None
     assert known / 2 < found < 2 * known
 

@@ -68,10 +68,6 @@ class Plan:
         found = {tuple(sorted((one.effect, other))) for one in self.visible for other in one.like}
         return tuple(sorted((first, second) for first, second in found))
 
-    def smallest(self, effect: str, parameter: str = "value") -> float | None:
-        """The smallest effect of a kind that would be found."""
-        return next(one.smallest for one in self.visible if (one.effect, one.parameter) == (effect, parameter))
-
     def to_dict(self) -> dict[str, Any]:
         """The object that ``sym2real plan --json`` prints."""
         return {

@@ -55,9 +55,9 @@ def require_places(verb: Any) -> None:
 
 
 def _require_no_part_of_a_model(option: str, file: Path) -> None:
-    from sym2real.symbolic.storage import holds
+    from sym2real.symbolic.storage import is_part_of_model
 
-    if holds(file):
+    if is_part_of_model(file):
         raise ModelError(f"{option}: {file} is a part of a model, which would be lost; name another file")
 
 

@@ -47,7 +47,7 @@ def save_model(equations: Equations, folder: str | Path) -> Path:
     return folder
 
 
-def holds(file: str | Path) -> bool:
+def is_part_of_model(file: str | Path) -> bool:
     """Whether a file is one of those that a saved model consists of."""
     place = Path(file).resolve()
     return place.name in (EQUATIONS, PARAMETERS, MODULE, TRAINING) and (place.parent / EQUATIONS).exists()

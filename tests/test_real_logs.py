@@ -1,4 +1,4 @@
-"""Measured logs, through the bench's own figures: one flight of each quick kind."""
+"""Measured logs, through the bench's own figures: one flight of each quick kind, and three drives."""
 
 from __future__ import annotations
 
@@ -16,11 +16,17 @@ from real_logs import SCORES, TRUTH, Options, bases
 from real_scores import Answer, battery_figures, mean_residual, wind_figures
 
 
+def answers(name: str, paths: list[Path]) -> list[Answer]:
+    found = []
+    for base, equations, plant in bases(name, paths):
+        data = read_logs(paths, spec=name, layouts=equations.layouts, dt=equations.dt)
+        found.append(Answer(paths[0].stem, base, diagnose(equations, data, plant), data, equations))
+    return found
+
+
 def answer(folder: Path, name: str, stem: str) -> Answer:
-    path = folder / name / f"{stem}.csv"
-    ((base, equations, plant),) = bases(name, [path])
-    data = read_logs([path], spec=name, layouts=equations.layouts, dt=equations.dt)
-    return Answer(stem, base, diagnose(equations, data, plant), data, equations)
+    (found,) = answers(name, [folder / name / f"{stem}.csv"])
+    return found
 
 
 @pytest.mark.parametrize("stem", ["baseline_35wind", "baseline_nowind"])
@@ -36,6 +42,19 @@ def test_drag_and_sag_are_named_from_motors_and_voltage(shared_data: Path) -> No
     figures = battery_figures([answer(shared_data, "crazyflie_battery_drag", "B7_oval_fast_rep2")])
     assert [figure.name for figure in figures if figure.holds is False] == []
     assert 0.2 < figures[-1].value < 0.5
+
+
+def test_a_speed_limit_and_a_steering_offset_are_named_from_either_base(shared_data: Path) -> None:
+    name = "mushr_steering_offset"
+    for one in answers(name, sorted((shared_data / name).glob("*.csv"))[:3]):
+        findings = {finding.effect: finding.values for finding in one.found.findings}
+        assert 0.8 < findings["limit:speed"]["upper"] < 0.95, one.base
+        assert 0.05 < findings["offset:steer"]["value"] < 0.15, one.base
+        before, after = (
+            stage.horizons[stage.nearest(0.8)]["position"].value
+            for stage in one.found.ladder[:: len(one.found.ladder) - 1]
+        )
+        assert after < 0.2 * before, one.base
 
 
 def test_the_bench_knows_every_set(shared_data: Path) -> None:

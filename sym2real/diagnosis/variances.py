@@ -1,8 +1,9 @@
 """Variances of sensors and pushes by which residuals are most likely: the minorise–maximise step of the whitening.
 
-θ ← θ √(rᵀC⁻¹A C⁻¹r / tr C⁻¹A), for every variance θ with its part A of the covariance (source: ``whitening.py``). All
-that a step needs are products of a segment's few sensitivities with each other and with its residuals, channel by
-channel; they are taken once, and hundreds of rows take no part in the steps.
+θ ← θ √(rᵀC⁻¹A C⁻¹r / tr C⁻¹A), for every variance θ with its part A of the covariance (source: ``whitening.py``). What
+a step needs are products of a segment's few sensitivities with each other and with its residuals, channel by channel,
+which are taken once, and the residuals that are left, row by row. All that could be said as a difference of products is
+said otherwise: where a base runs away, residuals are a million times the noise, and a difference has no digit left.
 """
 
 from __future__ import annotations
@@ -18,21 +19,23 @@ LEAST, MOST = 1e-8, 1e6
 
 @dataclass(frozen=True, eq=False)
 class Products:
-    """Sums over the rows of each channel of a segment; the K columns are those of the start, then of the pushes.
+    """A segment's K sensitivities, those to the start and then to the pushes, and sums over the rows of each channel.
 
     Args:
-        columns: of columns with columns ``# (S, C, K·K)``.
-        residual: of columns with the residual ``# (S, C, K)``.
-        square: of the residual with itself ``# (S, C)``.
-        rows: number of each channel ``# (C,)``.
+        columns: sensitivities ``# (S, R, K)``.
+        residuals: ``# (S, R)``.
+        channel: number of the channel of each row, from 0 ``# (R,)``.
+        inner: of columns with columns, by channel ``# (S, C, K·K)``.
+        outer: of columns with the residual, by channel ``# (S, C, K)``.
         pushes: number of kinds of push; each has as many columns.
         starts: number of columns of the start.
     """
 
     columns: Tensor
-    residual: Tensor
-    square: Tensor
-    rows: Tensor
+    residuals: Tensor
+    channel: Tensor
+    inner: Tensor
+    outer: Tensor
     pushes: int
     starts: int
 
@@ -50,18 +53,23 @@ class Products:
         own = [channel == number for number in range(int(channel.max()) + 1)]
         parts = [(columns[:, rows], residuals[:, rows]) for rows in own]
         return cls(
-            columns=torch.stack([(part.mT @ part).flatten(1) for part, _ in parts], dim=1),
-            residual=torch.stack([(part.mT @ rest[..., None])[..., 0] for part, rest in parts], dim=1),
-            square=torch.stack([rest.square().sum(-1) for _, rest in parts], dim=1),
-            rows=torch.stack([rows.sum() for rows in own]),
+            columns=columns,
+            residuals=residuals,
+            channel=channel,
+            inner=torch.stack([(part.mT @ part).flatten(1) for part, _ in parts], dim=1),
+            outer=torch.stack([(part.mT @ rest[..., None])[..., 0] for part, rest in parts], dim=1),
             pushes=pushes.shape[-2],
             starts=start.shape[-1],
         )
 
     def weighted(self, factor: Tensor) -> Products:
         """With every segment's residuals times the root of a factor ``# (S,)``."""
-        residual, square = self.residual * factor.sqrt()[:, None, None], self.square * factor[:, None]
-        return replace(self, residual=residual, square=square)
+        root = factor.sqrt()[:, None]
+        return replace(self, residuals=self.residuals * root, outer=self.outer * root[..., None])
+
+    def by_channel(self, rows: Tensor) -> Tensor:
+        """Sums over all segments of what stands by row ``# (S, R) → (C,)``."""
+        return rows.new_zeros(self.inner.shape[1]).index_add(0, self.channel, rows.sum(0))
 
 
 def most_likely(products: Products, sensor: Tensor, power: Tensor) -> tuple[Tensor, Tensor]:
@@ -74,25 +82,26 @@ def most_likely(products: Products, sensor: Tensor, power: Tensor) -> tuple[Tens
 
 
 def _factors(products: Products, sensor: Tensor, power: Tensor) -> tuple[Tensor, Tensor]:
-    """rᵀC⁻¹A C⁻¹r and tr C⁻¹A of every channel ``# (2, C)`` and of every push ``# (2, D)``."""
-    weight, size = 1.0 / sensor, products.residual.shape[-1]
+    """rᵀC⁻¹A C⁻¹r and tr C⁻¹A of every channel ``# (2, C)`` and of every push ``# (2, D)``.
+
+    With the columns G, their deviations s and M = 1 + s GᵀΣ⁻¹G s: GᵀC⁻¹r = M⁻¹ s GᵀΣ⁻¹r / s, GᵀC⁻¹G = (1 - M⁻¹) / s².
+    """
+    weight, size = 1.0 / sensor, products.outer.shape[-1]
     each = (size - products.starts) // products.pushes
     scale = torch.cat([power.new_ones(products.starts), power.sqrt().repeat_interleave(each)])
-    inside = (weight @ products.columns).unflatten(-1, (size, size))  # (S, K, K)
-    along = weight @ products.residual  # (S, K)
-    lower = torch.linalg.cholesky(torch.eye(size, dtype=scale.dtype) + inside * scale * scale[:, None])
-    root = torch.linalg.solve_triangular(lower, torch.diag(scale), upper=False)
-    spread = root.mT @ root  # covariance of the columns' coefficients
+    inside = (weight @ products.inner).unflatten(-1, (size, size))  # (S, K, K)
+    along = weight @ products.outer  # (S, K)
+    unit = torch.eye(size, dtype=scale.dtype)
+    root = torch.linalg.solve_triangular(
+        torch.linalg.cholesky(unit + inside * scale * scale[:, None]), unit, upper=False
+    )
+    spread = scale * (root.mT @ root) * scale[:, None]  # covariance of the columns' coefficients
     held = (spread @ along[..., None])[..., 0]
-    turned = (products.columns.reshape(-1, size, size) @ _each_channel(held, products)[..., None])[..., 0]
-    turned = turned.unflatten(0, (len(held), -1))  # (S, C, K)
-    squares = products.square - ((2 * products.residual - turned) * held[:, None]).sum(-1)
-    trace = products.rows * weight - weight.square() * (products.columns @ spread.flatten(1)[..., None])[..., 0]
-    left = (along - (inside @ held[..., None])[..., 0]).square()
-    masses = inside.diagonal(dim1=1, dim2=2) - (root @ inside).square().sum(1)
-    of_pushes = torch.stack([left, masses])[..., products.starts :].unflatten(-1, (products.pushes, -1)).sum(-1)
-    return torch.stack([squares * weight.square(), trace]).sum(1), of_pushes.sum(1)
-
-
-def _each_channel(held: Tensor, products: Products) -> Tensor:
-    return held[:, None].expand(-1, len(products.rows), -1).flatten(0, 1)
+    left = products.residuals - (products.columns @ held[..., None])[..., 0]
+    squares = products.by_channel(left.square()) * weight.square()
+    lost = (products.inner @ spread.flatten(1)[..., None])[..., 0].sum(0)
+    trace = len(left) * products.channel.bincount() * weight - weight.square() * lost
+    hits = (held / scale.square()).square()
+    masses = (1.0 - root.square().sum(1)) / scale.square()
+    of_pushes = torch.stack([hits, masses]).sum(1)[:, products.starts :].unflatten(-1, (products.pushes, -1)).sum(-1)
+    return torch.stack([squares, trace]), of_pushes

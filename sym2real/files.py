@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all: written beside their place, then moved there."""
+"""Files that appear whole or not at all: written beside their place, then moved there; and how JSON is read back."""
 
 from __future__ import annotations
 

@@ -67,3 +67,12 @@ def test_the_longest_name_is_folded_and_no_figure_is_cut_off() -> None:
     shown = console.file.getvalue()
     assert "…" not in shown.replace("0.00011…0.00013", "").replace("11…13", "")
     assert shown.count("0.000123") == len(CHANNELS)
+
+
+@pytest.mark.parametrize(("errors", "said"), [((0.9, 0.5, 0.2), False), ((0.9, 1.2, 0.2), True)])
+def test_a_ladder_that_leads_up_says_why(errors: tuple[float, ...], said: bool) -> None:
+    console = Console(width=80, file=io.StringIO())
+    stages = [stage(name, error) for name, error in zip(("base", "+ gain:steer", "+ lever_arm"), errors, strict=True)]
+    with console.capture() as shown:
+        console.print(ladder_table(stages, FLOOR, ["trial_2"]))
+    assert ("helps only together with one below it" in " ".join(shown.get().split())) == said

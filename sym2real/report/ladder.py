@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 from rich.markup import escape
 from rich.table import Table
@@ -15,6 +16,8 @@ from sym2real.report.tables import compact_table, number
 SHOWN_HORIZON = 0.8  # s
 # What a model that misses nothing would leave; a comparison's lowest error is that of the sensors alone.
 LOWEST = "noise and\ndisturbances"
+# Said where a step of the ladder leads up, beyond the interval of the one before.
+TOGETHER = "Where the error rises, that effect helps only together with one below it."
 
 
 def ladder_table(stages: Sequence[Stage], floor: Sequence[Floor], held_out: Sequence[str]) -> Table:
@@ -36,11 +39,14 @@ def ladder_table(stages: Sequence[Stage], floor: Sequence[Floor], held_out: Sequ
             table.add_column(f"\nto {max(stages[0].horizons):g} s", no_wrap=True)
     top = max(errors[main].value for errors in stages[0].horizons.values())
     for stage in stages:
-        errors = stage.horizons[horizon]
+        here = stage.horizons[horizon]
         over = [stage.horizons[one][main].value for one in sorted(stage.horizons)]
-        interval = f"{number(errors[main].low, 2)}…{number(errors[main].high, 2)}"
-        first, *others = [number(error.value) for error in errors.values()]
+        interval = f"{number(here[main].low, 2)}…{number(here[main].high, 2)}"
+        first, *others = [number(error.value) for error in here.values()]
         table.add_row(escape(stage.model), first, interval, sparkline(over, highest=top), *others)
+    errors = [stage.horizons[horizon][main] for stage in stages]
+    if any(after.value > before.high for before, after in pairwise(errors)):
+        table.caption, table.caption_justify = TOGETHER, "left"
     lowest = {one.horizon: one.errors for one in floor}
     if horizon in lowest:
         first, *others = [number(lowest[horizon].get(channel, (float("nan"), ""))[0], 2) for channel in channels]

@@ -60,6 +60,9 @@ def test_too_few_windows_have_no_fit_and_no_skill() -> None:
     many = compare(FALLING, Dataset([accelerated(rows=ROWS + 1)] * 10)).one_step.errors["position"]
     assert many.skill == pytest.approx(1.0 - many.value / many.hold)
     assert math.isnan(many.fit)
+    # Two logs of five vary, but too little to be held against: ten a log are needed, not ten in all.
+    five = compare(FALLING, Dataset([accelerated(rows=ROWS + 1 + 5 * 4)] * 2)).one_step.errors["position"]
+    assert (five.windows, math.isnan(five.skill), math.isnan(five.fit)) == (10, False, True)
 
 
 def test_what_was_done_to_all_logs_is_said_once() -> None:

@@ -76,6 +76,14 @@ def test_worst_segments_do_not_overlap_and_come_in_order() -> None:
             assert one.log != other.log or one.end <= other.start or other.end <= one.start
 
 
+def test_the_worst_seconds_are_those_that_stand_out_from_the_noise_whatever_the_unit() -> None:
+    """An attitude that is off by 0.3 rad, of which noise makes 0.1, is nothing beside a height off by 0.08 m."""
+    errors = planted()
+    turned = np.full_like(errors.errors["z"], 0.3)
+    both = replace(errors, errors={**errors.errors, "attitude": turned}, floor={**errors.floor, "attitude": 0.1})
+    assert worst_segments(both) == worst_segments(errors)
+
+
 def test_a_comparison_says_which_seconds_of_which_log_to_look_at() -> None:
     """A gust that no model knows moves the second of three flights by 0.3 m from its 2nd second on, within 0.5 s."""
     logs = [replace(simulate_case(Case("crazyflie", seed=seed), 1, 200)[0], name=f"log_{seed}") for seed in range(3)]

@@ -16,6 +16,7 @@ from sym2real.data import example_flight
 from sym2real.errors import DataError
 from sym2real.layout import Layout, Layouts
 from sym2real.logs import LogSpec, inspect_logs, read_log
+from sym2real.logs.assignment import assign
 from sym2real.logs.names import read_name
 from sym2real.trajectory import Trajectory
 
@@ -214,6 +215,30 @@ def test_the_delay_of_the_steering_is_seen(tmp_path: Path) -> None:
     assert {"steer", "speed", "yaw", "wz"} <= found.spec.columns.keys()
     evidence = next(row.evidence for row in found.rows if row.column == "steer")
     assert any(f"{late} ms later" in evidence for late in (150, 200))
+
+
+@pytest.mark.parametrize("turn", [1.0, -1.0])
+def test_pulses_of_a_servo_are_left_to_the_user(tmp_path: Path, turn: float) -> None:
+    time, position, yaw, speed, steer = car()
+    columns = {
+        "t": time, "x": position[:, 0], "y": position[:, 1], "heading_deg": np.degrees(yaw),
+        "servo_us": np.round(1500 + turn * 1000 * steer), "speed_setpoint": speed,
+    }  # fmt: skip
+    pd.DataFrame(columns).to_csv(tmp_path / "car.csv", index=False)
+    found = inspect_logs(tmp_path / "car.csv")
+    assert "steer" not in found.spec.columns
+    assert found.suspected_flips == (() if turn > 0 else ("servo_us",))
+    line = next(line for line in found.toml().splitlines() if line.startswith("# steer ="))
+    text = found.toml().replace(line, line[2:]).replace("# flip =", "flip =")
+    accepted = read_log(tmp_path / "car.csv", LogSpec.parse(text))
+    assert np.allclose(accepted.column("steer"), steer, atol=5.1e-4)
+
+
+def test_compass_names() -> None:
+    assert assign(["v_n", "v_e", "v_d"]).columns == {"vx": "v_n", "vy": "v_e", "vz": "v_d"}
+    assert assign(["east_m", "north_m", "up_m"]).columns == {"x": "east_m", "y": "north_m", "z": "up_m"}
+    # A desired speed alone is no third axis.
+    assert "vz" not in assign(["v_d", "steer"]).columns
 
 
 def test_counts_of_thrust_are_left_to_the_user(tmp_path: Path) -> None:

@@ -205,6 +205,17 @@ def test_px4_log_is_north_east_down(flight: Flight, tmp_path: Path) -> None:
     check(flight, path, found.spec)
 
 
+def test_a_log_that_names_the_compass_is_north_east_down(flight: Flight, tmp_path: Path) -> None:
+    columns = px4(flight)
+    words = {".x": "north", ".y": "east", ".z": "down", ".vx": "v_n", ".vy": "v_e", ".vz": "v_d"}
+    names = {f"vehicle_local_position{end}": word for end, word in words.items()}
+    path = save(tmp_path, {names.get(name, name): values for name, values in columns.items()})
+    found = inspect_logs(path)
+    assert found.spec.frames == "ned_frd"
+    assert [found.spec.columns[axis].column for axis in ("x", "vz")] == ["north", "v_d"]
+    check(flight, path, found.spec)
+
+
 def test_ros_log_has_body_velocities(flight: Flight, tmp_path: Path) -> None:
     path = save(tmp_path, ros(flight))
     found = inspect_logs(path)

@@ -20,7 +20,12 @@ FULL = LogSpec(
     "drone",
     "a drone, \"quoted\" and 'odd'",
     TimeBase("stamp", "us", dt=0.01),
-    {"x": Source("pose.x"), "wx": Source("gyro x", "deg/s"), "thrust": Source("pwm", scale=1e-5)},
+    {
+        "x": Source("pose.x"),
+        "wx": Source("gyro x", "deg/s"),
+        "thrust": Source("pwm", scale=1e-5),
+        "steer": Source("us", scale=1e-3, zero=1500.0),
+    },
     Attitude(("a", "b", "c", "d"), "xyzw", "world_to_body"),
     Attitude(euler=("r", "p", "y"), unit="deg"),
     drop_first=2,
@@ -63,7 +68,9 @@ BAD = {
     "[columns]\nx = 3": "column 'x': expected x = \"column\"",
     "[columns]\nx = {column = 'a', units = 'm'}": "did you mean 'unit'",
     "[columns]\nx = {column = 'a', unit = 'deg'}": "column 'x': expected a unit that fits.*known: cm, m, mm",
-    "[columns]\nx = {column = 'a', scale = -1}": "scale to be a number > 0",
+    "[columns]\nx = {column = 'a', scale = -1}": r"scale to be a number > 0 \(flip reverses a sign\), found -1",
+    "[columns]\nx = {column = 'a', zero = 'mid'}": "columns.x.zero to be a number, found 'mid'",
+    "[columns]\nx = {column = 'a', zero = nan}": "columns.x.zero to be a number, found nan",
     "[attitude]\nquaternion = ['a', 'b', 'c']": "a quaternion of 4 columns or euler with 3",
     "[attitude]\nquaternion = ['a','b','c','d']\norder = 'zyxw'": "attitude.order to be one of wxyz, xyzw",
     "[attitude]\nquaternion = ['a','b','c','d']\ndirection = 'up'": "body_to_world, world_to_body",
@@ -131,6 +138,12 @@ def test_units_flips_scale_and_mass(tmp_path: Path) -> None:
     assert np.allclose(found["thrust"], [18, 20])
     assert np.allclose(found["motor1"], [750, 1])
     assert np.allclose(found["note"], [7, 8])
+
+
+def test_pulses_of_a_servo_count_from_their_middle(tmp_path: Path) -> None:
+    toml = 'flip = ["servo"]\n[columns]\nx = "x"\nsteer = { column = "servo", zero = 1520, scale = 0.001 }'
+    found = read(tmp_path, {**STAMPS, "x": [0, 0], "servo": [1520, 1120]}, toml)
+    assert np.allclose(found["steer"], [0.0, 0.4])
 
 
 QUARTER = np.array([np.cos(0.3), 0.1, -0.2, 0.0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -10,6 +11,8 @@ from sym2real.logs.names import Named, read_name
 PREFIX = {"position": "", "velocity": "v", "rate": "w", "force": "f", "torque": "t"}
 ATTITUDE_OF_ROLE = {"state": "attitude", "command": "attitude_command", "reference": "reference_attitude"}
 ANGLES = ("roll", "pitch", "yaw")
+# World axes as navigation names them, in the order of x, y, z: north-east-down, or east-north-up.
+COMPASS = (("north", "east", "down"), ("n", "e", "d"), ("east", "north", "up"), ("e", "n", "u"))
 LETTERS = {"p": "x", "q": "y", "r": "z"}
 
 
@@ -47,11 +50,25 @@ def assign(names: Sequence[str]) -> Assignment:
     """Sort columns by what their names say; of two that say the same the first is taken."""
     result = Assignment()
     result.named = {name: named for name in names if (named := read_name(name)) is not None}
+    result.named |= _compass(names)
     _settle_letters(result)
     for name, named in result.named.items():
         _place(result, name, named)
     _settle(result)
     return result
+
+
+def _compass(names: Sequence[str]) -> dict[str, Named]:
+    """Names that differ in a direction of the compass alone, all three there: ``v_n``, ``v_e``, ``v_d``."""
+    found: dict[str, Named] = {}
+    for name in names:
+        for axes in COMPASS:
+            match = re.fullmatch(rf"(.*?){axes[0]}((?:_[a-z]+)?)", name, re.IGNORECASE)
+            triple = [f"{match[1]}{axis}{match[2]}" for axis in axes] if match else []
+            meant = [read_name(f"{match[1]}{axis}{match[2]}") for axis in "xyz"] if match else []
+            if triple and set(triple) <= set(names) and all(meant):
+                found |= {column: named for column, named in zip(triple, meant, strict=True) if named}
+    return found
 
 
 def _place(result: Assignment, name: str, named: Named) -> None:

@@ -15,6 +15,7 @@ from sym2real.logs.units import GRAVITY, UNITS
 
 LONGEST_DELAY = 0.5  # s
 MOTORS = ("motor1", "motor2", "motor3", "motor4")
+SHORTEST_PULSE, LONGEST_PULSE = 900.0, 2200.0  # µs, of servos and speed controllers
 STEEPEST = 1.6  # rad; no wheel steers beyond a right angle
 
 
@@ -104,7 +105,7 @@ def _motor_unit(named: str, low: float, high: float, whole: bool) -> tuple[str, 
         return named, "the name says so", True
     if low >= 0 and high <= 1.0:
         return "", "a command of 0 to 1; the thrust per command follows from the log only per unit mass", True
-    if low >= 900.0 and high <= 2200.0:
+    if low >= SHORTEST_PULSE and high <= LONGEST_PULSE:
         return "", "pulses in µs, 1000 to 2000; what they give in thrust cannot be known", False
     if whole and 2200.0 < high <= 65535.0:
         return "uint16", "16-bit counts; 65535 is full", True
@@ -157,15 +158,43 @@ def _car(draft: Draft) -> None:
     if not draft.has("steer"):
         return
     column = axis_column(draft, "steer")
+    if draft.has("speed"):
+        _speed(draft, axis_column(draft, "speed"))
     values = draft.raw(column)
+    if _are_pulses(values):
+        _steering_pulses(draft, column, values)
+        return
     size, named = signals.largest(values), draft.assignment.unit(column)
     unit = named or ("deg" if size > STEEPEST else "rad")
     draft.units["steer"] = "" if unit == "rad" else unit
     evidence = "the name says so" if named else f"up to {size:.3g}"
     answer = _answer(draft, values, draft.series("wz")) if draft.has("wz") else ""
     draft.add(column, "steer", unit, evidence + answer, "certain" if named else "likely")
-    if draft.has("speed"):
-        _speed(draft, axis_column(draft, "speed"))
+
+
+def _are_pulses(values: Series) -> bool:
+    return all(bool(((part >= SHORTEST_PULSE) & (part <= LONGEST_PULSE)).all()) for part in values)
+
+
+def _steering_pulses(draft: Draft, column: str, values: Series) -> None:
+    draft.left_out.add("steer")
+    answer = _answer(draft, values, turning) if (turning := _turning(draft)) else ""
+    span = f"{min(float(part.min()) for part in values):.5g} to {signals.largest(values):.5g}"
+    evidence = f"{span}: pulses in µs; the log cannot know the angle per µs{answer}"
+    draft.add(column, "steering command", "?", evidence, "unknown")
+    worth = "zero = 1500, scale = 0.001 }  # put the pulse straight ahead, and rad per µs"
+    draft.comment("columns", f'steer = {{ column = "{column}", {worth}')
+    if "correlation -" in answer:
+        suspect(draft, column, f"the car turns right where pulses are longer{answer}")
+
+
+def _turning(draft: Draft) -> Series:
+    """A car's rate of turn, rad/s, else the slope of its heading; empty where neither is known."""
+    if draft.has("wz"):
+        return draft.series("wz")
+    if not draft.has("yaw"):
+        return []
+    return signals.slopes(draft.stamps, [np.unwrap(part) for part in draft.series("yaw")])
 
 
 def _speed(draft: Draft, column: str) -> None:

@@ -25,6 +25,7 @@ NOT_VOLTAGE = frozenset({"current", "percent", "percentage", "level", "temperatu
 FORCE = frozenset({"f", "force"})
 TORQUE = frozenset({"torque", "tau", "tor", "moment"})
 STEER = frozenset({"steer", "steering", "delta", "steerangle"})
+SERVO = frozenset({"servo"})
 THRUST = frozenset({"thrust", "collective", "thr"})
 THROTTLE = frozenset({"throttle"})
 MOTOR = frozenset({
@@ -172,6 +173,8 @@ def _electric(name: _Words) -> Found:
 def _command(name: _Words) -> Found:
     if name.has(STEER) and not name.has(RATE, VELOCITY):
         return "steer", ""
+    if name.has(SERVO) and not name.digit:
+        return "steer", ""
     if name.has(THRUST) and name.axis in {"", "z", "2"}:
         return "thrust", ""
     if name.has(THROTTLE):
@@ -236,6 +239,9 @@ def _unit_of(quantity: str, unit: str) -> str:
     """The unit a suffix means for this quantity: ``_ms`` is milliseconds on a stamp, m/s on a velocity."""
     if quantity in {"velocity", "speed"}:
         return {"ms": "m/s", "mm": "mm/s", "cm": "cm/s"}.get(unit, unit)
+    if quantity == "steer":
+        # A servo's pulse is no angle: its size says so.
+        return "" if unit == "us" else unit
     if quantity == "rate":
         return {"deg": "deg/s", "rad": "rad/s", "mrad": "mrad/s"}.get(unit, unit)
     return unit

@@ -30,11 +30,13 @@ class Source:
         column: name in the log.
         unit: unit in the log, a key of :data:`sym2real.logs.units.UNITS`; empty for the SI unit.
         scale: a further factor, for counts whose worth was measured (N per PWM count).
+        zero: reading of the log that stands for zero (a servo's pulse straight ahead), taken off before the factors.
     """
 
     column: str
     unit: str = ""
     scale: float = 1.0
+    zero: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -80,7 +81,9 @@ class SpecChecker:
         texts = {
             key: self._typed(f"columns.{name}.{key}", value[key], str) for key in ("column", "unit") if key in value
         }
-        return Source(**texts, scale=self._number(f"columns.{name}.scale", value.get("scale", 1.0)))
+        scale = self._number(f"columns.{name}.scale", value.get("scale", 1.0), "a number > 0 (flip reverses a sign)")
+        zero = self._number(f"columns.{name}.zero", value.get("zero", 0.0), "a number", -inf)
+        return Source(**texts, scale=scale, zero=zero)
 
     def _attitude(self, name: str, values: Mapping[str, Any]) -> Attitude:
         self._keys(f"key of [{name}]", values, Attitude.__dataclass_fields__)
@@ -132,9 +135,9 @@ class SpecChecker:
             raise DataError(self.file, f"{key} to be a list of column names", repr(values))
         return tuple(values)
 
-    def _number(self, key: str, value: object) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < float("inf"):
-            raise DataError(self.file, f"{key} to be a number > 0", repr(value))
+    def _number(self, key: str, value: object, wanted: str = "a number > 0", low: float = 0.0) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float) or not low < value < inf:
+            raise DataError(self.file, f"{key} to be {wanted}", repr(value))
         return float(value)
 
     def _typed(self, key: str, value: Any, kind: type, holds: Any = None, wanted: str = "") -> Any:

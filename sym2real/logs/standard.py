@@ -168,7 +168,8 @@ def _column(table: Table, spec: LogSpec, name: str, source: Source) -> Array:
     values = table.column(source.column, f"for {name!r} (specification {spec.name!r})")
     sign = -1.0 if source.column in spec.flip else 1.0
     scale = sign * source.scale * factor(source.unit, name, spec.mass)
-    return values if scale == 1.0 else values * scale
+    shifted = values - source.zero if source.zero else values
+    return shifted if scale == 1.0 else shifted * scale
 
 
 def _attitude(table: Table, spec: LogSpec, name: str, attitude: Attitude) -> Array:

@@ -252,3 +252,19 @@ def test_what_does_not_apply_says_why() -> None:
         wind.substitute(equations, {"fx": 1.0})
     with pytest.raises(UnknownNameError, match="fx"):
         effect("wind", CRAZYFLIE).substitute(nominal(CRAZYFLIE), {"f_x": 1.0})
+
+
+@pytest.mark.parametrize(
+    ("interface", "first"), [("rates", "motor_lag"), ("rates", "rotor_reaction"), ("motors", "motor_lag")]
+)
+def test_equations_with_an_effect_take_every_effect_that_still_applies(interface: str, first: str) -> None:
+    equations = nominal(CRAZYFLIE) if interface == "rates" else INTERFACES[interface]
+    once = effect(first, equations)
+    informed = once.substitute(equations, {"value": once.parameters[0].scale})
+    left = applicable(informed)
+    assert first not in {found.key for found in left}
+    assert {found.key for found in applicable(equations)} - {found.key for found in left} == {first}
+    for found in left:
+        found.substitute(informed, free_symbols(found))
+    with pytest.raises(ModelError, match=f"{first} is in these equations already"):
+        once.substitute(informed, {"value": once.parameters[0].scale})

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import fields
 from math import pi
 from pathlib import Path
 
@@ -14,7 +16,7 @@ from sym2real.errors import DataError, UnknownNameError
 from sym2real.layout import Layout, Layouts
 from sym2real.logs import SPECS, LogSpec, load_spec, read_log
 from sym2real.logs.parts import Attitude, Source, TimeBase
-from sym2real.logs.units import GRAVITY, factor
+from sym2real.logs.units import GRAVITY, UNITS, factor
 
 FULL = LogSpec(
     "drone",
@@ -144,6 +146,18 @@ def test_pulses_of_a_servo_count_from_their_middle(tmp_path: Path) -> None:
     toml = 'flip = ["servo"]\n[columns]\nx = "x"\nsteer = { column = "servo", zero = 1520, scale = 0.001 }'
     found = read(tmp_path, {**STAMPS, "x": [0, 0], "servo": [1520, 1120]}, toml)
     assert np.allclose(found["steer"], [0.0, 0.4])
+
+
+def test_the_page_on_specifications_holds() -> None:
+    page = (Path(__file__).parents[1] / "docs" / "specification.md").read_text(encoding="utf-8")
+    quad, vehicle = (LogSpec.parse(text) for text in re.findall(r"```toml\n(.*?)```", page, re.DOTALL))
+    assert (quad.frames, quad.columns["motor2"].column, vehicle.columns["steer"].zero) == ("ned_frd", "m4", 1500.0)
+    first_cells = re.findall(r"^\| (`.*?) \|", page, re.MULTILINE)
+    keys = {key.strip("[]") for cell in first_cells for key in re.findall("`(.*?)`", cell)}
+    assert keys == {field.name for field in fields(LogSpec)}
+    units = re.search(r"^Units: (.*?)\.", page, re.DOTALL | re.MULTILINE)
+    assert units is not None
+    assert set(re.findall(r"`(.*?)`", units[1])) == set(UNITS)
 
 
 QUARTER = np.array([np.cos(0.3), 0.1, -0.2, 0.0])

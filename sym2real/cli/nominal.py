@@ -18,9 +18,9 @@ class NominalQuadrotor:
     """Rigid-body equations of a quadrotor: no simulator, no regression.
 
     Interfaces: thrust_rates (thrust in N and body rates, tracked on board), thrust_attitude (thrust and attitude), or
-    motors (four commands 0–1 or speeds in rad/s). With --attitude measured the log's quaternion is an input and only
-    position and velocity are predicted, which suits logs without rate commands. Where a log's thrust is per mass
-    (m/s²) the mass is 1.
+    motors (four commands 0–1 or speeds in rad/s: front right, rear right, rear left, front left). With --attitude
+    measured the log's quaternion is an input and only position and velocity are predicted, which suits logs without
+    rate commands. Where a log's thrust is per mass, in m/s², the mass is 1.
 
     For example:
       sym2real nominal quadrotor --mass 1.2 --interface motors --out runs/nominal

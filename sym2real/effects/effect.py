@@ -103,6 +103,8 @@ class Effect:
         missing = [name for name in self.of.numbers if name not in body.numbers]
         if missing:
             return f"{self.key} needs the robot's {', '.join(missing)}, which is not among the numbers here"
+        if any(name in body.names for name in self.of.hidden):
+            return f"{self.key} is in these equations already, with a state of its own that they can have once"
         return ""
 
     def applies(self, equations: Equations) -> bool:

@@ -71,6 +71,7 @@ class Kind:
         columns: group whose columns it binds to; "" for none.
         column_needed: false where no column means all of them.
         parts: for effects that are two others: their kinds and values.
+        hidden: hidden states that it brings; equations that have one of them have the effect already.
     """
 
     name: str
@@ -90,6 +91,7 @@ class Kind:
     columns: Literal["", "action", "state"] = ""
     column_needed: bool = True
     parts: Callable[[Values, Body], tuple[tuple[Kind, Values], ...]] | None = None
+    hidden: tuple[str, ...] = ()
 
     def fits(self, body: Body) -> bool:
         """Whether robots like this one can have it."""

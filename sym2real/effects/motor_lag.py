@@ -130,5 +130,6 @@ MOTOR_LAG = Kind(
     inject=_inject,
     substitute=_substitute,
     needs=("thrust",),
+    hidden=(f"{LAGGED}_memory",),
     robot="quadrotor",
 )

@@ -97,5 +97,6 @@ ROTOR_REACTION = Kind(
     substitute=_substitute,
     needs=("thrust", "wz"),
     numbers=("rotor_thrust", "torque_per_thrust"),
+    hidden=(SUM_MEMORY, COMMAND_MEMORY),
     robot="quadrotor",
 )

@@ -203,6 +203,8 @@ def test_misfits_are_refused() -> None:
         compare(FALLING, replace(accelerated(), time=0.04 * np.arange(120)))
     with pytest.raises(ShapeError, match="columns"):
         compare(ROBOTS["mushr"].nominal(), accelerated())
+    with pytest.raises(ShapeError, match=r"at least one time step, 0.02 s, found 0.001 s"):
+        compare(FALLING, accelerated(), horizons=[0.5, 0.001])
 
 
 def test_short_logs_leave_long_horizons_out_and_say_so() -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 import torch
 
-from sym2real.diagnosis import calibrate
+from sym2real.diagnosis import Estimate, calibrate
 from sym2real.diagnosis.adding import try_effect
 from sym2real.diagnosis.candidates import candidates, library_for
 from sym2real.diagnosis.cleaned import cleaned
@@ -99,3 +99,8 @@ def test_a_lag_is_known_to_no_less_than_a_sixth_of_a_step_and_its_interval_holds
     found = tried.finding.parameters["value"]
     assert found.high - found.low >= 2 * MUSHR.dt / 6
     assert found.low <= 0.05 <= found.high
+
+
+@pytest.mark.parametrize(("value", "unit", "said"), [(0.00512, "kg", "0.00512 kg"), (1.0, "1", "1"), (0.3, "", "0.3")])
+def test_a_value_is_said_with_its_unit_and_without_the_unit_one(value: float, unit: str, said: str) -> None:
+    assert Estimate(value, value, value, unit).said == said

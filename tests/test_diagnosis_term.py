@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+import sympy
 
 from sym2real.cli import main
 from sym2real.diagnosis import add_term, compare, diagnose
@@ -13,7 +16,7 @@ from sym2real.errors import ModelError, UnknownNameError
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import load_model, save_model
-from sym2real.trajectory import Dataset
+from sym2real.trajectory import Dataset, Trajectory
 
 # Everything that a drag could be taken for, and much else to keep the test short: mass, thrust's offset and motor lag
 # compete.
@@ -73,3 +76,19 @@ def test_a_broken_term_gets_one_clear_error(
 ) -> None:
     with pytest.raises(error, match=message):
         add_term(CRAZYFLIE.nominal(), channel, expression)
+
+
+def test_a_term_beside_a_battery_by_voltage_is_of_the_size_of_what_is_missing() -> None:
+    """A sag per volt that is taken for one per second would leave newtons for the term to make up."""
+    hidden = (("battery_sag", {"value": 0.01}), ("wind", {"fx": 0.02}))
+
+    def with_voltage(log: Trajectory) -> Trajectory:
+        return replace(log, extra={**log.extra, "vbat": 4.1 - 0.05 * (log.time - log.time[0])})
+
+    flights = Dataset(with_voltage(log) for log in simulate_case(Case("crazyflie", hidden, seed=21), 6, 300))
+    out = [one for one in OUT if one != "battery_sag"]
+    found = diagnose(CRAZYFLIE.nominal(), flights, exclude=out)
+    assert found.findings[0].parameters["value"].unit == "1/V"
+    assert found.proposal is not None
+    term = sympy.lambdify(sympy.Symbol("t"), sympy.sympify(found.proposal.expression))
+    assert np.abs(term(flights[0].time)).max() < 0.1

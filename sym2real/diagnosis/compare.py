@@ -91,13 +91,16 @@ def compare(
         region: range of every column in the model's training, to say whether it fails inside or outside.
 
     Raises:
-        ShapeError: when columns or time steps differ, or no log is long enough for a window.
+        ShapeError: when columns or time steps differ, no log is long enough for a window, or a horizon is no step long.
     """
     logs = data if isinstance(data, Dataset) else Dataset([data])
     predictor, dataset = prepared(model, logs)
     longest = max(len(trajectory) for trajectory in dataset) - ROWS
     if longest < 1:
         raise ShapeError(f"no log is longer than {ROWS} rows: there is no window to compare")
+    short = [horizon for horizon in horizons if round(horizon / dataset.dt) < 1]
+    if short:
+        raise ShapeError(f"expected horizons of at least one time step, {dataset.dt:g} s, found {short[0]:g} s")
     reachable = [horizon for horizon in horizons if round(horizon / dataset.dt) <= longest]
     free = min(round(free_run_seconds(dataset.layouts.state) / dataset.dt), longest)
     steps = sorted({1, free, *(round(horizon / dataset.dt) for horizon in reachable)})

@@ -25,7 +25,6 @@ from sym2real.diagnosis.significance import FEWEST_BLOCKS
 from sym2real.diagnosis.term import Term, propose
 from sym2real.diagnosis.verdict import Verdict, summary, verdict
 from sym2real.diagnosis.weighing import OnProgress, Weighed, check_and_filter, weigh
-from sym2real.effects import compose, effect
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset, Trajectory
@@ -177,7 +176,7 @@ def _answer(
     found = rated(found, passed=gate.passed, leftover=bool(leftovers), calibrated=own is not None)
     proposal = None
     if leftovers:
-        informed = compose(weighed.model, [(effect(one.effect, weighed.model), one.values) for one in found])
+        informed = applied(weighed.model, found)
         proposal = propose(informed, checked.data, rest, leftovers[0], problems.whitening)
     base = float(problems.whitening.loss(problems.problem.residuals(library.null[None])).sum())
     answer = verdict(checked.faults, found, leftovers, gate, problems)

@@ -43,6 +43,11 @@ class Estimate:
     high: float
     unit: str
 
+    @property
+    def said(self) -> str:
+        """Value and unit for a sentence; the unit 1 goes without saying."""
+        return f"{self.value:.3g} {self.unit}".removesuffix(" 1").rstrip()
+
 
 @dataclass(frozen=True)
 class Finding:

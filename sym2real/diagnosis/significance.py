@@ -40,8 +40,8 @@ def beyond_chance(problems: Problems, fit: Fit, one: Candidate, origin: Tensor, 
     else:
         neutral, places = _neutral(problems, fit, one, origin), [fit.free.index(tied) for tied in one.free]
         chance = p_value(problems, fit, places, neutral)
-        log, enough = problems.problem.segments.log, len(places) + 1 < FEWEST_LOGS <= problems.log_count
-        if enough and p_value(problems, fit, places, neutral, log) > BY_LOGS:
+        enough = len(places) + 1 < FEWEST_LOGS <= problems.log_count
+        if enough and p_value(problems, fit, places, neutral, problems.logs) > BY_LOGS:
             return False
     return chance < FALSE_ALARMS / max(1, tried)
 

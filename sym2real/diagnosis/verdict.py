@@ -68,9 +68,7 @@ def _failed(best: Fall) -> str:
 
 
 def _one(finding: Finding) -> str:
-    values = ", ".join(
-        f"{name} {estimate.value:.3g} {estimate.unit}".strip() for name, estimate in finding.parameters.items()
-    )
+    values = ", ".join(f"{name} {estimate.said}" for name, estimate in finding.parameters.items())
     others = [key for key in finding.group if key != finding.effect]
     return f"{finding.effect} ({values})" + (f", or {' or '.join(others[:3])}" if others else "")
 

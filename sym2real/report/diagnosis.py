@@ -103,7 +103,7 @@ def findings_list(findings: Sequence[Finding]) -> Table:
             spread = finding.log_spread.get(name)
             scatter = "" if spread is None else f", logs one by one ± {number(spread, 2)}"
             interval = f"[dim]95 % {number(one.low)} … {number(one.high)}{scatter}[/]"
-            table.add_row("", f"{escape(name)} = [bold]{number(one.value)}[/] {escape(one.unit)}  {interval}")
+            table.add_row("", f"{escape(name)} = [bold]{escape(one.said)}[/]  {interval}")
         if finding.confidence is not None:
             sure = finding.confidence
             table.add_row(

@@ -12,7 +12,10 @@ from noisy_flights import flights_with
 
 from sym2real import rotation
 from sym2real.control import geometric_controller
+from sym2real.diagnosis import add
+from sym2real.diagnosis.candidates import library_for
 from sym2real.diagnosis.sanity import check
+from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.sensor_faults import readings
 from sym2real.experiments import standard_conditions
 from sym2real.experiments.flying import fly
@@ -40,6 +43,34 @@ def plain() -> Dataset:
 def test_honest_logs_have_no_fault() -> None:
     assert check(CRAZYFLIE.nominal(), plain()).faults == ()
     assert check(MUSHR.nominal(), simulate_case(Case("mushr", (), seed=4), rows=200)).faults == ()
+
+
+def test_what_the_model_says_of_its_sensors_is_no_fault_and_its_absence_is() -> None:
+    turned = changed(plain(), "wy", lambda rate: -rate)
+    knowing = add(CRAZYFLIE.nominal(), "sensor_sign:wy", {"value": -1.0})
+    checked = check(knowing, turned)
+    assert checked.faults == ()
+    np.testing.assert_allclose(checked.data[0].state, turned[0].state, atol=1e-9)
+    mistaken = check(knowing, plain())
+    assert [fault.effect for fault in mistaken.faults] == ["sensor_sign:wy"]
+    np.testing.assert_allclose(mistaken.data[0].column("wy"), turned[0].column("wy"), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("key", "values"),
+    [
+        ("sensor_sign:wy", {"value": -1.0}),
+        ("sensor_scale:x", {"value": 2.0}),
+        ("mounting_tilt", {"roll": 0.2, "pitch": -0.1}),
+    ],
+)
+def test_pieces_start_where_the_models_own_sensors_report_what_was_logged(key: str, values: dict[str, float]) -> None:
+    model, data = add(CRAZYFLIE.nominal(), key, values), plain()
+    library = library_for(model, data, exclude=("*:*",))
+    problem = Problem(library, data)
+    reported = problem.states(library.null[None])[0, :, 0]
+    away = data.layouts.state.difference(reported, problem.segments.start)
+    assert float(away.abs().max()) < 1e-9
 
 
 @pytest.mark.parametrize(

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
+from torch import Tensor
 
 from sym2real import rotation
 from sym2real.diagnosis.agreement import (
@@ -23,6 +24,7 @@ from sym2real.diagnosis.data_report import exact, exactness, excitation
 from sym2real.diagnosis.prepared import DT_TOLERANCE
 from sym2real.diagnosis.sensor_faults import readings
 from sym2real.effects import EFFECTS
+from sym2real.effects.sensors import Sensors
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset
 
@@ -78,12 +80,22 @@ class Checked:
 
 
 def check(model: Equations, data: Dataset) -> Checked:
-    """Find and undo what no model can explain: frames first, then signs, then scales, biases and time shifts."""
+    """Find and undo what no model can explain: frames first, then signs, then scales, biases and time shifts.
+
+    What the model itself says of its sensors is no fault: the data are judged as its sensors' input.
+    """
     found: list[Fault] = []
+    sensors = Sensors(model)
+    data = _through(sensors.state, data) if model.output else data
     for settle in (_attitude, _velocity_frame, _signs, _sensors):
         faults, data = settle(data)
         found += faults
+    data = _through(sensors.measured, data) if model.output else data
     return Checked(data, tuple(found), (*_time_step(model, data), *_saturation(data), *_noise(data)))
+
+
+def _through(sensors: Callable[[Tensor], Tensor], data: Dataset) -> Dataset:
+    return Dataset(replace(log, state=sensors(torch.as_tensor(log.state)).numpy()) for log in data)
 
 
 Settled = tuple[Sequence[Fault], Dataset]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import torch
 from torch import Tensor
@@ -11,6 +12,7 @@ from sym2real.diagnosis.filtered import FilteredCommands
 from sym2real.diagnosis.inputs import inputs_along
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.segments import WARM_UP, Segments, compared_fields, cut, padded
+from sym2real.effects.sensors import Sensors
 from sym2real.symbolic import rollout
 from sym2real.trajectory import Dataset
 
@@ -172,15 +174,23 @@ class Problem:
             start[turned] = self._unmeasured(measured, parameters[turned])
         return start if moves is None else layout.retract(start, moves[:, None].expand(-1, start.shape[1], -1))
 
+    @cached_property
+    def _unsensed(self) -> tuple[Tensor, Tensor]:
+        """States that the base's own sensors report as the start ``# (S, state)``, and how they follow the report."""
+        sensors = Sensors(self.library.base)
+        start = sensors.state(self.segments.start)
+        return start, sensors.inverse_slope(start)
+
     def _unmeasured(self, measured: Tensor, parameters: Tensor) -> Tensor:
         """State whose measurement is ``measured # (S, state)`` under parameters ``# (B, 1, all)``."""
-        layout = self.segments.layout
-        start = measured.expand(len(parameters), -1, -1)
+        layout, (start, slope) = self.segments.layout, self._unsensed
+        start = start.expand(len(parameters), -1, -1)
         hidden = self.library.equations.layouts.state.size - self._visible
         for _ in range(2):
             whole = torch.cat([start, start.new_zeros(*start.shape[:-1], hidden)], dim=-1)
             reported = self._measured(whole, parameters)[..., : self._visible]
-            start = layout.retract(start, -layout.difference(reported, measured))
+            away = layout.difference(reported, measured)
+            start = layout.retract(start, -(slope @ away[..., None])[..., 0])
         return start
 
     def _measured(self, states: Tensor, parameters: Tensor) -> Tensor:

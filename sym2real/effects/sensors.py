@@ -50,7 +50,7 @@ class Sensors:
         state, inverse = wanted, self._inverse
         for _ in range(SLOPES):
             if inverse is None or inverse.shape[:-2] != wanted.shape[:-1]:
-                inverse = self._inverse = self._inverse_slope(state)
+                inverse = self._inverse = self.inverse_slope(state)
             for _ in range(STEPS):
                 away = self.layout.difference(self.measured(state), wanted)  # (..., tangent)
                 if float(away.abs().max()) < AGREES:
@@ -59,10 +59,13 @@ class Sensors:
             inverse = None
         return state.to(measured)
 
-    def _inverse_slope(self, state: Tensor) -> Tensor:
-        """Of what is measured by the state, in tangents, by differences ``# (..., tangent, tangent)``."""
+    def inverse_slope(self, state: Tensor) -> Tensor:
+        """How states ``# (..., visible)`` follow what is measured, in tangents ``# (..., tangent, tangent)``."""
         size = self.layout.tangent_size
-        moves = STEP * torch.eye(size, dtype=torch.float64).expand(*state.shape[:-1], size, size)
+        unit = torch.eye(size, dtype=torch.float64).expand(*state.shape[:-1], size, size)
+        if self._report is None:
+            return unit
+        moves = STEP * unit
         moved = self.layout.retract(state[..., None, :], moves)
         changes = self.layout.difference(self.measured(moved), self.measured(state)[..., None, :]) / STEP
         inverse: Tensor = torch.linalg.pinv(changes.mT)

@@ -139,6 +139,10 @@ def test_stamps_in_another_unit_are_refused(tmp_path: Path) -> None:
     for read in (read_log, read_logs):
         with pytest.raises(DataError, match=r"log\.csv, column 'time': .*unit of the stamps right.*found 20 s"):
             read(tmp_path / "log.csv", layouts=LAYOUTS, dt=0.02)
+    # Seconds taken for milliseconds: a flight of 40 s would shrink to two rows.
+    write_log(log_at(2e-5 * np.arange(2000)), tmp_path / "log.csv")
+    with pytest.raises(DataError, match=r"column 'time': .*500 rows in one .*found rows 2e-05 s apart"):
+        read_logs(tmp_path / "log.csv", layouts=LAYOUTS, dt=0.02)
 
 
 def test_a_gap_is_refused_with_its_place_or_split(tmp_path: Path) -> None:

@@ -22,6 +22,8 @@ from sym2real.trajectory import Array, Dataset, Trajectory
 SHORTEST = 2  # rows; a single row between two gaps holds no transition
 # Steps of the model between two rows; beyond, resampling would make up nineteen rows of twenty.
 COARSEST = 20
+# Rows to a step of the model; an 8 kHz gyro has 400 in 0.05 s, stamps in s that are read as ms a thousand.
+FINEST = 500
 
 
 def read_log(
@@ -158,6 +160,13 @@ class _Opened:
                 self.table.path,
                 f"rows at most {COARSEST:g} of the model's steps of {dt:g} s apart (is the unit of the stamps right?)",
                 f"{apart:.4g} s",
+                column=self.spec.time.column or None,
+            )
+        if apart * FINEST < dt:
+            raise DataError(
+                self.table.path,
+                f"at most {FINEST} rows in one of the model's steps of {dt:g} s (is the unit of the stamps right?)",
+                f"rows {apart:.4g} s apart",
                 column=self.spec.time.column or None,
             )
 

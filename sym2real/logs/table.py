@@ -65,7 +65,8 @@ class Table:
             DataError: with row and column.
         """
         if len(bad := np.flatnonzero(~np.isfinite(values))):
-            found = "an empty cell or NaN" if np.isnan(values[bad[0]]) else str(values[bad[0]])
+            empty = "an empty cell or NaN (such rows may be left out of the file)"
+            found = empty if np.isnan(values[bad[0]]) else str(values[bad[0]])
             raise self.error("a finite number", found, int(bad[0]), name)
 
     def error(self, expected: str, found: str, position: int, column: str | None = None) -> DataError:

@@ -10,6 +10,7 @@ from sym2real.diagnosis import Finding, Gate, diagnose
 from sym2real.diagnosis.fit import Problems
 from sym2real.diagnosis.held_out import LAST_THIRD
 from sym2real.diagnosis.ladder import Stage, StageError, windows_of
+from sym2real.diagnosis.leftover import find_misfit
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.verdict import summary, verdict
@@ -21,6 +22,15 @@ from sym2real.trajectory import Dataset
 def stage(name: str, position: float, attitude: float) -> Stage:
     errors = {"position": position, "attitude": attitude, "velocity": 10 * position}
     return Stage(name, {0.8: {key: StageError(value, value, value, value, "") for key, value in errors.items()}})
+
+
+def problems_of(steps: int) -> Problems:
+    """One healthy flight of so many rows."""
+    library = Library.of(CRAZYFLIE.nominal(), [])
+    problem = Problem(library, flights_with("", {}, count=1, steps=steps))
+    spread = Spread.of(problem, library.null)
+    variances = torch.as_tensor(problem.segments.noise).square(), torch.ones(len(spread.names), dtype=torch.float64)
+    return Problems.of(problem, spread.whitening(*variances))
 
 
 @pytest.mark.parametrize(
@@ -35,16 +45,21 @@ def test_a_tenth_of_position_or_attitude_must_go(position: float, attitude: floa
 
 def test_findings_that_improve_no_prediction_are_no_answer() -> None:
     gate = Gate(stage("base", 1.0, 1.0), stage("+ wind", 0.95, 0.99))
-    library = Library.of(CRAZYFLIE.nominal(), [])
-    problem = Problem(library, flights_with("", {}, count=1))
-    spread = Spread.of(problem, library.null)
-    variances = torch.as_tensor(problem.segments.noise).square(), torch.ones(len(spread.names), dtype=torch.float64)
-    problems = Problems.of(problem, spread.whitening(*variances))
+    problems = problems_of(220)
     found = (Finding("wind", {}, 1.0),)
     assert verdict((), found, (), gate, problems) == "CANNOT_TELL"
     said = summary("CANNOT_TELL", (), found, (), gate=gate, stages=())
     assert "that of position after 0.8 s falls by only 5 %" in said
     assert verdict((), found, (), Gate(stage("base", 1.0, 1.0), stage("+ wind", 0.5, 1.0)), problems) == "EFFECT"
+
+
+@pytest.mark.parametrize(("steps", "answer"), [(75, "CANNOT_TELL"), (800, "UNEXPLAINED")])
+def test_what_is_left_of_a_second_or_two_is_no_answer(steps: int, answer: str) -> None:
+    misfit = find_misfit(1.5)
+    assert verdict((), (), misfit, Gate(), problems_of(steps)) == answer
+    said = summary(answer, (), (), misfit, gate=Gate(), stages=())  # type: ignore[arg-type]
+    assert ("too little data" in said) == (answer == "CANNOT_TELL")
+    assert "1.22 times that of noise" in said
 
 
 def test_a_single_log_is_scored_behind_its_fit() -> None:

@@ -52,6 +52,8 @@ def test_shipped_by_name_or_by_path(tmp_path: Path) -> None:
     assert set(SPECS) == {"crazyflie_battery_drag", "crazyflie_two_pennies", "mushr_steering_offset", "quadrotor_wind"}
     assert all(name == spec.name for name, spec in SPECS.items())
     assert load_spec("quadrotor_wind") is SPECS["quadrotor_wind"]
+    (tmp_path / "mine.toml").write_text("drop_first = 3")
+    assert load_spec(tmp_path / "mine.toml").name == "mine"
     with pytest.raises(UnknownNameError, match="did you mean 'quadrotor_wind'"):
         load_spec("quadrotor_winds")
     with pytest.raises(DataError, match=r"none\.toml: expected a readable TOML file"):

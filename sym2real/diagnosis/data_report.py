@@ -122,8 +122,8 @@ class DataReport:
         found += [_said(name, one, "attitude") for name, one in self.rates.items() if _remarkable(one)]
         found += [_said(name, one, "position") for name, one in self.velocities.items() if _remarkable(one)]
         if self.feedback:
-            verb = "follows" if len(self.following) == 1 else "follow"
-            found.append(f"closed loop: {', '.join(self.following)} {verb} the measured state")
+            said = f"{', '.join(self.following)} {'goes' if len(self.following) == 1 else 'go'} with the measured state"
+            found.append(f"{said}: a closed loop, or a state that answers at once")
         return found
 
     def to_dict(self) -> dict[str, Any]:

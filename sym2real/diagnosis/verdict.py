@@ -23,11 +23,11 @@ def verdict(
     """Which of the four answers the parts make; findings that do not improve long predictions are no answer."""
     if faults or (found and gate.passed):
         return "EFFECT"
+    if problems.block_count < FEWEST_BLOCKS:
+        return "CANNOT_TELL"
     if leftovers:
         return "UNEXPLAINED"
-    if found:
-        return "CANNOT_TELL"
-    return "NOTHING_MISSING" if problems.block_count >= FEWEST_BLOCKS else "CANNOT_TELL"
+    return "CANNOT_TELL" if found else "NOTHING_MISSING"
 
 
 def summary(

@@ -27,7 +27,7 @@ Standard names are those of :data:`sym2real.layout.VOCABULARY`, ``yaw`` (which b
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -128,12 +128,15 @@ SPECS: Registry[LogSpec] = Registry("log specification", _shipped())
 def load_spec(name: str | Path) -> LogSpec:
     """A shipped specification by its name in :data:`SPECS`, or one from a TOML file by its path.
 
+    One without a name of its own goes by that of its file.
+
     Raises:
         DataError: when the file cannot be used.
         UnknownNameError: when it is neither.
     """
     if Path(name).suffix == ".toml":
-        return LogSpec.load(name)
+        found = LogSpec.load(name)
+        return found if found.name != LogSpec.name else replace(found, name=Path(name).stem)
     if str(name) not in SPECS:
         raise UnknownNameError("log specification", str(name), [*SPECS, "FILE.toml"])
     return SPECS[str(name)]

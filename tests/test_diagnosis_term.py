@@ -37,6 +37,7 @@ def test_a_term_is_proposed_and_lowers_the_error_of_flights_not_seen(flights: Da
     fitted, fresh = Dataset(list(flights)[:6]), Dataset(list(flights)[6:])
     found = diagnose(base, fitted, exclude=OUT)
     assert found.leftover is not None
+    assert " N where " in found.leftover.term
     assert found.proposal is not None
     assert found.proposal.gain > 0.0
     assert found.leftover.channel == found.proposal.channel

@@ -19,7 +19,7 @@ from torch import Tensor
 
 from sym2real.diagnosis.calibrate import Calibration
 from sym2real.diagnosis.fit import Problems
-from sym2real.diagnosis.leftover import OWN, Leftover
+from sym2real.diagnosis.leftover import OWN, Leftover, unit_of
 from sym2real.diagnosis.select import GAIN, GAIN_BESIDE, Selection
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.significance import FALSE_ALARMS, FEWEST_BLOCKS, FEWEST_LOGS
@@ -151,9 +151,3 @@ def _offsets(problem: Problem) -> list[tuple[str, str, Tensor]]:
         shape[:, place] = 1.0
         found.append((name, MEASURED[owner.name], shape.flatten()))
     return found
-
-
-def unit_of(problem: Problem, name: str) -> str:
-    """Unit of a push."""
-    layouts = problem.library.equations.layouts
-    return (layouts.inputs if name in layouts.inputs else layouts.action).units[name]

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from itertools import product
 
 from sym2real.diagnosis.calibrate import Calibration, by_log
-from sym2real.diagnosis.constant import CONSTANT, unit_of
+from sym2real.diagnosis.constant import CONSTANT
 from sym2real.diagnosis.fit import Problems
-from sym2real.diagnosis.leftover import Leftover, split_in_words
+from sym2real.diagnosis.leftover import Leftover, split_in_words, unit_of
 from sym2real.diagnosis.push_terms import Feature, Judged, Side, features_in
 from sym2real.diagnosis.select import Selection
 from sym2real.diagnosis.significance import FALSE_ALARMS, FEWEST_BLOCKS, FEWEST_LOGS
@@ -138,7 +138,7 @@ class Terms:
             return Leftover(CONSTANT, channel, found.confirmed, f"{value:.3g} {unit} everywhere", value, unit)
         share = float(push.var() / (push.var() + found.whitening.pushes[channel] ** 2))
         feature = self.features[one.name]
-        words = split_in_words(feature.columns, feature.values, push)[1]
+        words = split_in_words(feature.columns, feature.values, push, unit)[1]
         return Leftover(one.name, channel, share * found.confirmed, words)
 
 

@@ -74,7 +74,7 @@ class Rest:
     """What is left of a data set at a parameter set.
 
     Args:
-        names: of the pushes.
+        names, units: of the pushes.
         pushes: less the log's mean ``# (pieces, D)``.
         features: their names.
         values: features of every piece ``# (pieces, F)``.
@@ -82,6 +82,7 @@ class Rest:
     """
 
     names: tuple[str, ...]
+    units: tuple[str, ...]
     pushes: Array
     features: list[str]
     values: Array
@@ -96,7 +97,8 @@ class Rest:
         for log in np.unique(logs):
             pushes[logs == log] -= pushes[logs == log].mean(axis=0)
         groups = logs if len(np.unique(logs)) > 2 else logs * 100 + np.arange(len(logs)) * 4 // len(logs)
-        return cls(spread.names, pushes, names, features, groups)
+        units = tuple(unit_of(problem, name) for name in spread.names)
+        return cls(spread.names, units, pushes, names, features, groups)
 
     def explained(self, channel: str) -> tuple[float, float]:
         """R² of a push on pieces not seen, and the size of what is so explained in its unit."""
@@ -141,7 +143,7 @@ def find_leftovers(rest: Rest, of_the_base: Callable[[], Rest] | None = None) ->
         if base is not None and base.explained(channel)[1] > OWN * size:
             continue
         place = rest.names.index(channel)
-        feature, term = split_in_words(rest.features, rest.values, rest.pushes[:, place])
+        feature, term = split_in_words(rest.features, rest.values, rest.pushes[:, place], rest.units[place])
         found.append(Leftover(feature, channel, r2, term))
     return tuple(found)
 
@@ -220,11 +222,17 @@ def cross_validated(features: Array, targets: Array, groups: NDArray[np.int64]) 
     return shares
 
 
-def split_in_words(names: Sequence[str], features: Array, target: Array) -> tuple[str, str]:
+def unit_of(problem: Problem, name: str) -> str:
+    """Unit of a push."""
+    layouts = problem.library.equations.layouts
+    return (layouts.inputs if name in layouts.inputs else layouts.action).units[name]
+
+
+def split_in_words(names: Sequence[str], features: Array, target: Array, unit: str) -> tuple[str, str]:
     """The feature of the first split of a tree on the signed push, and the split in words."""
     from sklearn.tree import DecisionTreeRegressor  # noqa: PLC0415
 
     tree = DecisionTreeRegressor(max_depth=1, min_samples_leaf=len(target) // 20).fit(features, target).tree_
     feature, threshold = names[tree.feature[0]], tree.threshold[0]
     low, high = (float(tree.value[child].item()) for child in (tree.children_left[0], tree.children_right[0]))
-    return feature, f"{low:.3g} where {feature} is below {threshold:.3g}, {high:.3g} above"
+    return feature, f"{low:.3g} {unit} where {feature} is below {threshold:.3g}, {high:.3g} {unit} above"

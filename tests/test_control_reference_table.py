@@ -15,7 +15,7 @@ from sym2real.tasks import make_task
 DT, HORIZON = 0.02, 40
 
 
-@pytest.mark.parametrize("step", [0, 1, 77, AHEAD - 1, AHEAD, 3 * AHEAD + 5, 12])
+@pytest.mark.parametrize("step", [0, 1, 77, AHEAD - 1, AHEAD, 49 + AHEAD, 50 + AHEAD, 51 + AHEAD, 3 * AHEAD + 5, 12])
 def test_rows_are_the_tasks_own_at_any_step_in_any_order(step: int) -> None:
     task = make_task("circle", ROBOTS["crazyflie"])
     table = ReferenceTable(task, DT, HORIZON, torch.device("cpu"))

@@ -21,6 +21,7 @@ from sym2real.diagnosis.select import Selection
 from sym2real.diagnosis.significance import half_widths
 from sym2real.diagnosis.swing import Swing
 from sym2real.effects import Effect, compose, effect
+from sym2real.effects.kind import with_unit
 from sym2real.effects.voltage import REFERENCE, VOLTAGE, with_voltage
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset
@@ -45,8 +46,8 @@ class Estimate:
 
     @property
     def said(self) -> str:
-        """Value and unit for a sentence; the unit 1 goes without saying."""
-        return f"{self.value:.3g} {self.unit}".removesuffix(" 1").rstrip()
+        """Value and unit for a sentence."""
+        return with_unit(self.value, self.unit)
 
 
 @dataclass(frozen=True)

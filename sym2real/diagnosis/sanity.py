@@ -86,11 +86,11 @@ def check(model: Equations, data: Dataset) -> Checked:
     """
     found: list[Fault] = []
     sensors = Sensors(model)
-    data = _through(sensors.state, data) if model.output else data
+    data = _through(sensors.state, data)
     for settle in (_attitude, _velocity_frame, _signs, _sensors):
         faults, data = settle(data)
         found += faults
-    data = _through(sensors.measured, data) if model.output else data
+    data = _through(sensors.measured, data)
     return Checked(data, tuple(found), (*_time_step(model, data), *_saturation(data), *_noise(data)))
 
 

@@ -45,6 +45,11 @@ class Parameter:
     fitted: bool = True
 
 
+def with_unit(value: float, unit: str, digits: int = 3) -> str:
+    """A value for a sentence, with so many digits; the unit 1 goes without saying."""
+    return f"{value:.{digits}g}" if unit in ("", "1") else f"{value:.{digits}g} {unit}"
+
+
 Substitute = Callable[[Equations, Values, Body], Equations]
 Inject = Callable[[Body, Numbers], Change]
 

@@ -96,6 +96,7 @@ def _inject(body: Body, values: Numbers) -> Change:
         return Change("")
 
     def edit(spec: Any) -> None:
+        """Filters on every actuator; the feedback leaves its actuator's bias and becomes one that is filtered too."""
         for actuator in list(spec.actuators):
             truth.set_lag(spec, actuator, time)
             if actuator.name in FEEDBACK:
@@ -107,6 +108,7 @@ def _inject(body: Body, values: Numbers) -> Change:
                 actuator.biastype = type(actuator.biastype)(0)
 
     def feed(model: Any, data: Any) -> None:
+        """Send the body rates (rad/s) to the feedback's actuators."""
         # A control is held for a physics step: the rate in its middle.
         middle = truth.rates(data) + 0.5 * model.opt.timestep * data.qacc[3:6]
         data.ctrl[FIRST_FEEDBACK : FIRST_FEEDBACK + 3] = middle

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from sym2real.effects.catalogue import effect
+from sym2real.effects.kind import with_unit
 from sym2real.symbolic import Equations
 
 PREFIX = "has the effect "
@@ -24,7 +25,7 @@ def with_noted(equations: Equations, chosen: Iterable[tuple[str, Mapping[str, fl
     notes = []
     for key, values in chosen:
         units = {one.name: one.unit for one in effect(key, equations).parameters}
-        told = (f"{name}={value:.4g} {units[name]}".removesuffix(" 1") for name, value in values.items())
+        told = (f"{name}={with_unit(value, units[name], 4)}" for name, value in values.items())
         notes.append(f"{PREFIX}{key} {', '.join(told)}")
     return replace(equations, notes=(*equations.notes, *notes))
 

@@ -114,6 +114,7 @@ class _Opened:
 
     @classmethod
     def open(cls, path: str | Path, spec: LogSpec | str | Path | None, dt: float | None) -> _Opened:
+        """Read and name a file's columns; arguments and errors as of :func:`read_log`."""
         given = load_spec(spec) if isinstance(spec, str | Path) else spec
         whole = read_table(path)
         used = given or own_specification(whole)
@@ -134,6 +135,7 @@ class _Opened:
         return cls(whole, table, used, standard, step, found)
 
     def trajectory(self, start: int, stop: int, layouts: Layouts | None, suffix: str) -> Trajectory:
+        """Rows ``start`` to ``stop`` with these layouts or the log's own; a suffix of the name says that it was cut."""
         log = self.standard.rows(start, stop)
         if suffix:
             note = (

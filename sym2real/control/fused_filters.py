@@ -26,13 +26,13 @@ class Stage:
 
     Args:
         name: of its kind.
-        value: its number; of a delay the part of a period beyond whole ones.
+        values: its numbers; of a delay the part of a period beyond whole ones, of a limit both ends.
         columns: positions of the actions that go through it.
         rows: how many earlier rows it remembers.
     """
 
     name: str
-    value: float
+    values: tuple[float, ...]
     columns: tuple[int, ...]
     rows: int
 
@@ -94,7 +94,7 @@ class FilterLines:
     def _step(self, number: int, stage: Stage, place: int, row: str, out: str) -> list[str]:
         memory = f"memory_{number}[{place}]"
         begin = f"if (h == 0 && !p->begun) {memory} = {row};"
-        return [begin, *RULES[stage.name](stage.value, self.dt, memory, row, out)]
+        return [begin, *RULES[stage.name](stage.values, self.dt, memory, row, out)]
 
 
 def memory_of(filters: FilterState) -> Array:
@@ -103,15 +103,19 @@ def memory_of(filters: FilterState) -> Array:
 
 
 def _stage(effect: Effect, values: Mapping[str, Tensor | float], dt: float) -> Stage:
-    name, value, columns = effect.of.name, float(values["value"]), tuple(effect.filtered_columns)
+    name, columns = effect.of.name, tuple(effect.filtered_columns)
+    if name == "limit":
+        lower, upper, magnitude = (float(values[end]) for end in ("lower", "upper", "magnitude"))
+        return Stage(name, (max(lower, -magnitude), min(upper, magnitude)), columns, 1)
+    value = float(values["value"])
     if name == "dead_band":
         name = "rest" if effect.body.unit == "m/s" else "play"
     if name != "delay" and name not in RULES:
         raise ModelError(f"{name} has no fused form")
     if name == "delay":
         whole, part = _periods(value, dt)
-        return Stage(name, part, columns, whole + 1)
-    return Stage(name, value, columns, 1)
+        return Stage(name, (part,), columns, whole + 1)
+    return Stage(name, (value,), columns, 1)
 
 
 def _periods(value: float, dt: float) -> tuple[int, float]:
@@ -123,7 +127,7 @@ def _periods(value: float, dt: float) -> tuple[int, float]:
 
 def _delayed(number: int, stage: Stage, place: int, row: str, out: str) -> list[str]:
     """A ring of the last rows; the two around the delay are blended."""
-    ring, width = stage.rows + 1, len(stage.columns)
+    ring, width, (part,) = stage.rows + 1, len(stage.columns), stage.values
 
     def at(step: str) -> str:
         return f"memory_{number}[({step}) % {ring} * {width} + {place}]"
@@ -132,11 +136,12 @@ def _delayed(number: int, stage: Stage, place: int, row: str, out: str) -> list[
         "if (h == 0 && !p->begun)",
         f"    for (int i = 0; i < {stage.rows}; i++) memory_{number}[i * {width} + {place}] = {row};",
         f"{at(f'h + {stage.rows}')} = {row};",
-        f"{out} = {at('h + 1')} * R({1.0 - stage.value!r}) + {at('h')} * R({stage.value!r});",
+        f"{out} = {at('h + 1')} * R({1.0 - part!r}) + {at('h')} * R({part!r});",
     ]
 
 
-def _lag(value: float, dt: float, memory: str, row: str, out: str) -> list[str]:
+def _lag(values: tuple[float, ...], dt: float, memory: str, row: str, out: str) -> list[str]:
+    (value,) = values
     left = math.exp(-dt / value) if value > 0.0 else 0.0
     mean = value / dt * (1.0 - left)
     return [
@@ -146,7 +151,8 @@ def _lag(value: float, dt: float, memory: str, row: str, out: str) -> list[str]:
     ]
 
 
-def _rate(value: float, dt: float, memory: str, row: str, out: str) -> list[str]:
+def _rate(values: tuple[float, ...], dt: float, memory: str, row: str, out: str) -> list[str]:
+    (value,) = values
     most = f"splat(R({value * dt!r}))"
     return [
         f"const v away = {row} - {memory};",
@@ -157,13 +163,20 @@ def _rate(value: float, dt: float, memory: str, row: str, out: str) -> list[str]
     ]
 
 
-def _play(value: float, dt: float, memory: str, row: str, out: str) -> list[str]:
+def _play(values: tuple[float, ...], dt: float, memory: str, row: str, out: str) -> list[str]:
+    (value,) = values
     half = f"R({0.5 * value!r})"
     return [f"{memory} = maximum(minimum({memory}, {row} + {half}), {row} - {half});", f"{out} = {memory};"]
 
 
-def _rest(value: float, dt: float, memory: str, row: str, out: str) -> list[str]:
+def _rest(values: tuple[float, ...], dt: float, memory: str, row: str, out: str) -> list[str]:
+    (value,) = values
     return [f"{out} = select(absolute({row}) > splat(R({0.5 * value!r})), {row}, splat(R(0.0)));"]
 
 
-RULES = {"lag": _lag, "rate_limit": _rate, "play": _play, "rest": _rest}
+def _limit(values: tuple[float, ...], dt: float, memory: str, row: str, out: str) -> list[str]:
+    lower, upper = values
+    return [f"{out} = maximum(minimum({row}, splat(R({upper!r}))), splat(R({lower!r})));"]
+
+
+RULES = {"limit": _limit, "lag": _lag, "rate_limit": _rate, "play": _play, "rest": _rest}

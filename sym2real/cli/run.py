@@ -11,9 +11,12 @@ from rich.console import Console
 
 if TYPE_CHECKING:
     from sym2real.experiments.flying import Flight
-    from sym2real.plants import ModelPlant, MujocoPlant
+    from sym2real.plants import EquationsPlant, MujocoPlant
     from sym2real.robots import Robot
     from sym2real.symbolic import Equations
+
+# Plants that are no folders.
+PLAIN = ("simulator", "model")
 
 
 @dataclass(frozen=True)
@@ -64,7 +67,7 @@ class Run:
         steps = round((self.seconds or task.duration) / robot.dt)
         with steps_progress(console, f"{self.task} with {controller.samples} samples", steps) as on_step:
             flight = fly(plant, controller, task, seconds=self.seconds, seed=self.seed, on_step=on_step, name=self.task)
-        console.print(flight_table([flight]))
+        console.print(flight_table([flight], self.plant if self.plant in PLAIN else f"simulator of {self.plant}"))
         result = flight_result(flight) | {"samples": controller.samples}
         if self.out:
             files = write_flight(flight, self.out)
@@ -79,17 +82,16 @@ class Run:
         if missing:
             raise ModelError(f"{self.model}: no simulator gives {', '.join(missing)}, which the model uses as an input")
 
-    def _plant(self, equations: Equations, robot: Robot) -> MujocoPlant | ModelPlant:
+    def _plant(self, equations: Equations, robot: Robot) -> MujocoPlant | EquationsPlant:
         from sym2real.errors import ModelError, UnknownNameError
-        from sym2real.plants import ModelPlant, MujocoPlant, load_plant
-        from sym2real.symbolic import compile_model
+        from sym2real.plants import EquationsPlant, MujocoPlant, load_plant
 
         if self.plant == "simulator":
             return MujocoPlant(robot)
         if self.plant == "model":
-            return ModelPlant(compile_model(equations), robot)
+            return EquationsPlant(equations, robot)
         if not Path(self.plant).is_dir():
-            raise UnknownNameError("plant: neither a folder nor", self.plant, ("simulator", "model"))
+            raise UnknownNameError("plant: neither a folder nor", self.plant, PLAIN)
         plant = load_plant(self.plant)
         if plant.robot is not robot:
             raise ModelError(f"{self.plant} is a {plant.robot.name}; the model is of a {robot.name}")

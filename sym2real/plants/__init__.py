@@ -4,6 +4,7 @@
 """
 
 from sym2real.plants.episode import run_episode
+from sym2real.plants.equations_plant import EquationsPlant
 from sym2real.plants.model_plant import ModelPlant
 from sym2real.plants.mujoco_plant import MujocoPlant
 from sym2real.plants.plant_file import load_plant, save_plant
@@ -11,6 +12,7 @@ from sym2real.plants.push import random_push
 from sym2real.plants.rollout import rollout_mujoco
 
 __all__ = [
+    "EquationsPlant",
     "ModelPlant",
     "MujocoPlant",
     "load_plant",

@@ -28,7 +28,7 @@ class ModelPlant:
 
     Raises:
         ShapeError: when layouts are given without ``dt`` and ``start``, or a compiled model has other columns: hidden
-            states and a time would have to go on from step to step.
+            states and a time have to go on from step to step, as :class:`~sym2real.plants.EquationsPlant` lets them.
     """
 
     def __init__(
@@ -102,7 +102,9 @@ def _require_columns(model: object, layouts: Layouts) -> None:
     for group in ("state", "action", "inputs"):
         mine, its = getattr(layouts, group).columns, getattr(equations.layouts, group).columns
         if mine != its:
-            raise ShapeError(f"a ModelPlant of the {group} columns {mine} cannot step a model of {its}")
+            raise ShapeError(
+                f"a ModelPlant of the {group} columns {mine} cannot step a model of {its}; an EquationsPlant can"
+            )
 
 
 def _checked(values: ArrayLike, columns: tuple[str, ...]) -> Array:

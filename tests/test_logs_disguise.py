@@ -237,8 +237,26 @@ def test_pulses_of_a_servo_are_left_to_the_user(tmp_path: Path, turn: float) -> 
 def test_compass_names() -> None:
     assert assign(["v_n", "v_e", "v_d"]).columns == {"vx": "v_n", "vy": "v_e", "vz": "v_d"}
     assert assign(["east_m", "north_m", "up_m"]).columns == {"x": "east_m", "y": "north_m", "z": "up_m"}
+    assert assign(["east", "north", "heading"]).columns == {"x": "east", "y": "north", "yaw": "heading"}
     # A desired speed alone is no third axis.
     assert "vz" not in assign(["v_d", "steer"]).columns
+
+
+NUMBERED = {
+    "omega_1 omega_2 omega_3": "wx wy wz",
+    "omega_0 omega_1 omega_2": "wx wy wz",
+    "pos[1] pos[2] pos[3]": "x y z",
+    "omega1_cmd omega2_cmd omega3_cmd omega4_cmd": "motor1 motor2 motor3 motor4",
+    "f0 f1 f2 f3": "motor1 motor2 motor3 motor4",
+    "motor1_fr motor2_rl motor3_fl motor4_rr": "motor1 motor3 motor4 motor2",
+    "pwm_front_left pwm_front_right pwm_back_left pwm_back_right": "motor4 motor1 motor3 motor2",
+    "vx_w vy_w vz_w p q r": "vx vy vz wx wy wz",
+}
+
+
+@pytest.mark.parametrize("names", NUMBERED)
+def test_columns_that_are_counted_or_placed(names: str) -> None:
+    assert assign(names.split()).columns == dict(zip(NUMBERED[names].split(), names.split(), strict=True))
 
 
 def test_counts_of_thrust_are_left_to_the_user(tmp_path: Path) -> None:
@@ -320,6 +338,20 @@ NAMES = {
     "psi_dot": ("rate", "z", "state"),
     "drive.steering_angle": ("steer", "", "command"),
     "%time": ("time", "", "state"),
+    "vel_w_x": ("velocity", "x", "state"),
+    "x_w": ("position", "x", "state"),
+    "u_steer": ("steer", "", "command"),
+}
+UNITS = {
+    "thrust_cmd_N": ("thrust", "N"),
+    "thrust_mN": ("thrust", "mN"),
+    "thrust_m_s2": ("thrust", "m/s^2"),
+    "v_set_kmh": ("speed", "km/h"),
+    "speed_m_per_s": ("speed", "m/s"),
+    "gyro_x_deg_s": ("rate", "deg/s"),
+    "yaw_deg_s": ("rate", "deg/s"),
+    "vbat_mV": ("battery", "mV"),
+    "v_n": ("velocity", ""),
 }
 
 
@@ -328,6 +360,13 @@ def test_names(name: str) -> None:
     found = read_name(name)
     assert found is not None
     assert (found.quantity, found.axis, found.role) == NAMES[name]
+
+
+@pytest.mark.parametrize("name", UNITS)
+def test_units_in_names(name: str) -> None:
+    found = read_name(name)
+    assert found is not None
+    assert (found.quantity, found.unit) == UNITS[name]
 
 
 @pytest.mark.parametrize("name", ["battery_current", "foo", "id", "temperature", "rssi"])

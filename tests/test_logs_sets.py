@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from proposals import with_proposed_motors
 
 from sym2real.data import example_flight
 from sym2real.layout import Layout, Layouts
@@ -32,6 +33,11 @@ def read_set(folder: Path, name: str) -> Dataset:
 def essential(spec: LogSpec) -> LogSpec:
     """A specification without what is only said to people."""
     return dataclasses.replace(spec, name="", title="", columns=dict(spec.columns))
+
+
+def without_motors(spec: LogSpec) -> LogSpec:
+    kept = {name: source for name, source in spec.columns.items() if not name.startswith("motor")}
+    return dataclasses.replace(spec, columns=kept)
 
 
 @pytest.mark.parametrize("name", SPECS)
@@ -65,8 +71,9 @@ def test_thrust_per_unit_mass_is_that_of_one_kilogram(shared_data: Path) -> None
 @pytest.mark.parametrize("name", SPECS)
 def test_inspection_proposes_the_shipped_specification(shared_data: Path, name: str) -> None:
     found = inspect_logs(shared_data / name)
-    assert essential(found.spec) == essential(SPECS[name])
-    assert essential(LogSpec.parse(found.toml())) == essential(SPECS[name])
+    assert LogSpec.parse(found.toml()) == found.spec
+    assert essential(LogSpec.parse(with_proposed_motors(found.toml()))) == essential(SPECS[name])
+    assert ("# motor1 =" in found.toml()) == (name == "quadrotor_wind")
     flips = {"crazyflie_two_pennies": ("wy",)}.get(name, ())
     assert found.suspected_flips == flips
     assert found.spec.flip == ()
@@ -77,7 +84,12 @@ def test_inspection_proposes_the_shipped_specification(shared_data: Path, name: 
 def test_each_log_alone_is_enough(shared_data: Path, name: str) -> None:
     for path in sorted((shared_data / name).glob("*.csv")):
         found = inspect_logs(path)
-        assert essential(found.spec) == essential(SPECS[name]), path.name
+        accepted, meant = essential(LogSpec.parse(with_proposed_motors(found.toml()))), essential(SPECS[name])
+        # In the strongest wind one flight alone shows that the order is wrong, and not which is right.
+        if "100wind" in path.name:
+            assert any(row.meaning.startswith("motors in another order") for row in found.rows)
+            accepted, meant = without_motors(accepted), without_motors(meant)
+        assert accepted == meant, path.name
         assert found.suspected_flips == (("wy",) if name == "crazyflie_two_pennies" else ()), path.name
 
 

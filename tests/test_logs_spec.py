@@ -254,7 +254,7 @@ def test_dropped_rows_are_not_judged_and_lines_keep_their_numbers(tmp_path: Path
     toml = 'drop_first = 1\ndrop_last = 1\n[columns]\nx = "x"'
     assert np.array_equal(read(tmp_path, columns, toml)["x"], [1, 2, 3])
     with pytest.raises(DataError, match="row 5, column 'x'"):
-        read(tmp_path, {**columns, "x": [1, 1, 1, np.nan, 1]}, toml)
+        read(tmp_path, {**columns, "x": [1, 1, 1, np.inf, 1]}, toml)
     with pytest.raises(DataError, match="more than the 5 rows to drop"):
         read(tmp_path, columns, toml.replace("drop_first = 1", "drop_first = 4"))
 

@@ -13,6 +13,7 @@ ATTITUDE_OF_ROLE = {"state": "attitude", "command": "attitude_command", "referen
 ANGLES = ("roll", "pitch", "yaw")
 # World axes as navigation names them, in the order of x, y, z: north-east-down, or east-north-up.
 COMPASS = (("north", "east", "down"), ("n", "e", "d"), ("east", "north", "up"), ("e", "n", "u"))
+LEVEL = ("east", "north")
 LETTERS = {"p": "x", "q": "y", "r": "z"}
 
 
@@ -50,7 +51,7 @@ def assign(names: Sequence[str]) -> Assignment:
     """Sort columns by what their names say; of two that say the same the first is taken."""
     result = Assignment()
     result.named = {name: named for name in names if (named := read_name(name)) is not None}
-    result.named |= _compass(names)
+    result.named |= _compass(names) | _numbered(names)
     _settle_letters(result)
     for name, named in result.named.items():
         _place(result, name, named)
@@ -59,15 +60,36 @@ def assign(names: Sequence[str]) -> Assignment:
 
 
 def _compass(names: Sequence[str]) -> dict[str, Named]:
-    """Names that differ in a direction of the compass alone, all three there: ``v_n``, ``v_e``, ``v_d``."""
+    """Names that differ in a direction of the compass alone, all three there: ``v_n``, ``v_e``, ``v_d``.
+
+    Where no name goes up or down, east and north are enough.
+    """
     found: dict[str, Named] = {}
+    level = not any(re.search(r"up|down", name, re.IGNORECASE) for name in names)
     for name in names:
-        for axes in COMPASS:
+        for axes in (*COMPASS, LEVEL) if level else COMPASS:
             match = re.fullmatch(rf"(.*?){axes[0]}((?:_[a-z]+)?)", name, re.IGNORECASE)
-            triple = [f"{match[1]}{axis}{match[2]}" for axis in axes] if match else []
-            meant = [read_name(f"{match[1]}{axis}{match[2]}") for axis in "xyz"] if match else []
-            if triple and set(triple) <= set(names) and all(meant):
-                found |= {column: named for column, named in zip(triple, meant, strict=True) if named}
+            alike = [f"{match[1]}{axis}{match[2]}" for axis in axes] if match else []
+            meant = [read_name(f"{match[1]}{axis}{match[2]}") for axis in "xyz"[: len(axes)]] if match else []
+            if alike and set(alike) <= set(names) and all(meant):
+                found |= {column: named for column, named in zip(alike, meant, strict=True) if named}
+    return found
+
+
+def _numbered(names: Sequence[str]) -> dict[str, Named]:
+    """Names that differ in a number alone: three from 1 are axes, four that would be rates or forces are rotors."""
+    families: dict[tuple[str, str], dict[str, str]] = {}
+    for name in names:
+        if match := re.fullmatch(r"(.*?)_?\[?(\d)\]?(\D*)", name):
+            families.setdefault((match[1], match[3]), {})[match[2]] = name
+    found: dict[str, Named] = {}
+    for (head, tail), columns in families.items():
+        digits = "".join(sorted(columns))
+        meant = {digit: read_name(f"{head}_{axis}{tail}") for digit, axis in zip("123", "xyz", strict=True)}
+        if digits == "123" and all(named and named.quantity in PREFIX for named in meant.values()):
+            found |= {columns[digit]: named for digit, named in meant.items() if named}
+        elif digits in {"0123", "1234"} and (named := meant["1"]) and named.quantity in {"rate", "force"}:
+            found |= {column: Named("motor", digit, "command", named.unit) for digit, column in columns.items()}
     return found
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -50,9 +50,11 @@ class Draft:
         drop_first: rows to drop.
         units: standard column → unit in the log.
         attitudes: attitudes found.
+        heading: of one that stands alone, rad, turned as the path does ``# (rows,)`` per log; empty without one.
         world: measured attitude w x y z, body→world, z up, as far as it is known ``# (rows, 4)`` per log.
         body_rates: angular velocity of that attitude ``# (rows, 3)`` per log.
         acceleration: world acceleration by numeric differences ``# (rows, 3)`` per log.
+        held: columns that are slower than the others, whose last number stands until the next.
         flips: columns whose sign is suspected, with the evidence.
         comments: lines for the TOML text by the key that they follow.
     """
@@ -67,9 +69,11 @@ class Draft:
     frames: Frames = "z_up"
     velocity_frame: Literal["world", "body"] = "world"
     derived: list[Derived] = field(default_factory=list)
+    heading: Series = field(default_factory=list)
     world: Series = field(default_factory=list)
     body_rates: Series = field(default_factory=list)
     acceleration: Series = field(default_factory=list)
+    held: tuple[str, ...] = ()
     flips: dict[str, str] = field(default_factory=dict)
     left_out: set[str] = field(default_factory=set)
     findings: list[Finding] = field(default_factory=list)
@@ -114,7 +118,7 @@ class Draft:
         place = {column: i for i, column in enumerate(self.tables[0].columns)}
         found = sorted(self.assignment.columns.items(), key=lambda item: place[item[1]])
         columns = {name: Source(c, self.units.get(name, "")) for name, c in found if name not in self.left_out}
-        return LogSpec(
+        found_out = LogSpec(
             "proposed",
             time=self.time,
             columns=columns,
@@ -126,3 +130,5 @@ class Draft:
             attitude_command=self.attitudes.get("attitude_command", Attitude()),
             reference_attitude=self.attitudes.get("reference_attitude", Attitude()),
         )
+        # A column whose unit cannot be known stands in no line.
+        return replace(found_out, hold=tuple(name for name in self.held if name in found_out.sources))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from sym2real.layout import MOTORS
 from sym2real.logs import signals
 from sym2real.logs.attitude_reading import up
 from sym2real.logs.draft import Draft
@@ -14,7 +15,6 @@ from sym2real.logs.signals import Series
 from sym2real.logs.units import GRAVITY, UNITS
 
 LONGEST_DELAY = 0.5  # s
-MOTORS = ("motor1", "motor2", "motor3", "motor4")
 SHORTEST_PULSE, LONGEST_PULSE = 900.0, 2200.0  # µs, of servos and speed controllers
 STEEPEST = 1.6  # rad; no wheel steers beyond a right angle
 
@@ -168,8 +168,10 @@ def _car(draft: Draft) -> None:
     unit = named or ("deg" if size > STEEPEST else "rad")
     draft.units["steer"] = "" if unit == "rad" else unit
     evidence = "the name says so" if named else f"up to {size:.3g}"
-    answer = _answer(draft, values, draft.series("wz")) if draft.has("wz") else ""
+    answer = _answer(draft, values, turning) if (turning := _turning(draft)) else ""
     draft.add(column, "steer", unit, evidence + answer, "certain" if named else "likely")
+    if "correlation -" in answer:
+        suspect(draft, column, f"the car turns right where it is positive{answer}")
 
 
 def _are_pulses(values: Series) -> bool:
@@ -189,12 +191,11 @@ def _steering_pulses(draft: Draft, column: str, values: Series) -> None:
 
 
 def _turning(draft: Draft) -> Series:
-    """A car's rate of turn, rad/s, else the slope of its heading; empty where neither is known."""
-    if draft.has("wz"):
-        return draft.series("wz")
-    if not draft.has("yaw"):
-        return []
-    return signals.slopes(draft.stamps, [np.unwrap(part) for part in draft.series("yaw")])
+    """A car's rate of turn to the left, rad/s: by heading, attitude, else gyro; empty where none is known."""
+    if draft.heading:
+        return signals.slopes(draft.stamps, [np.unwrap(part) for part in draft.heading])
+    left = 1.0 if draft.frames == "z_up" else -1.0
+    return [left * part for part in _response(draft, "wz")]
 
 
 def _speed(draft: Draft, column: str) -> None:

@@ -1,4 +1,4 @@
-"""Evidence on positions, velocities, headings and rates: units, axes, signs."""
+"""Evidence on velocities and rates: units, axes, signs."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from sym2real.logs import derive, signals
 from sym2real.logs.attitude_reading import TURNING, gyro_agreement, tilt_agreement
 from sym2real.logs.draft import Draft
-from sym2real.logs.inspect_attitude import CLEAR, WEAK, angle_unit
+from sym2real.logs.inspect_attitude import CLEAR, WEAK
 from sym2real.logs.inspect_position import axis_column
 from sym2real.logs.parts import Attitude
 from sym2real.logs.signals import Series
@@ -30,7 +30,7 @@ def inspect_velocities(draft: Draft) -> None:
         return
     true = {name: signals.slopes(draft.stamps, draft.series(name[1])) for name in pairs}
     moving = [name for name in pairs if signals.spread(true[name]) > MOVING]
-    body = _in_body(draft, true) if {"vx", "vy"} <= set(moving) else {}
+    body = in_body(draft, true) if {"vx", "vy"} <= set(moving) else {}
     if body:
         _decide_velocity_frame(draft, moving, true, body)
     against = body if draft.velocity_frame == "body" else true
@@ -61,15 +61,15 @@ def _velocity_unit(draft: Draft, column: str, true: Series | None) -> tuple[str,
     return unit, f"{share:.3g} times the slope of the position in m, correlation {found:+.2f}"
 
 
-def _in_body(draft: Draft, true: dict[str, Series]) -> dict[str, Series]:
+def in_body(draft: Draft, true: dict[str, Series]) -> dict[str, Series]:
     """Slopes of positions in body axes, where the attitude or the heading is known."""
     logs = range(len(draft.tables))
     zero = [np.zeros(len(time)) for time in draft.stamps]
     world = [np.stack([true.get(name, zero)[log] for name in ("vx", "vy", "vz")], axis=1) for log in logs]
     if draft.world:
         inverse = [part * np.array([1.0, -1.0, -1.0, -1.0]) for part in draft.world]
-    elif draft.has("yaw"):
-        half = [-0.5 * yaw for yaw in draft.series("yaw")]
+    elif draft.heading:
+        half = [-0.5 * yaw for yaw in draft.heading]
         inverse = [np.stack([np.cos(a), 0 * a, 0 * a, np.sin(a)], axis=1) for a in half]
     else:
         return {}
@@ -98,20 +98,6 @@ def _decide_velocity_frame(draft: Draft, names: list[str], true: dict[str, Serie
     draft.add("", f"velocity in {draft.velocity_frame} axes", "", evidence, "certain" if clear else "guess")
 
 
-def inspect_yaw(draft: Draft) -> None:
-    """Unit and wrap of a heading that stands alone."""
-    for name in ("yaw", "ref_yaw"):
-        if not draft.has(name):
-            continue
-        column = axis_column(draft, name)
-        values = draft.raw(column)
-        unit, evidence, sure = angle_unit(draft, [column], signals.largest(values))
-        draft.units[name] = "" if unit == "rad" else unit
-        turn = 2.0 * np.pi / UNITS[unit][1]
-        jumps = sum(int((np.abs(np.diff(part)) > 0.75 * turn).sum()) for part in values)
-        draft.add(column, name, unit, f"{evidence}; wraps {jumps} times", "certain" if sure else "likely")
-
-
 def inspect_rates(draft: Draft) -> None:
     """Unit and sign of body rates, from the slope of the attitude or of the heading."""
     names = [name for name in ("wx", "wy", "wz") if draft.has(name)]
@@ -136,8 +122,8 @@ def inspect_rates(draft: Draft) -> None:
 def _turning(draft: Draft) -> dict[str, Series]:
     if draft.world:
         return {name: [part[:, i] for part in draft.body_rates] for i, name in enumerate(("wx", "wy", "wz"))}
-    if draft.has("yaw"):
-        return {"wz": signals.slopes(draft.stamps, [np.unwrap(part) for part in draft.series("yaw")])}
+    if draft.heading:
+        return {"wz": signals.slopes(draft.stamps, [np.unwrap(part) for part in draft.heading])}
     return {}
 
 

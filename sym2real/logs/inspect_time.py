@@ -99,7 +99,7 @@ def _jitter(draft: Draft, period: float) -> None:
     draft.add("", "time step", "s", f"{1e3 * period:g} ms, {spread}", "certain")
     for table, time in zip(draft.tables, draft.times, strict=True):
         for row in gaps(time, period)[:3]:
-            evidence = f"{time[row] - time[row - 1]:.4g} s before row {table.first_row + row} of {table.path.name}"
+            evidence = f"{time[row] - time[row - 1]:.4g} s before row {table.line(row)} of {table.path.name}"
             draft.add("", f"gap (more than {GAP_INTERVALS} steps)", "", evidence, "certain")
 
 

@@ -13,12 +13,15 @@ from pathlib import Path
 
 from sym2real.errors import DataError
 from sym2real.logs import spec_text
-from sym2real.logs.assignment import assign
+from sym2real.logs.assignment import Assignment, assign
 from sym2real.logs.draft import Draft, Finding
+from sym2real.logs.dropouts import is_slow, without_dropouts
 from sym2real.logs.inspect_attitude import inspect_attitudes
 from sym2real.logs.inspect_columns import inspect_columns
 from sym2real.logs.inspect_commands import inspect_commands
-from sym2real.logs.inspect_motion import inspect_rates, inspect_velocities, inspect_yaw
+from sym2real.logs.inspect_heading import inspect_yaw
+from sym2real.logs.inspect_motion import inspect_rates, inspect_velocities
+from sym2real.logs.inspect_motors import inspect_motor_order
 from sym2real.logs.inspect_position import inspect_positions
 from sym2real.logs.inspect_time import inspect_time
 from sym2real.logs.reader import expand
@@ -63,7 +66,7 @@ def inspect_logs(paths: str | Path | Iterable[str | Path]) -> Inspection:
     files = expand(paths)
     tables = [read_table(path) for path in files]
     _check_alike(tables)
-    draft = Draft(tables, assign(list(tables[0].columns)))
+    draft = _draft(tables, assign(list(tables[0].columns)))
     inspect_time(draft)
     inspect_positions(draft)
     inspect_yaw(draft)
@@ -71,14 +74,39 @@ def inspect_logs(paths: str | Path | Iterable[str | Path]) -> Inspection:
     inspect_velocities(draft)
     inspect_rates(draft)
     inspect_commands(draft)
+    inspect_motor_order(draft)
     inspect_columns(draft)
     return _finished(files, draft)
 
 
+def _draft(tables: list[Table], assignment: Assignment) -> Draft:
+    """The logs without the rows in which something is missing, slower columns held."""
+    slow = {name for table in tables for name, values in table.columns.items() if is_slow(values)}
+    # Stamps are not held: they would stand.
+    assignment = replace(assignment, times=[name for name in assignment.times if name not in slow])
+    parts = [*assignment.quaternions.values(), *assignment.angles.values()]
+    used = [*assignment.times, *assignment.columns.values(), *(column for part in parts for column in part.values())]
+    held = [name for name in used if name in slow]
+    whole, notes = zip(*(without_dropouts(table, used, held) for table in tables), strict=True)
+    for table in whole:
+        _require_rows(table)
+    draft = Draft(list(whole), assignment, held=tuple(held))
+    for table, said in zip(tables, notes, strict=True):
+        for note in said:
+            draft.add("", "rows left out", "", f"{table.path.name}: {note}", "certain")
+    for name in held:
+        draft.add(name, "held", "", "slower than the others: the last number stands where a cell is empty", "likely")
+    return draft
+
+
+def _require_rows(table: Table) -> None:
+    if len(table) < FEWEST_ROWS:
+        raise DataError(table.path, f"at least {FEWEST_ROWS} rows with numbers to look into", str(len(table)))
+
+
 def _check_alike(tables: list[Table]) -> None:
     for table in tables:
-        if len(table) < FEWEST_ROWS:
-            raise DataError(table.path, f"at least {FEWEST_ROWS} rows to look into", str(len(table)))
+        _require_rows(table)
         different = set(table.columns) ^ set(tables[0].columns)
         if different:
             expected = f"the same columns as {tables[0].path.name}"

@@ -2,31 +2,28 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from typing import Literal
 
-from sym2real.logs.units import UNITS
+from sym2real.logs.name_words import BATTERY, FORCE, THRUST, words_and_unit
 
 Role = Literal["state", "command", "reference"]
 
 REFERENCE = frozenset({"ref", "reference", "refs"})
 WANTED = frozenset({
     "desired", "des", "target", "setpoint", "sp", "goal", "waypoint", "ctrltarget", "traj", "trajectory", "wanted", "d",
+    "set",
 })  # fmt: skip
 COMMAND = frozenset({
     "cmd", "cmds", "command", "commanded", "commands", "ctrl", "control", "controller", "action", "actions", "input",
-    "sent", "teleop", "drive", "ackermann",
+    "sent", "teleop", "drive", "ackermann", "u",
 })  # fmt: skip
 
 TIME = frozenset({"t", "time", "timestamp", "timestamps", "stamp", "tick", "elapsed", "clock", "epoch", "times"})
-BATTERY = frozenset({"vbat", "vbatt", "battery", "batt", "bat", "voltage"})
 NOT_VOLTAGE = frozenset({"current", "percent", "percentage", "level", "temperature", "temp", "charge", "remaining"})
-FORCE = frozenset({"f", "force"})
 TORQUE = frozenset({"torque", "tau", "tor", "moment"})
 STEER = frozenset({"steer", "steering", "delta", "steerangle"})
 SERVO = frozenset({"servo"})
-THRUST = frozenset({"thrust", "collective", "thr"})
 THROTTLE = frozenset({"throttle"})
 MOTOR = frozenset({
     "motor", "motors", "m", "rotor", "rotors", "prop", "props", "propeller", "pwm", "esc", "actuator", "actuators",
@@ -39,25 +36,17 @@ ACCELERATION = frozenset({"a", "acc", "accel", "acceleration", "accelerometer", 
 QUATERNION = frozenset({"q", "quat", "quaternion", "orientation", "rotation", "attitude", "att"})
 VELOCITY = frozenset({"v", "vel", "velocity", "velocities", "twist", "linvel", "dot", "speed"})
 POSITION = frozenset({"p", "pos", "position", "location", "translation", "coordinate", "xyz"})
+# Rotors in the order of the standard columns, named by where they sit.
+CORNERS = {"fr": "1", "rr": "2", "br": "2", "rl": "3", "bl": "3", "fl": "4"}
 ALTITUDE = frozenset({"altitude", "alt", "height"})
 EULER = {
     "roll": "roll", "phi": "roll", "pitch": "pitch", "theta": "pitch", "yaw": "yaw", "psi": "yaw", "heading": "yaw",
 }  # fmt: skip
 AXES = {"x": "x", "y": "y", "z": "z", "w": "w", "n": "x", "e": "y"}
-RATE_AXES = AXES | {"roll": "x", "pitch": "y", "yaw": "z", "phi": "x", "theta": "y", "psi": "z", "heading": "z"}
-
-UNIT_WORDS = {
-    "deg": "deg", "degree": "deg", "degrees": "deg", "degs": "deg/s", "dps": "deg/s", "rad": "rad", "radians": "rad",
-    "rads": "rad/s", "radps": "rad/s", "mrad": "mrad", "mm": "mm", "cm": "cm", "ms": "ms", "msec": "ms", "us": "us",
-    "usec": "us", "ns": "ns", "nsec": "ns", "nsecs": "ns", "nanoseconds": "ns", "sec": "s", "secs": "s", "seconds": "s",
-    "mps": "m/s", "mv": "mV", "volt": "V", "volts": "V", "newton": "N", "meters": "m", "metres": "m",
-}  # fmt: skip
-WRITTEN_UNITS = {"°": "deg", "°/s": "deg/s", "µs": "us", "μs": "us", "m/s2": "m/s^2", "m/s²": "m/s^2", "Nm": "N m"}
-
-_COMPOUND = re.compile(r"(pos|p|vel|v|omega|gyro|gyr|w|accel|acc|a|quat|q|force|f|torque|tau|tor|d)_?([wxyz])")
-_REVERSED = re.compile(r"([xyz])_?(pos|vel|dot|acc|gyro)")
-_ANGLE_RATE = re.compile(r"(roll|pitch|yaw|phi|theta|psi|heading)(rate|speed|dot|vel)")
-_NUMBERED = re.compile(r"([a-z]+)(\d)")
+EULER_AXES = {"roll": "x", "pitch": "y", "yaw": "z"}
+RATE_AXES = AXES | {word: EULER_AXES[angle] for word, angle in EULER.items()}
+# What a quantity is whose unit is one of change.
+OF_A_SECOND = {"position": "velocity", "roll": "rate", "pitch": "rate", "yaw": "rate"}
 
 
 @dataclass(frozen=True)
@@ -80,7 +69,7 @@ class Named:
 
 def read_name(name: str) -> Named | None:
     """What a column's name says; None where it says nothing that is known here."""
-    words, unit = _words(name)
+    words, unit = words_and_unit(name)
     role: Role = "state"
     if COMMAND.intersection(words) or WANTED.intersection(words):
         role = "command"
@@ -91,44 +80,13 @@ def read_name(name: str) -> Named | None:
     if found is None:
         return None
     quantity, axis = found
+    if unit.endswith("/s"):
+        quantity, axis = OF_A_SECOND.get(quantity, quantity), EULER_AXES.get(quantity, axis)
     if quantity in {"position", "velocity", "acceleration"} and role == "command":
         role = "reference"
     if quantity in {"thrust", "throttle", "motor", "steer"}:
         role = "command"
     return Named(quantity, axis, role, _unit_of(quantity, unit))
-
-
-def _words(name: str) -> tuple[list[str], str]:
-    text = re.sub(r"\[(\d+)\]", r".\1", name)
-    unit = ""
-    if bracket := re.search(r"[\[(]([^\])]+)[\])]", text):
-        written = bracket.group(1).strip()
-        unit = WRITTEN_UNITS.get(written, written if written in UNITS else UNIT_WORDS.get(written.lower(), ""))
-        text = text.replace(bracket.group(0), "")
-    # cflib's compressed estimate carries a Z that is no axis.
-    text = re.sub(r"(?i)state_?estimatez?\b", "", text)
-    text = re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", text)
-    words: list[str] = []
-    for word in (part for part in re.split(r"[^a-z0-9]+", text.lower()) if part):
-        words += _split(word)
-    if not unit and len(words) > 1 and words[-1] in UNIT_WORDS:
-        unit = UNIT_WORDS[words.pop()]
-    if "rpm" in words:
-        unit = unit or "rpm"
-    return words, unit
-
-
-def _split(word: str) -> list[str]:
-    if match := _COMPOUND.fullmatch(word):
-        stem, axis = match.groups()
-        return ["dot" if stem == "d" else stem, axis]
-    if match := _REVERSED.fullmatch(word):
-        return [match.group(2), match.group(1)]
-    if match := _ANGLE_RATE.fullmatch(word):
-        return [match.group(1), "rate"]
-    if match := _NUMBERED.fullmatch(word):
-        return [match.group(1), match.group(2)]
-    return [word]
 
 
 Found = tuple[str, str] | None
@@ -161,6 +119,12 @@ class _Words:
         return axis if axis in {"x", "y", "z"} else ""
 
     @property
+    def corner(self) -> str:
+        """Number of the rotor that sits there; else nothing."""
+        sides = [side[0] for side in ("front", "rear", "back", "left", "right") if side in self.words]
+        return next((CORNERS[word] for word in (*self.words, "".join(sides)) if word in CORNERS), "")
+
+    @property
     def angle(self) -> str:
         angles = [EULER[word] for word in self.words if word in EULER]
         return angles[-1] if angles else ""
@@ -179,7 +143,9 @@ def _command(name: _Words) -> Found:
         return "thrust", ""
     if name.has(THROTTLE):
         return "throttle", ""
-    return ("motor", name.digit) if name.has(MOTOR) and name.digit else None
+    if name.has(MOTOR) or (name.corner and name.has(RATE, FORCE)):
+        return ("motor", place) if (place := name.corner or name.digit) else None
+    return None
 
 
 def _wrench(name: _Words) -> Found:
@@ -189,7 +155,10 @@ def _wrench(name: _Words) -> Found:
 
 
 def _rate(name: _Words) -> Found:
-    turning = name.has(RATE) or (bool(name.angle) and name.has(VELOCITY))
+    # In "vel_w_x" the w is the world.
+    turning = name.has(RATE - {"w"} if name.has(VELOCITY, POSITION) else RATE) or (
+        bool(name.angle) and name.has(VELOCITY)
+    )
     if not turning or name.has(frozenset({"derivative"}), ACCELERATION):
         return None
     axes = [RATE_AXES[word] for word in name.words if word in RATE_AXES and word != "w"]

@@ -12,6 +12,7 @@ import numpy as np
 
 from sym2real.errors import DataError
 from sym2real.layout import Layouts
+from sym2real.logs.dropouts import CUT, without_dropouts
 from sym2real.logs.grouping import default_layouts, layouts_from_json, trajectory, visible
 from sym2real.logs.resample import COMMANDS, GAP_INTERVALS, gaps, is_regular, resample
 from sym2real.logs.specification import LogSpec, load_spec
@@ -101,6 +102,12 @@ def expand(paths: str | Path | Iterable[str | Path]) -> list[Path]:
     return files
 
 
+def _first_stamp(whole: Table, spec: LogSpec) -> float:
+    """Time of the file's first row that has one, s."""
+    named = [spec.time.column] if spec.time.column else []
+    return float(stamps(without_dropouts(whole, named)[0].rows(0, 1), spec)[0])
+
+
 @dataclass(frozen=True, eq=False)
 class _Opened:
     """A log that has been read and named, before it is cut and sorted."""
@@ -121,26 +128,23 @@ class _Opened:
         rows = len(whole) - used.drop_first - used.drop_last
         if rows < 1:
             raise DataError(path, f"more than the {used.drop_first + used.drop_last} rows to drop", f"{len(whole)}")
-        table = whole.rows(used.drop_first, used.drop_first + rows)
+        table, left_out = without_dropouts(whole.rows(used.drop_first, used.drop_first + rows), used.sources, used.hold)
         standard = standardise(table, used)
-        if given is None:
-            standard = replace(standard, notes=())
-        else:
-            standard = tidy(standard, float(stamps(whole.rows(0, 1), used)[0]))
+        standard = replace(standard, notes=()) if given is None else tidy(standard, _first_stamp(whole, used))
         if dropped := len(whole) - rows:
             note = f"{dropped} of {len(whole)} rows dropped at the ends"
             standard = replace(standard, notes=(*standard.notes, note))
+        standard = replace(standard, notes=(*standard.notes, *left_out))
         step = dt if dt is not None else used.time.dt
-        found = [] if step is None else gaps(standard.time, step).tolist()
+        # Where rows are missing, a log is in pieces whether anybody asks for equal steps or not.
+        found = [] if step is None and not left_out else gaps(standard.time, step or 0.0).tolist()
         return cls(whole, table, used, standard, step, found)
 
     def trajectory(self, start: int, stop: int, layouts: Layouts | None, suffix: str) -> Trajectory:
         """Rows ``start`` to ``stop`` with these layouts or the log's own; a suffix of the name says that it was cut."""
         log = self.standard.rows(start, stop)
         if suffix:
-            note = (
-                f"cut at a gap of the stamps: rows {self.table.first_row + start} to {self.table.first_row + stop - 1}"
-            )
+            note = f"{CUT}: rows {self.table.line(start)} to {self.table.line(stop - 1)}"
             log = replace(log, notes=(*log.notes, note))
         log = add_derived(log, self.spec)
         known = visible(layouts or self._own_layouts() or default_layouts(log.columns))

@@ -48,6 +48,7 @@ class SpecChecker:
         }
         keywords |= {name: self._attitude(name, self._table(values, name)) for name in ATTITUDES if name in values}
         keywords["flip"] = self._texts("flip", values.get("flip", []))
+        keywords["hold"] = self._texts("hold", values.get("hold", []))
         keywords["derive"] = self._texts("derive", values.get("derive", []))
         for name in ("drop_first", "drop_last"):
             self._typed(name, values.get(name, 0), int, lambda rows: rows >= 0, "a whole number ≥ 0")
@@ -101,7 +102,8 @@ class SpecChecker:
         sources = [source.column for source in keywords["columns"].values()]
         for name in ATTITUDES:
             sources += keywords.get(name, Attitude()).sources
-        self._named("flip", keywords["flip"], sources)
+        for key in ("flip", "hold"):
+            self._named(key, keywords[key], sources)
 
     def _units(self, columns: Mapping[str, Source]) -> None:
         for name, source in columns.items():

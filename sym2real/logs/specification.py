@@ -54,6 +54,8 @@ class LogSpec:
         drop_first: rows to leave out at the start.
         drop_last: rows to leave out at the end.
         flip: columns of the log whose sign is reversed.
+        hold: columns of the log whose last number stands where a cell is empty; a row without numbers in another
+            one is left out.
         derive: what the log has not and is computed: "velocity" from positions, "rate" from the attitude or yaw.
         velocity_frame: "world" or "body", the axes of vx, vy, vz in the log.
         frames: "z_up" (world z up, body forward-left-up) or "ned_frd" (north-east-down, forward-right-down).
@@ -70,6 +72,7 @@ class LogSpec:
     drop_first: int = 0
     drop_last: int = 0
     flip: tuple[str, ...] = ()
+    hold: tuple[str, ...] = ()
     derive: tuple[Derived, ...] = ()
     velocity_frame: Literal["world", "body"] = "world"
     frames: Frames = "z_up"

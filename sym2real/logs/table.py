@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sym2real.errors import DataError, UnknownNameError
 from sym2real.logs import csv_file, parquet_file
@@ -27,6 +28,7 @@ class Table:
         first_row: what an error calls the first row (a CSV's line, counted from 1; a Parquet row, counted from 1).
         texts: names of the columns that hold text and were left out.
         metadata: what a Parquet file says about itself.
+        places: of its rows in the file, counted from ``first_row``, where some are left out; else None ``# (rows,)``.
     """
 
     path: Path
@@ -34,6 +36,7 @@ class Table:
     first_row: int
     texts: tuple[str, ...] = ()
     metadata: Mapping[str, str] | None = None
+    places: NDArray[np.int64] | None = None
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values())))
@@ -41,7 +44,27 @@ class Table:
     def rows(self, start: int, stop: int) -> Table:
         """The rows ``start … stop-1``; they keep their line numbers."""
         columns = {name: values[start:stop] for name, values in self.columns.items()}
+        if self.places is not None:
+            return replace(self, columns=columns, places=self.places[start:stop])
         return replace(self, columns=columns, first_row=self.first_row + start)
+
+    def kept(self, rows: NDArray[np.bool_]) -> Table:
+        """Some of the rows; they keep their line numbers."""
+        columns = {name: values[rows] for name, values in self.columns.items()}
+        return replace(self, columns=columns, places=(self.lines - self.first_row)[rows])
+
+    def with_columns(self, changed: Mapping[str, Array]) -> Table:
+        """The table with other values ``# (rows,)`` in some of its columns."""
+        return replace(self, columns={**self.columns, **changed}) if changed else self
+
+    def line(self, position: int) -> int:
+        """What an error calls the row at a position of this table."""
+        return self.first_row + (position if self.places is None else int(self.places[position]))
+
+    @property
+    def lines(self) -> NDArray[np.int64]:
+        """The same of all rows ``# (rows,)``."""
+        return self.first_row + (np.arange(len(self)) if self.places is None else self.places)
 
     def column(self, name: str, purpose: str) -> Array:
         """One column ``# (rows,)`` of finite numbers.
@@ -71,7 +94,7 @@ class Table:
 
     def error(self, expected: str, found: str, position: int, column: str | None = None) -> DataError:
         """An error at the row that stands at ``position`` of this table."""
-        return DataError(self.path, expected, found, self.first_row + position, column)
+        return DataError(self.path, expected, found, self.line(position), column)
 
 
 def read_table(path: str | Path) -> Table:

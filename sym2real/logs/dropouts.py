@@ -1,0 +1,78 @@
+"""Rows in which a sensor or a link gave nothing: they are left out, and it is said how many and where."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sym2real.errors import DataError
+from sym2real.logs.table import Table
+from sym2real.trajectory import Array
+
+# A column is slower than the others where so much of its numbers stand alone: no log is cut down to their rows.
+ALONE = 0.5
+NAMED = 3  # stretches of rows that a note lists
+LEFT_OUT, CUT = "rows left out", "cut at a gap of the stamps"
+
+
+def tells_of_loss(note: str) -> bool:
+    """Whether a trajectory's note says that rows are missing from it."""
+    return LEFT_OUT in note or note.startswith(CUT)
+
+
+def is_slow(values: Array) -> bool:
+    """Whether numbers of a column ``# (rows,)`` mostly stand between empty cells, as those of a slower sensor do."""
+    there = ~np.isnan(values)
+    return bool(there.any() and (there[:-1] & ~there[1:]).sum() >= ALONE * there.sum())
+
+
+def without_dropouts(table: Table, columns: Sequence[str], hold: Sequence[str] = ()) -> tuple[Table, tuple[str, ...]]:
+    """The rows in which all of these columns hold a number, and a note on the others.
+
+    Args:
+        table: as read.
+        columns: of the log; those that it has not are not looked at.
+        hold: those whose last number stands until the next one.
+
+    Raises:
+        DataError: for a column that is slower than the others, or when no row is left.
+    """
+    there = [name for name in dict.fromkeys(columns) if name in table.columns]
+    held = {name: last_number(table.columns[name]) for name in there if name in hold}
+    table = table.with_columns(held)
+    empty = {name: np.isnan(table.columns[name]) for name in there}
+    for name, missing in empty.items():
+        if name not in hold and is_slow(table.columns[name]):
+            raise table.error(
+                f'numbers in row after row (hold = ["{name}"] in a log specification keeps the last number)',
+                f"an empty cell or NaN in {100 * missing.mean():.0f} % of the rows, here first",
+                int(missing.argmax()),
+                name,
+            )
+    gone = np.logical_or.reduce([*empty.values(), np.zeros(len(table), dtype=bool)])
+    if gone.all():
+        empty_throughout = [name for name, missing in empty.items() if missing.all()]
+        raise DataError(table.path, f"a row with numbers in all of {', '.join(empty_throughout or there)}", "none")
+    if not gone.any():
+        return table, ()
+    where = _stretches(table.lines[gone])
+    names = ", ".join(name for name, missing in empty.items() if missing.any())
+    note = f"{gone.sum()} of {len(table)} {LEFT_OUT}, for want of numbers in {names}: rows {where}"
+    return table.kept(~gone), (note,)
+
+
+def last_number(values: Array) -> Array:
+    """Values ``# (rows,)`` with the last number in place of every NaN after one."""
+    row = np.where(np.isnan(values), 0, np.arange(len(values)))
+    found: Array = values[np.maximum.accumulate(row)]
+    return found
+
+
+def _stretches(lines: NDArray[np.int64]) -> str:
+    """Runs of line numbers in words."""
+    runs = np.split(lines, np.flatnonzero(np.diff(lines) > 1) + 1)
+    said = [f"{run[0]}" if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs]
+    more = f" and {len(said) - NAMED} other places" if len(said) > NAMED else ""
+    return ", ".join(said[:NAMED]) + more

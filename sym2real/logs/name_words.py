@@ -1,0 +1,88 @@
+"""The words of a column's name, and the unit that stands among them."""
+
+from __future__ import annotations
+
+import re
+
+from sym2real.logs.units import UNITS
+
+THRUST = frozenset({"thrust", "collective", "thr"})
+FORCE = frozenset({"f", "force"})
+BATTERY = frozenset({"vbat", "vbatt", "battery", "batt", "bat", "voltage"})
+
+UNIT_WORDS = {
+    "deg": "deg", "degree": "deg", "degrees": "deg", "degs": "deg/s", "dps": "deg/s", "rad": "rad", "radians": "rad",
+    "rads": "rad/s", "radps": "rad/s", "mrad": "mrad", "mm": "mm", "cm": "cm", "ms": "ms", "msec": "ms", "us": "us",
+    "usec": "us", "ns": "ns", "nsec": "ns", "nsecs": "ns", "nanoseconds": "ns", "sec": "s", "secs": "s", "seconds": "s",
+    "mps": "m/s", "kmh": "km/h", "kph": "km/h", "mv": "mV", "volt": "V", "volts": "V", "newton": "N", "meters": "m",
+    "metres": "m",
+}  # fmt: skip
+WRITTEN_UNITS = {"°": "deg", "°/s": "deg/s", "µs": "us", "μs": "us", "m/s2": "m/s^2", "m/s²": "m/s^2", "Nm": "N m"}
+
+# Units that a name ends with in several words.
+TAILS: dict[tuple[str, ...], str] = {
+    ("m", "s", "2"): "m/s^2",
+    ("km", "h"): "km/h",
+    **{(unit, "s"): f"{unit}/s" for unit in ("rad", "mrad", "deg", "m", "mm", "cm")},
+}
+# Letters that are units behind these words alone: an n behind others points north.
+LETTERS = (
+    (("m", "n"), "mN", THRUST | FORCE),
+    (("n",), "N", THRUST | FORCE),
+    (("m", "v"), "mV", BATTERY),
+    (("v",), "V", BATTERY),
+)
+
+_COMPOUND = re.compile(r"(pos|p|vel|v|omega|gyro|gyr|w|accel|acc|a|quat|q|force|f|torque|tau|tor|d)_?([wxyz])")
+_REVERSED = re.compile(r"([xyz])_?(pos|vel|dot|acc|gyro)")
+_ANGLE_RATE = re.compile(r"(roll|pitch|yaw|phi|theta|psi|heading)(rate|speed|dot|vel)")
+_NUMBERED = re.compile(r"([a-z]+)(\d)")
+
+
+def words_and_unit(name: str) -> tuple[list[str], str]:
+    """A name's words in lower case without its unit, and the unit that it states, or ""."""
+    text = re.sub(r"\[(\d+)\]", r".\1", name)
+    unit = ""
+    if bracket := re.search(r"[\[(]([^\])]+)[\])]", text):
+        written = bracket.group(1).strip()
+        unit = WRITTEN_UNITS.get(written, written if written in UNITS else UNIT_WORDS.get(written.lower(), ""))
+        text = text.replace(bracket.group(0), "")
+    # cflib's compressed estimate carries a Z that is no axis.
+    text = re.sub(r"(?i)state_?estimatez?\b", "", text)
+    text = re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", text)
+    words: list[str] = []
+    for word in (part for part in re.split(r"[^a-z0-9]+", text.lower()) if part):
+        words += _split(word)
+    if not unit:
+        words, unit = _unit_behind([word for word in words if word != "per"])
+    if "rpm" in words:
+        unit = unit or "rpm"
+    return words, unit
+
+
+def _unit_behind(words: list[str]) -> tuple[list[str], str]:
+    for tail, unit in TAILS.items():
+        if len(words) > len(tail) and tuple(words[-len(tail) :]) == tail:
+            return words[: -len(tail)], unit
+    for letters, unit, of in LETTERS:
+        if tuple(words[-len(letters) :]) == letters and of.intersection(words[: -len(letters)]):
+            return words[: -len(letters)], unit
+    if len(words) > 1 and words[-1] in UNIT_WORDS:
+        return words[:-1], UNIT_WORDS[words[-1]]
+    # Behind an axis a w is the world.
+    if len(words) > 1 and words[-1] == "w" and words[-2] in {"x", "y", "z"}:
+        return words[:-1], ""
+    return words, ""
+
+
+def _split(word: str) -> list[str]:
+    if match := _COMPOUND.fullmatch(word):
+        stem, axis = match.groups()
+        return ["dot" if stem == "d" else stem, axis]
+    if match := _REVERSED.fullmatch(word):
+        return [match.group(2), match.group(1)]
+    if match := _ANGLE_RATE.fullmatch(word):
+        return [match.group(1), "rate"]
+    if match := _NUMBERED.fullmatch(word):
+        return [match.group(1), match.group(2)]
+    return [word]

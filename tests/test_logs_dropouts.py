@@ -1,0 +1,138 @@
+"""Rows that a sensor or a link left empty: short holes are bridged, long ones cut the log, and both are said."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from sym2real.data import example_flight
+from sym2real.diagnosis.sanity import check
+from sym2real.errors import DataError
+from sym2real.logs import SPECS, LogSpec, inspect_logs, read_log, read_logs
+from sym2real.robots import quadrotor
+from sym2real.trajectory import Dataset
+
+NAME = "crazyflie_battery_drag"
+POSE = ["px", "py", "pz", "qw", "qx", "qy", "qz"]
+FIRST = 2  # line of the first row
+
+
+def with_holes(folder: Path, **holes: slice) -> Path:
+    """The real flight without the pose in some rows."""
+    flight = pd.read_csv(example_flight())
+    for rows in holes.values():
+        flight.loc[flight.index[rows], POSE] = np.nan
+    flight.to_csv(folder / "log.csv", index=False)
+    return folder / "log.csv"
+
+
+def whole() -> Dataset:
+    return read_logs(example_flight(), NAME)
+
+
+def test_a_long_hole_cuts_the_log_and_a_short_one_is_bridged(tmp_path: Path) -> None:
+    path = with_holes(tmp_path, short=slice(100, 102), long=slice(300, 331))
+    first, second = read_logs(path, NAME)
+    assert (first.name, second.name) == ("log#1", "log#2")
+    assert (len(first), len(second)) == (300, 829 - 331)
+    note = "33 of 829 rows left out, for want of numbers in px, py, pz, qw, qx, qy, qz: rows 102 to 103, 302 to 332"
+    for piece in (first, second):
+        assert note in piece.notes
+    assert "cut at a gap of the stamps: rows 2 to 301" in first.notes
+    assert "cut at a gap of the stamps: rows 333 to 830" in second.notes
+    (log,) = whole()
+    np.testing.assert_allclose(second.time, log.time[331:], atol=1e-9)
+    np.testing.assert_allclose(second.state, log.state[331:], atol=1e-9)
+    # Elsewhere it is what was measured; in the short hole it is on the line between what was measured on both sides.
+    known, there = log.column("x")[:300], np.delete(np.arange(300), [100, 101])
+    on_lines = np.interp(first.time, log.time[there], known[there])
+    np.testing.assert_allclose(first.column("x"), on_lines, atol=1e-12)
+    outside = np.delete(np.arange(300), np.arange(99, 103))
+    np.testing.assert_allclose(first.column("x")[outside], np.interp(first.time, log.time[:300], known)[outside])
+
+
+def test_a_log_in_pieces_is_no_single_log(tmp_path: Path) -> None:
+    path = with_holes(tmp_path, long=slice(300, 331))
+    with pytest.raises(DataError, match=r"row 333.*a gap of 0\.64 s"):
+        read_log(path, NAME)
+
+
+def test_without_stamps_rows_keep_their_time(tmp_path: Path) -> None:
+    time = np.arange(20.0)
+    x = np.where((time > 4) & (time < 12), np.nan, 3 * time)
+    pd.DataFrame({"x": x, "y": time}).to_csv(tmp_path / "log.csv", index=False)
+    spec = LogSpec.parse('[time]\nrate = 50\n[columns]\nx = "x"\ny = "y"')
+    first, second = read_logs(tmp_path / "log.csv", spec)
+    np.testing.assert_allclose(first.time, 0.02 * np.arange(5))
+    np.testing.assert_allclose(second.time, 0.02 * np.arange(12, 20))
+    np.testing.assert_allclose(second.column("x"), 150 * second.time)
+
+
+def test_a_slower_column_is_held_where_the_specification_says_so(tmp_path: Path) -> None:
+    flight = pd.read_csv(example_flight())
+    flight.loc[np.arange(len(flight)) % 5 != 3, "vbat"] = np.nan
+    flight.to_csv(tmp_path / "log.csv", index=False)
+    with pytest.raises(DataError, match=r"column 'vbat'.*hold = \[\"vbat\"\].*80 % of the rows"):
+        read_logs(tmp_path / "log.csv", NAME)
+    spec = LogSpec.parse('hold = ["vbat"]\n' + SPECS[NAME].toml())
+    assert LogSpec.parse(spec.toml()) == spec
+    (log,) = read_logs(tmp_path / "log.csv", spec)
+    (known,) = whole()
+    assert "3 of 829 rows left out" in " ".join(log.notes)
+    np.testing.assert_array_equal(log.state[:, :3], known.state[3:, :3])
+    np.testing.assert_array_equal(log.column("vbat")[:5], np.full(5, known.column("vbat")[3]))
+    proposed = inspect_logs(tmp_path / "log.csv")
+    assert proposed.spec.hold == ("vbat",)
+    assert LogSpec.parse(proposed.toml()) == proposed.spec
+
+
+@pytest.mark.parametrize("name", ["gps_time", "thrust_cmd"])
+def test_a_proposal_holds_only_what_it_names(tmp_path: Path, name: str) -> None:
+    flight = pd.read_csv(example_flight())
+    slow = 30000.0 + np.arange(len(flight))
+    flight[name] = np.where(np.arange(len(flight)) % 5 == 3, slow, np.nan)
+    flight.to_csv(tmp_path / "log.csv", index=False)
+    proposed = inspect_logs(tmp_path / "log.csv")
+    assert proposed.spec.hold == ()
+    assert LogSpec.parse(proposed.toml()) == proposed.spec
+    assert proposed.spec.time.column == "t"
+
+
+def test_what_is_empty_throughout_is_named(tmp_path: Path) -> None:
+    pd.read_csv(example_flight()).assign(vbat=np.nan).to_csv(tmp_path / "log.csv", index=False)
+    for read in (inspect_logs, lambda path: read_logs(path, NAME)):
+        with pytest.raises(DataError, match=r"a row with numbers in all of vbat, found none"):
+            read(tmp_path / "log.csv")
+
+
+def test_an_inspection_wants_rows_with_numbers(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match=r"at least 20 rows with numbers to look into, found 3"):
+        inspect_logs(with_holes(tmp_path, died=slice(3, None)))
+
+
+def test_columns_that_nobody_asks_for_may_be_empty(tmp_path: Path) -> None:
+    flight = pd.read_csv(example_flight()).assign(sonar=np.nan)
+    flight.to_csv(tmp_path / "log.csv", index=False)
+    (log,) = read_logs(tmp_path / "log.csv", NAME)
+    assert len(log) == 829
+
+
+def test_inspection_and_diagnosis_say_what_is_missing(tmp_path: Path) -> None:
+    path = with_holes(tmp_path, long=slice(300, 331))
+    found = inspect_logs(path)
+    meanings = {row.meaning: row.evidence for row in found.rows}
+    assert "31 of 829 rows left out" in meanings["rows left out"]
+    assert any(meaning.startswith("gap") and "0.64 s" in said for meaning, said in meanings.items())
+    model = quadrotor(1.0, interface="motors", attitude="measured")
+    data = read_logs(path, NAME, model.layouts, model.dt)
+    notes = " ".join(check(model, data).notes)
+    assert "log#1: 31 of 829 rows left out" in notes
+    assert "log#2: cut at a gap of the stamps" in notes
+
+
+def test_what_to_hold_must_be_a_column() -> None:
+    with pytest.raises(DataError, match="in hold a column that exists"):
+        LogSpec.parse('hold = ["vbatt"]\n' + SPECS[NAME].toml())

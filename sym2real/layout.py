@@ -56,6 +56,8 @@ class Field:
         return TANGENT_SIZE.get(self.kind, len(self.columns))
 
 
+# Front right, rear right, rear left, front left.
+MOTORS = ("motor1", "motor2", "motor3", "motor4")
 # The group says where a column of a file goes when no log specification does.
 VOCABULARY: tuple[tuple[Group, Field], ...] = (
     ("state", Field("position", ("x", "y", "z"), "m", "world")),
@@ -66,7 +68,7 @@ VOCABULARY: tuple[tuple[Group, Field], ...] = (
     ("action", Field("thrust", ("thrust",), "N", "body")),
     ("action", Field("rate command", ("wx_cmd", "wy_cmd", "wz_cmd"), "rad/s", "body")),
     ("action", Field("attitude command", ("qw_cmd", "qx_cmd", "qy_cmd", "qz_cmd"), "1", "world", "quaternion")),
-    ("action", Field("motors", ("motor1", "motor2", "motor3", "motor4"), "1", "body")),
+    ("action", Field("motors", MOTORS, "1", "body")),
     ("action", Field("steering", ("steer",), "rad", "body")),
     ("action", Field("speed", ("speed",), "m/s", "body")),
     ("inputs", Field("force", ("fx", "fy", "fz"), "N", "world")),

@@ -32,10 +32,12 @@ def flying() -> Equations:
 
 
 def late(robot: Robot = MUSHR) -> Equations:
-    """Nominal equations whose commands are delayed by a period and a half, lagged, slowed and held by play."""
+    """Nominal equations whose commands are cut off, delayed by a period and a half, lagged, slowed and held by play."""
     base = robot.nominal()
     column = "steer" if robot is MUSHR else "wx_cmd"
     values = {
+        f"limit:{column}": {"magnitude": 0.3},
+        f"limit:{'speed' if robot is MUSHR else 'thrust'}": {"lower": 0.1, "upper": 0.35},
         "delay": {"value": 1.5 * robot.dt},
         f"lag:{column}": {"value": 0.6 * robot.dt},
         f"rate_limit:{column}": {"value": 3.0},

@@ -8,7 +8,8 @@ from effects_cases import CASES, nominal, one_key_per_kind
 from sym2real.effects import EFFECTS, GROUPS, applicable, effect, equivalents, same_group
 from sym2real.effects.catalogue import require_patterns
 from sym2real.errors import ModelError, UnknownNameError
-from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
+from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot, quadrotor
+from sym2real.symbolic import Equations
 
 COMMAND = {"gain", "offset", "limit", "rate_limit", "delay", "lag", "dead_band"}
 QUADROTOR = {
@@ -18,13 +19,13 @@ QUADROTOR = {
 }
 CAR = {
     *("tyre_friction", "lateral_slip", "rolling_resistance", "slope", "wheelbase", "yaw_drag", "yaw_bias"),
-    "lever_arm",
+    *("lever_arm", "tyre_slip", "understeer"),
 }
 BOTH = {"wind", "linear_drag", "quadratic_drag", "periodic_force"}
 SENSOR = {"sensor_sign", "sensor_bias", "sensor_scale", "sensor_lag", "time_shift"}
 UNITS = {
     *("1", "N", "rad", "rad/s", "rad/s²", "m/s", "m/s²", "m", "s", "kg", "kg m²", "N m", "N m s", "N s", "N/s"),
-    *("N s/m", "N s²/m²", "1/s", "1/V", "s²/m²"),
+    *("N s/m", "N s²/m²", "1/s", "1/V", "s²/m²", "rad s²/m"),
 }
 
 
@@ -127,3 +128,19 @@ def test_effects_of_another_robot_say_so() -> None:
     for robot, key, *_ in CASES:
         assert effect(key, robot).why_not(robot) == ""
     assert effect("slope", CRAZYFLIE).why_not(CRAZYFLIE) == "slope is an effect of a car"
+
+
+@pytest.mark.parametrize(
+    ("equations", "said"),
+    [
+        (CRAZYFLIE.nominal(), "rate commands above 0.15 rad/s"),
+        (quadrotor(0.03, interface="motors"), "dither of the motors"),
+        (quadrotor(0.03, interface="thrust_attitude"), "dither of the attitude command"),
+        (MUSHR.nominal(), "steps of steering and speed"),
+    ],
+)
+def test_advice_names_the_commands_that_the_model_has(equations: Equations, said: str) -> None:
+    assert said in effect("delay", equations).shown_by
+    for one in applicable(equations):
+        assert "rate command" not in one.shown_by or "wx_cmd" in equations.layouts.action, one.key
+        assert "(rates:" not in one.shown_by, one.key

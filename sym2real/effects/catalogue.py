@@ -44,6 +44,8 @@ from sym2real.effects.time_shift import TIME_SHIFT
 from sym2real.effects.torque_bias import TORQUE_BIAS
 from sym2real.effects.translational_lift import TRANSLATIONAL_LIFT
 from sym2real.effects.tyre_friction import TYRE_FRICTION
+from sym2real.effects.tyre_slip import TYRE_SLIP
+from sym2real.effects.understeer import UNDERSTEER
 from sym2real.effects.wheelbase import WHEELBASE
 from sym2real.effects.wind import WIND
 from sym2real.effects.yaw_bias import YAW_BIAS
@@ -77,6 +79,8 @@ EFFECTS: Registry[Kind] = Registry(
         "translational_lift": TRANSLATIONAL_LIFT,
         "rotor_reaction": ROTOR_REACTION,
         "tyre_friction": TYRE_FRICTION,
+        "tyre_slip": TYRE_SLIP,
+        "understeer": UNDERSTEER,
         "lateral_slip": LATERAL_SLIP,
         "rolling_resistance": ROLLING_RESISTANCE,
         "slope": SLOPE,

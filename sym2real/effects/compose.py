@@ -1,9 +1,10 @@
 """Several effects into equations, in the one order that physics allows.
 
-From the dynamics outwards: mass (scales what pushes), rate loop and motors (turn commands into thrust and torque),
-wrench (adds forces), thrust (what a thrust command gives), command (static maps), then filters, through which a
-command goes first; measurements last, outside the motion. Every substitution replaces a symbol wherever it stands, so
-that the mass scales a wind, a centre of mass turns the thrust that the battery gives, and so on.
+From the dynamics outwards: mass (scales what pushes), rate loop and motors (turn commands into thrust and torque; of a
+car, tyres that lead it where its wheels do not point), wrench (adds forces), thrust (what a thrust command gives),
+command (static maps), then filters, through which a command goes first; measurements last, outside the motion. Every
+substitution replaces a symbol wherever it stands, so that the mass scales a wind, a centre of mass turns the thrust
+that the battery gives, and so on.
 
 The way of a command is that of a real actuator: firmware cuts off what it receives (limit); the link and the driver
 hold it up (delay); the driver ramps it (rate limit); the actuator follows (lag); its linkage has play (dead band);

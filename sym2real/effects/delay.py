@@ -8,6 +8,7 @@ import numpy as np
 
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Numbers, Parameter
+from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.memory import shift
 from sym2real.effects.truth import actuators
 from sym2real.protocols import Change, Filter
@@ -50,7 +51,7 @@ DELAY = Kind(
     formula=r"a(t) \to a(t - d)",
     summary="Commands act some time after they were sent.",
     confused_with="a lag, and motor lag in hover",
-    shown_by="fast changes of the command: dither of the rate commands above 0.15 rad/s, steps of steering and speed",
+    shown_by=f"fast changes of the command: {EXCITED}",
     fix="shorten the way (radio, driver, queue), or let the controller plan with the commands still under way",
     inject=_inject,
     memory=lambda body: shift(),

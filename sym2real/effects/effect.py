@@ -15,6 +15,7 @@ from torch import Tensor
 
 from sym2real.effects.body import Body, Describable
 from sym2real.effects.kind import Kind, Parameter, Stage
+from sym2real.effects.manoeuvres import in_words_of
 from sym2real.effects.memory import Memory, series
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.protocols import Change
@@ -58,8 +59,8 @@ class Effect:
 
     @property
     def shown_by(self) -> str:
-        """Which manoeuvre shows it."""
-        return self.of.shown_by
+        """Which manoeuvre shows it, with the commands that the robot has."""
+        return in_words_of(self.body.layouts.action, self.of.shown_by)
 
     @property
     def fix(self) -> str:

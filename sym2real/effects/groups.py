@@ -52,7 +52,8 @@ GROUPS = (
 )
 # Equal on such logs only: elsewhere a fit tells them apart, so that they do not count as each other. The first is
 # named: the law that holds at the speeds of small robots (rotors in inflow, G. Hoffmann et al., AIAA 2007-6461), and
-# the mass, because near one thrust every thrust map is a gain.
+# the mass, because near one thrust every thrust map is a gain; a steering gain and a lever arm, because at one speed
+# tyres turn the car by one part less and move it by one arm: circles at several speeds tell them apart.
 NAMED = (
     Group(("linear_drag", "quadratic_drag"), "speed stays near one value", one_speed, one_of=True),
     Group(
@@ -61,6 +62,8 @@ NAMED = (
         steady_thrust,
         one_of=True,
     ),
+    Group(("gain:steer", "understeer"), "speed stays near one value", one_speed, one_of=True),
+    Group(("lever_arm", "tyre_slip"), "speed stays near one value", one_speed, one_of=True),
 )
 # Effects that count as others together.
 COUNT_AS = {"payload": ("added_mass", "com_offset"), "rate_damping": ("rate_loop_gain", "gain:w?_cmd")}

@@ -2,7 +2,8 @@
 
 It needs no memory, but it must come before what has some: firmware cuts a command off when it receives it, and
 delays and lags follow the command that was cut off. A lag that follows the uncut command would take its time to come
-back from where the robot never was. So it is the first of the filters.
+back from where the robot never was. So it is the first of the filters. A servo's travel ends alike on both sides: one
+magnitude then says both limits.
 """
 
 from __future__ import annotations
@@ -23,23 +24,26 @@ def _parameters(body: Body) -> tuple[Parameter, ...]:
     return (
         Parameter("lower", body.unit, null=-UNLIMITED, low=-large, high=0.0, scale=body.scale),
         Parameter("upper", body.unit, null=UNLIMITED, low=0.0, high=large, scale=body.scale),
+        Parameter("magnitude", body.unit, null=UNLIMITED, low=0.0, high=large, scale=body.scale),
     )
 
 
 def _cut(memory: Tensor, rows: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
-    lower, upper = values["lower"][..., None], values["upper"][..., None]
+    lower = torch.maximum(values["lower"], -values["magnitude"])[..., None]
+    upper = torch.minimum(values["upper"], values["magnitude"])[..., None]
     return memory, torch.maximum(torch.minimum(rows, upper), lower)
 
 
 def _inject(body: Body, values: Numbers) -> Change:
-    return on_column(body, lambda command: float(np.clip(command, values["lower"], values["upper"])))
+    lower, upper = max(values["lower"], -values["magnitude"]), min(values["upper"], values["magnitude"])
+    return on_column(body, lambda command: float(np.clip(command, lower, upper)))
 
 
 LIMIT = Kind(
     name="limit",
     stage="filter",
     parameters=_parameters,
-    formula=r"a \to \min(\max(a, a_\mathrm{lower}), a_\mathrm{upper})",
+    formula=r"a \to \min(\max(a, a_\mathrm{lower}), a_\mathrm{upper}), |a| \le a_\mathrm{magnitude}",
     summary="A command beyond a limit is cut off at it.",
     confused_with="a gain below one, when most commands lie beyond the limit",
     shown_by="commands below and beyond the limit",

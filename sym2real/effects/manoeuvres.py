@@ -1,4 +1,4 @@
-"""What logs lack that would tell effects apart: turns of yaw, changes of thrust, dither, several circles."""
+"""What logs lack that would tell effects apart (turns of yaw, changes of thrust, dither, circles), and what to fly."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from sym2real.layout import MOTORS, Layout
 from sym2real.trajectory import Array, Trajectory
 
 # Length of the mean heading vector above which yaw stays (standard deviation below 0.46 rad).
@@ -22,9 +23,22 @@ ONE_CIRCLE = 0.5
 ONE_SPEED = 0.25
 # Lateral acceleration (m/s²) that tyres hold (DIAGNOSIS: grip shows from 2.7 on).
 GRIP = 2.7
-MOTORS = ("motor1", "motor2", "motor3", "motor4")
+# What shows effects that are late, and how a robot with such a field of commands is told to do it.
+EXCITED = "dither of the commands (rates: above 0.15 rad/s), or steps of them"
+EXCITED_BY = {
+    "rate command": "dither of the rate commands above 0.15 rad/s",
+    "attitude command": "dither of the attitude command",
+    "motors": "dither of the motors, each on its own",
+    "steering": "steps of steering and speed",
+}
 # White noise to its third difference.
 THIRD_DIFFERENCE = np.sqrt(20.0)
+
+
+def in_words_of(action: Layout, advice: str) -> str:
+    """A sentence with the commands that a robot has in place of :data:`EXCITED`."""
+    words = [EXCITED_BY[field.name] for field in action.fields if field.name in EXCITED_BY]
+    return advice.replace(EXCITED, words[0]) if words else advice
 
 
 def always(logs: Iterable[Trajectory]) -> bool:

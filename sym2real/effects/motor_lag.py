@@ -23,6 +23,7 @@ from sym2real.effects import truth
 from sym2real.effects.body import Body
 from sym2real.effects.hidden import with_hidden
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.rate_loop import NUMBERS, RateLoop, other_torque, rate_loops
 from sym2real.effects.thrust import LAGGED, MOTOR_TORQUES, defined
 from sym2real.effects.wrench import AXES, push
@@ -127,7 +128,7 @@ MOTOR_LAG = Kind(
     formula=r"\tau \dot T' = T - T', \quad \tau \dot\alpha = K(\omega_\mathrm{cmd} - \omega) - \alpha",
     summary="The rotors spin up and down slowly, inside the rate loop.",
     confused_with="a delay in hover, and a common lag of the rate commands without dither",
-    shown_by="dither of the rate commands above 0.15 rad/s, steps of thrust",
+    shown_by=f"steps of thrust, {EXCITED}",
     fix="put the lag into the model; lighter propellers or a softer rate loop make it matter less",
     inject=_inject,
     substitute=_substitute,

@@ -9,6 +9,7 @@ from typing import Any
 
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.rate_loop import NUMBERS, other_torque, rate_loops
 from sym2real.effects.wrench import push
 from sym2real.protocols import Change
@@ -44,7 +45,7 @@ RATE_LOOP_GAIN = Kind(
     formula=r"\tau = k\,J K\,(\omega_\mathrm{cmd} - \omega)",
     summary="The on-board rate loop is stiffer or softer than the nominal one.",
     confused_with="an inertia that is off, always; motor lag or delay in hover",
-    shown_by="dither of the rate commands above 0.15 rad/s",
+    shown_by=EXCITED,
     fix="set the rate loop's gain in the firmware, or the inertia in the model",
     inject=_inject,
     substitute=_substitute,

@@ -91,7 +91,7 @@ ROTOR_REACTION = Kind(
     formula=r"\tau_z = J_r \sum \pm \dot\omega_i",
     summary="Rotors that speed up or slow down turn the body about yaw.",
     confused_with="a stiffer yaw rate loop",
-    shown_by="fast changes of the yaw rate command",
+    shown_by="fast changes of the yaw rate, to both sides",
     fix="put the rotors' inertia into the model; a softer yaw loop makes it matter less",
     inject=_inject,
     substitute=_substitute,

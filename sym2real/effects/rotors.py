@@ -13,10 +13,10 @@ from sympy import Expr, Integer
 
 from sym2real.effects.body import Body
 from sym2real.effects.rate_loop import NUMBERS, rate_loops
-from sym2real.effects.thrust import MOTOR_TORQUES, acting_thrust
-from sym2real.symbolic import Equations, symbol
+from sym2real.effects.thrust import MOTOR_TORQUES, acting, acting_thrust
+from sym2real.layout import MOTORS
+from sym2real.symbolic import Equations
 
-MOTORS = ("motor1", "motor2", "motor3", "motor4")
 FRONT, LEFT, SPIN = (1, -1, -1, 1), (-1, -1, 1, 1), (-1, 1, -1, 1)
 
 
@@ -40,9 +40,9 @@ def shares(equations: Equations, body: Body) -> tuple[Expr, ...]:
 
 def alone(equations: Equations, name: str, rotor: int) -> Expr:
     """What one motor adds to a quantity that is a sum over the motors."""
-    whole = equations.quantities[name]
-    others = {symbol(motor): Integer(0) for number, motor in enumerate(MOTORS) if number != rotor}
-    nothing = {symbol(motor): Integer(0) for motor in MOTORS}
+    whole, motors = equations.quantities[name], [acting(equations, motor) for motor in MOTORS]
+    others = {motor: Integer(0) for number, motor in enumerate(motors) if number != rotor}
+    nothing = dict.fromkeys(motors, Integer(0))
     return whole.xreplace(others) - whole.xreplace(nothing)
 
 

@@ -10,7 +10,14 @@ from sym2real.effects.body import GRAVITY, Body
 from sym2real.symbolic import Equations, symbol
 
 LAGGED = "rotor_thrust"
+# Before the name of an action or a push, of the quantity that stands in its place in equations with many effects.
+ACTING = "acting_"
 MOTOR_TORQUES = ("torque_x", "torque_y", "torque_z")
+
+
+def acting(equations: Equations, name: str) -> Symbol:
+    """The symbol of an action or a push, or of the quantity that stands in its place."""
+    return symbol(ACTING + name if ACTING + name in equations.quantities else name)
 
 
 def acting_thrust(equations: Equations) -> Symbol:

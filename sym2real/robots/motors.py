@@ -19,7 +19,6 @@ from sympy import Expr
 
 from sym2real.errors import ModelError
 
-NAMES = ("motor1", "motor2", "motor3", "motor4")
 # Sign of x and y of each rotor, in units of arm/√2.
 FRONT = (1, -1, -1, 1)
 LEFT = (-1, -1, 1, 1)

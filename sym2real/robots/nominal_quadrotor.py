@@ -18,8 +18,8 @@ from typing import Literal
 from sympy import Expr, sign, sqrt
 
 from sym2real.errors import ModelError
-from sym2real.layout import Layout, Layouts
-from sym2real.robots.motors import NAMES, Motors
+from sym2real.layout import MOTORS, Layout, Layouts
+from sym2real.robots.motors import Motors
 from sym2real.robots.rigid_body import FirstOrder, Vector, body_z, free_fall, gyroscopic, increment, multiply, symbols
 from sym2real.robots.robot import GRAVITY
 from sym2real.symbolic import Equations, symbol
@@ -41,7 +41,7 @@ FORCE, TORQUE = ("fx", "fy", "fz"), ("tx", "ty", "tz")
 COMMANDS: Mapping[str, tuple[str, ...]] = {
     "thrust_rates": ("thrust", "wx_cmd", "wy_cmd", "wz_cmd"),
     "thrust_attitude": ("thrust", "qw_cmd", "qx_cmd", "qy_cmd", "qz_cmd"),
-    "motors": NAMES,
+    "motors": MOTORS,
 }
 
 # The Crazyflie, from which a robot of another mass and the same shape and density is scaled.
@@ -144,7 +144,7 @@ def _motors(build: _Build, motors: Motors | None, mass: float, attitude: Attitud
     build.numbers |= {"arm": motors.arm, "torque_per_thrust": motors.torque_per_thrust}
     if motors.unit == "rad/s":
         build.numbers["rotor_thrust"] = motors.thrust
-    forces = motors.forces(symbols(NAMES))
+    forces = motors.forces(symbols(MOTORS))
     build.name(("thrust",), (sum(forces),))
     pushed = symbols(TORQUE)
     if attitude == "measured":

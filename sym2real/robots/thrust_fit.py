@@ -6,7 +6,7 @@ import numpy as np
 import torch
 
 from sym2real.errors import ModelError
-from sym2real.robots.motors import NAMES
+from sym2real.layout import MOTORS
 from sym2real.robots.robot import GRAVITY
 from sym2real.rotation import rotate
 from sym2real.trajectory import Array, Trajectory
@@ -40,8 +40,8 @@ def fit_thrust_per_unit(trajectory: Trajectory, seconds: float = 2.0) -> float:
 
 
 def _command(trajectory: Trajectory) -> Array:
-    if NAMES[0] in trajectory.layouts.action:
-        total: Array = np.sum([trajectory.column(name) for name in NAMES], axis=0)
+    if MOTORS[0] in trajectory.layouts.action:
+        total: Array = np.sum([trajectory.column(name) for name in MOTORS], axis=0)
         return total
     return trajectory.column("thrust")
 

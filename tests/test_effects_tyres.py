@@ -1,0 +1,127 @@
+"""Understeer and side slip of tyres: steady circles of MuJoCo's car and of equations, and a diagnosis of one car."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from effects_cases import nominal
+
+from sym2real.diagnosis import diagnose
+from sym2real.effects import effect
+from sym2real.experiments import standard_conditions as conditions
+from sym2real.experiments.standard_set import standard_run
+from sym2real.plants import MujocoPlant
+from sym2real.protocols import Change
+from sym2real.robots import MUSHR
+from sym2real.symbolic import compile_model
+from sym2real.trajectory import Array, Dataset
+
+WHEELBASE = MUSHR.constants["wheelbase"]
+SETTLED = 80  # steps, 4 s
+CIRCLES = [(0.1, 0.6), (0.1, 2.2), (-0.2, 1.2), (0.3, 0.8), (0.3, 1.8)]  # steering rad, speed m/s
+TRAIL = 0.04  # m
+
+
+def start(steer: float, speed: float) -> Array:
+    state = MUSHR.start.copy()
+    state[[4, 6]] = speed, speed * np.tan(steer) / WHEELBASE
+    return state
+
+
+def circled(plant: MujocoPlant, steer: float, speed: float) -> Array:
+    """The car's state after a while on one circle ``# (state,)``."""
+    state = plant.reset(start(steer, speed))
+    for _ in range(SETTLED):
+        state = plant.step(np.array([steer, speed]))
+    return state
+
+
+def predicted(key: str, value: float, steer: float, speed: float) -> Array:
+    """The same by equations, with the last step's displacement over its time behind ``# (state + 2,)``."""
+    found = effect(key, MUSHR)
+    model = compile_model(found.substitute(nominal(MUSHR), {"value": value}), dtype=torch.float64)
+    before = state = torch.as_tensor(start(steer, speed))
+    for _ in range(SETTLED):
+        before, state = state, MUSHR.layouts.state.normalise(model(state, torch.tensor([steer, speed]).double()))
+    moved: Array = torch.cat([state, (state - before)[:2] / MUSHR.dt]).numpy()
+    return moved
+
+
+def turn(state: Array) -> tuple[float, float, float]:
+    """Speed along and across the heading in m/s, and yaw rate in rad/s."""
+    sine, cosine, vx, vy, rate = state[2:7]
+    return float(vx * cosine + vy * sine), float(vy * cosine - vx * sine), float(rate)
+
+
+def gradient(steer: float, state: Array) -> float:
+    """K of δ = atan(L/R) + K a_y, rad s²/m."""
+    forward, _, rate = turn(state)
+    return float((steer - np.arctan(WHEELBASE * rate / forward)) / (forward * rate))
+
+
+@pytest.mark.parametrize(("steer", "speed"), CIRCLES)
+@pytest.mark.parametrize("value", [-0.005, 0.005, 0.03])
+def test_understeer_is_the_gradient_that_steady_circles_measure(steer: float, speed: float, value: float) -> None:
+    understeering = MujocoPlant(MUSHR, [effect("understeer", MUSHR).inject(value=value)])
+    plain = gradient(steer, circled(MujocoPlant(MUSHR), steer, speed))
+    assert gradient(steer, circled(understeering, steer, speed)) - plain == pytest.approx(value, rel=0.02)
+    assert gradient(steer, predicted("understeer", value, steer, speed)) == pytest.approx(value, rel=0.02)
+
+
+@pytest.mark.parametrize(("steer", "speed"), CIRCLES)
+@pytest.mark.parametrize("value", [0.005, 0.02])
+def test_slipping_tyres_lead_the_rear_axle_outwards(steer: float, speed: float, value: float) -> None:
+    def slip(state: Array) -> float:
+        forward, across, rate = turn(state)
+        return -across / (abs(forward) * forward * rate)
+
+    slipping = MujocoPlant(MUSHR, [effect("tyre_slip", MUSHR).inject(value=value)])
+    creep = slip(circled(MujocoPlant(MUSHR), steer, speed))
+    assert slip(circled(slipping, steer, speed)) - creep == pytest.approx(value, rel=0.02)
+    state = predicted("tyre_slip", value, steer, speed)
+    assert slip(state) == pytest.approx(value, rel=1e-6)
+    assert gradient(steer, state) == pytest.approx(0.0, abs=1e-7)  # both axles slip alike: no other turn
+    # The place moves as the velocity says, seen from the middle of the step's arc.
+    forward, across, rate = turn(state)
+    heading = np.arctan2(state[2], state[3]) - rate * MUSHR.dt / 2
+    aside = state[8] * np.cos(heading) - state[7] * np.sin(heading)
+    assert aside == pytest.approx(across, rel=0.03, abs=0.002 * speed)
+    assert np.hypot(*state[7:]) == pytest.approx(np.hypot(forward, across), rel=0.01)
+
+
+@pytest.mark.parametrize("key", ["understeer", "tyre_slip"])
+def test_tyres_of_a_car_that_drives_backwards_slip_the_other_way(key: str) -> None:
+    ahead, back = predicted(key, 0.01, 0.2, 1.5), predicted(key, 0.01, 0.2, -1.5)
+    if key == "understeer":
+        assert gradient(0.2, ahead) == pytest.approx(0.01, rel=0.02)
+        assert gradient(0.2, back) == pytest.approx(-0.01, rel=0.02)
+    else:
+        assert turn(ahead)[1] < 0.0
+        assert turn(back)[1] < 0.0  # outwards of a left turn either way
+
+
+def test_oversteer_beyond_the_critical_speed_stays_finite() -> None:
+    assert np.isfinite(predicted("understeer", -0.02, 0.1, 2.4)).all()
+
+
+def test_a_soft_steering_with_caster_is_diagnosed_as_the_understeer_that_its_circles_have() -> None:
+    """The ground pushes the front wheels behind their steering axes, against servos that give way."""
+
+    def caster(spec: Any) -> None:
+        for side in ("left", "right"):
+            spec.joint(f"front_{side}_steer").pos = [TRAIL, 0.0, 0.0]
+
+    def plant(rng: np.random.Generator) -> MujocoPlant:
+        return MujocoPlant(MUSHR, (soft, conditions.disturbance(MUSHR, rng), conditions.sensors(MUSHR, rng)))
+
+    soft = Change("caster", edit=caster)
+    slow, fast = (gradient(0.2, circled(MujocoPlant(MUSHR, [soft]), 0.2, speed)) for speed in (0.9, 2.0))
+    data = Dataset([standard_run(MUSHR, plant, 3, index) for index in range(8)])
+    found = diagnose(nominal(MUSHR), data, MujocoPlant(MUSHR))
+    values = {one.effect: one.values for one in found.findings}
+    assert 0.0 < fast < slow
+    assert fast < values["understeer"]["value"] < slow
+    assert "gain:steer" not in values

@@ -14,6 +14,7 @@ from sym2real.diagnosis.fit import Problems
 from sym2real.diagnosis.leftover import Leftover
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.nuisance import Nuisance
+from sym2real.diagnosis.push_terms import features_in
 from sym2real.diagnosis.select import Selection
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.whitening import Spread, estimate
@@ -78,6 +79,18 @@ def test_a_term_takes_the_push_away_that_was_put_in() -> None:
     after = float(whitening.loss(terms.side.after(one.channel, one.name, one.step)[None]).sum())
     assert terms.loss(whitening) - after == pytest.approx(one.most, rel=1e-4)
     assert 0.95 < one.fall(terms.problems.folds) / one.most <= 1.0
+
+
+def test_a_trim_of_every_log_has_no_part_in_what_was_sent_before() -> None:
+    selection, _ = without_a_library("mushr")
+    problem = selection.problems.problem
+    for name, feature in features_in(problem).items():
+        shapes = feature.shapes(feature)
+        means = torch.stack([shapes[torch.as_tensor(problem.segments.log) == log].mean((0, 1)) for log in range(8)])
+        if name.startswith("earlier"):
+            assert float(means.abs().max()) < 1e-9 * float(shapes.abs().max())
+        else:
+            torch.testing.assert_close(means[:, 0], torch.ones(8, dtype=torch.float64))
 
 
 def test_terms_do_not_gain_by_their_number() -> None:

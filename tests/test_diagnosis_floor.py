@@ -7,8 +7,8 @@ import pytest
 import torch
 
 from sym2real.diagnosis import compare
-from sym2real.diagnosis.floor import floor_of_explained
-from sym2real.diagnosis.ladder import horizons_for, ladder
+from sym2real.diagnosis.floor import Floor, floor_of_explained, no_higher_than_reached
+from sym2real.diagnosis.ladder import Stage, StageError, horizons_for, ladder
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.sensor_noise import SensorNoise
@@ -83,3 +83,13 @@ def test_a_noisier_start_raises_the_floor(flights: Dataset) -> None:
     )
     for channel, (value, _) in plain[0].errors.items():
         assert noisy[0].errors[channel][0] > (1.5 if channel != "velocity" else 1.05) * value
+
+
+def test_no_floor_stands_above_what_was_reached() -> None:
+    def stage(value: float) -> Stage:
+        return Stage("", {0.8: {"position": StageError(value, value, value, value, "m")}})
+
+    floor = [Floor(0.8, {"position": (0.14, "m")}), Floor(0.2, {"position": (0.01, "m")})]
+    lowered = no_higher_than_reached(floor, [stage(0.5), stage(0.04), stage(0.05)])
+    assert lowered == (Floor(0.8, {"position": (0.04, "m")}), floor[1])
+    assert no_higher_than_reached(floor, [stage(0.5)]) == tuple(floor)

@@ -13,7 +13,7 @@ from collections.abc import Collection, Iterable, Mapping
 from sym2real.diagnosis.calibrate import Calibration
 from sym2real.diagnosis.candidates import Candidate, candidates
 from sym2real.diagnosis.findings import Finding, findings
-from sym2real.diagnosis.floor import floor_of_explained
+from sym2real.diagnosis.floor import floor_of_explained, no_higher_than_reached
 from sym2real.diagnosis.groups import always_alike, as_good
 from sym2real.diagnosis.held_out import Steps
 from sym2real.diagnosis.library import Library
@@ -98,14 +98,16 @@ def try_effect(
     steps = Steps.of(weighed.library, selection, same=held_out is None)
     horizons = steps.horizons(scored_logs, horizon)
     finding = _finding(selection, rivals if supported else (), weighed.calibration)
+    stages = steps.ladder(weighed.library, scored_logs, horizons)
+    floor = floor_of_explained(weighed.library, scored_logs, selection.fit.values, weighed.whitening, horizons)
     return Tried(
         finding=with_advice([finding], weighed.model, weighed.whitening, plant)[0],
         supported=supported,
         gain=gain,
         rivals=tuple(rival for rival in rivals if rival.gain > max(GAIN, WORTH_A_LINE * gain))[:MOST_RIVALS],
         faults=weighed.checked.faults,
-        ladder=steps.ladder(weighed.library, scored_logs, horizons),
-        floor=floor_of_explained(weighed.library, scored_logs, selection.fit.values, weighed.whitening, horizons),
+        ladder=stages,
+        floor=no_higher_than_reached(floor, stages),
         held_out=steps.names_of(scored_logs),
         notes=weighed.notes,
         seconds=time.perf_counter() - started,

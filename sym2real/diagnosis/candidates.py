@@ -61,7 +61,9 @@ GRIDS: dict[str, tuple[float, ...]] = {
     "dead_band": (0.5, 1.0),
     "rate_limit": (1.0, 3.0),
 }
-LIMIT_QUANTILES = (0.5, 0.75, 0.9)
+LIMIT_QUANTILES, LIMIT_PARTS = (0.5, 0.75, 0.9), (0.4, 0.6, 0.8)
+# Part of its largest value to one side that a command reaches to the other where its limits count as alike.
+BOTH_WAYS = 0.5
 
 
 @dataclass(frozen=True)
@@ -152,7 +154,8 @@ def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
         if one.kind == "lever_arm" and one_circle(data):  # an arm aside is the speed's: its gain, its limit
             free = tuple(f for f in free if library.slots[f[0]].parameter.name != "ry")
         if one.kind == "limit":
-            free = tuple(f for f in free if library.slots[f[0]].parameter.name == "upper")
+            end = "magnitude" if _turns_both_ways(one, data) else "upper"
+            free = tuple(f for f in free if library.slots[f[0]].parameter.name == end)
         starts, needs = _starts(library, one, data)
         alike, excludes = _matching(key, groups, known), _matching(key, exclusive, known)
         found.append(Candidate(key, keys, free, starts, needs, alike, excludes))
@@ -178,12 +181,26 @@ def _starts(library: Library, one: Effect, data: Dataset) -> tuple[tuple[float, 
     if one.kind in ("limit", "rate_limit", "dead_band"):
         values = np.concatenate([column_values(library.equations, one.column, trajectory) for trajectory in data])
         if one.kind == "limit":
-            levels: Iterable[float] = np.quantile(values[values > 0], LIMIT_QUANTILES) if (values > 0).any() else ()
-            return tuple(float(level) for level in levels), True
+            return _levels(values, _turns_both_ways(one, data)), True
         spread = float(np.std(values))
         unit = spread / dt * 0.2 if one.kind == "rate_limit" else spread * 0.5
         return tuple(unit * step for step in GRIDS[one.kind]), True
     return (), False
+
+
+def _levels(values: Array, both_ways: bool) -> tuple[float, ...]:
+    """Where a limit may lie. A command that turns is often at its own ends, and no quantile lies between them."""
+    if both_ways:
+        return tuple(float(np.abs(values).max()) * part for part in LIMIT_PARTS)
+    return tuple(np.quantile(values[values > 0], LIMIT_QUANTILES).tolist()) if (values > 0).any() else ()
+
+
+def _turns_both_ways(one: Effect, data: Dataset) -> bool:
+    """Whether a command is an angle to both sides, whose travel ends alike; a motor does not stop alike backwards."""
+    if one.body.unit != "rad":
+        return False
+    reached = [max((side * log.column(one.column)).max() for log in data) for side in (1.0, -1.0)]
+    return bool(min(reached) > BOTH_WAYS * max(reached))
 
 
 def column_values(equations: Equations, name: str, trajectory: Trajectory) -> Array:

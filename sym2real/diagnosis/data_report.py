@@ -13,7 +13,9 @@ from typing import Any
 import numpy as np
 
 from sym2real.diagnosis.agreement import Agreement, rate_agreement, velocity_agreement
+from sym2real.diagnosis.heading import against_the_path
 from sym2real.diagnosis.start import noise_level
+from sym2real.logs.dropouts import tells_of_loss
 from sym2real.logs.extremes import at_extremes
 from sym2real.trajectory import Array, Dataset, Trajectory
 
@@ -79,6 +81,7 @@ class DataReport:
         commands: by action column.
         rates, velocities: by state column.
         exact: number of logs whose positions have no sensor noise.
+        heading_reversed: whether a car's heading turns against its path; rates are held against its opposite then.
     """
 
     logs: int
@@ -91,6 +94,7 @@ class DataReport:
     rates: dict[str, Agreement]
     velocities: dict[str, Agreement]
     exact: int
+    heading_reversed: bool
 
     @property
     def feedback(self) -> bool:
@@ -119,6 +123,8 @@ class DataReport:
             if one.weak:
                 found.append(f"{name} hardly varies (±{one.deviation:.2g} {one.unit}): effects on it cannot be seen")
             found += one.limits_said(name)
+        if self.heading_reversed:
+            found.append("the heading turns against the path: wrong sign")
         found += [_said(name, one, "attitude") for name, one in self.rates.items() if _remarkable(one)]
         found += [_said(name, one, "position") for name, one in self.velocities.items() if _remarkable(one)]
         if self.feedback:
@@ -154,6 +160,7 @@ def data_report(data: Dataset | Trajectory) -> DataReport:
     dt = float(np.median(steps)) if len(steps) else 0.0
     gaps = steps[steps > GAP * dt]
     regular = steps[steps <= GAP * dt]
+    turned = against_the_path(Dataset(logs))
     return DataReport(
         logs=len(logs),
         rows=sum(len(trajectory) for trajectory in logs),
@@ -162,10 +169,16 @@ def data_report(data: Dataset | Trajectory) -> DataReport:
         gaps=len(gaps),
         longest_gap=float(gaps.max()) if len(gaps) else 0.0,
         commands=excitation(logs),
-        rates=rate_agreement(logs),
+        rates=rate_agreement(logs if turned is None else [turned.undone(one) for one in logs]),
         velocities=velocity_agreement(logs),
         exact=sum(exact(trajectory) for trajectory in logs),
+        heading_reversed=turned is not None,
     )
+
+
+def loss_said(data: Dataset) -> list[str]:
+    """What was lost of the logs before they were read, a sentence each."""
+    return [f"{log.name}: {note}" for log in data for note in log.notes if tells_of_loss(note)]
 
 
 def exact(log: Trajectory) -> bool:

@@ -11,7 +11,7 @@ from sym2real.diagnosis.constant import find_constants
 from sym2real.diagnosis.dependence import find_dependence
 from sym2real.diagnosis.features import Region
 from sym2real.diagnosis.findings import Finding, applied, findings, rated, told
-from sym2real.diagnosis.floor import Floor, floor_of_explained
+from sym2real.diagnosis.floor import Floor, floor_of_explained, no_higher_than_reached
 from sym2real.diagnosis.groups import groups_of
 from sym2real.diagnosis.held_out import Gate, without_harm
 from sym2real.diagnosis.ladder import Stage
@@ -36,7 +36,7 @@ class Diagnosis:
 
     Args:
         verdict, summary: the answer in a word and in a sentence.
-        faults: of the data, undone before the search.
+        faults: of the data, undone before the search where the logs tell how.
         findings: effects that are there, in order of importance.
         leftovers: what no effect explains, the strongest first.
         proposal: a term that would explain some of the first, unverified.
@@ -174,6 +174,7 @@ def _answer(
     leftovers = leftovers or find_dependence(selection, weighed.spread, own)
     leftovers = leftovers or find_misfit(selection.fit.total / freedom)
     found = rated(found, passed=gate.passed, leftover=bool(leftovers), calibrated=own is not None)
+    floor = floor_of_explained(library, scored, selection.fit.values, problems.whitening, horizons)
     proposal = None
     if leftovers:
         informed = applied(weighed.model, found)
@@ -188,7 +189,7 @@ def _answer(
         leftovers=leftovers,
         proposal=proposal,
         ladder=stages,
-        floor=floor_of_explained(library, scored, selection.fit.values, problems.whitening, horizons),
+        floor=no_higher_than_reached(floor, stages),
         held_out=steps.names_of(scored),
         gate=gate,
         tried=selection.tried,

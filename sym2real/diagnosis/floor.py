@@ -18,7 +18,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from sym2real.diagnosis.ladder import windows_of
+from sym2real.diagnosis.ladder import Stage, windows_of
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.segments import Segments, compared_components, segment_length
 from sym2real.diagnosis.sensitivity import Problem
@@ -125,6 +125,22 @@ def floor_of_explained(
     pushed = (problem.push_jacobian(values, pushes, pieces) * power[:, None]).square().sum((-1, -2))
     square = (started + pushed).mean(0).reshape(windows.length, -1) + torch.as_tensor(noise.of_a_row).square()
     return tuple(_floor(horizon, layout, square[count]) for horizon, count in zip(horizons, steps, strict=True))
+
+
+def no_higher_than_reached(floor: Sequence[Floor], stages: Sequence[Stage]) -> tuple[Floor, ...]:
+    """The floor, nowhere above the lowest error of a ladder: what a model has reached can be reached.
+
+    Variances that were estimated too large raise the floor; motors sampled fast made it four times what was reached.
+    """
+    lowered = []
+    for one in floor:
+        reached = [stage.horizons[one.horizon] for stage in stages if one.horizon in stage.horizons]
+        errors = {
+            channel: (min(value, *(errors[channel].value for errors in reached)) if reached else value, unit)
+            for channel, (value, unit) in one.errors.items()
+        }
+        lowered.append(Floor(one.horizon, errors))
+    return tuple(lowered)
 
 
 def _start_deviations(data: Dataset, windows: Segments, noise: SensorNoise, rng: np.random.Generator) -> Tensor:

@@ -14,6 +14,7 @@ from sym2real.diagnosis.inputs import ANGLE
 from sym2real.effects import Effect, compose
 from sym2real.effects.filters import without_quantities
 from sym2real.effects.kind import Parameter
+from sym2real.effects.thrust import ACTING
 from sym2real.layout import WRENCH, Layout
 from sym2real.symbolic import Equations, compile_function, compile_model, symbol
 
@@ -186,7 +187,7 @@ def shielded(base: Equations) -> Equations:
     """The equations with a quantity in place of every action and wrench input: substitutions then stay small."""
     inputs = [name for name in base.layouts.inputs if name in WRENCH]
     names = [name for name in (*base.layouts.action, *inputs) if name not in base.quantities]
-    aliases = {name: symbol(f"acting_{name}") for name in names}
+    aliases = {name: symbol(ACTING + name) for name in names}
     blank = replace(base, quantities={**base.quantities, **{alias.name: Integer(0) for alias in aliases.values()}})
     changed = blank.substitute(aliases)
     return replace(

@@ -1,7 +1,8 @@
 """Pushes that are functions of something measured: their shapes, and what each would change in a fit.
 
 A term pushes a channel by a constant and three powers of a feature's rank among the logs' values, ranks so that no
-tail decides; or by what a command was a few rows ago less what it is, as any filter that acts on it would.
+tail decides; or by what a command was a few rows ago less what it is, as any filter that acts on it would. The latter
+says nothing of whole logs, and is taken less every log's mean: trim that differs from log to log has no part in it.
 """
 
 from __future__ import annotations
@@ -35,20 +36,23 @@ class Feature:
         name: in words.
         columns: names of its columns; none for the constant.
         values: means over every piece ``# (S·pieces, columns)``.
+        within: whether it varies within logs alone.
     """
 
     name: str
     columns: tuple[str, ...]
     values: Array
+    within: bool = False
 
     def shapes(self, among: Feature) -> Tensor:
         """Shapes of its term ``# (S, pieces, K)``, ranks being those among the values of another data set."""
-        columns = self.values
-        if len(self.columns) == 1:
-            ordered = np.sort(among.values[:, 0])
-            rank = np.interp(columns[:, 0], ordered, np.linspace(-1.0, 1.0, len(ordered)))
-            columns = np.stack([rank, rank**2, rank**3], axis=1)
-        whole = np.concatenate([np.ones((len(columns), 1)), columns], axis=1)
+        whole = self.values
+        if not self.within:
+            rank = np.empty((len(whole), 0))
+            if self.columns:
+                ordered = np.sort(among.values[:, 0])
+                rank = np.interp(whole, ordered, np.linspace(-1.0, 1.0, len(ordered)))
+            whole = np.concatenate([np.ones((len(whole), 1)), rank, rank**2, rank**3], axis=1)
         return torch.as_tensor(whole).reshape(-1, PIECES, whole.shape[1])
 
 
@@ -59,9 +63,18 @@ def features_in(problem: Problem) -> dict[str, Feature]:
     dt, sent = problem.library.equations.dt, _sent(problem, (0, *EARLIER))
     for column, name in enumerate(problem.data.layouts.action):
         words = tuple(f"{name} {k * dt:.2g} s earlier less {name}" for k in EARLIER)
-        found[f"earlier {name}"] = Feature(f"earlier {name}", words, (sent[1:, :, column] - sent[0, :, column]).T)
+        change = _within((sent[1:, :, column] - sent[0, :, column]).T, np.repeat(problem.segments.log, PIECES))
+        found[f"earlier {name}"] = Feature(f"earlier {name}", words, change, within=True)
     varying = {name: one for name, one in found.items() if np.ptp(one.values) > SMALLEST}
     return {CONSTANT: Feature(CONSTANT, (), np.empty((len(values), 0))), **varying}
+
+
+def _within(columns: Array, log: NDArray[np.int64]) -> Array:
+    """Columns ``# (pieces, columns)`` less their mean over every log."""
+    _, place = np.unique(log, return_inverse=True)
+    means = np.stack([columns[place == one].mean(axis=0) for one in range(place.max() + 1)])
+    without: Array = columns - means[place]
+    return without
 
 
 def _sent(problem: Problem, earlier: Sequence[int]) -> Array:

@@ -1,4 +1,4 @@
-"""Faults of the data, settled before any search: frames, signs, scales, biases and time shifts of sensors."""
+"""Faults of the data, settled before any search: of sensors' frames, signs, scales, biases, times; of motors' order."""
 
 from __future__ import annotations
 
@@ -20,7 +20,15 @@ from sym2real.diagnosis.agreement import (
     to_world,
     velocity_agreement,
 )
-from sym2real.diagnosis.data_report import exact, exactness, excitation
+from sym2real.diagnosis.data_report import exact, exactness, excitation, loss_said
+from sym2real.diagnosis.heading import against_the_path
+from sym2real.diagnosis.motor_columns import (
+    in_order,
+    order_of_motors,
+    order_said,
+    spin_said,
+    turned_the_other_way,
+)
 from sym2real.diagnosis.prepared import DT_TOLERANCE
 from sym2real.diagnosis.sensor_faults import readings
 from sym2real.effects import EFFECTS
@@ -66,11 +74,11 @@ class Fault:
 
 @dataclass(frozen=True, eq=False)
 class Checked:
-    """Data with its faults undone, and remarks.
+    """Data without the faults that could be undone, and remarks.
 
     Args:
         data: corrected logs.
-        faults: what was undone.
+        faults: what was wrong; undone where the logs tell how.
         notes: what was seen and left as it is.
     """
 
@@ -80,18 +88,21 @@ class Checked:
 
 
 def check(model: Equations, data: Dataset) -> Checked:
-    """Find and undo what no model can explain: frames first, then signs, then scales, biases and time shifts.
+    """Find and undo what no model can explain: frames first, then signs, scales, biases and time shifts, then motors.
 
     What the model itself says of its sensors is no fault: the data are judged as its sensors' input.
     """
     found: list[Fault] = []
     sensors = Sensors(model)
     data = _through(sensors.state, data)
-    for settle in (_attitude, _velocity_frame, _signs, _sensors):
+    for settle in (_attitude, _heading, _velocity_frame, _signs, _sensors):
         faults, data = settle(data)
         found += faults
+    faults, data = _motors(model, data)
+    found += faults
     data = _through(sensors.measured, data)
-    return Checked(data, tuple(found), (*_time_step(model, data), *_saturation(data), *_noise(data)))
+    notes = (*loss_said(data), *_time_step(model, data), *_saturation(data), *_noise(data))
+    return Checked(data, tuple(found), notes)
 
 
 def _through(sensors: Callable[[Tensor], Tensor], data: Dataset) -> Dataset:
@@ -117,6 +128,20 @@ def _attitude(data: Dataset) -> Settled:
         state[:, place] = rotation.conjugate(torch.as_tensor(state[:, place])).numpy()
         turned.append(replace(log, state=state))
     return [Fault("", evidence, fix)], Dataset(turned)
+
+
+def _heading(data: Dataset) -> Settled:
+    """Headings that turn against the path."""
+    found = against_the_path(data)
+    if found is None:
+        return (), data
+    evidence = (
+        f"a heading that turns against the path: with its sign reversed it turns with it ({found.together:.2f} of 1, "
+        f"as it stands {found.as_it_stands:.2f})"
+    )
+    zero = f" and give it a zero of {found.apart:.2f} rad (in its unit)" if found.apart else ""
+    fix = f"change the sign of yaw: flip its column in the log's specification{zero}"
+    return [Fault("", evidence, fix)], Dataset(found.undone(log) for log in data)
 
 
 def _velocity_frame(data: Dataset) -> Settled:
@@ -168,6 +193,22 @@ def _sensors(data: Dataset) -> Settled:
         for kind, value in one.faulty.items():
             said = SAID[kind].format(value, 1e3 * value, column=one.column, other=_measured_by(one.column))
             faults.append(Fault(f"{kind}:{one.column}", said, EFFECTS[kind].fix, value))
+    return faults, data
+
+
+def _motors(model: Equations, data: Dataset) -> Settled:
+    """Motor columns in another order than the model's, and rotors that turn the other way."""
+    order, faults = order_of_motors(model, data), []
+    if order is None:
+        return (), data
+    if order.moved:
+        faults.append(Fault("", *order_said(order)))
+        if not order.certain:
+            return faults, data
+        data = in_order(order, data)
+    if order.reversed:
+        faults.append(Fault("", *spin_said(model, data)))
+        data = turned_the_other_way(model, data) or data
     return faults, data
 
 

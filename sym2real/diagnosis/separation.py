@@ -83,7 +83,7 @@ TRIALS = {
         Trial(
             "wide circles at 0.5 to 2 m/s",
             tuple(Manoeuvre("circle", 3.0, v) for v in (0.5, 1.0, 1.5, 2.0)),
-            ("*:speed", "rolling_resistance"),
+            ("*:speed", "rolling_resistance", "understeer", "tyre_slip"),
         ),
         Trial("tight circles both ways at 3 m/s²", TIGHT, ("tyre_friction", "lateral_slip", "yaw_drag")),
         Trial(

@@ -86,9 +86,9 @@ def episode_table(reports: Sequence[EpisodeReport]) -> Table:
     return table
 
 
-def flight_table(flights: Sequence[Flight]) -> Table:
-    """One row per flight or drive: how well it tracked, and how long choosing an action took."""
-    table = Table(title="flown in the simulator", title_justify="left")
+def flight_table(flights: Sequence[Flight], plant: str = "simulator") -> Table:
+    """One row per flight or drive in a plant: how well it tracked, and how long choosing an action took."""
+    table = Table(title=f"flown in the {plant}", title_justify="left")
     for heading in ("task", "ended", "mean position error m", "last second m", "action median ms", "p99 ms"):
         table.add_column(heading, justify="left" if heading in ("task", "ended") else "right")
     for flight in flights:

@@ -1,0 +1,46 @@
+"""Commands that are cut off: which ends are searched for, and that the travel of a servo is found."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sym2real.diagnosis import diagnose
+from sym2real.diagnosis.candidates import candidates
+from sym2real.diagnosis.library import Library
+from sym2real.effects import applicable, effect
+from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.robots import MUSHR
+from sym2real.trajectory import Dataset
+
+TRAVEL = 0.15
+# What the nominal car lacks of MuJoCo's, and what a limit is taken for.
+INCLUDED = ("gain:steer", "gain:speed", "offset:steer", "lateral_slip", "lever_arm", "dead_band:steer", "lag:steer")
+
+
+@pytest.fixture(scope="module")
+def drives() -> Dataset:
+    return simulate_case(Case("mushr", (("limit:steer", {"magnitude": TRAVEL}),), seed=11), rows=200)
+
+
+def test_steering_ends_alike_on_both_sides_and_a_motor_does_not(drives: Dataset) -> None:
+    base = MUSHR.nominal()
+    library = Library.of(base, [effect(key, base) for key in ("limit:steer", "limit:speed")])
+    backwards = Dataset([*drives, *(replace(drive, action=-drive.action) for drive in drives)])
+    found = {one.name: one for one in candidates(library, backwards)}
+    freed = {name: [library.slots[slot].parameter.name for slot in one.slots] for name, one in found.items()}
+    assert freed == {"limit:steer": ["magnitude"], "limit:speed": ["upper"]}
+    largest = max(np.abs(drive.column("steer")).max() for drive in drives)
+    assert all(0.0 < start < largest for start in found["limit:steer"].starts)
+
+
+def test_the_travel_of_a_servo_is_found(drives: Dataset) -> None:
+    base = MUSHR.nominal()
+    others = [one.key for one in applicable(base) if one.key not in (*INCLUDED, "limit:steer")]
+    found = diagnose(base, drives, exclude=others)
+    named = {one.effect: one.values for one in found.findings}
+    assert "limit:steer" in named
+    assert "gain:steer" not in named
+    assert named["limit:steer"]["magnitude"] == pytest.approx(TRAVEL, rel=0.05)

@@ -1,0 +1,134 @@
+"""Headings in another unit, sense or zero than their name says, by the way the car moves; honest ones stay."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from test_logs_disguise import Array, car
+
+from sym2real.diagnosis.data_report import data_report
+from sym2real.diagnosis.heading import against_the_path
+from sym2real.diagnosis.sanity import check
+from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.logs import Inspection, LogSpec, inspect_logs, read_log, read_logs
+from sym2real.logs.course import course, together
+from sym2real.robots import MUSHR
+from sym2real.trajectory import Dataset
+
+TIME, POSITION, YAW, SPEED, STEER = car()
+WRAPPED = (YAW + np.pi) % (2 * np.pi) - np.pi
+COMPASS = (90 - np.degrees(YAW)) % 360
+
+
+def logged(folder: Path, name: str, heading: Array, servo: float = 1.0, **more: Array) -> Inspection:
+    columns = {
+        "t": TIME, "x": POSITION[:, 0], "y": POSITION[:, 1], name: heading,
+        "servo_us": np.round(1500 + servo * 1000 * STEER), "speed_setpoint": SPEED, **more,
+    }  # fmt: skip
+    pd.DataFrame(columns).to_csv(folder / "car.csv", index=False)
+    return inspect_logs(folder / "car.csv")
+
+
+def evidence(found: Inspection) -> str:
+    return next(row.evidence for row in found.rows if row.meaning == "yaw")
+
+
+@pytest.mark.parametrize(
+    ("name", "heading", "unit"),
+    [
+        ("heading_deg", WRAPPED, ""),
+        ("heading_deg", YAW, ""),
+        ("heading_deg", np.degrees(WRAPPED), "deg"),
+        ("heading_rad", np.degrees(YAW), "deg"),
+        ("heading_rad", YAW, ""),
+        ("heading", 3 * np.pi + YAW, ""),
+        ("heading", np.degrees(YAW), "deg"),
+    ],
+)
+def test_the_path_tells_the_unit(tmp_path: Path, name: str, heading: Array, unit: str) -> None:
+    found = logged(tmp_path, name, heading)
+    assert found.spec.columns["yaw"].unit == unit
+    assert found.suspected_flips == ()
+    wrong = {"heading_deg": "deg", "heading_rad": "rad"}.get(name) not in (None, unit or "rad")
+    assert ("the name says" in evidence(found)) == wrong
+    assert ("# the name says" in found.toml()) == wrong
+
+
+@pytest.mark.parametrize(("servo", "flips"), [(1.0, {"heading"}), (-1.0, {"heading", "servo_us"})])
+def test_a_heading_against_the_path_is_not_blamed_on_the_servo(tmp_path: Path, servo: float, flips: set[str]) -> None:
+    found = logged(tmp_path, "heading", -WRAPPED, servo, gyro_z=np.gradient(YAW, TIME))
+    assert set(found.suspected_flips) == flips
+    turned_gyro = logged(tmp_path, "heading", -WRAPPED, servo, gyro_z=-np.gradient(YAW, TIME))
+    assert set(turned_gyro.suspected_flips) == {*flips, "gyro_z"}
+    assert set(logged(tmp_path, "heading", WRAPPED, servo).suspected_flips) == flips - {"heading"}
+
+
+def test_a_compass_is_read_as_it_counts(tmp_path: Path) -> None:
+    found = logged(tmp_path, "heading_deg", COMPASS)
+    assert found.suspected_flips == ("heading_deg",)
+    lines = found.toml().splitlines()
+    (recorded,), (proposed,) = ([line for line in lines if line.startswith(start)] for start in ("yaw =", "# yaw ="))
+    text = found.toml().replace(recorded, proposed[2:]).replace("# flip =", "flip =")
+    log = read_log(tmp_path / "car.csv", LogSpec.parse(text))
+    np.testing.assert_allclose(log.column("cos_yaw"), np.cos(YAW), atol=0.02)
+    np.testing.assert_allclose(log.column("sin_yaw"), np.sin(YAW), atol=0.02)
+
+
+def test_wraps_tell_the_unit_where_nothing_is_known_of_the_path(tmp_path: Path) -> None:
+    for name, heading, unit in (("yaw_deg", 3 * YAW, ""), ("yaw_rad", np.degrees(3 * YAW), "deg")):
+        turn = 360.0 if unit else 2 * np.pi
+        wrapped = (heading + turn / 2) % turn - turn / 2
+        pd.DataFrame({"t": TIME, name: wrapped, "steer": STEER, "speed": SPEED}).to_csv(
+            tmp_path / "car.csv", index=False
+        )
+        assert inspect_logs(tmp_path / "car.csv").spec.columns["yaw"].unit == unit
+
+
+def test_a_straight_drive_tells_nothing() -> None:
+    rng = np.random.default_rng(0)
+    way = course(TIME, TIME, 0.001 * rng.standard_normal(len(TIME)))
+    heading = 0.01 * rng.standard_normal(len(TIME))
+    assert together([way], [heading]) > 0.9
+    assert together([way], [-heading]) > 0.9
+
+
+def mirrored(data: Dataset, change: Callable[[Array], Array]) -> Dataset:
+    logs = []
+    for log in data:
+        heading = change(np.arctan2(log.column("sin_yaw"), log.column("cos_yaw")))
+        state = log.state.copy()
+        state[:, log.layouts.state.slice("heading")] = np.stack([np.sin(heading), np.cos(heading)], axis=1)
+        logs.append(replace(log, state=state))
+    return Dataset(logs)
+
+
+@pytest.mark.parametrize("zero", [0.0, np.pi / 2])
+def test_a_diagnosis_turns_the_heading_and_leaves_the_steering(zero: float) -> None:
+    data = simulate_case(Case("mushr", (), seed=4), rows=200)
+    assert against_the_path(data) is None
+    broken = mirrored(data, lambda heading: zero - heading)
+    assert sum("wrong sign" in line for line in data_report(broken).lines()) == 1
+    checked = check(MUSHR.nominal(), broken)
+    (fault,) = checked.faults
+    assert "turns against the path" in fault.evidence
+    for mine, original in zip(checked.data, data, strict=True):
+        np.testing.assert_allclose(mine.state, original.state, atol=0.06 if zero else 1e-9)
+
+
+@pytest.mark.parametrize("effect", ["tyre_friction", "yaw_bias", "lateral_slip", "offset:steer"])
+def test_what_hides_in_a_car_is_no_turned_heading(effect: str) -> None:
+    values = {"tyre_friction": 0.3, "yaw_bias": 0.035, "lateral_slip": 5.0, "offset:steer": 0.1}
+    case = Case("mushr", ((effect, {"value": values[effect]}),), seed=1)
+    assert against_the_path(simulate_case(case, rows=200)) is None
+
+
+def test_measured_drives_turn_with_their_path(shared_data: Path) -> None:
+    data = read_logs(shared_data / "mushr_steering_offset", "mushr_steering_offset")
+    assert against_the_path(data) is None
+    assert against_the_path(mirrored(data, lambda heading: -heading)) is not None
+    assert inspect_logs(shared_data / "mushr_steering_offset").suspected_flips == ()

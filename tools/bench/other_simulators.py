@@ -3,7 +3,7 @@
 Physics, rotors, drag and tyres are their authors'; the runs are those of the standard set, with its sensor noise. The
 quadrotor's base is learned in MuJoCo and calibrated there; RotorPy's rotors need 4 ms where MuJoCo's are immediate,
 which every case but two has beside its own effect. The car's is a bicycle without slip and without a simulator, so its
-every case also lacks the lag of servo and motor, and the arm from the rear axle to the centre of mass.
+every case also lacks the lags of servo and motor, the slip of its tyres, and the arm from the rear axle to its centre.
 
     pip install ".[bench]"
     python tools/bench/other_simulators.py
@@ -92,14 +92,17 @@ def flights() -> dict[str, tuple[Quadrotor, Truth]]:
     }
 
 
-ALWAYS: Truth = {"lever_arm": {"rx": WHEELBASE / 2}, "lag:speed": {"value": 0.06}, "lag:steer": {"value": 0.02}}
+ALWAYS: Truth = {"lever_arm": {"rx": WHEELBASE / 2}, "lag:steer": {"value": 0.02}}
 DRIVES: dict[str, tuple[Car, Truth]] = {
     "single track": (Car(), {}),
     "servo out of centre": (Car(offset=0.06), {"offset:steer": {"value": 0.06}}),
     "servo's travel": (Car(steering=0.8), {"gain:steer": {"value": 0.8}}),
     "speed's map": (Car(speed=0.9), {"gain:speed": {"value": 0.9}}),
-    "slow motor": (Car(motor=0.3), {"lag:speed": {"value": 0.3}}),
+    "slow motor": (Car(motor=0.3), {}),
     "late car": (Car(late=3), {"delay": {"value": 0.15}}),
+    "soft tyres": (Car(tyres=0.5), {}),
+    "drift model": (Car(drift=True), {}),
+    "drift model, soft tyres": (Car(drift=True, tyres=0.5), {}),
 }
 
 
@@ -183,7 +186,8 @@ def questions() -> Iterator[Question]:
         plant = partial(RotorpyPlant, quadrotor)
         yield Question(case, truth, flyer, plant, cached_base(flyer), MujocoPlant(flyer))
     for case, (told, truth) in DRIVES.items():
-        yield Question(case, {**ALWAYS, **truth}, driver, partial(SingleTrackPlant, told), car(WHEELBASE))
+        own = {"lag:speed": {"value": told.speed_lag}, "tyre_slip": {"value": told.compliance}}
+        yield Question(case, {**ALWAYS, **own, **truth}, driver, partial(SingleTrackPlant, told), car(WHEELBASE))
 
 
 def answer(question: Question, seed: int, console: Console) -> Answer:

@@ -8,7 +8,7 @@ from noisy_flights import LEFT_OUT, flights_with
 
 from sym2real.diagnosis import Finding, Gate, diagnose
 from sym2real.diagnosis.fit import Problems
-from sym2real.diagnosis.held_out import LAST_THIRD
+from sym2real.diagnosis.held_out import LAST_THIRD, makes_worse
 from sym2real.diagnosis.ladder import Stage, StageError, windows_of
 from sym2real.diagnosis.leftover import find_misfit
 from sym2real.diagnosis.library import Library
@@ -41,6 +41,15 @@ def test_a_tenth_of_position_or_attitude_must_go(position: float, attitude: floa
     assert gate.passed is passes
     assert gate.best is not None
     assert gate.best.part == pytest.approx(1.0 - min(position, attitude))
+
+
+@pytest.mark.parametrize(
+    ("position", "attitude", "harmful"),
+    [(1.05, 1.0 + 1e-15, True), (1.05, 1.0 - 1e-15, True), (1.05, 0.99, True), (1.05, 0.9, False), (1.01, 1.0, False)],
+)
+def test_rounding_does_not_decide_what_is_dropped(position: float, attitude: float, harmful: bool) -> None:
+    """An effect may leave attitude as it is: whether that sum ends in one bit more or less says nothing."""
+    assert makes_worse([stage("base", 1.0, 1.0), stage("+ tyre_slip", position, attitude)]) is harmful
 
 
 def test_findings_that_improve_no_prediction_are_no_answer() -> None:

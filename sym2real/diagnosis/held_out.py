@@ -28,7 +28,7 @@ from sym2real.diagnosis.windows import JUDGED, free_run_seconds
 from sym2real.trajectory import Dataset
 
 # Part of the error of a judged channel that must go; and the horizon (s) and the rise of a shorter prediction's error
-# that show a finding to be spurious.
+# that show a finding to be spurious where no other error falls by as much.
 LEAST_FALL = 0.10
 JUDGED_AT, WORSE = 0.8, 0.02
 # Where the part of a single log begins that the ladder is scored on.
@@ -164,13 +164,13 @@ def without_harm(
 
 
 def makes_worse(stages: Sequence[Stage]) -> bool:
-    """Whether the second of two stages predicts neither position nor attitude better, and one of them worse."""
+    """Whether the second of two stages predicts position or attitude worse, and neither of them better by as much."""
     if len(stages) < 2 or not stages[0].horizons:
         return False
     horizon = stages[0].nearest(JUDGED_AT)
     before, after = stages[0].horizons[horizon], stages[1].horizons[horizon]
     changes = [after[c].value / max(before[c].value, 1e-12) for c in before if c in JUDGED]
-    return min(changes) > 1.0 and max(changes) > 1.0 + WORSE
+    return min(changes) > 1.0 - WORSE and max(changes) > 1.0 + WORSE
 
 
 def _fold_of_log(selection: Selection) -> NDArray[np.int64]:

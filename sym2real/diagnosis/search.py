@@ -2,10 +2,11 @@
 
 Effects are added one by one, and the first decides what the next ones look like. Where two first effects save nearly
 the same (a gain and a limit of a command that is mostly beyond the limit), the better one by a hair may be the wrong
-one, and others pile up on it to make up for that. So a result that leaves much unexplained is not the last word: the
-search starts again from every first effect that was nearly as good, and the result that predicts best is taken. It
-also starts again with a limit in the place of a gain and an offset of the same command: together they are the straight
-line through a bent map.
+one, and others pile up on it to make up for that. So a result that leaves much unexplained, or that many effects
+explain, is not the last word: the search starts again from every first effect that was nearly as good, and the result
+that predicts best for its number of effects is taken. It also starts again with a limit in the place of a gain and an
+offset of the same command: together they are the straight line through a bent map. And where no single effect helps,
+two may that hide each other.
 """
 
 from __future__ import annotations
@@ -15,11 +16,13 @@ from dataclasses import dataclass
 
 from sym2real.diagnosis.candidates import Candidate
 from sym2real.diagnosis.fit import Fit
+from sym2real.diagnosis.pairs import add_pair
 from sym2real.diagnosis.select import GAIN_BESIDE, Selection
 
-# Whitened squares per degree of freedom of a result that leaves nothing to explain. First effects that save this part
-# of what the best one does are tried as well, so many of them.
-EXPLAINED, NEARLY, MOST_STARTS = 1.05, 0.9, 2
+# Whitened squares per degree of freedom of a result that leaves nothing to explain, and the most effects that are no
+# pile. First effects that save this part of what the best one does are tried as well, so many of them.
+EXPLAINED, FEW = 1.05, 2
+NEARLY, MOST_STARTS, MOST_ROUNDS = 0.9, 2, 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +43,8 @@ def search(selection: Selection) -> None:
     """Let a selection without effects grow until all of them hold; its state is the result."""
     empty = selection.fit
     _from_here(selection)
-    explained = EXPLAINED * selection.problems.whitening.freedom
-    if len(selection.chosen) < 2 or selection.fit.total < explained:
+    number = len(selection.chosen)
+    if number < 2 or (number <= FEW and _explained(selection)):
         return
     results = [_Result.of(selection)]
     ranking = selection.ranked([], empty.values)
@@ -75,8 +78,23 @@ def _slots(chosen: Iterable[Candidate]) -> list[int]:
 
 
 def _from_here(selection: Selection) -> None:
-    selection.grow()
-    selection.prune()
-    if selection.chosen:
-        selection.swap()
+    """Grow, and hold every effect against dropping and its rivals, until that changes nothing."""
+    for _ in range(MOST_ROUNDS):
+        before = _names(selection)
+        selection.grow()
+        while not _explained(selection) and add_pair(selection):
+            selection.grow()
         selection.prune()
+        if selection.chosen:
+            selection.swap()
+            selection.prune()
+        if _names(selection) == before:
+            return
+
+
+def _explained(selection: Selection) -> bool:
+    return selection.fit.total < EXPLAINED * selection.problems.whitening.freedom
+
+
+def _names(selection: Selection) -> set[str]:
+    return {one.name for one in selection.chosen}

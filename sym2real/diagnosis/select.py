@@ -105,14 +105,14 @@ class Selection:
         """
         names = tuple(sorted(one.name for one in chosen))
         if rivals is not None:
-            screened = self._screened(chosen, values, self._open(chosen, rivals))[1]
+            screened = self._screened(chosen, values, self.open(chosen, rivals))[1]
             return self.refitted(chosen, [(one, start) for _, one, start in screened[:REFITTED]])
         if names not in self._rankings:
-            promising = self._promising(chosen, values, self._open(chosen, self.candidates))
+            promising = self._promising(chosen, values, self.open(chosen, self.candidates))
             self._rankings[names] = self.refitted(chosen, promising)
         return self._rankings[names]
 
-    def _open(self, chosen: Sequence[Candidate], rivals: Sequence[Candidate]) -> list[Candidate]:
+    def open(self, chosen: Sequence[Candidate], rivals: Sequence[Candidate]) -> list[Candidate]:
         """Those of the rivals that share no parameter with what is chosen."""
         taken = {slot for one in chosen for slot in one.slots}
         shut = {name for one in chosen for name in one.excludes}

@@ -17,6 +17,8 @@ from sym2real.diagnosis.fit import REFIT_STEPS, Fit, Hypothesis, Problems
 # from run to run, where there are so many logs; and blocks without which nobody can say.
 FALSE_ALARMS, BY_LOGS = 0.002, 0.01
 FEWEST_LOGS, FEWEST_BLOCKS = 6, 10
+# Part of the loss that chance does not take off every one of so many logs: by null data it takes a fiftieth of that.
+LARGE, SEVERAL = 0.1, 4
 
 
 def beyond_chance(problems: Problems, fit: Fit, one: Candidate, origin: Tensor, tried: int) -> bool:
@@ -36,6 +38,8 @@ def beyond_chance(problems: Problems, fit: Fit, one: Candidate, origin: Tensor, 
         values[one.slots] = origin[one.slots]
         rest = tuple(tied for tied in fit.free if tied not in one.free)
         before = problems.fit([Hypothesis(rest, values)], REFIT_STEPS)[0]
+        if large_in_every_log(problems, before.loss, fit.loss):
+            return True
         chance = chance_of_gain(problems, before.loss, fit.loss)
     else:
         neutral, places = _neutral(problems, fit, one, origin), [fit.free.index(tied) for tied in one.free]
@@ -139,6 +143,23 @@ def chance_of(away: Tensor, spread: Tensor, count: int) -> float:
     squared = float(away @ torch.linalg.pinv(spread, hermitian=True) @ away)
     freedom = count - size
     return float(stats.f.sf(squared * freedom / (size * (count - 1)), size, freedom))
+
+
+def large_in_every_log(problems: Problems, before: Tensor, after: Tensor) -> bool:
+    """Whether several logs all lose a large part of their loss.
+
+    A rate limit acts for a second of a drive: the few blocks that it explains, however well, are too few for a test on
+    blocks, in most of which nothing changes but by what the other parameters move.
+
+    Args:
+        problems: what was fitted.
+        before, after: whitened squares per segment ``# (S,)``.
+    """
+    if problems.log_count < SEVERAL:
+        return False
+    log, zeros = torch.as_tensor(problems.logs), torch.zeros(problems.log_count, dtype=torch.float64)
+    old, new = (zeros.index_add(0, log, loss) for loss in (before, after))
+    return bool((new < (1 - LARGE) * old).all())
 
 
 def chance_of_gain(problems: Problems, before: Tensor, after: Tensor) -> float:

@@ -1,4 +1,4 @@
-"""The diagnosis on simulators that are not ours: RotorPy's quadrotor, and CommonRoad's car with sliding tyres.
+"""The diagnosis on simulators that are not ours: RotorPy's quadrotor, CommonRoad's and highway-env's cars that slide.
 
 Physics, rotors, drag and tyres are their authors'; the runs are those of the standard set, with its sensor noise. The
 quadrotor's base is learned in MuJoCo and calibrated there; RotorPy's rotors need 4 ms where MuJoCo's are immediate,
@@ -21,6 +21,8 @@ import numpy as np
 import torch
 import tyro
 from figures import Figure, report
+from highway_plant import WHEELBASE as ROAD_WHEELBASE
+from highway_plant import Tyres, drives
 from rich.console import Console
 from rich.markup import escape
 from rotorpy_plant import QUICK, Quadrotor, RotorpyPlant
@@ -104,6 +106,22 @@ DRIVES: dict[str, tuple[Car, Truth]] = {
     "drift model": (Car(drift=True), {}),
     "drift model, soft tyres": (Car(drift=True, tyres=0.5), {}),
 }
+ROADS = {
+    "road car": Tyres(),
+    "road car, stiff tyres": Tyres(front=4.0, rear=4.0),
+    "road car, soft tyres": Tyres(front=0.5, rear=0.5),
+    "road car, soft front": Tyres(front=0.6),
+}
+
+
+def road_truth(tyres: Tyres) -> Truth:
+    """What highway-env's car is in the catalogue's terms."""
+    truth = {
+        "lever_arm": {"rx": ROAD_WHEELBASE / 2},
+        "lag:speed": {"value": tyres.motor},
+        "tyre_slip": {"value": tyres.slip},
+    }
+    return {**truth, "understeer": {"value": tyres.understeer}} if tyres.understeer else truth
 
 
 @dataclass(frozen=True)
@@ -165,38 +183,43 @@ class Question:
     Args:
         case: its title.
         truth: hidden effects with their values.
-        robot: whose nominal numbers the controller and the base know.
-        plant: makes the foreign simulator.
+        runs: simulates by a seed.
         base: equations to diagnose.
         simulator: plain one to calibrate them in, if there is one.
     """
 
     case: str
     truth: Truth
-    robot: Robot
-    plant: Callable[[np.random.Generator], Plant]
+    runs: Callable[[int], Dataset]
     base: Equations
     simulator: MujocoPlant | None = None
+
+
+def standard_runs(robot: Robot, plant: Callable[[np.random.Generator], Plant], seed: int) -> Dataset:
+    """Those of the standard set, on a foreign simulator with the robot's nominal numbers known to the controller."""
+    # Turning tells a wind from a tilted board; even runs keep their heading.
+    return Dataset([standard_run(robot, plant, seed, index, yaw=index % 2 > 0) for index in range(RUNS)])
 
 
 def questions() -> Iterator[Question]:
     """All cases, without simulating any."""
     flyer, driver = ROBOTS["crazyflie"], ROBOTS["mushr"]
     for case, (quadrotor, truth) in flights().items():
-        plant = partial(RotorpyPlant, quadrotor)
-        yield Question(case, truth, flyer, plant, cached_base(flyer), MujocoPlant(flyer))
+        runs = partial(standard_runs, flyer, partial(RotorpyPlant, quadrotor))
+        yield Question(case, truth, runs, cached_base(flyer), MujocoPlant(flyer))
     for case, (told, truth) in DRIVES.items():
         own = {"lag:speed": {"value": told.speed_lag}, "tyre_slip": {"value": told.compliance}}
-        yield Question(case, {**ALWAYS, **own, **truth}, driver, partial(SingleTrackPlant, told), car(WHEELBASE))
+        runs = partial(standard_runs, driver, partial(SingleTrackPlant, told))
+        yield Question(case, {**ALWAYS, **own, **truth}, runs, car(WHEELBASE))
+    for case, tyres in ROADS.items():
+        yield Question(case, road_truth(tyres), partial(drives, tyres), car(ROAD_WHEELBASE))
 
 
 def answer(question: Question, seed: int, console: Console) -> Answer:
     """Simulate, diagnose, print what was found beside what is true."""
     case = question.case
     with console.status(f"{case}: simulating") as status:
-        # Turning tells a wind from a tilted board; even runs keep their heading.
-        runs = (standard_run(question.robot, question.plant, seed, index, yaw=index % 2 > 0) for index in range(RUNS))
-        data = Dataset(list(runs))
+        data = question.runs(seed)
         said = diagnose(
             question.base, data, question.simulator, on_progress=lambda text: status.update(f"{case}: {text}")
         )

@@ -13,7 +13,7 @@ from sym2real.control.geometric_quadrotor import Gains, GeometricQuadrotor
 from sym2real.effects import effect
 from sym2real.experiments import standard_conditions
 from sym2real.experiments.excitation import ColouredNoise
-from sym2real.layout import Layout
+from sym2real.layout import MOTORS, Layout
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.plants.mujoco_plant import edited
 from sym2real.robots import CRAZYFLIE, Motors, quadrotor
@@ -33,7 +33,7 @@ RATE_GAINS = np.array([18.0, 18.0, 8.0])
 
 ROBOT = replace(
     CRAZYFLIE,
-    layouts=replace(CRAZYFLIE.layouts, action=Layout.of([f"motor{i}" for i in range(1, 5)])),
+    layouts=replace(CRAZYFLIE.layouts, action=Layout.of(MOTORS)),
     dt=FAST,
     low=np.zeros(4),
     high=np.ones(4),
@@ -78,10 +78,12 @@ class Mixed:
     dither: ColouredNoise
 
     def reset(self) -> None:
-        """Nothing to forget."""
+        """Forget as the outer loop does; the dither goes on."""
+        self.outer.reset()
 
     def remember(self, sent: ArrayLike) -> None:
-        """Nothing to note."""
+        """What was sent is the outer loop's to note."""
+        self.outer.remember(sent)
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         measured = np.asarray(state, dtype=np.float64)

@@ -15,6 +15,7 @@ from sym2real.control import geometric_controller
 from sym2real.diagnosis import add
 from sym2real.diagnosis.candidates import library_for
 from sym2real.diagnosis.sanity import check
+from sym2real.diagnosis.segments import component_noise
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.sensor_faults import readings
 from sym2real.experiments import standard_conditions
@@ -114,6 +115,16 @@ def test_a_cars_gyro_is_settled_from_its_heading() -> None:
         "sensor_scale:wz": 0.8,
         "sensor_bias:wz": 0.1,
     }
+
+
+@pytest.mark.parametrize("rows", [1, 2, 3, 9])
+def test_a_piece_of_a_few_rows_hides_no_fault_and_changes_no_noise(rows: int) -> None:
+    """Dropouts cut logs wherever they are; three rows have no third difference."""
+    data = changed(simulate_case(Case("mushr", (), seed=4), rows=200), "wz", lambda w: 0.8 * w)
+    pieces = Dataset([*data, data[0].rows(0, rows)])
+    assert readings(pieces) == readings(data) != ()
+    np.testing.assert_array_equal(component_noise(pieces), component_noise(data))
+    assert readings(Dataset([data[0].rows(0, rows)])) == ()
 
 
 def relogged(data: Dataset, field: str, change: Callable[[Trajectory], torch.Tensor]) -> Dataset:

@@ -62,6 +62,12 @@ def gradient(steer: float, state: Array) -> float:
     return float((steer - np.arctan(WHEELBASE * rate / forward)) / (forward * rate))
 
 
+def compliance(state: Array) -> float:
+    """D of v_rear = -D |u| a_y, rad s²/m."""
+    forward, across, rate = turn(state)
+    return -across / (abs(forward) * forward * rate)
+
+
 @pytest.mark.parametrize(("steer", "speed"), CIRCLES)
 @pytest.mark.parametrize("value", [-0.005, 0.005, 0.03])
 def test_understeer_is_the_gradient_that_steady_circles_measure(steer: float, speed: float, value: float) -> None:
@@ -74,15 +80,11 @@ def test_understeer_is_the_gradient_that_steady_circles_measure(steer: float, sp
 @pytest.mark.parametrize(("steer", "speed"), CIRCLES)
 @pytest.mark.parametrize("value", [0.005, 0.02])
 def test_slipping_tyres_lead_the_rear_axle_outwards(steer: float, speed: float, value: float) -> None:
-    def slip(state: Array) -> float:
-        forward, across, rate = turn(state)
-        return -across / (abs(forward) * forward * rate)
-
     slipping = MujocoPlant(MUSHR, [effect("tyre_slip", MUSHR).inject(value=value)])
-    creep = slip(circled(MujocoPlant(MUSHR), steer, speed))
-    assert slip(circled(slipping, steer, speed)) - creep == pytest.approx(value, rel=0.02)
+    creep = compliance(circled(MujocoPlant(MUSHR), steer, speed))
+    assert compliance(circled(slipping, steer, speed)) - creep == pytest.approx(value, rel=0.02)
     state = predicted("tyre_slip", value, steer, speed)
-    assert slip(state) == pytest.approx(value, rel=1e-6)
+    assert compliance(state) == pytest.approx(value, rel=1e-6)
     assert gradient(steer, state) == pytest.approx(0.0, abs=1e-7)  # both axles slip alike: no other turn
     # The place moves as the velocity says, seen from the middle of the step's arc.
     forward, across, rate = turn(state)
@@ -90,6 +92,15 @@ def test_slipping_tyres_lead_the_rear_axle_outwards(steer: float, speed: float, 
     aside = state[8] * np.cos(heading) - state[7] * np.sin(heading)
     assert aside == pytest.approx(across, rel=0.03, abs=0.002 * speed)
     assert np.hypot(*state[7:]) == pytest.approx(np.hypot(forward, across), rel=0.01)
+
+
+def test_what_two_effects_of_tyres_do_adds_up_in_either_order() -> None:
+    slip, understeer = effect("tyre_slip", MUSHR).inject(value=0.005), effect("understeer", MUSHR).inject(value=0.01)
+    plain = circled(MujocoPlant(MUSHR), 0.1, 2.2)
+    for changes in ([slip, understeer], [understeer, slip]):
+        state = circled(MujocoPlant(MUSHR, changes), 0.1, 2.2)
+        assert gradient(0.1, state) - gradient(0.1, plain) == pytest.approx(0.01, rel=0.02)
+        assert compliance(state) - compliance(plain) == pytest.approx(0.005, rel=0.02)
 
 
 @pytest.mark.parametrize("key", ["understeer", "tyre_slip"])

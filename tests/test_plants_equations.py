@@ -15,7 +15,7 @@ from sym2real.effects.sensors import MeasuredModel
 from sym2real.errors import ModelError
 from sym2real.logs import read_log
 from sym2real.plants import EquationsPlant
-from sym2real.robots import CRAZYFLIE, MUSHR, Robot
+from sym2real.robots import CRAZYFLIE, MUSHR, Robot, quadrotor
 from sym2real.symbolic import Equations, save_model
 from sym2real.trajectory import Array
 
@@ -79,6 +79,14 @@ def test_a_delay_answers_that_many_steps_later() -> None:
 def test_what_is_measured_late_is_refused(key: str) -> None:
     with pytest.raises(ModelError, match=key):
         EquationsPlant(changed(CRAZYFLIE, {key: 0.04}), CRAZYFLIE)
+
+
+@pytest.mark.parametrize(
+    ("equations", "said"), [(quadrotor(0.03, interface="motors"), "motor1"), (MUSHR.nominal(), "sin_yaw")]
+)
+def test_a_model_of_other_columns_is_refused(equations: Equations, said: str) -> None:
+    with pytest.raises(ModelError, match=f"crazyflie's columns .*found .*{said}"):
+        EquationsPlant(equations, CRAZYFLIE)
 
 
 def test_run_drives_a_found_model_with_its_delay(tmp_path: Path) -> None:

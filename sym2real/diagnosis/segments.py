@@ -160,8 +160,9 @@ def compared_fields(segments: Segments) -> tuple[Layout, list[int], list[int] | 
 
 
 def component_noise(data: Dataset) -> Array:
-    """Noise of every tangent component, median over logs ``# (tangent,)``."""
-    return np.median([noise_level(tangents(trajectory)) for trajectory in data], axis=0)
+    """Noise of every tangent component, median over logs ``# (tangent,)``; a few rows among longer logs show none."""
+    long_enough = [trajectory for trajectory in data if len(trajectory) > ROWS] or data
+    return np.median([noise_level(tangents(trajectory)) for trajectory in long_enough], axis=0)
 
 
 def _states(data: Dataset, log: NDArray[np.int64], row: NDArray[Any]) -> Tensor:

@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sym2real.diagnosis.agreement import RATES, VELOCITIES, turning
-from sym2real.diagnosis.start import noise_level
+from sym2real.diagnosis.start import ROWS, noise_level
 from sym2real.trajectory import Array, Dataset, Trajectory
 
 STRETCH = 0.4  # s
@@ -64,15 +64,17 @@ class Reading:
 
 
 def readings(data: Dataset) -> tuple[Reading, ...]:
-    """Columns whose sensor is wrong in scale, bias or time; the others are left out."""
+    """Columns whose sensor is wrong in scale, bias or time; the others are left out, and logs too short to judge by."""
     layout, found = data.layouts.state, []
+    logs = [log for log in data if len(log) > ROWS]
+    if not logs:
+        return ()
     turns = layout.has_field("attitude") or layout.has_field("heading")
     for column in (*RATES, *VELOCITIES):
         other = column.removeprefix("v")
         if column not in layout or (column in RATES and not turns) or (column in VELOCITIES and other not in layout):
             continue
-        changes = [_change(log, column) for log in data]
-        one = _reading(list(data), column, changes)
+        one = _reading(logs, column, [_change(log, column) for log in logs])
         if one is not None and one.faulty:
             found.append(one)
     return tuple(found)

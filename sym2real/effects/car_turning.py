@@ -14,6 +14,8 @@ from sym2real.effects.frames import axes, body_velocity
 from sym2real.effects.wrench import push
 from sym2real.symbolic import Equations, symbol
 
+FORWARD = ("vx", "vy", "sin_yaw", "cos_yaw")  # what the speed along the heading follows from
+
 
 def forward_speed(body: Body) -> Expr:
     """u, m/s."""

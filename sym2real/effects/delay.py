@@ -26,9 +26,11 @@ def _inject(body: Body, values: Numbers) -> Change:
     rest = values["value"] - periods * body.dt
 
     def begin() -> Filter:
+        """An empty queue, which the first command fills: it is taken to have been held for ever."""
         queue: list[Array] = []
 
         def wait(action: Array) -> Array:
+            """What leaves the queue when a command ``# (action,)`` enters it."""
             queue.extend([action] * (1 if queue else periods + 1))
             late = action.copy()
             late[columns] = queue.pop(0)[columns]
@@ -37,6 +39,7 @@ def _inject(body: Body, values: Numbers) -> Change:
         return wait
 
     def edit(spec: Any) -> None:
+        """Give every actuator the rest of the delay."""
         for actuator in actuators(spec, body):
             actuator.delay = rest
             actuator.nsample = int(np.ceil(rest / spec.option.timestep)) + 2

@@ -8,7 +8,7 @@ import numpy as np
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.car_turning import push_turning
+from sym2real.effects.car_turning import FORWARD, push_turning
 from sym2real.effects.frames import body_velocity
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.protocols import Change
@@ -47,7 +47,7 @@ LATERAL_SLIP = Kind(
     fix="find what drags (cables, a loose wheel), or keep the term in the model",
     inject=_inject,
     substitute=_substitute,
-    needs=("steer", "wz", "vx", "vy", "sin_yaw", "cos_yaw"),
+    needs=("steer", "wz", *FORWARD),
     numbers=("mass", "wheelbase", "centre"),
     robot="car",
 )

@@ -9,7 +9,7 @@ from sympy import sign
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.car_turning import forward_speed, push_ahead
+from sym2real.effects.car_turning import FORWARD, forward_speed, push_ahead
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations
@@ -42,7 +42,7 @@ ROLLING_RESISTANCE = Kind(
     fix="free the drive train, or raise the speed loop's integral part",
     inject=_inject,
     substitute=_substitute,
-    needs=("vx", "vy", "sin_yaw", "cos_yaw"),
+    needs=FORWARD,
     numbers=("mass",),
     robot="car",
 )

@@ -13,7 +13,7 @@ from typing import Any
 from sympy import Abs, Max, Min, Piecewise, atan, tan
 
 from sym2real.effects.body import GRAVITY, Body
-from sym2real.effects.car_turning import forward_speed
+from sym2real.effects.car_turning import FORWARD, forward_speed
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
@@ -65,7 +65,7 @@ TYRE_FRICTION = Kind(
     fix="clean or change the tyres or the floor, or slow down in turns",
     inject=_inject,
     substitute=_substitute,
-    needs=("steer", "vx", "vy", "sin_yaw", "cos_yaw"),
+    needs=("steer", *FORWARD),
     numbers=("mass", "wheelbase"),
     robot="car",
 )

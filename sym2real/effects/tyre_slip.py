@@ -14,7 +14,7 @@ from dataclasses import replace
 from sympy import Abs, Expr
 
 from sym2real.effects.body import Body
-from sym2real.effects.car_turning import forward_speed
+from sym2real.effects.car_turning import FORWARD, forward_speed
 from sym2real.effects.frames import dot
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.roll_steer import roll_steer
@@ -59,6 +59,6 @@ TYRE_SLIP = Kind(
     fix="fit stiffer tyres or lighten the car, or keep the term in the model",
     inject=_inject,
     substitute=_substitute,
-    needs=("x", "y", "vx", "vy", "sin_yaw", "cos_yaw", "wz"),
+    needs=("x", "y", *FORWARD, "wz"),
     robot="car",
 )

@@ -12,7 +12,7 @@ from __future__ import annotations
 from sympy import Abs, Max, tan
 
 from sym2real.effects.body import Body
-from sym2real.effects.car_turning import forward_speed
+from sym2real.effects.car_turning import FORWARD, forward_speed
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.roll_steer import roll_steer
 from sym2real.protocols import Change
@@ -47,7 +47,7 @@ UNDERSTEER = Kind(
     fix="stiffen the steering and the front tyres, or move weight back; below zero: the rear, and forward",
     inject=_inject,
     substitute=_substitute,
-    needs=("steer", "vx", "vy", "sin_yaw", "cos_yaw"),
+    needs=("steer", *FORWARD),
     numbers=("wheelbase",),
     robot="car",
 )

@@ -8,7 +8,7 @@ import numpy as np
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.car_turning import push_turning
+from sym2real.effects.car_turning import FORWARD, push_turning
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
@@ -46,7 +46,7 @@ YAW_DRAG = Kind(
     fix="free the differential or the steering's geometry, or keep the term in the model",
     inject=_inject,
     substitute=_substitute,
-    needs=("steer", "wz", "vx", "vy", "sin_yaw", "cos_yaw"),
+    needs=("steer", "wz", *FORWARD),
     numbers=("mass", "wheelbase", "jz", "centre"),
     robot="car",
 )

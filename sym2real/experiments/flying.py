@@ -16,8 +16,8 @@ from sym2real.effects.filters import FilterState, command_filters, measurement_f
 from sym2real.effects.sensors import Sensors
 from sym2real.effects.visible import VisibleModel
 from sym2real.errors import ModelError
-from sym2real.plants import ModelPlant, MujocoPlant, run_episode
-from sym2real.protocols import Controller
+from sym2real.plants import run_episode
+from sym2real.protocols import Controller, Plant
 from sym2real.robots import Robot
 from sym2real.symbolic import Equations
 from sym2real.tasks import Task
@@ -104,7 +104,7 @@ class CorrectedMPPI:
 
 
 def fly(
-    plant: MujocoPlant | ModelPlant,
+    plant: Plant,
     controller: Controller,
     task: Task,
     *,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from sym2real.layout import MOTORS
@@ -17,6 +19,14 @@ from sym2real.logs.units import GRAVITY, UNITS
 LONGEST_DELAY = 0.5  # s
 SHORTEST_PULSE, LONGEST_PULSE = 900.0, 2200.0  # µs, of servos and speed controllers
 STEEPEST = 1.6  # rad; no wheel steers beyond a right angle
+
+
+@dataclass(frozen=True)
+class _Answer:
+    """How a robot answers a command, in words for the evidence, and whether it goes the other way."""
+
+    said: str = ""
+    reversed: bool = False
 
 
 def inspect_commands(draft: Draft) -> None:
@@ -49,7 +59,7 @@ def _thrust(draft: Draft) -> None:
     force = specific_force(draft)
     hover = signals.mean(force) if force else GRAVITY
     share = level / hover
-    answer = _answer(draft, values, force) if force else ""
+    answer = _answer(draft, values, force).said
     if named:
         draft.units["thrust"] = "" if named == "N" else named
         draft.add(column, "thrust", named, f"the name says so{answer}", "certain")
@@ -75,11 +85,16 @@ def _counted_thrust(draft: Draft, column: str, values: Series, level: float, ans
     draft.comment("columns", f'thrust = {{ column = "{column}", {worth} (counts at mean thrust carry the weight)')
 
 
-def _answer(draft: Draft, command: Series, response: Series) -> str:
+def _answer(draft: Draft, command: Series, response: Series) -> _Answer:
+    """The delay and correlation of a response; nothing where none is known, or it is too weak to count."""
+    if not response:
+        return _Answer()
     rows = max(1, int(LONGEST_DELAY / float(np.median(np.diff(draft.stamps[0])))))
     shift, found = signals.delay(command, response, rows)
     late = shift * float(np.median(np.diff(draft.stamps[0])))
-    return f"; answered {1e3 * late:.0f} ms later (correlation {found:+.2f})" if abs(found) > WEAK else ""
+    if abs(found) <= WEAK:
+        return _Answer()
+    return _Answer(f"; answered {1e3 * late:.0f} ms later (correlation {found:+.2f})", found < 0)
 
 
 def _motors(draft: Draft) -> None:
@@ -94,7 +109,7 @@ def _motors(draft: Draft) -> None:
     )
     total = [sum(parts) for parts in zip(*(draft.raw(column) for column in columns), strict=True)]
     force = specific_force(draft)
-    evidence = f"{low:.5g} to {high:.5g}: {meaning}" + (_answer(draft, total, force) if force else "")
+    evidence = f"{low:.5g} to {high:.5g}: {meaning}{_answer(draft, total, force).said}"
     for name, column in zip(MOTORS, columns, strict=True):
         draft.units[name] = unit
         draft.add(column, name, unit or "1", evidence, "likely" if sure else "unknown")
@@ -122,10 +137,10 @@ def _rate_commands(draft: Draft) -> None:
     for name, column in zip(names, columns, strict=True):
         draft.units[name] = "" if unit == "rad/s" else unit
         response = _response(draft, name.removesuffix("_cmd"))
-        answer = _answer(draft, draft.raw(column), response) if response else ""
-        draft.add(column, name, unit, evidence + answer, "likely")
-        if "correlation -" in answer and draft.world:
-            suspect(draft, column, f"the attitude turns the other way{answer}")
+        answer = _answer(draft, draft.raw(column), response)
+        draft.add(column, name, unit, evidence + answer.said, "likely")
+        if answer.reversed and draft.world:
+            suspect(draft, column, f"the attitude turns the other way{answer.said}")
 
 
 def _rate_command_unit(draft: Draft, names: list[str], size: float) -> tuple[str, str]:
@@ -168,10 +183,10 @@ def _car(draft: Draft) -> None:
     unit = named or ("deg" if size > STEEPEST else "rad")
     draft.units["steer"] = "" if unit == "rad" else unit
     evidence = "the name says so" if named else f"up to {size:.3g}"
-    answer = _answer(draft, values, turning) if (turning := _turning(draft)) else ""
-    draft.add(column, "steer", unit, evidence + answer, "certain" if named else "likely")
-    if "correlation -" in answer:
-        suspect(draft, column, f"the car turns right where it is positive{answer}")
+    answer = _answer(draft, values, _turning(draft))
+    draft.add(column, "steer", unit, evidence + answer.said, "certain" if named else "likely")
+    if answer.reversed:
+        suspect(draft, column, f"the car turns right where it is positive{answer.said}")
 
 
 def _are_pulses(values: Series) -> bool:
@@ -180,14 +195,14 @@ def _are_pulses(values: Series) -> bool:
 
 def _steering_pulses(draft: Draft, column: str, values: Series) -> None:
     draft.left_out.add("steer")
-    answer = _answer(draft, values, turning) if (turning := _turning(draft)) else ""
+    answer = _answer(draft, values, _turning(draft))
     span = f"{min(float(part.min()) for part in values):.5g} to {signals.largest(values):.5g}"
-    evidence = f"{span}: pulses in µs; the log cannot know the angle per µs{answer}"
+    evidence = f"{span}: pulses in µs; the log cannot know the angle per µs{answer.said}"
     draft.add(column, "steering command", "?", evidence, "unknown")
     worth = "zero = 1500, scale = 0.001 }  # put the pulse straight ahead, and rad per µs"
     draft.comment("columns", f'steer = {{ column = "{column}", {worth}')
-    if "correlation -" in answer:
-        suspect(draft, column, f"the car turns right where pulses are longer{answer}")
+    if answer.reversed:
+        suspect(draft, column, f"the car turns right where pulses are longer{answer.said}")
 
 
 def _turning(draft: Draft) -> Series:
@@ -199,14 +214,14 @@ def _turning(draft: Draft) -> Series:
 
 
 def _speed(draft: Draft, column: str) -> None:
-    answer = ""
+    pace: Series = []
     if draft.has("vx", "vy"):
         pace = [np.hypot(a, b) for a, b in zip(draft.series("vx"), draft.series("vy"), strict=True)]
-        answer = _answer(draft, [np.abs(part) for part in draft.raw(column)], pace)
+    answer = _answer(draft, [np.abs(part) for part in draft.raw(column)], pace)
     evidence = f"up to {signals.largest(draft.raw(column)):.3g}"
     named = draft.assignment.unit(column)
     draft.units["speed"] = "" if named == "m/s" else named
-    draft.add(column, "speed", named or "m/s", evidence + answer, "certain" if named else "guess")
+    draft.add(column, "speed", named or "m/s", evidence + answer.said, "certain" if named else "guess")
 
 
 def _battery(draft: Draft) -> None:

@@ -111,13 +111,11 @@ def _correlations(flights: Sequence[Turning]) -> Array:
 
     ``# (blocks, orders, 2, axes)``, rotors turning as they should and the other way.
     """
-    best: Array | None = None
-    for shift, lag in product(SHIFTS, LAGS):
-        found = _by_block([_stretches(one, shift, lag) for one in flights])
-        best = found.copy() if best is None else best
+    tried = (_by_block([_stretches(one, shift, lag) for one in flights]) for shift, lag in product(SHIFTS, LAGS))
+    best = next(tried)
+    for found in tried:
         better = found.sum((0, 3)) > best.sum((0, 3))
         best[:, better] = found[:, better]
-    assert best is not None  # there are shifts and lags
     return best
 
 
@@ -170,8 +168,8 @@ def _by_block(tables: Sequence[tuple[Array, Array, Array, NDArray[np.int64]]]) -
     rest = values - others @ np.linalg.lstsq(others, values, rcond=None)[0]
     change, cause = rest[:, None, :3], rest[:, 3:].reshape(len(rest), len(ORDERS), 3)
     sums = [np.zeros((firsts[-1], len(ORDERS), 3)) for _ in range(3)]
-    for total, product_ in zip(sums, (change * cause, np.square(change), np.square(cause)), strict=True):
-        np.add.at(total, blocks, product_)
+    for total, part in zip(sums, (change * cause, np.square(change), np.square(cause)), strict=True):
+        np.add.at(total, blocks, part)
     together, changed, caused = sums
     found = together / np.sqrt(np.maximum(changed * caused, 1e-300))
     return np.stack([found, found * [1.0, 1.0, -1.0]], axis=2)

@@ -10,46 +10,68 @@ from sym2real.effects.filters import FilterState, measurement_filters, with_hidd
 from sym2real.effects.sensors import Sensors
 from sym2real.effects.visible import visible_state
 from sym2real.errors import ModelError
+from sym2real.layout import Layouts
 from sym2real.plants.model_plant import ModelPlant
 from sym2real.robots import Robot
 from sym2real.symbolic import Equations, compile_model
 from sym2real.trajectory import Array
 
 
-class EquationsPlant(ModelPlant):
+class EquationsPlant:
     """A :class:`ModelPlant` that remembers from step to step what the equations need, and reports what sensors would.
 
     Args:
-        equations: of the robot; states that the robot has not are hidden ones.
+        equations: of the robot; their hidden states and a time go on inside.
         robot: its columns and start.
 
     Raises:
-        ModelError: where what is measured depends on the past, or an input is neither the robot's nor the time.
+        ModelError: where what is measured depends on the past, an input is neither the robot's nor the time, or other
+            columns than the robot's are measured or sent.
     """
 
     def __init__(self, equations: Equations, robot: Robot) -> None:
-        late = [found.key for found, _ in measurement_filters(equations)]
-        unknown = sorted({*equations.layouts.inputs} - {*robot.layouts.inputs, "t"})
-        if late or unknown:
-            raise ModelError(f"a model with {', '.join(late or unknown)} cannot be stepped as a plant")
+        _require_steps(equations, robot)
+        self.robot = robot
         self._equations = equations
         self._compiled = compile_model(equations, dtype=torch.float64)
         self._filters, self._sensors = FilterState(equations), Sensors(equations)
-        self._columns = visible_state(equations).size
-        super().__init__(self._advance, robot, equations.dt)
+        self._moving = ModelPlant(self._advance, robot, equations.dt)
+        self.reset()
+
+    @property
+    def layouts(self) -> Layouts:
+        """The robot's columns."""
+        return self.robot.layouts
+
+    @property
+    def dt(self) -> float:
+        """Control period in s."""
+        return self._moving.dt
+
+    @property
+    def inputs(self) -> Array:
+        """What is held now ``# (inputs,)``."""
+        return self._moving.inputs
+
+    @property
+    def crashed(self) -> bool:
+        """Whether the true state is not finite, or below the ground."""
+        return self._moving.crashed
+
+    def push(self, inputs: ArrayLike) -> None:
+        """Hold inputs until the next call or reset ``# (inputs,)``."""
+        self._moving.push(inputs)
 
     def reset(self, state: ArrayLike | None = None, seed: int | None = None) -> Array:
         """Start an episode, as if what is sent first had been held for ever; what sensors report ``# (state,)``."""
-        super().reset(state, seed)
         self._filters.reset()
         self._hidden: Tensor | None = None
         self._steps = 0
-        return self._reported()
+        return self._reported(self._moving.reset(state, seed))
 
     def step(self, action: ArrayLike) -> Array:
         """What sensors report ``# (state,)`` after one action ``# (action,)``."""
-        super().step(action)
-        return self._reported()
+        return self._reported(self._moving.step(action))
 
     def _advance(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
         pushes = () if inputs is None else inputs.tolist()
@@ -62,10 +84,22 @@ class EquationsPlant(ModelPlant):
         else:
             whole = torch.cat([state, self._hidden])
         after: Tensor = self._compiled(whole, reaching, held)
-        self._hidden = after[self._columns :]
+        self._hidden = after[len(state) :]
         self._steps += 1
-        return after[: self._columns]
+        return after[: len(state)]
 
-    def _reported(self) -> Array:
-        measured: Array = self._sensors.measured(torch.as_tensor(self._state)).numpy().copy()
+    def _reported(self, state: Array) -> Array:
+        measured: Array = self._sensors.measured(torch.as_tensor(state)).numpy()
         return measured
+
+
+def _require_steps(equations: Equations, robot: Robot) -> None:
+    late = [found.key for found, _ in measurement_filters(equations)]
+    unknown = sorted({*equations.layouts.inputs} - {*robot.layouts.inputs, "t"})
+    if late or unknown:
+        raise ModelError(f"a model with {', '.join(late or unknown)} cannot be stepped as a plant")
+    pairs = (visible_state(equations), robot.layouts.state), (equations.layouts.action, robot.layouts.action)
+    for found, expected in pairs:
+        if found.columns != expected.columns:
+            own, its = (", ".join(layout.columns) for layout in (expected, found))
+            raise ModelError(f"expected a model of the {robot.name}'s columns {own}, found {its}")

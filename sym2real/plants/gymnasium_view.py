@@ -10,8 +10,10 @@ import numpy as np
 import torch
 
 from sym2real.errors import ModelError
+from sym2real.plants.equations_plant import EquationsPlant
 from sym2real.plants.model_plant import ModelPlant
 from sym2real.plants.mujoco_plant import MujocoPlant
+from sym2real.protocols import Plant
 from sym2real.tasks import Task
 from sym2real.tasks.cost import running_cost
 from sym2real.trajectory import Array
@@ -35,7 +37,9 @@ class TaskEnvironment(gymnasium.Env[Array, Array]):  # type: ignore[misc]
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 — Gymnasium's own declaration
 
-    def __init__(self, plant: MujocoPlant | ModelPlant, task: Task, reward: Reward | None = None) -> None:
+    def __init__(
+        self, plant: MujocoPlant | ModelPlant | EquationsPlant, task: Task, reward: Reward | None = None
+    ) -> None:
         if plant.robot is None:
             raise ModelError("a Gymnasium view needs a plant of a robot, which knows its action limits")
         self.plant, self.task = plant, task
@@ -60,7 +64,7 @@ class TaskEnvironment(gymnasium.Env[Array, Array]):  # type: ignore[misc]
         return state, reward, self.plant.crashed, self._step >= self.steps, {}
 
 
-def _minus_cost(plant: MujocoPlant | ModelPlant, task: Task) -> Reward:
+def _minus_cost(plant: Plant, task: Task) -> Reward:
     cost = running_cost(task, plant.layouts)
 
     def reward(state: Array, action: Array, reference: Array) -> float:

@@ -112,6 +112,15 @@ def test_tyres_of_a_car_that_drives_backwards_slip_the_other_way(key: str) -> No
     else:
         assert turn(ahead)[1] < 0.0
         assert turn(back)[1] < 0.0  # outwards of a left turn either way
+    axles = [MujocoPlant(MUSHR, changes) for changes in ([], [effect(key, MUSHR).inject(value=0.01)])]
+    measure = gradient if key == "understeer" else lambda _, state: compliance(state)
+    plain, changed = (measure(0.2, circled(plant, 0.2, -1.5)) for plant in axles)
+    assert changed - plain == pytest.approx(-0.01 if key == "understeer" else 0.01, rel=0.1)
+
+
+def test_sensors_report_the_velocity_of_the_car_and_not_that_of_its_base() -> None:
+    sensed = effect("sensor_scale:vx", MUSHR).substitute(nominal(MUSHR), {"value": 1.1})
+    assert effect("tyre_slip", MUSHR).substitute(sensed, {"value": 0.01}).output == sensed.output != {}
 
 
 def test_oversteer_beyond_the_critical_speed_stays_finite() -> None:

@@ -9,16 +9,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from test_logs_disguise import Array, car
+from kinematic_car import car
 
 from sym2real.diagnosis.data_report import data_report
 from sym2real.diagnosis.heading import against_the_path
 from sym2real.diagnosis.sanity import check
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import Inspection, LogSpec, inspect_logs, read_log, read_logs
-from sym2real.logs.course import course, together
+from sym2real.logs.course import between, course, together
 from sym2real.robots import MUSHR
-from sym2real.trajectory import Dataset
+from sym2real.trajectory import Array, Dataset
 
 TIME, POSITION, YAW, SPEED, STEER = car()
 WRAPPED = (YAW + np.pi) % (2 * np.pi) - np.pi
@@ -87,6 +87,22 @@ def test_wraps_tell_the_unit_where_nothing_is_known_of_the_path(tmp_path: Path) 
             tmp_path / "car.csv", index=False
         )
         assert inspect_logs(tmp_path / "car.csv").spec.columns["yaw"].unit == unit
+
+
+def test_a_rate_tells_the_unit_of_a_heading_without_path_and_wraps(tmp_path: Path) -> None:
+    # A degree or two, which by its size could as well be radians.
+    heading = 0.02 * np.sin(TIME)
+    for values, unit in ((np.degrees(heading), "deg"), (100 * heading, "")):
+        rate = np.gradient(values, TIME) * (1.0 if unit else 180.0 / np.pi)
+        columns = {"t": TIME, "heading": values, "gyro_z_deg_s": rate, "steer": STEER, "speed": SPEED}
+        pd.DataFrame(columns).to_csv(tmp_path / "car.csv", index=False)
+        assert inspect_logs(tmp_path / "car.csv").spec.columns["yaw"].unit == unit
+
+
+def test_a_car_that_reverses_points_against_its_way() -> None:
+    way = course(TIME, POSITION[:, 0], POSITION[:, 1], -np.ones(len(TIME)))
+    assert between([way], [YAW + np.pi]) == 0.0
+    assert abs(between([way], [YAW])) == pytest.approx(np.pi, abs=0.01)
 
 
 def test_a_straight_drive_tells_nothing() -> None:

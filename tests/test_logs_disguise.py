@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
-from numpy.typing import NDArray
+from kinematic_car import car
 
 from sym2real import rotation
 from sym2real.data import example_flight
@@ -18,9 +18,8 @@ from sym2real.layout import Layout, Layouts
 from sym2real.logs import LogSpec, inspect_logs, read_log
 from sym2real.logs.assignment import assign
 from sym2real.logs.names import read_name
-from sym2real.trajectory import Trajectory
+from sym2real.trajectory import Array, Trajectory
 
-Array = NDArray[np.float64]
 Disguise = Callable[[pd.DataFrame], pd.DataFrame]
 POSITION, QUATERNION, VELOCITY, RATE = (
     ["px", "py", "pz"], ["qw", "qx", "qy", "qz"], ["vx", "vy", "vz"], ["wx", "wy", "wz"],
@@ -146,16 +145,6 @@ def test_a_disguised_flight_is_recognised(tmp_path: Path, flight: Trajectory, ca
     assert np.allclose(log.action, flight.action, atol=1e-5)
 
 
-def car(rows: int = 600, step: float = 0.05) -> tuple[Array, Array, Array, Array, Array]:
-    """Kinematic bicycle (wheel base 0.3 m) whose steering answers 3 steps late: time, x y, yaw, speed, steer."""
-    time = step * np.arange(rows)
-    steer, speed = 0.3 * np.sin(0.9 * time), 1.0 + 0.4 * np.sin(0.37 * time)
-    yaw = np.cumsum(np.concatenate([[0.0], speed * np.tan(np.roll(steer, 3)) / 0.3 * step])[:-1])
-    x = np.cumsum(speed * np.cos(yaw) * step)
-    y = np.cumsum(speed * np.sin(yaw) * step)
-    return time, np.stack([x, y], axis=1), yaw, speed, steer
-
-
 def test_a_car_in_degrees_with_body_velocity_and_no_yaw_rate(tmp_path: Path) -> None:
     time, position, yaw, speed, steer = car()
     wrapped = np.degrees((yaw + np.pi) % (2 * np.pi) - np.pi)
@@ -238,6 +227,7 @@ def test_compass_names() -> None:
     assert assign(["v_n", "v_e", "v_d"]).columns == {"vx": "v_n", "vy": "v_e", "vz": "v_d"}
     assert assign(["east_m", "north_m", "up_m"]).columns == {"x": "east_m", "y": "north_m", "z": "up_m"}
     assert assign(["east", "north", "heading"]).columns == {"x": "east", "y": "north", "yaw": "heading"}
+    assert assign(["north", "east", "down"]).columns == {"x": "north", "y": "east", "z": "down"}
     # A desired speed alone is no third axis.
     assert "vz" not in assign(["v_d", "steer"]).columns
 

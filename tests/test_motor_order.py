@@ -87,6 +87,17 @@ def test_two_short_bursts_far_apart_say_nothing() -> None:
     assert motor_order([Turning(time, rates, np.zeros((20, 0)), caused)]) is None
 
 
+def test_an_order_that_fits_hardly_better_is_no_fault() -> None:
+    rng, time = np.random.default_rng(0), 0.01 * np.arange(3000)
+    caused = rng.standard_normal((len(ORDERS), len(time), 3))
+    rates = np.concatenate([np.zeros((1, 3)), np.cumsum(0.01 * caused[1, :-1], axis=0)])
+    found = motor_order([Turning(time, rates, np.zeros((len(time), 0)), caused)])
+    assert found is not None
+    assert found.columns == ORDERS[1]
+    alike = np.concatenate([caused[1:2] + 0.1 * caused[:1], caused[1:]])
+    assert motor_order([Turning(time, rates, np.zeros((len(time), 0)), alike)]) is None
+
+
 def test_an_order_is_said_and_undone(lagging: Dataset) -> None:
     checked = check(equations(), reordered(lagging, SWAPPED))
     (fault,) = checked.faults

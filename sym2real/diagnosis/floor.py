@@ -136,7 +136,7 @@ def no_higher_than_reached(floor: Sequence[Floor], stages: Sequence[Stage]) -> t
     for one in floor:
         reached = [stage.horizons[one.horizon] for stage in stages if one.horizon in stage.horizons]
         errors = {
-            channel: (min(value, *(errors[channel].value for errors in reached)) if reached else value, unit)
+            channel: (min([value, *(found[channel].value for found in reached)]), unit)
             for channel, (value, unit) in one.errors.items()
         }
         lowered.append(Floor(one.horizon, errors))

@@ -43,14 +43,8 @@ def without_dropouts(table: Table, columns: Sequence[str], hold: Sequence[str] =
     held = {name: last_number(table.columns[name]) for name in there if name in hold}
     table = table.with_columns(held)
     empty = {name: np.isnan(table.columns[name]) for name in there}
-    for name, missing in empty.items():
-        if name not in hold and is_slow(table.columns[name]):
-            raise table.error(
-                f'numbers in row after row (hold = ["{name}"] in a log specification keeps the last number)',
-                f"an empty cell or NaN in {100 * missing.mean():.0f} % of the rows, here first",
-                int(missing.argmax()),
-                name,
-            )
+    for name in there:
+        _require_pace(table, name)
     gone = np.logical_or.reduce([*empty.values(), np.zeros(len(table), dtype=bool)])
     if gone.all():
         empty_throughout = [name for name, missing in empty.items() if missing.all()]
@@ -61,6 +55,17 @@ def without_dropouts(table: Table, columns: Sequence[str], hold: Sequence[str] =
     names = ", ".join(name for name, missing in empty.items() if missing.any())
     note = f"{gone.sum()} of {len(table)} {LEFT_OUT}, for want of numbers in {names}: rows {where}"
     return table.kept(~gone), (note,)
+
+
+def _require_pace(table: Table, name: str) -> None:
+    missing = np.isnan(table.columns[name])
+    if is_slow(table.columns[name]):
+        raise table.error(
+            f'numbers in row after row (hold = ["{name}"] in a log specification keeps the last number)',
+            f"an empty cell or NaN in {100 * missing.mean():.0f} % of the rows, here first",
+            int(missing.argmax()),
+            name,
+        )
 
 
 def last_number(values: Array) -> Array:

@@ -55,7 +55,7 @@ class Table:
 
     def with_columns(self, changed: Mapping[str, Array]) -> Table:
         """The table with other values ``# (rows,)`` in some of its columns."""
-        return replace(self, columns={**self.columns, **changed}) if changed else self
+        return replace(self, columns={**self.columns, **changed})
 
     def line(self, position: int) -> int:
         """What an error calls the row at a position of this table."""

@@ -171,3 +171,35 @@ def test_one_circle_of_a_healthy_car_shows_no_fault_of_its_gyro(seed: int) -> No
     task, noise = make_task("circle", MUSHR), standard_conditions.sensors(MUSHR, np.random.default_rng(seed))
     log = fly(MujocoPlant(MUSHR, [noise]), geometric_controller(MUSHR, task.reference), task, seconds=15.0).trajectory
     assert readings(Dataset([log])) == ()
+
+
+def answered_noise(seed: int, swing: float, late: int) -> Trajectory:
+    """A car on a circle that steers against the noise of its measured heading; its gyro is so many rows late.
+
+    Args:
+        seed: of the noise.
+        swing: amplitude of the turn rate about that of the circle, rad/s.
+        late: rows.
+    """
+    rng, rows, dt = np.random.default_rng(seed), 300, 0.05
+    heading_noise = 0.005 * rng.standard_normal(rows)
+    rate = 0.5 + swing * np.sin(2.0 * dt * np.arange(rows)) - 4.0 * np.roll(heading_noise, 1)
+    yaw = dt * np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]))])
+    along = dt * np.stack([np.cumsum(np.cos(yaw)), np.cumsum(np.sin(yaw))], axis=1)
+    measured = yaw + heading_noise
+    gyro = np.roll(rate, late) + 0.02 * rng.standard_normal(rows)
+    state = np.column_stack(
+        [along, np.sin(measured), np.cos(measured), np.cos(yaw), np.sin(yaw), gyro],
+    )
+    action = np.column_stack([np.full(rows, 0.15), np.ones(rows)])
+    inputs = np.zeros((rows, MUSHR.layouts.inputs.size))
+    return Trajectory(dt * np.arange(rows), state, action, inputs, MUSHR.layouts, name=f"circle {seed}")
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_controller_that_answers_a_noisy_heading_is_no_late_gyro(seed: int) -> None:
+    honest = Dataset([answered_noise(seed, 0.0, late=0), answered_noise(100 + seed, 0.0, late=0)])
+    assert [one.faulty for one in readings(honest) if one.column == "wz"] == []
+    late = Dataset([answered_noise(seed, 0.4, late=3), answered_noise(100 + seed, 0.4, late=3)])
+    (shift,) = [one.shift for one in readings(late) if one.column == "wz"]
+    assert shift == pytest.approx(0.15, abs=0.03)

@@ -11,6 +11,9 @@ beyond chance, and beyond what honest logs have: velocities by differences are h
 White noise of the sensor makes 1/k too small by the part that it has of the variance of ∫w (attenuation, see W. Fuller,
 "Measurement Error Models", 1987, section 1.1), and the rate's mean then looks like a bias: on one circle, where a rate
 hardly changes, that is most of it. What noise may have done in this way is no fault.
+
+A controller that sees a noisy angle answers the noise: the rate follows it a row later, as if the sensor were early. So
+a shift is one only where the angle's changes miss more without it than the angle's own noise.
 """
 
 from __future__ import annotations
@@ -103,14 +106,17 @@ def _reading(logs: Sequence[Trajectory], column: str, changes: Sequence[Array]) 
     if inverse <= 0:
         return None
     spread = np.sqrt(covariance.diagonal())
-    noise = np.median([noise_level(log.column(column)[:, None]) for log in logs]) * dt * np.sqrt(length)
-    weakened = _attenuation(tables[rows], float(noise))
+    noise = float(np.median([noise_level(log.column(column)[:, None]) for log in logs]) * dt * np.sqrt(length))
+    of_angle = float(np.median([noise_level(np.cumsum(change)[:, None]) for change in changes]))
+    weakened = _attenuation(tables[rows], noise)
     turned_by = weakened * abs(tables[rows][:, 1].sum() / tables[rows][:, 2].sum())
     scale, bias, shift = 1.0 / inverse, -constant / inverse, rows * dt + late / inverse
     sure = {
         "scale": abs(inverse - 1.0) > SURE * spread[0] + weakened and abs(np.log(scale)) > SCALE,
         "bias": abs(constant) > SURE * spread[1] + turned_by and abs(bias) > BIAS * max(1.0, scale),
-        "shift": abs(shift) > SURE * spread[2] / inverse and abs(shift) > SHIFT * dt,
+        "shift": abs(shift) > SURE * spread[2] / inverse
+        and abs(shift) > SHIFT * dt
+        and _misses_more(tables[0], noise**2 + 2.0 * of_angle**2),
     }
     correlation = float(np.corrcoef(tables[rows][:, 0], tables[rows][:, 1])[0, 1])
     return Reading(
@@ -145,6 +151,12 @@ def _fit(table: Array) -> tuple[Array, Array, Array]:
     left = target - design @ values
     meat = (design * left[:, None] ** 2).T @ design
     return values, inverse @ meat @ inverse, left
+
+
+def _misses_more(table: Array, variance: float) -> bool:
+    """Whether scale and bias alone leave more than noise of this variance, beyond chance."""
+    _, _, left = _fit(table[:, :3])
+    return float(np.square(left).mean()) > variance * (1.0 + SURE * np.sqrt(2.0 / len(left)))
 
 
 def _attenuation(table: Array, noise: float) -> float:

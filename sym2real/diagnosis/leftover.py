@@ -22,6 +22,9 @@ from sym2real.diagnosis.whitening import PIECES, Spread, Whitening
 from sym2real.trajectory import Array, Trajectory
 
 DEPENDS, SUSPECT = 0.10, 0.03
+# Of what counts as one push. Where noise of a column goes into push and feature alike, as on a steady circle, what seems
+# to depend on it was less than a two-hundredth of that.
+NEGLIGIBLE = 0.01
 # A dependence of this size relative to the logs' in the plain simulator's data is the base's own.
 OWN = 0.5
 TREES, LEAF, FOLDS = 20, 8, 4
@@ -74,7 +77,7 @@ class Rest:
     """What is left of a data set at a parameter set.
 
     Args:
-        names, units: of the pushes.
+        names, units, sizes: of the pushes; what counts as one.
         pushes: less the log's mean ``# (pieces, D)``.
         features: their names.
         values: features of every piece ``# (pieces, F)``.
@@ -83,6 +86,7 @@ class Rest:
 
     names: tuple[str, ...]
     units: tuple[str, ...]
+    sizes: tuple[float, ...]
     pushes: Array
     features: list[str]
     values: Array
@@ -98,7 +102,7 @@ class Rest:
             pushes[logs == log] -= pushes[logs == log].mean(axis=0)
         groups = logs if len(np.unique(logs)) > 2 else logs * 100 + np.arange(len(logs)) * 4 // len(logs)
         units = tuple(unit_of(problem, name) for name in spread.names)
-        return cls(spread.names, units, pushes, names, features, groups)
+        return cls(spread.names, units, tuple(spread.sizes.tolist()), pushes, names, features, groups)
 
     def explained(self, channel: str) -> tuple[float, float]:
         """R² of a push on pieces not seen, and the size of what is so explained in its unit."""
@@ -139,10 +143,12 @@ def find_leftovers(rest: Rest, of_the_base: Callable[[], Rest] | None = None) ->
     for r2, size, channel in scored:
         if r2 <= DEPENDS:
             break
+        place = rest.names.index(channel)
+        if size < NEGLIGIBLE * rest.sizes[place]:
+            continue
         base = of_the_base() if base is None and of_the_base is not None else base
         if base is not None and base.explained(channel)[1] > OWN * size:
             continue
-        place = rest.names.index(channel)
         feature, term = split_in_words(rest.features, rest.values, rest.pushes[:, place], rest.units[place])
         found.append(Leftover(feature, channel, r2, term))
     return tuple(found)

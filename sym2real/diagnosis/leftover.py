@@ -22,8 +22,8 @@ from sym2real.diagnosis.whitening import PIECES, Spread, Whitening
 from sym2real.trajectory import Array, Trajectory
 
 DEPENDS, SUSPECT = 0.10, 0.03
-# Of what counts as one push. Where noise of a column goes into push and feature alike, as on a steady circle, what seems
-# to depend on it was less than a two-hundredth of that.
+# Of what counts as one push. Where noise of a column goes into push and feature alike, as on a steady circle, what
+# seems to depend on it was less than a two-hundredth of that.
 NEGLIGIBLE = 0.01
 # A dependence of this size relative to the logs' in the plain simulator's data is the base's own.
 OWN = 0.5

@@ -6,7 +6,7 @@ one, and others pile up on it to make up for that. So a result that leaves much 
 explain, is not the last word: the search starts again from every first effect that was nearly as good, and the result
 that predicts best for its number of effects is taken. It also starts again with a limit in the place of a gain and an
 offset of the same command: together they are the straight line through a bent map. And where no single effect helps,
-two may that hide each other.
+two may that are known to hide each other.
 """
 
 from __future__ import annotations

@@ -162,6 +162,20 @@ def test_a_broken_file_in_the_cache_is_mended_there(own_cache: Path, monkeypatch
 
 
 @compiled
+@pytest.mark.parametrize("damage", ["cut short", "emptied", "overwritten"])
+def test_a_library_that_was_damaged_later_is_compiled_anew(tmp_path: Path, damage: str) -> None:
+    """Of a file that is shorter than its own header says, the loader maps what is not there: SIGBUS ends a process."""
+    code = f"from sym2real.native import library; assert library('''{TEXT.format(10)}''').answer() == 10"
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path)}
+    for _ in range(2):
+        assert subprocess.run([sys.executable, "-c", code], env=environment, timeout=60, check=False).returncode == 0
+        (kept,) = tmp_path.rglob("*.so")
+        whole = kept.read_bytes()
+        left = {"cut short": whole[:5000], "emptied": b"", "overwritten": whole[:4096] + bytes(len(whole) - 4096)}
+        kept.write_bytes(left[damage])
+
+
+@compiled
 def test_text_that_does_not_compile_is_an_error_with_the_compilers_words(own_cache: Path) -> None:
     with pytest.raises(CompilationError, match="expected"):
         library("int answer(void { return 1; }")

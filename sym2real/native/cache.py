@@ -1,10 +1,11 @@
 """Compiled libraries by the hash of their content: text or what it follows from, compiler, flags, processor.
 
 A file appears under its name whole or not at all (compiled beside it, then renamed), so a killed compiler leaves
-nothing that could be mistaken for a library. A lock keeps two processes from doing the same work; the operating system
-frees it when its holder dies. Whoever compiles removes what was asked for longest ago, beyond :data:`MOST` libraries.
-Where the cache cannot be written (read-only or full disk), a temporary folder of this process takes its place, which is
-said once.
+nothing that could be mistaken for a library. Behind every library stands the checksum of its content, which the system
+ignores when it opens one: opening a file that was cut short afterwards would kill the process. A lock keeps two
+processes from doing the same work; the operating system frees it when its holder dies. Whoever compiles removes what
+was asked for longest ago, beyond :data:`MOST` libraries. Where the cache cannot be written (read-only or full disk), a
+temporary folder of this process takes its place, which is said once.
 """
 
 from __future__ import annotations
@@ -103,7 +104,7 @@ def _load(compiler: Compiler, write: Callable[[], str], name: str) -> ctypes.CDL
 
 def _opened(target: Path) -> ctypes.CDLL | None:
     """The library, asked for now; None where there is none, or what a crash of the machine left of one."""
-    if not target.exists():
+    if not target.exists() or not _whole(target):
         return None
     with suppress(OSError):  # a folder that is only read is kept by somebody else
         os.utime(target)
@@ -111,6 +112,16 @@ def _opened(target: Path) -> ctypes.CDLL | None:
         return ctypes.CDLL(str(target))
     except OSError:
         return None
+
+
+def _checksum(content: bytes) -> bytes:
+    return hashlib.sha256(content).digest()
+
+
+def _whole(target: Path) -> bool:
+    content = target.read_bytes()
+    size = len(content) - hashlib.sha256().digest_size
+    return size > 0 and content[size:] == _checksum(content[:size])
 
 
 def _place(compiler: Compiler, text: str, target: Path) -> None:
@@ -149,7 +160,7 @@ def _last_asked_for(file: Path) -> float:
 
 
 def build(compiler: Compiler, text: str, target: Path) -> None:
-    """Compile beside the target and rename.
+    """Compile beside the target, with the checksum behind the library, and rename.
 
     Raises:
         OSError: when the folder cannot be written.
@@ -164,4 +175,6 @@ def build(compiler: Compiler, text: str, target: Path) -> None:
             if "No space left" in str(error) or "Read-only" in str(error):
                 raise OSError(str(error)) from error
             raise
+        content = made.read_bytes()
+        made.write_bytes(content + _checksum(content))
         made.replace(target)

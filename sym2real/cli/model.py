@@ -9,13 +9,16 @@ from pathlib import Path
 from rich.console import Console
 
 from sym2real.cli.progress import stage_one_progress
+from sym2real.diagnosis.lengths import long_enough
+from sym2real.diagnosis.start import ROWS
 from sym2real.effects.visible import visible_state
-from sym2real.errors import ModelError
+from sym2real.errors import DataError, ModelError
 from sym2real.experiments.models import base_folder, open_model
 from sym2real.logs import read_logs
+from sym2real.logs.reader import expand
 from sym2real.robots import ROBOTS, Robot
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset
+from sym2real.trajectory import Dataset, Trajectory
 
 
 def open_with_progress(name: str, console: Console) -> Equations:
@@ -62,6 +65,16 @@ def robot_of(equations: Equations, model: str) -> Robot:
 
 
 def logs_for(equations: Equations, paths: Sequence[Path], spec: str | None) -> Dataset:
-    """Logs read with the columns and the time step of a model; hidden states are in no log."""
-    layouts = replace(equations.layouts, state=visible_state(equations))
-    return read_logs(paths, spec=spec, layouts=layouts, dt=equations.dt)
+    """Logs read with the columns and the time step of a model; hidden states are in no log.
+
+    Raises:
+        DataError: for a file that cannot be read as such, or in which no stretch is long enough to predict anything.
+    """
+    layouts, logs = replace(equations.layouts, state=visible_state(equations)), list[Trajectory]()
+    for file in expand(paths):
+        pieces = read_logs(file, spec=spec, layouts=layouts, dt=equations.dt)
+        longest = max(len(piece) for piece in pieces)
+        if longest <= ROWS:
+            raise DataError(file, f"more than {ROWS} rows without a gap", f"{longest}")
+        logs += pieces
+    return long_enough(Dataset(logs))

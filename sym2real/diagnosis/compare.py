@@ -9,6 +9,7 @@ from typing import Any
 from sym2real.diagnosis.data_report import DataReport, data_report
 from sym2real.diagnosis.features import Region
 from sym2real.diagnosis.floor import Floor, floor_of_noise
+from sym2real.diagnosis.lengths import long_enough
 from sym2real.diagnosis.locate import Segment, Where, where_of, worst_segments
 from sym2real.diagnosis.one_step import one_step_residuals
 from sym2real.diagnosis.prediction_errors import HorizonErrors, prediction_errors
@@ -93,11 +94,9 @@ def compare(
     Raises:
         ShapeError: when columns or time steps differ, no log is long enough for a window, or a horizon is no step long.
     """
-    logs = data if isinstance(data, Dataset) else Dataset([data])
+    logs = long_enough(data)
     predictor, dataset = prepared(model, logs)
     longest = max(len(trajectory) for trajectory in dataset) - ROWS
-    if longest < 1:
-        raise ShapeError(f"no log is longer than {ROWS} rows: there is no window to compare")
     short = [horizon for horizon in horizons if round(horizon / dataset.dt) < 1]
     if short:
         raise ShapeError(f"expected horizons of at least one time step, {dataset.dt:g} s, found {short[0]:g} s")

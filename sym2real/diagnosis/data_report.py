@@ -14,6 +14,7 @@ import numpy as np
 
 from sym2real.diagnosis.agreement import Agreement, rate_agreement, velocity_agreement
 from sym2real.diagnosis.heading import against_the_path
+from sym2real.diagnosis.lengths import long_enough
 from sym2real.diagnosis.start import noise_level
 from sym2real.logs.dropouts import tells_of_loss
 from sym2real.logs.extremes import at_extremes
@@ -154,8 +155,12 @@ def _said(name: str, one: Agreement, integral: str) -> str:
 
 
 def data_report(data: Dataset | Trajectory) -> DataReport:
-    """Look at the data alone, without a model."""
-    logs = list(data) if isinstance(data, Dataset) else [data]
+    """Look at the data alone, without a model.
+
+    Raises:
+        ShapeError: when no log is long enough to say anything.
+    """
+    logs = list(long_enough(data))
     steps = np.concatenate([np.diff(trajectory.time) for trajectory in logs])
     dt = float(np.median(steps)) if len(steps) else 0.0
     gaps = steps[steps > GAP * dt]

@@ -23,6 +23,7 @@ from torch import Tensor
 from sym2real.diagnosis.candidates import Candidate, candidates, column_values, library_for
 from sym2real.diagnosis.fit import Hypothesis, Problems, solve
 from sym2real.diagnosis.groups import always_alike
+from sym2real.diagnosis.lengths import long_enough
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.prepared import with_filtered_commands
 from sym2real.diagnosis.select import GAIN
@@ -64,7 +65,7 @@ def plan(
     Raises:
         ShapeError: when no trajectory is long enough, or columns differ.
     """
-    dataset = with_filtered_commands(equations, data if isinstance(data, Dataset) else Dataset([data]))
+    dataset = with_filtered_commands(equations, long_enough(data))
     library = library_for(equations, dataset, exclude)
     problem, tried = Problem(library, dataset), candidates(library, dataset)
     whitening = whiten(problem, tried)[1] if noise is None else _assumed(problem, noise)

@@ -15,6 +15,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from sym2real.diagnosis.lengths import rows_of
 from sym2real.diagnosis.start import ROWS, noise_level, start_states
 from sym2real.diagnosis.tangents import places_of_fields, tangents
 from sym2real.errors import ShapeError
@@ -113,9 +114,7 @@ def cut(data: Dataset) -> Segments:
                 logs.append(index)
                 rows.append(first)
     if not rows:
-        longest = max(len(trajectory) for trajectory in data)
-        needed = SETTLING + WARM_UP + length + 1
-        raise ShapeError(f"a diagnosis needs a log of at least {needed} moving rows; the longest has {longest} rows")
+        raise _without_segments(data, SETTLING + WARM_UP + length + 1)
     log, row = np.array(logs, dtype=np.int64), np.array(rows, dtype=np.int64)
     compared, channel = compared_components(layout)
     return Segments(
@@ -163,6 +162,16 @@ def component_noise(data: Dataset) -> Array:
     """Noise of every tangent component, median over logs ``# (tangent,)``; a few rows among longer logs show none."""
     long_enough = [trajectory for trajectory in data if len(trajectory) > ROWS] or data
     return np.median([noise_level(tangents(trajectory)) for trajectory in long_enough], axis=0)
+
+
+def _without_segments(data: Dataset, needed: int) -> ShapeError:
+    wanted, names = f"a log of at least {needed} moving rows", ", ".join(log.name for log in data)
+    if any(len(log) >= needed for log in data):
+        return ShapeError(
+            f"expected {wanted}, found that the measured state does not change from row to row in {names}: "
+            "a sensor or a link that stood still, or a robot that did"
+        )
+    return ShapeError(f"expected {wanted}, found {rows_of(list(data))}")
 
 
 def _states(data: Dataset, log: NDArray[np.int64], row: NDArray[Any]) -> Tensor:

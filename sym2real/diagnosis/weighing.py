@@ -10,6 +10,7 @@ import torch
 from sym2real.diagnosis import calibrate
 from sym2real.diagnosis.candidates import Candidate, candidates, library_for
 from sym2real.diagnosis.fit import Problems
+from sym2real.diagnosis.lengths import long_enough
 from sym2real.diagnosis.library import SWINGING, Library
 from sym2real.diagnosis.nuisance import nuisance_of
 from sym2real.diagnosis.overfit import overfitted
@@ -79,7 +80,7 @@ def weigh(
         include: keys of effects that compete whatever the rules for candidates say.
     """
     on_progress("checking the data")
-    checked = check_and_filter(model, data if isinstance(data, Dataset) else Dataset([data]))
+    checked = check_and_filter(model, data)
     model = replace(model, filters=()) if model.filters else model
     library = library_for(model, checked.data, exclude, include)
     notes, flown, base = [*checked.notes, *units_said(model)], None, model
@@ -114,9 +115,13 @@ def units_said(model: Equations) -> list[str]:
     return [note for note in model.notes if note == PER_KILOGRAM]
 
 
-def check_and_filter(model: Equations, data: Dataset) -> Checked:
-    """Faults of the data undone, and commands as they reach a robot with the model's own filters."""
-    checked = check(model, data)
+def check_and_filter(model: Equations, data: Dataset | Trajectory) -> Checked:
+    """Faults of the data undone, and commands as they reach a robot with the model's own filters.
+
+    Raises:
+        ShapeError: when no log is long enough to judge.
+    """
+    checked = check(model, long_enough(data))
     return replace(checked, data=with_filtered_commands(model, checked.data))
 
 

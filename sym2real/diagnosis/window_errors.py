@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sym2real.diagnosis.features import UNITS, features, over_windows
+from sym2real.diagnosis.lengths import long_enough
 from sym2real.diagnosis.prepared import prepared
 from sym2real.diagnosis.start import ROWS, noise_level
 from sym2real.diagnosis.tangents import places_of_fields, tangents
 from sym2real.diagnosis.windows import predict_windows
-from sym2real.errors import ShapeError
 from sym2real.layout import Layout
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
@@ -62,10 +62,8 @@ def window_errors(
     Raises:
         ShapeError: when columns or time steps differ, or no log is long enough for a window.
     """
-    predictor, dataset = prepared(model, data if isinstance(data, Dataset) else Dataset([data]))
+    predictor, dataset = prepared(model, long_enough(data))
     longest = max(len(trajectory) for trajectory in dataset) - ROWS
-    if longest < 1:
-        raise ShapeError(f"no log is longer than {ROWS} rows: there is no window to look at")
     steps = max(1, min(round(horizon / dataset.dt), longest))
     layout, parts = dataset.layouts.state, []
     for index, trajectory in enumerate(dataset):

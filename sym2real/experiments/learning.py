@@ -9,12 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from sym2real.adaptation import EpisodeReport, Progress, StageOne, stage_one
+from sym2real.errors import DataError
 from sym2real.experiments.flights import car_drives
 from sym2real.files import write_text
 from sym2real.layout import Layouts
 from sym2real.logs import read_logs
 from sym2real.plants import MujocoPlant
 from sym2real.regression import ENGINES, Dependence, dependence
+from sym2real.regression.wrench import FEWEST_ROWS
 from sym2real.robots import MUSHR, Robot
 from sym2real.symbolic import Equations, save_model
 from sym2real.symbolic.storage import TRAINING
@@ -96,11 +98,13 @@ def learn_from_logs(robot: Robot, paths: Sequence[Path], spec: str | None, engin
     """Equations fitted to recorded logs; ``dependence`` shows what control cannot rely on.
 
     Raises:
-        DataError: when a log cannot be read or lacks a column of the robot.
+        DataError: when a log cannot be read or lacks a column of the robot, or all are too short.
         UnknownNameError: for an engine or specification that does not exist.
     """
     layouts = Layouts(robot.layouts.state, robot.layouts.action)
     data = read_logs(paths, spec=spec, layouts=layouts, dt=robot.dt)
+    if (steps := data.rows - len(data)) < FEWEST_ROWS:
+        raise DataError(", ".join(map(str, paths)), f"at least {FEWEST_ROWS} steps to learn from", f"{steps}")
     equations = ENGINES[engine](angles=robot.angles).fit(data.transitions())
     return _learned(equations, data, robot, ())
 

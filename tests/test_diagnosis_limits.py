@@ -9,6 +9,7 @@ import pytest
 
 from sym2real.diagnosis import diagnose
 from sym2real.diagnosis.candidates import candidates
+from sym2real.diagnosis.deviations import reported
 from sym2real.diagnosis.library import Library
 from sym2real.effects import applicable, effect
 from sym2real.experiments.standard_set import Case, simulate_case
@@ -18,6 +19,14 @@ from sym2real.trajectory import Dataset
 TRAVEL = 0.15
 # What the nominal car lacks of MuJoCo's, and what a limit is taken for.
 INCLUDED = ("gain:steer", "gain:speed", "offset:steer", "lateral_slip", "lever_arm", "dead_band:steer", "lag:steer")
+
+
+def test_what_cannot_be_less_than_nothing_is_not_reported_as_less() -> None:
+    """Where the base's own delay was 20 ms and the robot's is 5 ms, none is missing: a negative one is no delay."""
+    (delay,), (offset,) = (effect(key, MUSHR).parameters for key in ("delay", "offset:steer"))
+    assert reported(0.005, 0.02, delay) == 0.0
+    assert reported(0.03, 0.02, delay) == pytest.approx(0.01)
+    assert reported(0.005, 0.02, offset) == pytest.approx(-0.015)
 
 
 @pytest.fixture(scope="module")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from effects_cases import CASES, nominal, one_key_per_kind
 
@@ -104,11 +106,43 @@ def test_impossible_truths_are_refused() -> None:
         effect("added_mass", CRAZYFLIE).inject(mass=0.1)
 
 
-def test_a_robot_keeps_some_mass() -> None:
-    less = effect("added_mass", CRAZYFLIE)
-    for attempt in (lambda: less.inject(value=-1.0), lambda: less.substitute(nominal(CRAZYFLIE), {"value": -1.0})):
-        with pytest.raises(ModelError, match=r"more than -0\.027 kg, the nominal mass, found -1"):
+@pytest.mark.parametrize(
+    ("robot", "key", "values", "message"),
+    [
+        (CRAZYFLIE, "added_mass", {"value": -1.0}, r"more than -0\.027 kg for value, found -1"),
+        (CRAZYFLIE, "added_mass", {"value": -0.027}, "more than"),
+        (CRAZYFLIE, "payload", {"mass": -0.001}, "at least 0 kg for mass"),
+        (CRAZYFLIE, "delay", {"value": -0.05}, "at least 0 s for value, found -0.05"),
+        (CRAZYFLIE, "lag:wx_cmd", {"value": -1.0}, "lag:wx_cmd: expected at least 0 s"),
+        (CRAZYFLIE, "motor_lag", {"value": -0.1}, "at least 0 s"),
+        (CRAZYFLIE, "sensor_lag:x", {"value": -0.1}, "at least 0 s"),
+        (CRAZYFLIE, "dead_band:wx_cmd", {"value": -0.1}, "at least 0 rad/s"),
+        (CRAZYFLIE, "rate_limit:wx_cmd", {"value": -1.0}, "at least 0 rad/s²"),
+        (CRAZYFLIE, "limit:wx_cmd", {"lower": 1.0, "upper": -1.0}, "below the upper one, found 1 and -1"),
+        (CRAZYFLIE, "limit:wx_cmd", {"lower": 1.0, "magnitude": 0.5}, "found 1 and 0.5"),
+        (CRAZYFLIE, "limit:wx_cmd", {"magnitude": -0.5}, "found 0.5 and -0.5"),
+        (CRAZYFLIE, "com_offset", {"rx": 1e9}, "at least -1 and at most 1 m for rx"),
+        (CRAZYFLIE, "rotor_loss", {"rotor": 1, "value": 1.5}, "at most 1 for value"),
+        (CRAZYFLIE, "wind", {"fx": math.inf}, "wind: expected a finite number for fx, found inf"),
+        (CRAZYFLIE, "wind", {"fx": math.nan}, "found nan"),
+        (CRAZYFLIE, "wind", {"fx": "strong"}, "found strong"),
+        (MUSHR, "wheelbase", {"value": 0.0}, "more than 0 for value, found 0"),
+        (MUSHR, "tyre_friction", {"value": -0.5}, "at least 0"),
+    ],
+)
+def test_values_that_nothing_has_are_refused(robot: Robot, key: str, values: dict[str, float], message: str) -> None:
+    chosen = effect(key, robot)
+    for attempt in (lambda: chosen.inject(**values), lambda: chosen.substitute(nominal(robot), values)):
+        with pytest.raises(ModelError, match=message):
             attempt()
+
+
+@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+def test_what_is_likely_is_possible(robot: Robot) -> None:
+    for key in one_key_per_kind(robot):
+        for parameter in effect(key, robot).parameters:
+            for value in (parameter.low, parameter.null, parameter.high):
+                assert value in parameter.domain, (key, parameter)
 
 
 @pytest.mark.parametrize("pattern", ["wind", "gain:*", "gain*", "delay", "lag:w?_cmd", "slope", "*"])

@@ -55,13 +55,15 @@ def require_values(chosen: Sequence[tuple[Effect, Mapping[str, float]]], otherwi
 
 
 def beyond_bounds(chosen: Sequence[tuple[Effect, Mapping[str, float]]]) -> list[str]:
-    """One line per value outside the bounds that the catalogue gives it for this robot."""
+    """One line per value outside the bounds that the catalogue gives it for this robot; impossible ones are errors."""
     return [
         f"{one.key} {parameter.name}={values[parameter.name]:g} is outside what is likely here: "
         f"{_unit_and_bounds(parameter)}"
         for one, values in chosen
         for parameter in one.parameters
-        if parameter.name in values and not parameter.low <= values[parameter.name] <= parameter.high
+        if parameter.name in values
+        and values[parameter.name] in parameter.domain
+        and not parameter.low <= values[parameter.name] <= parameter.high
     ]
 
 

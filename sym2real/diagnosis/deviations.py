@@ -8,13 +8,17 @@ from torch import Tensor
 
 from sym2real.diagnosis.candidates import Candidate
 from sym2real.diagnosis.select import Selection
+from sym2real.effects.kind import Parameter
 
 
-def reported(value: float, origin: float, null: float) -> float:
-    """A fitted value as a deviation from what calibration says of the base, counted from the null value."""
-    if null == 0.0:
-        return value - origin
-    return value / origin if null == 1.0 and origin > 0 else value
+def reported(value: float, origin: float, parameter: Parameter) -> float:
+    """A fitted value as a deviation from what calibration says of the base, counted from the null value.
+
+    Of what cannot be less than nothing (a delay), less than the base's own is nothing.
+    """
+    if parameter.null == 0.0:
+        return parameter.domain.nearest(value - origin)
+    return value / origin if parameter.null == 1.0 and origin > 0 else value
 
 
 def parameter_set(selection: Selection, chosen: Sequence[Candidate], values: Tensor) -> Tensor:
@@ -23,6 +27,6 @@ def parameter_set(selection: Selection, chosen: Sequence[Candidate], values: Ten
     result = library.null
     for one in chosen:
         for index in one.slots:
-            null = library.slots[index].parameter.null
-            result[index] = reported(float(values[index]), float(selection.origin[index]), null)
+            parameter = library.slots[index].parameter
+            result[index] = reported(float(values[index]), float(selection.origin[index]), parameter)
     return result

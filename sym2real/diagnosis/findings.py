@@ -117,7 +117,7 @@ def estimates(selection: Selection, one: Candidate, fit: Fit) -> dict[str, dict[
         for index in tied:
             of, slot = library.slots[index].effect, library.slots[index].parameter
             origin = float(selection.origin[index])
-            value = reported(float(fit.values[index]), origin, slot.null)
+            value = reported(float(fit.values[index]), origin, slot)
             half = float(halves[place]) * slot.scale
             reference = value - slot.null if slot.null in (0.0, 1.0) else value
             floor = (INTERVAL_FLOOR**2 + (STIFFNESS if of in BY_TORQUE else 0.0) ** 2) ** 0.5

@@ -4,39 +4,29 @@ from __future__ import annotations
 
 from typing import Any
 
-from sympy import Expr
-
 from sym2real.effects.body import Body
+from sym2real.effects.domain import Domain
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.thrust import acting_thrust
 from sym2real.effects.truth import set_inertial
-from sym2real.errors import ModelError
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     mass = body.numbers.get("mass", 1.0)
-    return (Parameter("value", "kg", null=0.0, low=-0.5 * mass, high=2.0 * mass, scale=0.1 * mass),)
+    left = Domain(-mass, open=True)  # some of it must be
+    return (Parameter("value", "kg", null=0.0, low=-0.5 * mass, high=2.0 * mass, scale=0.1 * mass, domain=left),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    _require_mass(body, values["value"])
     factor = body.mass / (body.mass + values["value"])
     pushes = [name for name in ("fx", "fy", "fz") if name in equations.layouts.inputs]
     names = [acting_thrust(equations).name, *pushes]
     return equations.substitute({name: symbol(name) * factor for name in names})
 
 
-def _require_mass(body: Body, added: Expr | float) -> None:
-    left = body.mass + added
-    if (not isinstance(left, Expr) or left.is_number) and float(left) <= 0:
-        raise ModelError(f"added_mass: expected more than -{body.mass:g} kg, the nominal mass, found {float(added):g}")
-
-
 def _inject(body: Body, values: Numbers) -> Change:
-    _require_mass(body, values["value"])
-
     def edit(spec: Any) -> None:
         set_inertial(spec, extra_mass=values["value"])
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from sym2real.effects.body import Body
+from sym2real.effects.domain import Domain
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.thrust import acting_thrust
 from sym2real.effects.truth import set_inertial
@@ -12,11 +13,14 @@ from sym2real.effects.wrench import push
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations
 
+# m: no robot of these is so large, and its centre of mass is inside of it.
+WITHIN = Domain(-1.0, 1.0)
+
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
-    along = (Parameter(name, "m", null=0.0, low=-0.03, high=0.03, scale=0.002) for name in ("rx", "ry"))
+    along = (Parameter(name, "m", null=0.0, low=-0.03, high=0.03, scale=0.002, domain=WITHIN) for name in ("rx", "ry"))
     # Thrust passes through a centre of mass that is only higher or lower.
-    return (*along, Parameter("rz", "m", null=0.0, low=-0.03, high=0.03, scale=0.002, fitted=False))
+    return (*along, Parameter("rz", "m", null=0.0, low=-0.03, high=0.03, scale=0.002, fitted=False, domain=WITHIN))
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:

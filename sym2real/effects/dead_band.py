@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sym2real.effects.body import Body
+from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.memory import Memory, play_step, stepping, zero_step
 from sym2real.effects.truth import following
@@ -12,7 +13,9 @@ from sym2real.protocols import Change
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", body.unit, null=0.0, low=0.0, high=5 * body.scale, scale=body.scale),)
+    return (
+        Parameter("value", body.unit, null=0.0, low=0.0, high=5 * body.scale, scale=body.scale, domain=NOT_NEGATIVE),
+    )
 
 
 def _memory(body: Body) -> Memory:

@@ -14,6 +14,7 @@ from sympy import Expr, Symbol
 from torch import Tensor
 
 from sym2real.effects.body import Body, Describable
+from sym2real.effects.domain import ANYTHING, Domain
 from sym2real.effects.kind import Kind, Parameter, Stage
 from sym2real.effects.manoeuvres import in_words_of
 from sym2real.effects.memory import Memory, series
@@ -117,12 +118,24 @@ class Effect:
 
         Raises:
             UnknownNameError: for a parameter that the effect does not have.
+            ModelError: for numbers that no such effect can have.
         """
         names = [parameter.name for parameter in self.parameters]
         for name in given:
             if name not in names:
                 raise UnknownNameError(f"parameter of {self.key!r}", name, names)
-        return {parameter.name: canonical(given.get(parameter.name, parameter.null)) for parameter in self.parameters}
+        values = {parameter.name: self._value(parameter, given) for parameter in self.parameters}
+        wrong = self.of.contradiction({name: float(value) for name, value in values.items() if value.is_number})
+        if wrong:
+            raise ModelError(f"{self.key}: {wrong}")
+        return values
+
+    def _value(self, parameter: Parameter, given: Mapping[str, Expr | float]) -> Expr:
+        value = given.get(parameter.name, parameter.null)
+        if getattr(value, "is_number", True) and not _is_in(parameter.domain, value):
+            unit = "" if parameter.unit == "1" or parameter.domain == ANYTHING else f" {parameter.unit}"
+            raise ModelError(f"{self.key}: expected {parameter.domain}{unit} for {parameter.name}, found {value}")
+        return canonical(value)
 
     def substitute(self, equations: Equations, values: Mapping[str, Expr | float]) -> Equations:
         """The equations with the effect in them; an effect with memory goes to their filters.
@@ -173,3 +186,11 @@ class Effect:
         shown = ", ".join(f"{name} {value:g}" for name, value in values.items())
         change = self.of.inject(self.body, numbers)
         return replace(change, name=f"{self.key} {shown}".strip())
+
+
+def _is_in(domain: Domain, value: Expr | float) -> bool:
+    """False also for what is no real number."""
+    try:
+        return float(value) in domain
+    except (TypeError, ValueError):
+        return False

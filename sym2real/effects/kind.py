@@ -9,6 +9,7 @@ from typing import Literal
 from sympy import Expr
 
 from sym2real.effects.body import Body
+from sym2real.effects.domain import ANYTHING, Domain
 from sym2real.effects.memory import Memory
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations
@@ -33,6 +34,7 @@ class Parameter:
         scale: size that is to be expected beforehand: standard deviation of a prior, unit of a fit.
         per_log: true where every log has a value of its own (a phase).
         fitted: false where the motion hardly shows it, so that a fit had better leave it alone.
+        domain: values that there can be, where ``low`` and ``high`` are what is likely.
     """
 
     name: str
@@ -43,6 +45,7 @@ class Parameter:
     scale: float
     per_log: bool = False
     fitted: bool = True
+    domain: Domain = ANYTHING
 
 
 def with_unit(value: float, unit: str, digits: int = 3) -> str:
@@ -77,6 +80,7 @@ class Kind:
         column_needed: false where no column means all of them.
         parts: for effects that are two others: their kinds and values.
         hidden: hidden states that it brings; equations that have one of them have the effect already.
+        contradiction: what is wrong with values that cannot stand together, "" where they can.
     """
 
     name: str
@@ -97,6 +101,7 @@ class Kind:
     column_needed: bool = True
     parts: Callable[[Values, Body], tuple[tuple[Kind, Values], ...]] | None = None
     hidden: tuple[str, ...] = ()
+    contradiction: Callable[[Numbers], str] = lambda _: ""
 
     def fits(self, body: Body) -> bool:
         """Whether robots like this one can have it."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from sym2real.effects.body import Body
+from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.memory import lag
 from sym2real.effects.truth import actuators, set_lag
@@ -12,7 +13,7 @@ from sym2real.protocols import Change
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "s", null=0.0, low=0.0, high=1.0, scale=2 * body.dt),)
+    return (Parameter("value", "s", null=0.0, low=0.0, high=1.0, scale=2 * body.dt, domain=NOT_NEGATIVE),)
 
 
 def _inject(body: Body, values: Numbers) -> Change:

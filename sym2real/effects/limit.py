@@ -34,6 +34,13 @@ def _cut(memory: Tensor, rows: Tensor, dt: float, values: Given) -> tuple[Tensor
     return memory, torch.maximum(torch.minimum(rows, upper), lower)
 
 
+def _contradiction(values: Numbers) -> str:
+    """No number lies between limits the wrong way round, or within a negative magnitude."""
+    magnitude = values.get("magnitude", UNLIMITED)
+    lower, upper = max(values.get("lower", -UNLIMITED), -magnitude), min(values.get("upper", UNLIMITED), magnitude)
+    return "" if lower <= upper else f"expected a lower limit below the upper one, found {lower:g} and {upper:g}"
+
+
 def _inject(body: Body, values: Numbers) -> Change:
     lower, upper = max(values["lower"], -values["magnitude"]), min(values["upper"], values["magnitude"])
     return on_column(body, lambda command: float(np.clip(command, lower, upper)))
@@ -51,4 +58,5 @@ LIMIT = Kind(
     inject=_inject,
     memory=lambda body: Memory(first_row, _cut),
     columns="action",
+    contradiction=_contradiction,
 )

@@ -21,6 +21,7 @@ from sympy import Abs, Expr, Integer, Max, Piecewise, cos, exp, sin, sqrt
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
+from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.hidden import with_hidden
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.manoeuvres import EXCITED
@@ -36,7 +37,7 @@ NEAR_CRITICAL = 1e-6  # of |1 - 4Kτ|, where both branches divide by its root
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "s", null=0.0, low=0.0, high=0.3, scale=0.03),)
+    return (Parameter("value", "s", null=0.0, low=0.0, high=0.3, scale=0.03, domain=NOT_NEGATIVE),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:

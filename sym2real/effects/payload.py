@@ -6,7 +6,8 @@ from typing import Any
 
 from sym2real.effects.added_mass import ADDED_MASS
 from sym2real.effects.body import Body
-from sym2real.effects.com_offset import COM_OFFSET
+from sym2real.effects.com_offset import COM_OFFSET, WITHIN
+from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.protocols import Change
 
@@ -15,11 +16,11 @@ RADIUS = 0.003  # m, of the ball that the truth hangs on the robot
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     mass = body.numbers.get("mass", 1.0)
-    arms = [Parameter(name, "m", null=0.0, low=-0.2, high=0.2, scale=0.02) for name in ("rx", "ry")]
+    arms = [Parameter(name, "m", null=0.0, low=-0.2, high=0.2, scale=0.02, domain=WITHIN) for name in ("rx", "ry")]
     return (
-        Parameter("mass", "kg", null=0.0, low=0.0, high=2.0 * mass, scale=0.1 * mass),
+        Parameter("mass", "kg", null=0.0, low=0.0, high=2.0 * mass, scale=0.1 * mass, domain=NOT_NEGATIVE),
         *arms,
-        Parameter("rz", "m", null=0.0, low=-0.2, high=0.2, scale=0.02, fitted=False),
+        Parameter("rz", "m", null=0.0, low=-0.2, high=0.2, scale=0.02, fitted=False, domain=WITHIN),
     )
 
 

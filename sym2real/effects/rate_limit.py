@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sym2real.effects.body import Body
+from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.kind import UNLIMITED, Kind, Numbers, Parameter
 from sym2real.effects.memory import rate_step, stepping
 from sym2real.effects.truth import following
@@ -17,7 +18,7 @@ PIECES = 200
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     unit = f"{body.unit}/s".replace("/s/s", "/s²")
     low, high, scale = (factor * body.scale for factor in (0.1, 1000, 10))
-    return (Parameter("value", unit, null=UNLIMITED, low=low, high=high, scale=scale),)
+    return (Parameter("value", unit, null=UNLIMITED, low=low, high=high, scale=scale, domain=NOT_NEGATIVE),)
 
 
 def _inject(body: Body, values: Numbers) -> Change:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from sym2real.effects.body import Body
+from sym2real.effects.domain import POSITIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.rate_loop import NUMBERS, other_torque, rate_loops
@@ -19,7 +20,7 @@ LOOPS = ("wx", "wy", "wz")
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "1", null=1.0, low=0.1, high=5.0, scale=0.2),)
+    return (Parameter("value", "1", null=1.0, low=0.1, high=5.0, scale=0.2, domain=POSITIVE),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:

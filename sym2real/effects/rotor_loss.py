@@ -9,6 +9,7 @@ from sympy import Expr
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
+from sym2real.effects.domain import Domain
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.rotors import alone, driven_by_motors, levers, motor_sums, shares
 from sym2real.effects.thrust import acting_thrust, defined
@@ -22,7 +23,7 @@ from sym2real.trajectory import Array
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     return (
         Parameter("rotor", "1", null=1.0, low=1.0, high=4.0, scale=1.0, fitted=False),
-        Parameter("value", "1", null=0.0, low=0.0, high=1.0, scale=0.1),
+        Parameter("value", "1", null=0.0, low=0.0, high=1.0, scale=0.1, domain=Domain(high=1.0)),
     )
 
 

@@ -18,6 +18,7 @@ from sympy import Expr, Integer, Max, exp, sqrt
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
+from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.hidden import with_hidden
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.rate_loop import other_torque, rate_loops
@@ -33,7 +34,7 @@ LOWEST = 0.1  # of the hover thrust: rotors that hardly turn would react without
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "kg m²", null=0.0, low=0.0, high=1e-8, scale=2e-9),)
+    return (Parameter("value", "kg m²", null=0.0, low=0.0, high=1e-8, scale=2e-9, domain=NOT_NEGATIVE),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:

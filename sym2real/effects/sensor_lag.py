@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sym2real.effects.body import Body
+from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.memory import Memory, sampled_begin, sampled_lag_step, stepping
 from sym2real.effects.truth import with_state
@@ -15,7 +16,7 @@ PIECES = 200  # in which the truth integrates a period
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "s", null=0.0, low=0.0, high=1.0, scale=2 * body.dt),)
+    return (Parameter("value", "s", null=0.0, low=0.0, high=1.0, scale=2 * body.dt, domain=NOT_NEGATIVE),)
 
 
 def _memory(body: Body) -> Memory:

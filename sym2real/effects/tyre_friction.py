@@ -14,6 +14,7 @@ from sympy import Abs, Max, Min, Piecewise, atan, tan
 
 from sym2real.effects.body import GRAVITY, Body
 from sym2real.effects.car_turning import FORWARD, forward_speed
+from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
@@ -23,7 +24,7 @@ SLOWEST = 1e-3  # m/s; slower cars are not limited
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "1", null=PLAIN, low=0.05, high=PLAIN, scale=0.3),)
+    return (Parameter("value", "1", null=PLAIN, low=0.05, high=PLAIN, scale=0.3, domain=NOT_NEGATIVE),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:

@@ -7,6 +7,7 @@ from typing import Any
 from sympy import atan, tan
 
 from sym2real.effects.body import Body
+from sym2real.effects.domain import POSITIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
@@ -15,7 +16,7 @@ FRONT = 0.1  # m: wheels further ahead than this are the front axle
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "1", null=1.0, low=0.5, high=2.0, scale=0.1),)
+    return (Parameter("value", "1", null=1.0, low=0.5, high=2.0, scale=0.1, domain=POSITIVE),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:

@@ -12,7 +12,7 @@ import torch
 from sym2real.control import MPPI
 from sym2real.control.deadlines import Deadlines
 from sym2real.control.fused_arguments import Sizes
-from sym2real.errors import ShapeError
+from sym2real.errors import ShapeError, Sym2RealError, UnknownNameError
 from sym2real.layout import Layout, Layouts
 from sym2real.native import find_compiler
 from sym2real.robots import CRAZYFLIE, MPPISettings
@@ -33,7 +33,9 @@ def mppi(backend: str, **options: Any) -> MPPI:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"samples": 0}, "at least 1 sample, found 0"),
+        ({"samples": 0}, "at least 1 sample and at most 1048576, found 0"),
+        ({"samples": 10**11}, "at most 1048576, found 100000000000"),
+        ({"samples": "many"}, "found 'many'"),
         ({"horizon": 0.0}, "horizon > 0"),
         ({"horizon": float("nan")}, "horizon > 0"),
         ({"temperature": 0.0}, "temperature > 0"),
@@ -68,6 +70,34 @@ def test_periods_and_threads() -> None:
     for sizes in ((0, 40, 1), (32, 0, 1), (32, 40, -1)):
         with pytest.raises(ShapeError, match="at least one sample and step"):
             Sizes(*sizes)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"device": "gpu"}, r"device: expected one that torch has here \(cpu.*found 'gpu'"),
+        ({"device": "cuda:99"}, "found 'cuda:99'"),
+        ({"threads": "two"}, "threads: expected a whole number above 0.*found 'two'"),
+        ({"threads": 0}, "found 0"),
+        ({"threads": True}, "found True"),
+    ],
+)
+def test_devices_and_threads_that_there_are_not(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(Sym2RealError, match=message):
+        mppi("auto", **options)
+
+
+@pytest.mark.parametrize("backend", ["cuda", "C", None, ""])
+def test_a_backend_that_does_not_exist_is_not_taken_for_any(backend: Any) -> None:
+    with pytest.raises(UnknownNameError, match=r"backend.*auto, c, torch"):
+        mppi(backend)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("state", ["abc", [[1.0], [1.0, 2.0]], {"x": 1.0}])
+def test_a_state_that_is_no_numbers(backend: str, state: Any) -> None:
+    with pytest.raises(ShapeError, match="expected numbers, found"):
+        mppi(backend).act(state, 0)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)

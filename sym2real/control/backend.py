@@ -5,7 +5,8 @@ from __future__ import annotations
 import inspect
 import logging
 from collections.abc import Callable
-from typing import Literal, cast
+from numbers import Integral
+from typing import Literal, cast, get_args
 
 import sympy
 import torch
@@ -19,7 +20,7 @@ from sym2real.control.fused_problem import Fused, Sampling
 from sym2real.control.fused_residual import sizes_of
 from sym2real.effects.filters import FilterState
 from sym2real.effects.visible import VisibleModel, visible_state
-from sym2real.errors import CompilationError, MissingDependencyError, ModelError
+from sym2real.errors import CompilationError, MissingDependencyError, ModelError, ShapeError, UnknownNameError
 from sym2real.native import find_compiler
 from sym2real.protocols import DynamicsModel
 from sym2real.robots.robot import Robot
@@ -29,8 +30,37 @@ from sym2real.tasks import Task
 
 LOGGER = logging.getLogger(__name__)
 Backend = Literal["auto", "c", "torch"]
+BACKENDS: tuple[Backend, ...] = get_args(Backend)
 Step = FusedStep | FusedGpuStep
 NO_COMPILER = "there is no C compiler here (install gcc or clang, or name one by CC)"
+
+
+def require_choices(backend: str, threads: int | None) -> None:
+    """Refuse what :class:`~sym2real.control.MPPI` cannot be asked for.
+
+    Raises:
+        UnknownNameError: for a backend that does not exist, with those that do.
+        ShapeError: for threads that are no whole number above zero.
+    """
+    if backend not in BACKENDS:
+        raise UnknownNameError("backend", str(backend), BACKENDS)
+    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, Integral) or threads < 1):
+        raise ShapeError(f"threads: expected a whole number above 0, or None for as many as help, found {threads!r}")
+
+
+def device_of(device: str | torch.device) -> torch.device:
+    """A device that torch has here.
+
+    Raises:
+        ModelError: for any other, with those that it has.
+    """
+    try:
+        found = torch.device(device)
+        torch.zeros(1, device=found)
+    except (RuntimeError, AssertionError, NotImplementedError, TypeError):
+        here = ["cpu", *(f"cuda:{number}" for number in range(torch.cuda.device_count()))]
+        raise ModelError(f"device: expected one that torch has here ({', '.join(here)}), found {device!r}") from None
+    return found
 
 
 def equations_of(model: object) -> Equations | None:

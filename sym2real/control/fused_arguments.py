@@ -6,11 +6,11 @@ import ctypes
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 from torch import Tensor
 
 from sym2real.control.fused_problem import Fused
@@ -149,9 +149,21 @@ class Operands:
         return tensor.data_ptr()
 
 
+def copy_of(values: ArrayLike, precision: DTypeLike) -> NDArray[Any]:
+    """A copy of numbers.
+
+    Raises:
+        ShapeError: for anything else, and rows of different lengths.
+    """
+    try:
+        return np.array(values, dtype=precision)
+    except (TypeError, ValueError):
+        raise ShapeError(f"state, inputs or command: expected numbers, found {values!r:.80}") from None
+
+
 def single(values: ArrayLike, device: torch.device) -> Tensor:
     """A copy in single precision, on a device."""
-    copied = torch.from_numpy(np.array(values, dtype=np.float32))
+    copied = torch.from_numpy(copy_of(values, np.float32))
     return copied if device.type == "cpu" else copied.to(device)
 
 

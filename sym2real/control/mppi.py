@@ -24,7 +24,16 @@ from numpy.typing import ArrayLike
 from torch import Tensor
 
 from sym2real.control import operator
-from sym2real.control.backend import NO_COMPILER, Backend, choose, fused_step, planned_with, why_not_fused
+from sym2real.control.backend import (
+    NO_COMPILER,
+    Backend,
+    choose,
+    device_of,
+    fused_step,
+    planned_with,
+    require_choices,
+    why_not_fused,
+)
 from sym2real.control.deadlines import Deadlines
 from sym2real.control.fused import FusedStep
 from sym2real.control.fused_arguments import Call, Sizes, single
@@ -67,8 +76,9 @@ class MPPI:
         threads: of the kernel on a processor; by default two where they help.
 
     Raises:
-        ModelError: when ``backend="c"`` cannot plan with this model, with the reason.
-        ShapeError: for noise of other actions, a period that is not positive or a negative number of threads.
+        ModelError: when ``backend="c"`` cannot plan with this model, with the reason; for a device that is not here.
+        ShapeError: for noise of other actions, a period or a number of threads that is not positive.
+        UnknownNameError: for a backend that does not exist.
     """
 
     def __init__(
@@ -88,9 +98,10 @@ class MPPI:
         backend: Backend = "auto",
         threads: int | None = None,
     ) -> None:
+        require_choices(backend, threads)
         self.model, self.robot, self.task = planned_with(model, dtype), robot, task
         self.settings = settings or robot.mppi
-        self.device, self.dtype, self.seed = torch.device(device), dtype, seed
+        self.device, self.dtype, self.seed = device_of(device), dtype, seed
         self.price_noise, self.filters = price_noise, filters
         noise = self.settings.noise if noise_covariance is None else noise_covariance
         self._factor = covariance_factor(noise, len(robot.layouts.action), price_noise).to(self.device, dtype)

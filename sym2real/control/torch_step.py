@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from torch import Tensor
 
 from sym2real.control.backend import equations_of, level_rollout
-from sym2real.control.fused_arguments import Sizes
+from sym2real.control.fused_arguments import Sizes, copy_of
 from sym2real.control.plan import Plan
 from sym2real.control.weights import weigh
 from sym2real.effects.filters import FilterState
@@ -134,5 +134,5 @@ class TorchStep:
 
     def tensor(self, values: ArrayLike) -> Tensor:
         """A copy of numbers on the device, in the precision."""
-        copied = values if isinstance(values, Tensor) else torch.from_numpy(np.array(values, dtype=np.float64))
+        copied = values if isinstance(values, Tensor) else torch.from_numpy(copy_of(values, np.float64))
         return copied.to(self.device, self.dtype)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import resources
+from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from sym2real.symbolic import Equations
 
 GRAVITY = 9.81  # m/s²
+MOST_SAMPLES = 2**20  # of MPPI: states of more rollouts than a million take gigabytes
 
 
 @dataclass(frozen=True)
@@ -33,7 +35,8 @@ class MPPISettings:
         correlation: time constant of the noise in s where there are no knots; 0 is white.
 
     Raises:
-        ShapeError: for less than one sample, or a number that cannot be such a length, temperature or time.
+        ShapeError: for a number of samples below one or beyond :data:`MOST_SAMPLES`, or a number that cannot be such a
+            length, temperature or time.
     """
 
     samples: int = 1024
@@ -44,8 +47,8 @@ class MPPISettings:
     correlation: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.samples < 1:
-            raise ShapeError(f"MPPI: expected at least 1 sample, found {self.samples}")
+        if not isinstance(self.samples, Integral) or not 1 <= self.samples <= MOST_SAMPLES:
+            raise ShapeError(f"MPPI: expected at least 1 sample and at most {MOST_SAMPLES}, found {self.samples!r}")
         for name in ("horizon", "temperature"):
             if not 0.0 < getattr(self, name) < math.inf:
                 raise ShapeError(f"MPPI: expected a {name} > 0, found {getattr(self, name)!r}")

@@ -9,8 +9,9 @@ import sys
 import pytest
 
 import sym2real
-from sym2real.cli import VERBS, main
+from sym2real.cli import VERBS, main, numbers
 from sym2real.cli.parsing import fitted
+from sym2real.robots import robot
 
 
 @pytest.fixture(autouse=True)
@@ -73,17 +74,51 @@ def test_the_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["diagnose", "model", "log.csv", "--horizon", "abc"], "--horizon: expected a number, found 'abc'"),
-        (["learn", "crazyflie", "--out", "model", "--steps", "4.5"], "--steps: expected a whole number, found '4.5'"),
+        (
+            ["diagnose", "model", "log.csv", "--horizon", "abc"],
+            "--horizon: expected a number greater than 0, found",
+        ),
+        (["learn", "crazyflie", "--out", "model", "--steps", "4.5"], "greater than 0, found '4.5'"),
+        (
+            ["simulate", "crazyflie", "hover", "--out", "log.csv", "--seconds", "-1"],
+            "--seconds: expected a number great",
+        ),
+        (
+            ["run", "model", "hover", "--seconds", "inf"],
+            "--seconds: expected a number greater than 0 and at most 86400",
+        ),
+        (["plan", "crazyflie", "hover", "--seconds", "inf"], "found 'inf'"),
+        (["plan", "crazyflie", "hover", "--yaw-rate", "nan"], "--yaw-rate: expected a number, found 'nan'"),
+        (["plan", "mushr", "circle", "--dither", "-1"], "--dither: expected a number that is not negative, found '-1'"),
+        (["diagnose", "model", "log.csv", "--horizon", "0"], "--horizon: expected a number greater than 0, found '0'"),
+        (["add", "model", "wind", "--fit", "log.csv", "--out", "new", "--horizon", "inf"], "--horizon"),
+        (["run", "model", "hover", "--samples", "100000000000"], "--samples: expected a whole number greater than 0"),
+        (["demo", "--samples", "0"], "--samples: expected a whole number greater than 0"),
+        (["run", "model", "hover", "--seed", "-1"], "--seed: expected a whole number from 0"),
+        (["learn", "crazyflie", "--out", "model", "--episodes", "0"], "--episodes: expected a whole number"),
+        (["nominal", "car", "--wheelbase", "inf", "--out", "model"], "--wheelbase: expected a number greater than 0"),
+        (["nominal", "quadrotor", "--mass", "-1", "--out", "model"], "--mass: expected a number greater than 0"),
+        (
+            ["nominal", "quadrotor", "--inertia", "1", "nan", "1", "--out", "model"],
+            "--inertia: expected a number great",
+        ),
     ],
 )
-def test_a_number_that_cannot_be_read(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_number_that_cannot_be_read(
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
     with pytest.raises(SystemExit) as stopped:
         main(arguments)
     assert stopped.value.code == 2
     said = capsys.readouterr().err
     assert message in said
     assert "class" not in said
+
+
+def test_the_most_samples_are_those_of_mppi() -> None:
+    """Said twice, because the help must not wait for the controller's libraries."""
+    assert numbers.MOST_SAMPLES == robot.MOST_SAMPLES
 
 
 def test_an_error_is_wrapped_between_words(capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import tyro
 from rich.console import Console
 
+from sym2real.cli.numbers import OptionalPositive
+
 if TYPE_CHECKING:
     from sym2real.diagnosis import Tried
     from sym2real.symbolic import Equations
@@ -49,7 +51,7 @@ class Add:
     """How the logs' columns are named: a shipped specification's name or a TOML file."""
     exclude: tuple[str, ...] = ()
     """Effects that are not to be tried in its place (KIND or KIND:COLUMN)."""
-    horizon: float | None = None
+    horizon: OptionalPositive = None
     """Longest horizon of the error ladder in s."""
     calibrate: bool = True
     """Before a fit, calibrate the base in the robot's plain simulator."""
@@ -61,13 +63,11 @@ class Add:
         from sym2real.cli.chosen_effects import beyond_bounds, chosen_effects, require_values
         from sym2real.cli.found import write_simulator
         from sym2real.cli.model import open_with_progress, require_another_folder
-        from sym2real.cli.numbers import require_positive
         from sym2real.diagnosis import add, add_term
         from sym2real.effects import with_noted
         from sym2real.errors import ModelError
         from sym2real.symbolic import save_model
 
-        require_positive(horizon=self.horizon)
         require_another_folder(self.model, self.out)
         base = open_with_progress(self.model, console)
         terms = [text.removeprefix(TERM).partition("=") for text in self.effects if text.startswith(TERM)]

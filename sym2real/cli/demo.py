@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
+from sym2real.cli.numbers import OptionalSamples, Seed
+
 if TYPE_CHECKING:
     from sym2real.symbolic import Equations
 
@@ -28,19 +30,17 @@ class Demo:
 
     out: Path = Path("runs/demo")
     """Folder for models, logs and figures."""
-    samples: int | None = None
+    samples: OptionalSamples = None
     """MPPI samples; the robots' own number by default."""
-    seed: int = 0
+    seed: Seed = 0
     """Of starts, commands, pushes and samples."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
 
     def run(self, console: Console) -> dict[str, Any]:
         """Run the four acts."""
-        from sym2real.cli.numbers import require_positive
         from sym2real.cli.story import Story
 
-        require_positive(samples=self.samples)
         started = time.perf_counter()
         robots = {name: self._robot(name, console) for name in EPISODES}
         story = Story(self.out, self.samples, self.seed, SECONDS)

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import tyro
 from rich.console import Console
 
+from sym2real.cli.numbers import OptionalPositive
+
 if TYPE_CHECKING:
     from sym2real.diagnosis import Diagnosis
     from sym2real.symbolic import Equations
@@ -40,7 +42,7 @@ class Diagnose:
     """How the logs' columns are named: a shipped specification's name or a TOML file."""
     exclude: tuple[str, ...] = ()
     """Effects that are not to be tried (KIND or KIND:COLUMN)."""
-    horizon: float | None = None
+    horizon: OptionalPositive = None
     """Longest horizon of the error ladder in s."""
     calibrate: bool = True
     """Calibrate the base in the robot's plain simulator first."""
@@ -53,12 +55,10 @@ class Diagnose:
         """Diagnose, print the report, write the files."""
         from sym2real.cli.found import plain_simulator
         from sym2real.cli.model import folder_of, logs_for, open_with_progress, require_another_folder
-        from sym2real.cli.numbers import require_positive
         from sym2real.cli.progress import stages_progress
         from sym2real.diagnosis import data_report, diagnose, training_region
         from sym2real.report.diagnosis import diagnosis_report
 
-        require_positive(horizon=self.horizon)
         if self.out:
             require_another_folder(self.model, self.out / "model")
         base = open_with_progress(self.model, console)

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import tyro
 from rich.console import Console
 
+from sym2real.cli.numbers import Count, OptionalCount, OptionalSamples, Seed
+
 if TYPE_CHECKING:
     from sym2real.adaptation import StageOne
 
@@ -35,29 +37,27 @@ class Learn:
     """How the logs' columns are named: a shipped specification's name or a TOML file."""
     engine: str = "beam"
     """Search engine: beam (built in), operon or pysr (extras)."""
-    episodes: int | None = None
+    episodes: OptionalCount = None
     """At most so many episodes; by default 10 for a quadrotor and 20 for a car, fewer when nothing gets better."""
-    steps: int = 400
+    steps: Count = 400
     """Control steps an episode at most."""
-    samples: int | None = None
+    samples: OptionalSamples = None
     """MPPI samples; the robot's own number by default."""
     wrench: bool = True
     """Learn how external forces and torques enter, from as many pushed episodes again."""
-    seed: int = 0
+    seed: Seed = 0
     """Of starts, commands, pushes and samples."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
 
     def run(self, console: Console) -> dict[str, Any]:
         """Learn, print the tables, write the model."""
-        from sym2real.cli.numbers import require_positive
         from sym2real.cli.progress import stage_one_progress
         from sym2real.errors import ModelError
         from sym2real.experiments.learning import learn_from_logs, learn_in_simulation
         from sym2real.report.tables import dependence_table, episode_table, equation_table
         from sym2real.robots import ROBOTS
 
-        require_positive(episodes=self.episodes, steps=self.steps, samples=self.samples)
         robot = ROBOTS[self.robot]
         if self.data:
             learned = learn_from_logs(robot, self.data, self.spec, self.engine)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from rich.console import Console
 
+from sym2real.cli.numbers import NotNegative, OptionalPositive, OptionalThreePositive, Positive, ThreePositive
+
 if TYPE_CHECKING:
     from sym2real.robots import Motors
     from sym2real.symbolic import Equations
@@ -29,27 +31,27 @@ class NominalQuadrotor:
 
     out: Path
     """Folder of the model."""
-    mass: float | None = None
+    mass: OptionalPositive = None
     """Mass in kg; without it forces and masses are per kilogram of the robot."""
-    inertia: tuple[float, float, float] | None = None
+    inertia: OptionalThreePositive = None
     """Principal moments in kg m²; by default the Crazyflie's, scaled by mass."""
     interface: Literal["thrust_rates", "thrust_attitude", "motors"] = "thrust_rates"
     """What the actions are."""
     attitude: Literal["predicted", "measured"] = "predicted"
     """Whether the attitude is predicted, or known along the log."""
-    dt: float = 0.02
+    dt: Positive = 0.02
     """Time step in s."""
-    rate_gains: tuple[float, float, float] = (50.0, 50.0, 20.0)
+    rate_gains: ThreePositive = (50.0, 50.0, 20.0)
     """Gains of the on-board rate loop in 1/s (thrust_rates)."""
-    attitude_time_constant: float = 0.15
+    attitude_time_constant: NotNegative = 0.15
     """Of the on-board attitude loop in s (thrust_attitude)."""
     motor_unit: Literal["command", "rad/s"] = "command"
     """Unit of the motor actions (motors)."""
-    motor_thrust: float | None = None
+    motor_thrust: OptionalPositive = None
     """Thrust of one rotor in N per unit of command, or N s²/rad² (motors); by default hover at half command."""
     torque_per_thrust: float | None = None
     """Reaction torque per thrust of a rotor in m (motors); the Crazyflie's by default."""
-    arm: float | None = None
+    arm: OptionalPositive = None
     """Centre to rotor in m (motors); the Crazyflie's by default."""
     spin: tuple[int, int, int, int] | None = None
     """Sign of each rotor's reaction torque about body z (motors); the Crazyflie's by default."""
@@ -111,13 +113,13 @@ class NominalCar:
 
     out: Path
     """Folder of the model."""
-    wheelbase: float
+    wheelbase: Positive
     """Distance between the axles in m."""
-    time_constant: float = 0.0
+    time_constant: NotNegative = 0.0
     """Of the speed loop in s; 0 reaches the commanded speed at once."""
-    mass: float = 3.5
+    mass: Positive = 3.5
     """Mass in kg, for external forces."""
-    dt: float = 0.05
+    dt: Positive = 0.05
     """Time step in s."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""

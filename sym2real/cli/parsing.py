@@ -16,6 +16,8 @@ from typing import Any, get_args
 import tyro
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
+from sym2real.cli.numbers import option
+
 WIDTH = 80
 BOX = "╭│╰"  # what tyro wraps itself
 COMMAND = "sym2real "
@@ -107,18 +109,4 @@ def _number_or_text(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | 
     kind = next(one for one in options if one is not type(None)) if optional else info.type
     if kind not in WANTED or not (optional or kind in (float, int)):
         return None
-    metavar, wanted = WANTED[kind]
-
-    def read(typed: list[str]) -> Any:
-        try:
-            return kind(typed[0])
-        except ValueError:
-            raise ValueError(f"expected {wanted}, found {typed[0]!r}") from None
-
-    return PrimitiveConstructorSpec(
-        nargs=1,
-        metavar=metavar,
-        instance_from_str=read,
-        is_instance=lambda value: isinstance(value, kind) or (optional and value is None),
-        str_from_instance=lambda value: [str(value)],
-    )
+    return option(kind, *WANTED[kind], optional=optional)

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import tyro
 from rich.console import Console
 
+from sym2real.cli.numbers import NotNegative, Seconds, steps_in
+
 if TYPE_CHECKING:
     from sym2real.diagnosis import Plan
     from sym2real.robots import Robot
@@ -35,11 +37,11 @@ class PlanFlight:
     """A robot's name and manoeuvres (its usual ones by default), or logs."""
     model: str | None = None
     """A model folder; the robot's first-principles equations by default."""
-    seconds: float = 8.0
+    seconds: Seconds = 8.0
     """Length of each manoeuvre in s."""
     yaw_rate: float = 0.0
     """Of a quadrotor's heading in rad/s."""
-    dither: float = 1.0
+    dither: NotNegative = 1.0
     """Noise on the commands: 1 is thrust 5 mN and rates 0.15 rad/s, or steering 0.03 rad and speed 0.1 m/s."""
     spec: str | None = None
     """How logs' columns are named: a shipped specification's name or a TOML file."""
@@ -50,14 +52,10 @@ class PlanFlight:
 
     def run(self, console: Console) -> dict[str, Any]:
         """Simulate or read, print the table."""
-        from sym2real.cli.numbers import require_positive
         from sym2real.errors import ModelError
         from sym2real.report.plan import plan_report
         from sym2real.robots import ROBOTS
 
-        require_positive(seconds=self.seconds)
-        if not self.dither >= 0:
-            raise ModelError(f"--dither: expected a number that is not negative, found {self.dither:g}")
         if not self.what:
             raise ModelError(f"expected a robot ({', '.join(ROBOTS)}) and manoeuvres, or logs; found neither")
         found = self._of_robot(console) if self.what[0] in ROBOTS else self._of_logs(console)
@@ -74,6 +72,7 @@ class PlanFlight:
         robot = ROBOTS[self.what[0]]
         equations = robot.nominal() if self.model is None else open_with_progress(self.model, console)
         chosen = manoeuvres_of(self.what[1:], robot)
+        steps_in(self.seconds, robot.dt)
         with stages_progress(console) as on_progress:
             on_progress("flying in the plain simulator")
             runs = planned_runs(robot, chosen, seconds=self.seconds, yaw_rate=self.yaw_rate, dither=self.dither)

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import tyro
 from rich.console import Console
 
+from sym2real.cli.numbers import OptionalSamples, OptionalSeconds, Seed, steps_in
+
 if TYPE_CHECKING:
     from sym2real.experiments.flying import Flight
     from sym2real.plants import EquationsPlant, MujocoPlant
@@ -34,13 +36,13 @@ class Run:
     """hover, circle, lemniscate, track, park or reverse_circle."""
     plant: str = "simulator"
     """What is flown: the plain MuJoCo simulator, the model itself ("model"), or the folder of a simulator."""
-    seconds: float | None = None
+    seconds: OptionalSeconds = None
     """Length of the episode; the task's own by default."""
-    samples: int | None = None
+    samples: OptionalSamples = None
     """MPPI samples; the robot's own number by default."""
     realtime: bool = False
     """Draw only as many samples as hold the control period on this machine."""
-    seed: int = 0
+    seed: Seed = 0
     """Of the start and the samples."""
     out: Path | None = None
     """Folder for the log (CSV) and a figure of the path."""
@@ -50,13 +52,11 @@ class Run:
     def run(self, console: Console) -> dict[str, Any]:
         """Fly, print the figures, write the log."""
         from sym2real.cli.model import open_with_progress, robot_of
-        from sym2real.cli.numbers import require_positive
         from sym2real.cli.progress import steps_progress
         from sym2real.experiments.flying import fly, mppi_controller
         from sym2real.report.tables import flight_table
         from sym2real.tasks import make_task
 
-        require_positive(seconds=self.seconds, samples=self.samples)
         equations = open_with_progress(self.model, console)
         robot = robot_of(equations, self.model)
         self._require_inputs(equations, robot)
@@ -64,7 +64,7 @@ class Run:
         period = robot.dt if self.realtime else None
         controller = mppi_controller(equations, robot, task, samples=self.samples, seed=self.seed, period=period)
         plant = self._plant(equations, robot)
-        steps = round((self.seconds or task.duration) / robot.dt)
+        steps = steps_in(self.seconds or task.duration, robot.dt)
         with steps_progress(console, f"{self.task} with {controller.samples} samples", steps) as on_step:
             flight = fly(plant, controller, task, seconds=self.seconds, seed=self.seed, on_step=on_step, name=self.task)
         console.print(flight_table([flight], self.plant if self.plant in PLAIN else f"simulator of {self.plant}"))

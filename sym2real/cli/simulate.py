@@ -9,6 +9,8 @@ from typing import Any, ClassVar, Literal
 import tyro
 from rich.console import Console
 
+from sym2real.cli.numbers import OptionalSeconds, Seed, steps_in
+
 
 @dataclass(frozen=True)
 class Simulate:
@@ -33,13 +35,13 @@ class Simulate:
     """The log to write, .csv or .parquet."""
     controller: Literal["geometric", "random"] = "geometric"
     """Geometric tracking, or the random commands that Stage I starts with."""
-    seconds: float | None = None
+    seconds: OptionalSeconds = None
     """Length of the episode; the task's own by default."""
     effects: tuple[str, ...] = ()
     """Physical effects in it: each KIND or KIND:COLUMN, then its PARAMETER=VALUE (`sym2real effects` lists them)."""
     noise: bool = False
     """Sensor noise: position 0.5 mm, attitude 0.3°, rates 0.02 rad/s, velocity by differences of measured positions."""
-    seed: int = 0
+    seed: Seed = 0
     """Of a car's start, the random commands and the noise; a quadrotor's flight without either has nothing random."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
@@ -50,7 +52,6 @@ class Simulate:
 
         from sym2real.adaptation import tracking_error
         from sym2real.cli.chosen_effects import beyond_bounds, chosen_effects, require_values
-        from sym2real.cli.numbers import require_positive
         from sym2real.control import RandomCommands, geometric_controller
         from sym2real.errors import ModelError
         from sym2real.experiments.standard_conditions import sensors
@@ -60,7 +61,6 @@ class Simulate:
         from sym2real.robots import ROBOTS
         from sym2real.tasks import make_task
 
-        require_positive(seconds=self.seconds)
         written = load_plant(self.robot) if Path(self.robot).is_dir() else None
         robot = ROBOTS[self.robot] if written is None else written.robot
         task = make_task(self.task, robot)
@@ -78,7 +78,7 @@ class Simulate:
             plant = MujocoPlant(robot, (noise, *plant.changes), description=plant.description)
         geometric = self.controller == "geometric"
         controller = geometric_controller(robot, task.reference) if geometric else RandomCommands(robot, seed=self.seed)
-        steps = round((self.seconds or task.duration) / robot.dt)
+        steps = steps_in(self.seconds or task.duration, robot.dt)
         trajectory = run_episode(plant, controller, task, seed=self.seed, steps=steps, name=self.out.stem)
         make_folder(self.out.parent)
         write_log(trajectory, self.out)

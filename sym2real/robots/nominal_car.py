@@ -53,7 +53,7 @@ def car(
     Raises:
         ModelError: for a wheelbase, mass or time step that is not positive, or a negative time constant.
     """
-    if not (wheelbase > 0 and mass > 0 and dt > 0 and time_constant >= 0):
+    if not (0 < wheelbase < math.inf and 0 < mass < math.inf and 0 < dt < math.inf and 0 <= time_constant < math.inf):
         raise ModelError(
             "wheelbase in m, mass in kg and dt in s must be positive and the time constant in s at least 0, "
             f"found {wheelbase}, {mass}, {dt} and {time_constant}"

@@ -107,7 +107,7 @@ def quadrotor(
     """
     notes, mass = ([PER_KILOGRAM], 1.0) if mass is None else ([], mass)
     _check(mass, inertia, interface, attitude, dt)
-    if attitude_time_constant < 0 or min(rate_gains) <= 0:
+    if not (0 <= attitude_time_constant < math.inf and all(0 < gain < math.inf for gain in rate_gains)):
         raise ModelError(f"loops need τ ≥ 0 s and gains > 0 1/s, found {attitude_time_constant} and {rate_gains}")
     build = _Build(notes=notes, numbers={"mass": mass})
     torque = _motors(build, motors, mass, attitude) if interface == "motors" else symbols(TORQUE)
@@ -238,7 +238,7 @@ def _check(mass: float, inertia: Sequence[float] | None, interface: str, attitud
         raise ModelError(f"interface must be one of {', '.join(COMMANDS)}, found {interface!r}")
     if attitude not in ("predicted", "measured"):
         raise ModelError(f"attitude must be 'predicted' or 'measured', found {attitude!r}")
-    if not mass > 0 or not dt > 0:
+    if not 0 < mass < math.inf or not 0 < dt < math.inf:
         raise ModelError(f"mass in kg and dt in s must be positive, found {mass} and {dt}")
     if inertia is not None and (len(inertia) != 3 or min(inertia) <= 0 or 2 * max(inertia) > sum(inertia) * 1.000001):
         raise ModelError(

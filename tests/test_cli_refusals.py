@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import warnings
 from pathlib import Path
 
@@ -53,3 +54,28 @@ def test_a_log_of_one_row_is_refused_by_its_file(
     monkeypatch.chdir(tmp_path)
     assert "one_row.csv: expected" in said(command.format(models=models), capsys)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "diagnose {models}/quadrotor {models}/flight.csv {models}/../{folder}/flight.csv",
+        "diagnose {models}/quadrotor {models}/flight.csv --held-out copy.csv",
+        "add {models}/quadrotor wind --fit {models}/flight.csv --held-out {models}/flight.csv --out X",
+        "compare {models}/quadrotor copy.csv {models}/flight.csv",
+    ],
+)
+def test_a_log_that_is_given_twice_is_refused(
+    command: str, models: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(models / "flight.csv", tmp_path / "copy.csv")
+    error = said(command.format(models=models, folder=models.name), capsys)
+    assert "expected every log once" in error
+    assert error.endswith(".csv again")
+
+
+def test_a_value_that_is_given_twice_is_refused(models: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    error = said(f"add {models}/quadrotor wind fx=0.1 fx=0.2 --out {models}/windy", capsys)
+    assert "wind: expected fx once, found fx=0.1 and fx=0.2" in error
+    assert not (models / "windy").exists()

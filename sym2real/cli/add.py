@@ -114,7 +114,7 @@ class Add:
         from sym2real.report.diagnosis import tried_report
 
         data = logs_for(base, self.fit, self.spec)
-        held_out = logs_for(base, self.held_out, self.spec) if self.held_out else None
+        held_out = logs_for(base, self.held_out, self.spec, apart_from=self.fit) if self.held_out else None
         plant = plain_simulator(base) if self.calibrate else None
         with stages_progress(console) as on_progress:
             tried = try_effect(

@@ -90,7 +90,7 @@ def with_values(
         parameter_of: the parameter that a number after a name may have been meant for.
 
     Raises:
-        ModelError: when a value stands before the first name, without its parameter, or is not a number.
+        ModelError: when a value stands before the first name, without its parameter, is given twice or is not a number.
     """
     chosen: list[tuple[str, dict[str, float]]] = []
     for text in texts:
@@ -103,7 +103,10 @@ def with_values(
         elif not name:
             raise ModelError(f"expected PARAMETER=VALUE, found {text!r}")
         elif chosen:
-            chosen[-1][1][name] = number = _number(value)
+            key, values = chosen[-1]
+            if name in values:
+                raise ModelError(f"{key}: expected {name} once, found {name}={values[name]:g} and {text}")
+            values[name] = number = _number(value)
             if not math.isfinite(number):
                 raise ModelError(f"parameter {name!r}: expected a number, found {value!r}")
         else:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 
 from rich.console import Console
@@ -64,17 +65,39 @@ def robot_of(equations: Equations, model: str) -> Robot:
     return ROBOTS[equations.robot]
 
 
-def logs_for(equations: Equations, paths: Sequence[Path], spec: str | None) -> Dataset:
+def logs_for(
+    equations: Equations, paths: Sequence[Path], spec: str | None, *, apart_from: Sequence[Path] = ()
+) -> Dataset:
     """Logs read with the columns and the time step of a model; hidden states are in no log.
 
+    Args:
+        equations: the model.
+        paths: of the logs.
+        spec: how their columns are named.
+        apart_from: logs that are to be judged by these, so that none may be among them.
+
     Raises:
-        DataError: for a file that cannot be read as such, or in which no stretch is long enough to predict anything.
+        DataError: for a file that cannot be read as such, in which no stretch is long enough to predict anything, or
+            that is given twice.
     """
+    files = expand(paths)
+    _require_different([*(expand(apart_from) if apart_from else []), *files])
     layouts, logs = replace(equations.layouts, state=visible_state(equations)), list[Trajectory]()
-    for file in expand(paths):
+    for file in files:
         pieces = read_logs(file, spec=spec, layouts=layouts, dt=equations.dt)
         longest = max(len(piece) for piece in pieces)
         if longest <= ROWS:
             raise DataError(file, f"more than {ROWS} rows without a gap", f"{longest}")
         logs += pieces
     return long_enough(Dataset(logs))
+
+
+def _require_different(files: Sequence[Path]) -> None:
+    """A log that counts twice makes a diagnosis surer than it may be, and one that scores its own fit says nothing."""
+    seen: dict[bytes, Path] = {}
+    for file in files:
+        other = seen.setdefault(sha256(file.read_bytes()).digest(), file)
+        if other is not file:
+            raise DataError(
+                file, "every log once, and held-out logs that took no part in a fit", f"the log {other} again"
+            )

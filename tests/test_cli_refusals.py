@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import shlex
 import shutil
 import warnings
 from pathlib import Path
 
 import pytest
 
+from sym2real import diagnosis
 from sym2real.cli import main
+from sym2real.diagnosis import Plan, Term
+from sym2real.report.diagnosis import term_command
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic import save_model
+
+EMPTY = Plan(visible=(), seconds=4.0, blocks=2, notes=())
 
 
 @pytest.fixture(scope="module")
@@ -79,3 +85,39 @@ def test_a_value_that_is_given_twice_is_refused(models: Path, capsys: pytest.Cap
     error = said(f"add {models}/quadrotor wind fx=0.1 fx=0.2 --out {models}/windy", capsys)
     assert "wind: expected fx once, found fx=0.1 and fx=0.2" in error
     assert not (models / "windy").exists()
+
+
+@pytest.mark.parametrize(
+    ("command", "message"),
+    [
+        ("plan crazyflie circle speed=1000 --seconds 2", "circle: the simulated Crazyflie 2.1 crashed after"),
+        (
+            "plan crazyflie hover --model {models}/car",
+            "/car: expected a model with the columns of a crazyflie",
+        ),
+        ("plan {models}/car_log.csv", "expected --model MODEL"),
+        ("diagnose {models}/quadrotor {models}/flight.csv --horizon 0.001", "at least one time step, 0.02 s"),
+    ],
+)
+def test_what_cannot_be_planned_or_scored(
+    command: str, message: str, models: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (models / "car_log.csv").write_text("t,x,y\n0.0,1,2\n0.1,1,2\n0.2,1,3\n")
+    assert message in said(command.format(models=models), capsys)
+
+
+def test_logs_of_one_robot_are_planned_with_its_own_equations(
+    models: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given = []
+    monkeypatch.setattr(diagnosis, "plan", lambda equations, *_, **__: given.append(equations) or EMPTY)
+    main(["plan", str(models / "flight.csv")])
+    assert given[0].robot == "crazyflie"
+    assert "the logs have the columns of a Crazyflie 2.1" in capsys.readouterr().out
+
+
+def test_the_command_of_a_proposed_term_is_one_line_of_a_shell() -> None:
+    command = term_command(Term("fz", "0.0123*vx*vx - 0.0456*vy*vy + 0.0789*vz*vx", 0.1), "my runs/base")
+    words = shlex.split(command)
+    assert words[:3] == ["sym2real", "add", "my runs/base"]
+    assert words[3] == "term:fz=0.0123*vx*vx - 0.0456*vy*vy + 0.0789*vz*vx"

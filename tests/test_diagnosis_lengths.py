@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from dataclasses import replace
 
@@ -9,7 +10,8 @@ import numpy as np
 import pytest
 from noisy_flights import flights
 
-from sym2real.diagnosis import compare, data_report, diagnose, plan
+from sym2real.diagnosis import compare, data_report, diagnose, plan, try_effect
+from sym2real.diagnosis.ladder import cut_said
 from sym2real.diagnosis.segments import cut
 from sym2real.diagnosis.weighing import check_and_filter
 from sym2real.errors import ShapeError
@@ -55,3 +57,15 @@ def test_a_frozen_log_is_said_to_be_frozen() -> None:
     frozen = replace(log, state=np.repeat(log.state[:1], len(log), axis=0), name="stood still")
     with pytest.raises(ShapeError, match="does not change from row to row in stood still"):
         cut(Dataset([frozen]))
+
+
+def test_a_ladder_that_the_logs_cut_says_so() -> None:
+    assert cut_said((0.1, 0.5, 2.0), 100.0) == (
+        "no held-out log is long enough for a horizon of 100 s: the ladder ends at 2 s",
+    )
+    assert cut_said((0.1, 0.5, 2.0), 2.0) == cut_said((0.1,), None) == ()
+    for horizon in (0.001, 0.0, -1.0, math.inf, math.nan):
+        with pytest.raises(ShapeError, match="at least one time step"):
+            diagnose(BASE, flights(), horizon=horizon)
+        with pytest.raises(ShapeError, match="at least one time step"):
+            try_effect(BASE, "wind", flights(), horizon=horizon)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sym2real.effects import effect
-from sym2real.errors import DataError, ModelError, UnknownNameError
+from sym2real.errors import DataError, ModelError
 from sym2real.plants import MujocoPlant, load_plant, save_plant
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.trajectory import Array
@@ -68,9 +68,10 @@ def test_an_edited_plant_file_is_heeded(tmp_path: Path) -> None:
     [
         ("robot = ", "robots = ", DataError, "robot"),
         ('"crazyflie"', '"crazyfly"', DataError, "did you mean 'crazyflie'"),
-        ('effect = "wind"', 'effect = "winds"', UnknownNameError, "wind"),
-        ("fx = 0.01", 'fx = "strong"', ModelError, "strong"),
-        ("fx = 0.01", "gx = 0.01", UnknownNameError, "fx"),
+        ('effect = "wind"', 'effect = "winds"', ModelError, r"plant\.toml: unknown effect 'winds'"),
+        ("fx = 0.01", 'fx = "strong"', ModelError, r"plant\.toml: wind: expected a number for fx, found 'strong'"),
+        ("fx = 0.01", "fx = inf", ModelError, r"plant\.toml: wind: expected a finite number for fx"),
+        ("fx = 0.01", "gx = 0.01", ModelError, r"plant\.toml: .*fx"),
         ('"robot.xml"', '"other.xml"', DataError, "other"),
         ("robot = ", "robot ", DataError, "plant.toml"),
     ],

@@ -118,3 +118,11 @@ def test_broken_folders_are_refused(tmp_path: Path) -> None:
     (tmp_path / "one" / "equations.json").write_text("{}")
     with pytest.raises(ModelError, match=r"equations\.json.*format"):
         load_model(tmp_path / "one")
+
+
+def test_an_unknown_symbol_names_the_file(tmp_path: Path) -> None:
+    equations = Equations.parse(Layouts(Layout.of(("x",)), Layout.of(("u",))), {"x": "x + u"}, 0.1)
+    file = save_model(equations, tmp_path) / "equations.json"
+    file.write_text(file.read_text().replace("u + x", "u + y").replace("x + u", "y + u"))
+    with pytest.raises(ModelError, match=r"equations\.json: .*'y'"):
+        load_model(tmp_path)

@@ -57,7 +57,7 @@ class Diagnose:
         from sym2real.cli.model import folder_of, logs_for, open_with_progress, require_another_folder
         from sym2real.cli.progress import stages_progress
         from sym2real.diagnosis import data_report, diagnose, training_region
-        from sym2real.report.diagnosis import diagnosis_report
+        from sym2real.report.diagnosis import diagnosis_report, term_command
 
         if self.out:
             require_another_folder(self.model, self.out / "model")
@@ -80,6 +80,9 @@ class Diagnose:
                 finish_on_interrupt=True,
             )
         console.print(diagnosis_report(found, about_data))
+        if found.proposal is not None:
+            console.print("to try what is proposed:")
+            console.print(term_command(found.proposal, self.model), markup=False, soft_wrap=True)
         if self.out:
             self._write(base, data, found, self.out, console)
         return found.to_dict()

@@ -98,6 +98,4 @@ def _require_different(files: Sequence[Path]) -> None:
     for file in files:
         other = seen.setdefault(sha256(file.read_bytes()).digest(), file)
         if other is not file:
-            raise DataError(
-                file, "every log once, and held-out logs that took no part in a fit", f"the log {other} again"
-            )
+            raise DataError(file, "every log once, and held-out logs that took no part in a fit", f"{other} again")

@@ -36,7 +36,7 @@ class PlanFlight:
     what: tyro.conf.Positional[tuple[str, ...]]
     """A robot's name and manoeuvres (its usual ones by default), or logs."""
     model: str | None = None
-    """A model folder; the robot's first-principles equations by default."""
+    """A model folder; by default the first-principles equations of the robot, or of the one whose columns logs have."""
     seconds: Seconds = 8.0
     """Length of each manoeuvre in s."""
     yaw_rate: float = 0.0
@@ -66,11 +66,16 @@ class PlanFlight:
         from sym2real.cli.model import open_with_progress
         from sym2real.cli.progress import stages_progress
         from sym2real.diagnosis import plan
+        from sym2real.effects.visible import visible_state
+        from sym2real.errors import ModelError
         from sym2real.experiments.planned import planned_runs, usual_noise
         from sym2real.robots import ROBOTS
 
         robot = ROBOTS[self.what[0]]
         equations = robot.nominal() if self.model is None else open_with_progress(self.model, console)
+        if (visible_state(equations), equations.layouts.action) != (robot.layouts.state, robot.layouts.action):
+            other = f"one of a {equations.robot}" if equations.robot not in ("", robot.name) else "other columns"
+            raise ModelError(f"{self.model}: expected a model with the columns of a {robot.name}, found {other}")
         chosen = manoeuvres_of(self.what[1:], robot)
         steps_in(self.seconds, robot.dt)
         with stages_progress(console) as on_progress:
@@ -83,18 +88,36 @@ class PlanFlight:
         from sym2real.cli.model import logs_for, open_with_progress
         from sym2real.cli.progress import stages_progress
         from sym2real.diagnosis import plan
-        from sym2real.errors import ModelError, UnknownNameError
+        from sym2real.errors import UnknownNameError
         from sym2real.robots import ROBOTS
 
         if not Path(self.what[0]).exists():
             raise UnknownNameError("robot or log", self.what[0], ROBOTS)
+        paths = [Path(name) for name in self.what]
         if self.model is None:
-            raise ModelError("expected --model MODEL for logs: a model folder or a robot's name; found none")
-        equations = open_with_progress(self.model, console)
-        data = logs_for(equations, [Path(name) for name in self.what], self.spec)
+            robot = self._robot_of(paths)
+            console.print(f"the logs have the columns of a {robot.title}: its first-principles equations are taken")
+            equations = robot.nominal()
+        else:
+            equations = open_with_progress(self.model, console)
+        data = logs_for(equations, paths, self.spec)
         with stages_progress(console) as on_progress:
             on_progress("weighing errors")
             return plan(equations, data, exclude=self.exclude)
+
+    def _robot_of(self, paths: Sequence[Path]) -> Robot:
+        """The one robot whose states and actions all logs have."""
+        from sym2real.errors import ModelError
+        from sym2real.logs import read_logs
+        from sym2real.robots import ROBOTS
+
+        logs = [log for path in paths for log in read_logs(path, spec=self.spec)]
+        shared = set.intersection(*({*log.layouts.state, *log.layouts.action} for log in logs))
+        found = [one for one in ROBOTS.values() if shared.issuperset({*one.layouts.state, *one.layouts.action})]
+        if len(found) != 1:
+            wanted = "--model MODEL for logs that have not the columns of one registered robot"
+            raise ModelError(f"expected {wanted} ({', '.join(ROBOTS)}): a model folder or a robot's name; found none")
+        return found[0]
 
 
 def manoeuvres_of(texts: Sequence[str], robot: Robot) -> list[Manoeuvre]:

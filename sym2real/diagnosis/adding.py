@@ -16,6 +16,7 @@ from sym2real.diagnosis.findings import Finding, findings
 from sym2real.diagnosis.floor import floor_of_explained, no_higher_than_reached
 from sym2real.diagnosis.groups import always_alike, as_good
 from sym2real.diagnosis.held_out import Steps
+from sym2real.diagnosis.ladder import cut_said, require_step
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.select import GAIN, Selection
 from sym2real.diagnosis.separation import with_advice
@@ -84,8 +85,9 @@ def try_effect(
     Raises:
         UnknownNameError: for an effect that does not exist.
         ModelError: for an effect that does not apply, or whose parameters motion does not show.
-        ShapeError: when no log is long enough, or columns differ.
+        ShapeError: when no log is long enough, columns differ, or the horizon is no step long.
     """
+    require_step(horizon, equations.dt)
     started = time.perf_counter()
     _check_fittable(effect(key, equations), equations)
     weighed = weigh(equations, data, plant, exclude=exclude, include=(key,), on_progress=on_progress)
@@ -109,7 +111,7 @@ def try_effect(
         ladder=stages,
         floor=no_higher_than_reached(floor, stages),
         held_out=steps.names_of(scored_logs),
-        notes=weighed.notes,
+        notes=(*weighed.notes, *cut_said(horizons, horizon)),
         seconds=time.perf_counter() - started,
     )
 

@@ -14,7 +14,7 @@ from sym2real.diagnosis.findings import Finding, applied, findings, rated, told
 from sym2real.diagnosis.floor import Floor, floor_of_explained, no_higher_than_reached
 from sym2real.diagnosis.groups import groups_of
 from sym2real.diagnosis.held_out import Gate, without_harm
-from sym2real.diagnosis.ladder import Stage
+from sym2real.diagnosis.ladder import Stage, cut_said, require_step
 from sym2real.diagnosis.leftover import Leftover, Rest, find_leftovers, find_misfit
 from sym2real.diagnosis.locate import Where, locate
 from sym2real.diagnosis.sanity import Fault
@@ -132,8 +132,9 @@ def diagnose(
         finish_on_interrupt: Ctrl-C during the search ends it, and the answer is what was found until then.
 
     Raises:
-        ShapeError: when no log is long enough, or columns differ.
+        ShapeError: when no log is long enough, columns differ, or the horizon is no step long.
     """
+    require_step(horizon, model.dt)
     started = time.perf_counter()
     weighed = weigh(model, data, plant, exclude=exclude, on_progress=on_progress)
     on_progress(f"searching among {len(weighed.tried)} effects")
@@ -193,6 +194,6 @@ def _answer(
         held_out=steps.names_of(scored),
         gate=gate,
         tried=selection.tried,
-        notes=weighed.notes,
+        notes=(*weighed.notes, *cut_said(horizons, horizon)),
         misfit=(base / freedom, selection.fit.total / freedom),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -16,6 +17,7 @@ from sym2real.diagnosis.segments import WARM_UP, Segments, compared_components
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.start import ROWS, start_states
 from sym2real.diagnosis.windows import HORIZONS, STRIDE, channel_errors, channel_units
+from sym2real.errors import ShapeError
 from sym2real.trajectory import Array, Dataset
 
 RESAMPLES = 200
@@ -105,6 +107,24 @@ def horizons_for(data: Dataset, longest: float | None = None, after: float = 0.0
     last = None if longest is None else min(longest, rows * data.dt)
     wanted = HORIZONS if last is None else (*(one for one in HORIZONS if one < last), last)
     return tuple(horizon for horizon in wanted if 1 <= round(horizon / data.dt) <= rows)
+
+
+def require_step(horizon: float | None, dt: float) -> None:
+    """Refuse a longest horizon (s) that is no number of steps.
+
+    Raises:
+        ShapeError: when it is below one step, or not finite.
+    """
+    if horizon is not None and not (math.isfinite(horizon) and round(horizon / dt) >= 1):
+        raise ShapeError(f"horizon: expected at least one time step, {dt:g} s, and a finite one, found {horizon:g} s")
+
+
+def cut_said(horizons: Sequence[float], wanted: float | None) -> tuple[str, ...]:
+    """A sentence where the logs do not reach the longest horizon (s) that was wanted."""
+    longest = max(horizons, default=0.0)
+    if wanted is None or longest > wanted - 1e-9:
+        return ()
+    return (f"no held-out log is long enough for a horizon of {wanted:g} s: the ladder ends at {longest:g} s",)
 
 
 def ladder(

@@ -83,6 +83,9 @@ def planned_runs(
         yaw_rate: of a quadrotor's heading in rad/s.
         dither: factor on the standard set's (thrust 5 mN, rates 0.15 rad/s; steering 0.03 rad, speed 0.1 m/s).
         seed: of the dither.
+
+    Raises:
+        ModelError: for a manoeuvre that ends in a crash.
     """
     steps, runs = round(seconds / robot.dt), list[Trajectory]()
     for index, one in enumerate(manoeuvres or USUAL[motion(robot)]):
@@ -95,7 +98,13 @@ def planned_runs(
         noise = ColouredNoise(dither * DITHER[robot.name], DITHER_TIME, robot.dt, np.random.default_rng([seed, index]))
         sent = Disturbed(controller, noise.of_step, robot.low, robot.high)
         start = reference(torch.zeros((), dtype=torch.float64)).numpy()
-        runs.append(run_episode(MujocoPlant(robot), sent, start=start, steps=steps, name=f"{one.shape}_{index + 1}"))
+        run = run_episode(MujocoPlant(robot), sent, start=start, steps=steps, name=f"{one.shape}_{index + 1}")
+        if len(run) < steps:
+            raise ModelError(
+                f"{one.shape}: the simulated {robot.title} crashed after {len(run) * robot.dt:g} of {seconds:g} s; "
+                "plan a slower, larger or higher one"
+            )
+        runs.append(run)
     return Dataset(runs)
 
 

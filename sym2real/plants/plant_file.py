@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from sym2real.effects import effect
-from sym2real.errors import DataError, ModelError, reason
+from sym2real.errors import DataError, ModelError, Sym2RealError, reason
 from sym2real.files import write_text
 from sym2real.plants.mujoco_plant import MujocoPlant, edited
 from sym2real.robots import ROBOTS, Robot
@@ -61,8 +61,7 @@ def load_plant(folder: str | Path) -> MujocoPlant:
 
     Raises:
         DataError: when a file is missing or cannot be read, or names a robot that does not exist.
-        UnknownNameError: for an effect or parameter that does not exist.
-        ModelError: for an effect that the simulated robot cannot have.
+        ModelError: for an effect, parameter or value that does not exist or that the simulated robot cannot have.
     """
     file = Path(folder) / PLANT
     try:
@@ -72,7 +71,10 @@ def load_plant(folder: str | Path) -> MujocoPlant:
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, KeyError, AttributeError, TypeError) as error:
         raise DataError(file, "a plant file: robot, description and [[effects]]", reason(error)) from error
     # The description has been edited already: what is left of every effect acts while the simulation runs.
-    changes = [replace(effect(key, robot).inject(**_numbers(key, values)), edit=None) for key, values in chosen]
+    try:
+        changes = [replace(effect(key, robot).inject(**_numbers(key, values)), edit=None) for key, values in chosen]
+    except Sym2RealError as error:
+        raise ModelError(f"{file}: {error}") from error
     try:
         return MujocoPlant(robot, changes, description=description.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, ValueError) as error:

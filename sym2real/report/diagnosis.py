@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Collection, Sequence
 
 from rich.console import Group, RenderableType
@@ -52,12 +53,14 @@ def gate_line(best: Fall, *, passed: bool) -> str:
 
 
 def proposal_line(term: Term) -> str:
-    """A proposed term, and how to try it."""
+    """A proposed term."""
     fall = f"lowers the whitened loss of pieces left out by {100 * term.gain:.1f} %"
-    return (
-        f"[yellow]proposed, unverified[/] {escape(term.channel)} + {escape(term.expression)}: {fall}; "
-        f'sym2real add MODEL "term:{escape(term.channel)}={escape(term.expression)}" --out NEW'
-    )
+    return f"[yellow]proposed, unverified[/] {escape(term.channel)} + {escape(term.expression)}: {fall}"
+
+
+def term_command(term: Term, model: str) -> str:
+    """What puts a proposed term into a model, on one line, as a shell reads it."""
+    return f'sym2real add {shlex.quote(model)} "term:{term.channel}={term.expression}" --out NEW'
 
 
 def tried_report(tried: Tried) -> RenderableType:

@@ -15,7 +15,7 @@ import torch
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 
-from sym2real.errors import DataError, ModelError, reason
+from sym2real.errors import DataError, ModelError, Sym2RealError, reason
 from sym2real.files import read_object, whole
 from sym2real.symbolic.compile import compile_model
 from sym2real.symbolic.equations import Equations
@@ -69,7 +69,7 @@ def load_model(folder: str | Path) -> Equations:
         raise DataError(folder / EQUATIONS, "the equations of a saved model", reason(error)) from error
     try:
         equations = Equations.from_json(source)
-    except ModelError as error:
+    except Sym2RealError as error:
         raise ModelError(f"{folder / EQUATIONS}: {error}") from error
     try:
         with safe_open(folder / PARAMETERS, framework="pt") as file:

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import sqrt
 
 import numpy as np
 
@@ -156,7 +157,7 @@ def _fit(table: Array) -> tuple[Array, Array, Array]:
 def _misses_more(table: Array, variance: float) -> bool:
     """Whether scale and bias alone leave more than noise of this variance, beyond chance."""
     _, _, left = _fit(table[:, :3])
-    return float(np.square(left).mean()) > variance * (1.0 + SURE * np.sqrt(2.0 / len(left)))
+    return float(np.square(left).mean()) > variance * (1.0 + SURE * sqrt(2.0 / len(left)))
 
 
 def _attenuation(table: Array, noise: float) -> float:

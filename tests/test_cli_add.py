@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from cli_results import result_of
 
 from sym2real.cli import main
+from sym2real.plants import MujocoPlant, load_plant
+from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.symbolic import save_model
 
 
 def test_an_effect_in_the_model_explains_a_log_that_has_it(tmp_path: Path) -> None:
@@ -69,8 +73,34 @@ def test_a_model_tells_the_effects_that_were_put_into_it(tmp_path: Path, capsys:
     main(["add", str(heavy), "delay", "value=0.06", "gain:thrust", "value=0.9", "--out", str(late)])
     capsys.readouterr()
     shown = result_of(["show", str(late)], tmp_path)
-    assert shown["effects"] == ["added_mass value=0.004 kg", "delay value=0.06 s", "gain:thrust value=0.9"]
+    assert shown["effects"] == ["added_mass value=0.004 kg", "gain:thrust value=0.9", "delay value=0.06 s"]
     said = " ".join(capsys.readouterr().out.split())
-    assert said.startswith("physical effects put into it: added_mass value=0.004 kg; delay value=0.06 s; gain:thrust")
+    assert said.startswith("physical effects put into it: added_mass value=0.004 kg; gain:thrust value=0.9; delay")
     assert said.count("added_mass") == 1
     assert result_of(["show", str(plain)], tmp_path)["effects"] == []
+
+
+def test_the_simulator_has_all_effects_of_the_model(tmp_path: Path) -> None:
+    save_model(MUSHR.nominal(), tmp_path / "plain")
+    main(["add", str(tmp_path / "plain"), "offset:steer", "value=0.05", "--out", str(tmp_path / "trimmed")])
+    main(["add", str(tmp_path / "trimmed"), "offset:steer", "value=0.01", "--out", str(tmp_path / "more")])
+    assert result_of(["show", str(tmp_path / "more")], tmp_path)["effects"] == [
+        "offset:steer value=0.05 rad",
+        "offset:steer value=0.01 rad",
+    ]
+    # From rest at x = 0, straight ahead: an offset of 0.06 rad turns the car by that.
+    rates = []
+    for plant in (load_plant(tmp_path / "more" / "simulator"), MujocoPlant(MUSHR)):
+        sent = np.array([0.06 if plant.changes == () else 0.0, 1.0])
+        plant.reset()
+        rates.append([plant.step(sent) for _ in range(40)][-1][-1])
+    assert rates[0] == pytest.approx(rates[1], rel=1e-3)
+    assert rates[0] > 0.1
+
+
+def test_a_term_of_ones_own_has_no_simulator(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    save_model(CRAZYFLIE.nominal(), tmp_path / "plain")
+    main(["add", str(tmp_path / "plain"), "term:fz=0.01*vz", "added_mass", "value=0.002", "--out", str(tmp_path / "t")])
+    said = " ".join(capsys.readouterr().out.split())
+    assert "no simulator was written: a term of one's own has no counterpart there (fz)" in said
+    assert not (tmp_path / "t" / "simulator").exists()

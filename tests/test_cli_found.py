@@ -16,14 +16,16 @@ from sym2real.cli import main
 from sym2real.cli.found import write_simulator
 from sym2real.cli.model import logs_for
 from sym2real.data import example_flight
-from sym2real.diagnosis import add, compare, diagnose, try_effect
+from sym2real.diagnosis import add, add_term, compare, diagnose, try_effect
 from sym2real.diagnosis.select import Selection
+from sym2real.diagnosis.simulator import flown_along, with_effects_of
 from sym2real.effects import noted
 from sym2real.effects.voltage import with_voltage
 from sym2real.errors import ModelError
 from sym2real.experiments.real_flight import motor_level_equations
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import read_logs, write_log
+from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import load_model, save_model
 from sym2real.trajectory import Dataset
@@ -138,7 +140,7 @@ def test_a_sag_per_volt_is_neither_simulated_nor_flown_there(
 ) -> None:
     sag, console = {"value": 0.2}, Console(file=io.StringIO(), width=200)
     informed = add(with_voltage(CRAZYFLIE.nominal(), 4.1), "battery_sag", sag)
-    write_simulator(informed, [("battery_sag", sag)], tmp_path / "simulator", console)
+    write_simulator(informed, tmp_path / "simulator", console)
     assert isinstance(console.file, io.StringIO)
     assert "no simulator was written: its battery has no voltage" in console.file.getvalue()
     assert not (tmp_path / "simulator").exists()
@@ -224,6 +226,33 @@ def test_an_informed_model_is_diagnosed_again_and_nothing_is_left(folder: Path, 
     assert np.isfinite(compare(informed, data).at(0.5).errors["position"].value)
     found = diagnose(informed, data, exclude=EXCLUDED)
     assert "added_mass" not in [one.effect for one in found.findings]
+
+
+def test_an_informed_model_is_calibrated_in_a_simulator_that_knows_as_much(logs: list[str]) -> None:
+    """Else what the model knows rightly counts as its own error, and the rest of the effect as none."""
+    informed = add(CRAZYFLIE.nominal(), "added_mass", {"value": TRUE_MASS / 2})
+    data = logs_for(informed, [Path(log) for log in logs], None)
+    found = diagnose(informed, data, MujocoPlant(CRAZYFLIE), exclude=EXCLUDED)
+    assert (found.verdict, found.findings[0].effect) == ("EFFECT", "added_mass")
+    assert found.findings[0].values["value"] == pytest.approx(TRUE_MASS / 2, rel=0.1)
+    assert [key for key, _ in found.apply(informed).effects] == ["added_mass", "added_mass"]
+
+
+def test_commands_that_a_model_delays_are_late_in_its_simulator_too(logs: list[str]) -> None:
+    late = add(CRAZYFLIE.nominal(), "delay", {"value": 0.04})
+    plant, _ = with_effects_of(late, MujocoPlant(CRAZYFLIE))
+    assert plant is not None
+    flown, _ = flown_along(late, plant, logs_for(late, [Path(log) for log in logs[:2]], None))
+    assert flown is not None
+    # Commands have been delayed already: the equations alone predict what the simulator does.
+    error = compare(CRAZYFLIE.nominal(), flown, start="measured").at(0.5).errors["position"].value
+    assert error < 0.2 * compare(late, flown, start="measured").at(0.5).errors["position"].value
+
+
+def test_a_model_that_no_simulator_can_have_is_not_calibrated_and_says_why(logs: list[str]) -> None:
+    plant, note = with_effects_of(add_term(CRAZYFLIE.nominal(), "fz", "0.01*vz"), MujocoPlant(CRAZYFLIE))
+    assert plant is None
+    assert "no counterpart there (fz)" in note
 
 
 def test_a_remark_on_the_data_is_printed_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

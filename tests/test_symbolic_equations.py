@@ -90,7 +90,7 @@ def test_text_that_is_no_expression_is_refused(attack: str) -> None:
         Equations.from_json(json.dumps(content))
 
 
-@pytest.mark.parametrize("entry", ["format", "dt", "next", "layouts", "parameters", "quantities", "notes"])
+@pytest.mark.parametrize("entry", ["format", "dt", "next", "layouts", "parameters", "quantities", "notes", "effects"])
 @pytest.mark.parametrize("value", [None, "text", {"a": []}, True])
 def test_json_of_another_shape_is_refused(entry: str, value: object) -> None:
     content = json.loads(EQUATIONS.to_json())

@@ -16,10 +16,6 @@ if TYPE_CHECKING:
     from sym2real.symbolic import Equations
 
 
-# What stands before CHANNEL=EXPRESSION where a term of one's own is added.
-TERM = "term:"
-
-
 @dataclass(frozen=True)
 class Add:
     """Put physical effects into a model's equations: at values you know, or fitted to logs.
@@ -64,7 +60,7 @@ class Add:
         from sym2real.cli.found import write_simulator
         from sym2real.cli.model import open_with_progress, require_another_folder
         from sym2real.diagnosis import add, add_term
-        from sym2real.effects import with_noted
+        from sym2real.effects.noted import TERM
         from sym2real.errors import ModelError
         from sym2real.symbolic import save_model
 
@@ -93,7 +89,6 @@ class Add:
         changed = add(base, chosen)
         for channel, _, expression in terms:
             changed = add_term(changed, channel, expression)
-        changed = with_noted(changed, chosen)
         save_model(changed, self.out)
         for note in (one for one in changed.notes if one not in result.get("notes", ())):
             console.print(f"note: {note}", markup=False)
@@ -101,7 +96,7 @@ class Add:
         said = f"changed equations: {', '.join(names)}; " if names else ""
         console.print(f"model in {self.out}; {said}`sym2real show {self.out}` prints it", markup=False)
         if chosen:
-            write_simulator(changed, chosen, self.out / "simulator", console)
+            write_simulator(changed, self.out / "simulator", console)
         added: list[dict[str, Any]] = [{"effect": key, "values": values} for key, values in chosen]
         added += [{"effect": f"{TERM}{channel}", "expression": expression} for channel, _, expression in terms]
         return {"model": self.out, "effects": added, "latex": changed.latex(), **result}
@@ -115,13 +110,13 @@ class Add:
 
         data = logs_for(base, self.fit, self.spec)
         held_out = logs_for(base, self.held_out, self.spec, apart_from=self.fit) if self.held_out else None
-        plant = plain_simulator(base) if self.calibrate else None
         with stages_progress(console) as on_progress:
             tried = try_effect(
                 base,
                 key,
                 data,
-                plant,
+                plain_simulator(base),
+                calibrate=self.calibrate,
                 held_out=held_out,
                 exclude=self.exclude,
                 horizon=self.horizon,

@@ -71,7 +71,8 @@ class Diagnose:
             found = diagnose(
                 base,
                 data,
-                plain_simulator(base) if self.calibrate else None,
+                plain_simulator(base),
+                calibrate=self.calibrate,
                 held_out=held_out,
                 exclude=self.exclude,
                 horizon=self.horizon,
@@ -96,7 +97,6 @@ class Diagnose:
         informed = None
         if found.findings:
             informed = found.apply(base)
-            effects = [(one.effect, one.values) for one in found.findings]
-            write_model_and_simulator(informed, effects, out, console)
+            write_model_and_simulator(informed, out, console)
         write_figures(base, informed, data, found, out)
         console.print(f"diagnosis.json and figures in {out}", markup=False)

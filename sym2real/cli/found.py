@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,8 +12,6 @@ if TYPE_CHECKING:
     from sym2real.plants import MujocoPlant
     from sym2real.symbolic import Equations
     from sym2real.trajectory import Dataset
-
-    Effects = Sequence[tuple[str, Mapping[str, float]]]
 
 
 def plain_simulator(equations: Equations) -> MujocoPlant | None:
@@ -30,37 +27,33 @@ def plain_simulator(equations: Equations) -> MujocoPlant | None:
     return MujocoPlant(robot) if same else None
 
 
-def write_model_and_simulator(informed: Equations, effects: Effects, folder: Path, console: Console) -> None:
+def write_model_and_simulator(informed: Equations, folder: Path, console: Console) -> None:
     """The informed model into ``folder/model``, the robot with the effects into ``folder/simulator``."""
-    from sym2real.effects import with_noted
     from sym2real.symbolic import save_model
 
-    save_model(with_noted(informed, effects), folder / "model")
+    save_model(informed, folder / "model")
     console.print(f"model with it in {folder / 'model'}", markup=False)
-    write_simulator(informed, effects, folder / "simulator", console)
+    write_simulator(informed, folder / "simulator", console)
 
 
-def write_simulator(informed: Equations, effects: Effects, folder: Path, console: Console) -> None:
-    """The robot with the effects as a simulator, where it has one.
+def write_simulator(informed: Equations, folder: Path, console: Console) -> None:
+    """The robot with all effects that the equations have as a simulator, where it has one.
 
     Args:
-        informed: equations that hold the effects; their inputs say what the values refer to.
-        effects: keys and values.
+        informed: equations that hold the effects.
         folder: of the simulator.
         console: is told where it is, or why there is none.
     """
-    from sym2real.effects.voltage import VOLTAGE
-    from sym2real.errors import ModelError
+    from sym2real.effects import as_simulated
+    from sym2real.errors import Sym2RealError
     from sym2real.plants import save_plant
 
     plain = plain_simulator(informed)
     if plain is None:
         return
     try:
-        if VOLTAGE in informed.layouts.inputs and any(key == "battery_sag" for key, _ in effects):
-            raise ModelError("its battery has no voltage that the thrust could sag with")
-        description, plant = save_plant(plain.robot, effects, folder)
-    except ModelError as error:
+        description, plant = save_plant(plain.robot, as_simulated(informed), folder)
+    except Sym2RealError as error:
         console.print(f"note: no simulator was written: {error}", style="dim", markup=False)
         return
     console.print(f"simulator with it in {description} and {plant}", markup=False)

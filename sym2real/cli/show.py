@@ -27,7 +27,7 @@ class Show:
     def run(self, console: Console) -> dict[str, Any]:
         """Print the tables."""
         from sym2real.cli.model import folder_of, open_with_progress
-        from sym2real.effects.noted import PREFIX, noted
+        from sym2real.effects import noted
         from sym2real.regression import Dependence
         from sym2real.report.tables import dependence_table, equation_table, readable
         from sym2real.symbolic.storage import training_of
@@ -43,8 +43,7 @@ class Show:
         if dependence:
             console.print(dependence_table([Dependence(**row) for row in dependence]))
         for note in equations.notes:
-            if not note.startswith(PREFIX):
-                console.print(f"note: {note}", markup=False)
+            console.print(f"note: {note}", markup=False)
         latex = equations.latex()
         if self.latex:
             for name, text in latex.items():

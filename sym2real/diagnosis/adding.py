@@ -70,6 +70,7 @@ def try_effect(
     data: Dataset | Trajectory,
     plant: MujocoPlant | None = None,
     *,
+    calibrate: bool = True,
     held_out: Dataset | None = None,
     exclude: Collection[str] = (),
     horizon: float | None = None,
@@ -80,7 +81,7 @@ def try_effect(
     Args:
         equations: the base.
         key: of the effect.
-        data, plant, held_out, exclude, horizon, on_progress: as of :func:`~sym2real.diagnosis.diagnose`.
+        data, plant, calibrate, held_out, exclude, horizon, on_progress: as of :func:`~sym2real.diagnosis.diagnose`.
 
     Raises:
         UnknownNameError: for an effect that does not exist.
@@ -90,7 +91,9 @@ def try_effect(
     require_step(horizon, equations.dt)
     started = time.perf_counter()
     _check_fittable(effect(key, equations), equations)
-    weighed = weigh(equations, data, plant, exclude=exclude, include=(key,), on_progress=on_progress)
+    weighed = weigh(
+        equations, data, plant, calibrate=calibrate, exclude=exclude, include=(key,), on_progress=on_progress
+    )
     on_progress(f"fitting {key}")
     selection, gain, supported = _fitted(weighed, key)
     on_progress("trying other effects in its place")
@@ -103,7 +106,7 @@ def try_effect(
     stages = steps.ladder(weighed.library, scored_logs, horizons)
     floor = floor_of_explained(weighed.library, scored_logs, selection.fit.values, weighed.whitening, horizons)
     return Tried(
-        finding=with_advice([finding], weighed.model, weighed.whitening, plant)[0],
+        finding=with_advice([finding], weighed.model, weighed.whitening, weighed.plant)[0],
         supported=supported,
         gain=gain,
         rivals=tuple(rival for rival in rivals if rival.gain > max(GAIN, WORTH_A_LINE * gain))[:MOST_RIVALS],

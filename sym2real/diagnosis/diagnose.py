@@ -110,6 +110,7 @@ def diagnose(
     data: Dataset | Trajectory,
     plant: MujocoPlant | None = None,
     *,
+    calibrate: bool = True,
     held_out: Dataset | None = None,
     exclude: Collection[str] = (),
     horizon: float | None = None,
@@ -122,7 +123,9 @@ def diagnose(
     Args:
         model: the base's equations.
         data: logs with the model's columns and time step.
-        plant: the plain simulator that the base was learned from, to calibrate it; without one that step is skipped.
+        plant: the robot's plain simulator, to calibrate the base and to try manoeuvres in; without one both are
+            skipped. Effects that the model has already (``Equations.effects``) are put into it here.
+        calibrate: whether the simulator calibrates the base.
         held_out: logs that score the ladder; by default every log by the fit without it, the last third of a single
             log by the fit to the rest.
         exclude: keys or patterns of effects that are not to be tried.
@@ -136,7 +139,7 @@ def diagnose(
     """
     require_step(horizon, model.dt)
     started = time.perf_counter()
-    weighed = weigh(model, data, plant, exclude=exclude, on_progress=on_progress)
+    weighed = weigh(model, data, plant, calibrate=calibrate, exclude=exclude, on_progress=on_progress)
     on_progress(f"searching among {len(weighed.tried)} effects")
     selection = Selection(weighed.problems, weighed.tried, weighed.origin, on_progress=on_progress)
     try:
@@ -148,7 +151,7 @@ def diagnose(
     on_progress("scoring on held-out data")
     found = _answer(model, weighed, selection, held_out, horizon)
     on_progress("looking for manoeuvres that would tell more")
-    advised = with_advice(found.findings, weighed.model, weighed.whitening, plant)
+    advised = with_advice(found.findings, weighed.model, weighed.whitening, weighed.plant)
     on_progress("locating errors")
     where = locate(weighed.model, weighed.checked.data, region)
     return replace(found, findings=advised, where=where, seconds=time.perf_counter() - started)

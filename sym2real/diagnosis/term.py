@@ -24,6 +24,7 @@ from sym2real.diagnosis.whitening import Whitening
 from sym2real.effects.body import Body
 from sym2real.effects.clock import with_time
 from sym2real.effects.frames import body_velocity
+from sym2real.effects.noted import TERM
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import canonical, text
@@ -72,7 +73,7 @@ def add_term(equations: Equations, channel: str, expression: str) -> Equations:
         equations, _ = with_time(equations)
     changed = equations.substitute({channel: symbol(channel) + parsed})
     note = f"unverified: the term {expression} in {channel}"
-    return replace(changed, notes=(*changed.notes, note))
+    return replace(changed, notes=(*changed.notes, note), effects=(*changed.effects, (f"{TERM}{channel}", {})))
 
 
 def propose(informed: Equations, data: Dataset, rest: Rest, leftover: Leftover, whitening: Whitening) -> Term | None:

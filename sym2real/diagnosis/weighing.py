@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import torch
 
-from sym2real.diagnosis import calibrate
+from sym2real.diagnosis.calibrate import Calibration, calibrated
 from sym2real.diagnosis.candidates import Candidate, candidates, library_for
 from sym2real.diagnosis.fit import Problems
 from sym2real.diagnosis.lengths import long_enough
@@ -18,6 +18,7 @@ from sym2real.diagnosis.prepared import with_filtered_commands
 from sym2real.diagnosis.refine import refined
 from sym2real.diagnosis.sanity import Checked, check
 from sym2real.diagnosis.sensitivity import Problem
+from sym2real.diagnosis.simulator import SWITCHED_OFF, flown_along, with_effects_of
 from sym2real.diagnosis.swing import Swing, find_swing
 from sym2real.diagnosis.whitening import Spread, Whitening, estimate
 from sym2real.plants import MujocoPlant
@@ -45,6 +46,7 @@ class Weighed:
         origin: parameter set from which effects are counted: null, or what calibration says of the base ``# (P,)``.
         calibration: the base against the plain simulator; None without one.
         notes: remarks on data and method.
+        plant: the plain simulator with the effects that the model has already, if there is one.
         swing: frequency and phases of a force that swings, if one was found.
     """
 
@@ -55,8 +57,9 @@ class Weighed:
     problems: Problems
     spread: Spread
     origin: torch.Tensor
-    calibration: calibrate.Calibration | None
+    calibration: Calibration | None
     notes: tuple[str, ...]
+    plant: MujocoPlant | None = None
     swing: Swing | None = None
 
     @property
@@ -70,6 +73,7 @@ def weigh(
     data: Dataset | Trajectory,
     plant: MujocoPlant | None,
     *,
+    calibrate: bool = True,
     exclude: Collection[str] = (),
     include: Sequence[str] = (),
     on_progress: OnProgress = lambda _: None,
@@ -81,18 +85,17 @@ def weigh(
     """
     on_progress("checking the data")
     checked = check_and_filter(model, data)
+    plant, uncalibrated = with_effects_of(model, plant)
+    flown = None
+    if not calibrate:
+        uncalibrated = SWITCHED_OFF
+    elif plant is not None:
+        on_progress("calibrating the base in the plain simulator")
+        flown, uncalibrated = flown_along(model, plant, checked.data)
+    notes = [*checked.notes, *units_said(model), *([uncalibrated] if uncalibrated else [])]
     model = replace(model, filters=()) if model.filters else model
     library = library_for(model, checked.data, exclude, include)
-    notes, flown, base = [*checked.notes, *units_said(model)], None, model
-    if plant is None:
-        notes.append("no plain simulator: the base's own errors were not calibrated and may look like effects")
-    else:
-        on_progress("calibrating the base in the plain simulator")
-        flown = calibrate.simulated(plant, checked.data)
-        if flown is None:
-            notes.append("the logs' manoeuvres cannot be flown in the plain simulator: the base is not calibrated")
-        else:
-            base = refined(library, flown, checked.data)
+    base = model if flown is None else refined(library, flown, checked.data)
     searched = library if base is model else library_for(base, checked.data, exclude, include)
     tried, problem = candidates(searched, checked.data), Problem(searched, checked.data)
     on_progress("weighing errors")
@@ -104,10 +107,10 @@ def weigh(
         checked = replace(checked, data=swing.in_data(checked.data))
         tried, problem = candidates(searched, checked.data), Problem(searched, checked.data)
         spread, whitening, _ = whiten(problem, tried)
-    calibration = None if flown is None else calibrate.calibrated(searched, tried, flown, whitening)
+    calibration = None if flown is None else calibrated(searched, tried, flown, whitening)
     origin = searched.null if calibration is None else calibration.origin
     problems = Problems.of(problem, whitening, nuisance_of(searched, origin))
-    return Weighed(model, checked, library, tried, problems, spread, origin, calibration, tuple(notes), swing)
+    return Weighed(model, checked, library, tried, problems, spread, origin, calibration, tuple(notes), plant, swing)
 
 
 def units_said(model: Equations) -> list[str]:

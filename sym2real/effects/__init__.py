@@ -6,7 +6,7 @@ from sym2real.effects.compose import compose
 from sym2real.effects.effect import Effect
 from sym2real.effects.groups import GROUPS, equivalents, same_group
 from sym2real.effects.kind import Kind, Parameter
-from sym2real.effects.noted import noted, with_noted
+from sym2real.effects.noted import as_simulated, injected, noted
 
 __all__ = [
     "EFFECTS",
@@ -16,10 +16,11 @@ __all__ = [
     "Kind",
     "Parameter",
     "applicable",
+    "as_simulated",
     "compose",
     "effect",
     "equivalents",
+    "injected",
     "noted",
     "same_group",
-    "with_noted",
 ]

@@ -1,4 +1,7 @@
-"""More mass than the nominal robot's: thrust and forces times m₀/(m₀ + Δm). Gravity is an acceleration and stays."""
+"""More mass than the nominal robot's: thrust and forces times m₀/(m₀ + Δm). Gravity is an acceleration and stays.
+
+Masses add up: on equations that have a mass already, m₀ is that of the robot which carries it.
+"""
 
 from __future__ import annotations
 
@@ -20,10 +23,17 @@ def _parameters(body: Body) -> tuple[Parameter, ...]:
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    factor = body.mass / (body.mass + values["value"])
+    before = body.mass + _carried(equations)
+    factor = before / (before + values["value"])
     pushes = [name for name in ("fx", "fy", "fz") if name in equations.layouts.inputs]
     names = [acting_thrust(equations).name, *pushes]
     return equations.substitute({name: symbol(name) * factor for name in names})
+
+
+def _carried(equations: Equations) -> float:
+    """Mass in kg that equations have beyond the nominal one."""
+    names = {"added_mass": "value", "payload": "mass"}
+    return sum(values.get(names[key], 0.0) for key, values in equations.effects if key in names)
 
 
 def _inject(body: Body, values: Numbers) -> Change:

@@ -39,7 +39,8 @@ def compose(equations: Equations, effects: Iterable[Chosen]) -> Equations:
     """The equations with all the effects in them, whatever the order they are given in.
 
     Compose from equations without effects: what stands in equations already is nearer to the dynamics than what
-    comes. Effects whose values are all null change nothing.
+    comes. Effects whose values are all null change nothing; those whose values are numbers are recorded in
+    ``Equations.effects``.
 
     Args:
         equations: the base.
@@ -50,13 +51,22 @@ def compose(equations: Equations, effects: Iterable[Chosen]) -> Equations:
         ModelError: when an effect does not apply, with the reason.
         UnknownNameError: for a parameter that an effect does not have.
     """
+    effects = sorted(effects, key=lambda chosen: _depth(chosen[0]))
+    known = [(effect.key, given) for effect, given in effects if _acts(effect, given)]
     for effect, values in sorted(_parts(effects), key=lambda chosen: _depth(chosen[0])):
         reason = effect.why_not(equations)
         if reason:
             raise ModelError(reason)
         if any(not _is(values[parameter.name], parameter.null) for parameter in effect.parameters):
             equations = _put_in(_with_parameters(equations, effect, values), effect, values)
-    return equations
+    return replace(equations, effects=(*equations.effects, *known)) if known else equations
+
+
+def _acts(effect: Effect, given: Mapping[str, Expr | float]) -> bool:
+    """Whether all values are numbers, and not all of them null."""
+    values = effect.values(given)
+    numbers = all(value.is_number for value in values.values())
+    return numbers and any(not _is(values[one.name], one.null) for one in effect.parameters)
 
 
 def _is(value: Expr, number: float) -> bool:

@@ -42,8 +42,8 @@ def _inject(body: Body, values: Numbers) -> Change:
     def edit(spec: Any) -> None:
         """Give every actuator the rest of the delay."""
         for actuator in actuators(spec, body):
-            actuator.delay = rest
-            actuator.nsample = int(np.ceil(rest / spec.option.timestep)) + 2
+            actuator.delay += rest
+            actuator.nsample = int(np.ceil(actuator.delay / spec.option.timestep)) + 2
 
     return Change("", edit=edit if rest > 1e-9 else None, command=begin if periods else None)
 

@@ -1,35 +1,78 @@
-"""Which effects were put into equations: nothing in an expression says that a mass was once smaller, so notes do."""
+"""Which effects equations have already: in words, and as changes that a simulated robot needs to have them too."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from collections.abc import Mapping
 
+from sym2real.effects.body import Describable
 from sym2real.effects.catalogue import effect
+from sym2real.effects.compose import FILTER_ORDER
+from sym2real.effects.effect import Effect
 from sym2real.effects.kind import with_unit
+from sym2real.effects.voltage import VOLTAGE
+from sym2real.errors import ModelError
+from sym2real.protocols import Change
 from sym2real.symbolic import Equations
 
-PREFIX = "has the effect "
+# Begins the key of a term of one's own, which no catalogue has.
+TERM = "term:"
+# How notes began that told of effects before equations recorded them.
+ONCE_NOTED = "has the effect "
+# Their simulated counterparts turn the same axles: the second would undo the first.
+ONE_OF = ("understeer", "tyre_slip")
 
-
-def with_noted(equations: Equations, chosen: Iterable[tuple[str, Mapping[str, float]]]) -> Equations:
-    """Equations with a note for each effect that they already have in them.
-
-    Args:
-        equations: with the effects.
-        chosen: keys and values in SI units; the notes tell the units.
-
-    Raises:
-        UnknownNameError: for an effect that these equations cannot have.
-    """
-    notes = []
-    for key, values in chosen:
-        units = {one.name: one.unit for one in effect(key, equations).parameters}
-        told = (f"{name}={with_unit(value, units[name], 4)}" for name, value in values.items())
-        notes.append(f"{PREFIX}{key} {', '.join(told)}")
-    return replace(equations, notes=(*equations.notes, *notes))
+Known = tuple[tuple[str, Mapping[str, float]], ...]
 
 
 def noted(equations: Equations) -> tuple[str, ...]:
-    """What the notes tell of effects in the equations, each as ``KEY PARAMETER=VALUE UNIT, …``, the first one first."""
-    return tuple(note.removeprefix(PREFIX) for note in equations.notes if note.startswith(PREFIX))
+    """The effects that equations have, each as ``KEY PARAMETER=VALUE UNIT, …``, the first one first; without terms."""
+    said = []
+    for key, values in equations.effects:
+        if not key.startswith(TERM):
+            known = [one for one in effect(key, equations).parameters if one.name in values]
+            told = (f"{one.name}={with_unit(values[one.name], one.unit, 4)}" for one in known)
+            said.append(f"{key} {', '.join(told)}")
+    return tuple(said)
+
+
+def as_simulated(equations: Equations) -> Known:
+    """The effects that equations have, in the order in which a simulated robot must be given them.
+
+    A command meets what went into equations last first, behind the filters, which have an order of their own; a
+    measurement the other way round.
+
+    Raises:
+        ModelError: for what a simulated robot does not have, or not beside another one.
+    """
+    _require_counterparts(equations)
+    found = [(effect(key, equations), values) for key, values in equations.effects]
+    filters = sorted((one for one in found if one[0].of.memory is not None), key=_place)
+    static = [one for one in found if one[0].of.memory is None]
+    moving = [one for one in reversed(static) if one[0].stage != "measurement"]
+    measured = [one for one in static if one[0].stage == "measurement"]
+    before = [one for one in filters if one[0].stage != "measurement"]
+    after = [one for one in filters if one[0].stage == "measurement"]
+    return tuple((one.key, values) for one, values in (*before, *moving, *measured, *after))
+
+
+def injected(equations: Equations, robot: Describable) -> tuple[Change, ...]:
+    """The changes that give a plain simulated robot the effects that equations have; errors of :func:`as_simulated`."""
+    return tuple(effect(key, robot).inject(**values) for key, values in as_simulated(equations))
+
+
+def _place(one: tuple[Effect, Mapping[str, float]]) -> int:
+    return FILTER_ORDER.index(one[0].kind)
+
+
+def _require_counterparts(equations: Equations) -> None:
+    keys = [key for key, _ in equations.effects]
+    if any(note.startswith(ONCE_NOTED) for note in equations.notes):
+        raise ModelError("the model is of a version that did not record effects; `add` them to its base again")
+    for key in keys:
+        if key.startswith(TERM):
+            raise ModelError(f"a term of one's own has no counterpart there ({key.removeprefix(TERM)})")
+    if VOLTAGE in equations.layouts.inputs and "battery_sag" in keys:
+        raise ModelError("its battery has no voltage that the thrust could sag with")
+    axles = [key for key in keys if key in ONE_OF]
+    if len(axles) > 1:
+        raise ModelError(f"it can have one of {' and '.join(axles)}")

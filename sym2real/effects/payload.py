@@ -34,7 +34,7 @@ def _inject(body: Body, values: Numbers) -> Change:
     """A ball welded to the robot: MuJoCo finds mass, centre and inertia itself."""
 
     def edit(spec: Any) -> None:
-        load = spec.worldbody.first_body().add_body(name="payload", pos=[values[name] for name in ("rx", "ry", "rz")])
+        load = spec.worldbody.first_body().add_body(pos=[values[name] for name in ("rx", "ry", "rz")])
         load.explicitinertial, load.ipos = True, [0.0, 0.0, 0.0]
         load.mass = values["mass"]
         load.inertia = [0.4 * values["mass"] * RADIUS**2] * 3

@@ -22,11 +22,12 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
 
 
 def _inject(body: Body, values: Numbers) -> Change:
-    """Gravity tilted, its size unchanged."""
+    """Gravity tilted, or tilted further, its size unchanged."""
     along = np.array([values["gx"], values["gy"]])
 
     def edit(spec: Any) -> None:
-        spec.option.gravity = [*along, -np.sqrt(GRAVITY**2 - along @ along)]
+        tilted = np.array(spec.option.gravity[:2]) + along
+        spec.option.gravity = [*tilted, -np.sqrt(GRAVITY**2 - tilted @ tilted)]
 
     return Change("", edit=edit if along.any() else None)
 

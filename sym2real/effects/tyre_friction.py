@@ -50,7 +50,7 @@ def _inject(body: Body, values: Numbers) -> Change:
 
     def edit(spec: Any) -> None:
         for geom in spec.geoms:
-            geom.friction = [values["value"], *list(geom.friction)[1:]]
+            geom.friction = [min(values["value"], geom.friction[0]), *list(geom.friction)[1:]]
 
     return Change("", edit=edit if values["value"] < PLAIN else None)
 

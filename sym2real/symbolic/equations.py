@@ -38,6 +38,8 @@ class Equations:
         filters: what acts on whole series of commands or measurements, outside the equations, in the order in which
             a signal meets it: key of the effect and its values, over ``parameters``.
         start: hidden state column → its first value, over state, action, inputs and parameters.
+        effects: physical effects that were put in, key and values in SI units, the first one first and what went in
+            together from the dynamics outwards: nothing in an expression says that a mass was once smaller.
 
     Raises:
         UnknownNameError: when an expression uses a name that is none of these.
@@ -55,6 +57,7 @@ class Equations:
     numbers: Mapping[str, float] = field(default_factory=dict)
     filters: tuple[tuple[str, Mapping[str, Expr]], ...] = ()
     start: Mapping[str, Expr] = field(default_factory=dict)
+    effects: tuple[tuple[str, Mapping[str, float]], ...] = ()
 
     def __post_init__(self) -> None:
         parameters = {str(name): float(value) for name, value in self.parameters.items()}
@@ -78,6 +81,8 @@ class Equations:
             (key, {n: self._checked(f"{key} {n}", v) for n, v in values.items()}) for key, values in self.filters
         ]
         self._set("filters", tuple((str(key), MappingProxyType(values)) for key, values in filters))
+        known = [(key, {str(n): float(v) for n, v in values.items()}) for key, values in self.effects]
+        self._set("effects", tuple((str(key), MappingProxyType(values)) for key, values in known))
         hidden = [column for one in state.fields if one.hidden for column in one.columns if column not in self.start]
         if hidden:
             raise ModelError(f"no start for the hidden state column{'s' * (len(hidden) > 1)} {', '.join(hidden)}")
@@ -119,6 +124,7 @@ class Equations:
         numbers: Mapping[str, float] = EMPTY,
         filters: Iterable[tuple[str, Mapping[str, str]]] = (),
         start: Mapping[str, str] = EMPTY,
+        effects: Iterable[tuple[str, Mapping[str, float]]] = (),
     ) -> Equations:
         """Equations from text (Python syntax, see :mod:`sym2real.symbolic.parsing`).
 
@@ -143,6 +149,7 @@ class Equations:
             numbers=numbers,
             filters=kept,
             start=read(start),
+            effects=tuple(effects),
         )
 
     def text(self) -> str:

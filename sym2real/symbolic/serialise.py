@@ -39,6 +39,7 @@ def write_equations(equations: Equations) -> str:
         "numbers": dict(equations.numbers),
         "filters": [{"effect": key, "values": written(values)} for key, values in equations.filters],
         "start": written(equations.start),
+        "effects": [{"effect": key, "values": dict(values)} for key, values in equations.effects],
     }
     return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
@@ -67,15 +68,18 @@ def read_equations(source: str) -> dict[str, Any]:
         "robot": _entry(content, "robot", str),
         "notes": tuple(str(note) for note in _entry(content, "notes", list)),
         "numbers": _mapping(content, "numbers", (int, float)) if "numbers" in content else {},
-        "filters": [_filter(entry) for entry in _entry(content, "filters", list)] if "filters" in content else [],
+        "filters": _effects(content, "filters", str) if "filters" in content else [],
         "start": _mapping(content, "start", str) if "start" in content else {},
+        "effects": _effects(content, "effects", (int, float)) if "effects" in content else [],
     }
 
 
-def _filter(entry: Any) -> tuple[str, dict[str, Any]]:
-    if not isinstance(entry, dict):
-        raise ModelError(f"equations in JSON: expected a filter's effect and values, found {entry!r:.80}")
-    return _entry(entry, "effect", str), _mapping(entry, "values", str)
+def _effects(content: Mapping[str, Any], key: str, kind: type | tuple[type, ...]) -> list[tuple[str, dict[str, Any]]]:
+    entries = _entry(content, key, list)
+    for entry in entries:
+        if not isinstance(entry, dict):
+            raise ModelError(f"equations in JSON: expected an effect and values under {key!r}, found {entry!r:.80}")
+    return [(_entry(entry, "effect", str), _mapping(entry, "values", kind)) for entry in entries]
 
 
 def _entry(content: Mapping[str, Any], key: str, kind: type | tuple[type, ...]) -> Any:

@@ -123,7 +123,7 @@ class Add:
                 on_progress=on_progress,
             )
         console.print(tried_report(tried))
-        figures = write_figures(base, tried.apply(base), data, tried, self.out / "figures")
+        figures = list(write_figures(base, tried.apply(base), data, tried, self.out / "figures"))
         console.print(f"figures in {self.out / 'figures'}", markup=False)
         return tried, figures
 

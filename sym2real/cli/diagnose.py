@@ -4,17 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import tyro
 from rich.console import Console
 
 from sym2real.cli.numbers import OptionalPositive
-
-if TYPE_CHECKING:
-    from sym2real.diagnosis import Diagnosis
-    from sym2real.symbolic import Equations
-    from sym2real.trajectory import Dataset
 
 
 @dataclass(frozen=True)
@@ -24,10 +19,11 @@ class Diagnose:
     Every effect of the catalogue that the model can be given competes; what is found is tested on data that took no
     part in its fit. With the model of a registered robot the base is first calibrated in its plain simulator.
     Several logs of different manoeuvres tell more than one long one; `sym2real plan` says beforehand what a manoeuvre
-    can show. Once the progress line says that it searches, Ctrl-C ends the search and reports what was found until
-    then; earlier or later it ends without an answer.
+    can show. Once the progress line says that it searches, Ctrl-C ends what is being done there (the search, scoring,
+    manoeuvres, drawing) and keeps what is done; earlier it ends without an answer.
 
-    With --out: diagnosis.json, figures, the model with what was found (model/), the robot with it (simulator/).
+    With --out: diagnosis.json and figures; where what was found passes the gate, also the model with it (model/) and
+    the robot with it (simulator/). Files that an earlier diagnosis left there are removed.
 
     Example: sym2real diagnose runs/base flight1.csv flight2.csv --spec flight.toml --out runs/diagnosis
     """
@@ -53,6 +49,7 @@ class Diagnose:
 
     def run(self, console: Console) -> dict[str, Any]:
         """Diagnose, print the report, write the files."""
+        from sym2real.cli.diagnosis_folder import write_diagnosis
         from sym2real.cli.found import plain_simulator
         from sym2real.cli.model import folder_of, logs_for, open_with_progress, require_another_folder
         from sym2real.cli.progress import stages_progress
@@ -84,19 +81,6 @@ class Diagnose:
         if found.proposal is not None:
             console.print("to try what is proposed:")
             console.print(term_command(found.proposal, self.model), markup=False, soft_wrap=True)
-        if self.out:
-            self._write(base, data, found, self.out, console)
-        return found.to_dict()
-
-    @staticmethod
-    def _write(base: Equations, data: Dataset, found: Diagnosis, out: Path, console: Console) -> None:
-        from sym2real.cli.found import write_figures, write_model_and_simulator
-        from sym2real.cli.output import write_json
-
-        write_json(found.to_dict(), out / "diagnosis.json")
-        informed = None
-        if found.findings:
-            informed = found.apply(base)
-            write_model_and_simulator(informed, out, console)
-        write_figures(base, informed, data, found, out)
-        console.print(f"diagnosis.json and figures in {out}", markup=False)
+        if not self.out:
+            return found.to_dict()
+        return write_diagnosis(base, data, found, self.out, console)

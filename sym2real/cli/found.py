@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,22 +28,26 @@ def plain_simulator(equations: Equations) -> MujocoPlant | None:
     return MujocoPlant(robot) if same else None
 
 
-def write_model_and_simulator(informed: Equations, folder: Path, console: Console) -> None:
-    """The informed model into ``folder/model``, the robot with the effects into ``folder/simulator``."""
-    from sym2real.symbolic import save_model
+def write_model_and_simulator(informed: Equations, folder: Path, console: Console) -> Iterator[Path]:
+    """The informed model into ``folder/model``, the robot with the effects into ``folder/simulator``; their files."""
+    from sym2real.symbolic.storage import PARTS, save_model
 
-    save_model(informed, folder / "model")
-    console.print(f"model with it in {folder / 'model'}", markup=False)
-    write_simulator(informed, folder / "simulator", console)
+    model = save_model(informed, folder / "model")
+    yield from (model / name for name in PARTS)
+    console.print(f"model with it in {model}", markup=False)
+    yield from write_simulator(informed, folder / "simulator", console)
 
 
-def write_simulator(informed: Equations, folder: Path, console: Console) -> None:
+def write_simulator(informed: Equations, folder: Path, console: Console) -> tuple[Path, ...]:
     """The robot with all effects that the equations have as a simulator, where it has one.
 
     Args:
         informed: equations that hold the effects.
         folder: of the simulator.
         console: is told where it is, or why there is none.
+
+    Returns:
+        The files of the simulator.
     """
     from sym2real.effects import as_simulated
     from sym2real.errors import Sym2RealError
@@ -50,21 +55,22 @@ def write_simulator(informed: Equations, folder: Path, console: Console) -> None
 
     plain = plain_simulator(informed)
     if plain is None:
-        return
+        return ()
     try:
         description, plant = save_plant(plain.robot, as_simulated(informed), folder)
     except Sym2RealError as error:
         console.print(f"note: no simulator was written: {error}", style="dim", markup=False)
-        return
+        return ()
     console.print(f"simulator with it in {description} and {plant}", markup=False)
+    return description, plant
 
 
 def write_figures(
     base: Equations, informed: Equations | None, data: Dataset, found: Diagnosis | Tried, folder: Path
-) -> list[Path]:
-    """Figures of the base and the informed model on the logs, with the faults of the data undone."""
+) -> Iterator[Path]:
+    """Figures of the base and the informed model on the logs, the faults of the data undone, one after the other."""
     from sym2real.diagnosis.sanity import check
     from sym2real.report.drawing import draw_found
 
     models = {"base": base} if informed is None else {"base": base, "with what was found": informed}
-    return draw_found(models, check(base, data).data, found, folder)
+    yield from draw_found(models, check(base, data).data, found, folder)

@@ -22,6 +22,7 @@ from sym2real.diagnosis.search import search
 from sym2real.diagnosis.select import Selection
 from sym2real.diagnosis.separation import with_advice
 from sym2real.diagnosis.significance import FEWEST_BLOCKS
+from sym2real.diagnosis.stages import Stages
 from sym2real.diagnosis.term import Term, propose
 from sym2real.diagnosis.verdict import Verdict, summary, verdict
 from sym2real.diagnosis.weighing import OnProgress, Weighed, check_and_filter, weigh
@@ -71,6 +72,11 @@ class Diagnosis:
     def leftover(self) -> Leftover | None:
         """The strongest of what is left."""
         return self.leftovers[0] if self.leftovers else None
+
+    @property
+    def established(self) -> bool:
+        """Whether something was found that held-out predictions bear out."""
+        return self.verdict == "EFFECT" and bool(self.findings) and self.gate.passed
 
     def apply(self, equations: Equations) -> Equations:
         """The equations with every finding in them."""
@@ -132,7 +138,8 @@ def diagnose(
         horizon: the ladder's longest, in s.
         region: range of every column in the model's training, to say whether it fails inside or outside.
         on_progress: told what is being done.
-        finish_on_interrupt: Ctrl-C during the search ends it, and the answer is what was found until then.
+        finish_on_interrupt: Ctrl-C during the search, or behind it, ends the stage that runs, and the answer is made
+            of what is done.
 
     Raises:
         ShapeError: when no log is long enough, columns differ, or the horizon is no step long.
@@ -140,25 +147,66 @@ def diagnose(
     require_step(horizon, model.dt)
     started = time.perf_counter()
     weighed = weigh(model, data, plant, calibrate=calibrate, exclude=exclude, on_progress=on_progress)
-    on_progress(f"searching among {len(weighed.tried)} effects")
+    stages = Stages(on_progress, finish=finish_on_interrupt)
     selection = Selection(weighed.problems, weighed.tried, weighed.origin, on_progress=on_progress)
-    try:
-        search(selection)
-    except KeyboardInterrupt:
-        if not finish_on_interrupt:
-            raise
-        weighed = replace(weighed, notes=(*weighed.notes, "interrupted: the search was not finished"))
-    on_progress("scoring on held-out data")
-    found = _answer(model, weighed, selection, held_out, horizon)
-    on_progress("looking for manoeuvres that would tell more")
-    advised = with_advice(found.findings, weighed.model, weighed.whitening, weighed.plant)
-    on_progress("locating errors")
-    where = locate(weighed.model, weighed.checked.data, region)
-    return replace(found, findings=advised, where=where, seconds=time.perf_counter() - started)
+    stages.run(f"searching among {len(weighed.tried)} effects", lambda: search(selection))
+    finished = not stages.interrupted
+    scored = stages.run(
+        "scoring on held-out data",
+        lambda: _answer(model, weighed, selection, held_out, horizon, finished=finished),
+    )
+    found = _unscored(weighed, selection) if scored is None else scored
+    advised = stages.run(
+        "looking for manoeuvres that would tell more",
+        lambda: with_advice(found.findings, weighed.model, weighed.whitening, weighed.plant),
+    )
+    where = stages.run("locating errors", lambda: locate(weighed.model, weighed.checked.data, region))
+    return replace(
+        found,
+        findings=found.findings if advised is None else advised,
+        where=where or (),
+        notes=(*found.notes, *stages.notes),
+        seconds=time.perf_counter() - started,
+    )
+
+
+def _unscored(weighed: Weighed, selection: Selection) -> Diagnosis:
+    """What the search has found, where the scoring was interrupted: nothing is established."""
+    found, faults = _findings(weighed, selection, {}), weighed.checked.faults
+    return Diagnosis(
+        verdict="CANNOT_TELL",
+        summary=summary("CANNOT_TELL", faults, found, (), gate=Gate(), stages=(), interrupted="the scoring"),
+        faults=faults,
+        findings=found,
+        tried=selection.tried,
+        notes=weighed.notes,
+        misfit=_misfit(weighed, selection),
+    )
+
+
+def _findings(weighed: Weighed, selection: Selection, groups: dict[str, tuple[str, ...]]) -> tuple[Finding, ...]:
+    if not selection.chosen:
+        return ()
+    provisional = selection.problems.block_count < FEWEST_BLOCKS
+    freedom = selection.problems.whitening.freedom
+    found = findings(selection, groups, freedom, provisional, weighed.calibration)
+    return told(found, weighed.library, weighed.swing, weighed.checked.data)
+
+
+def _misfit(weighed: Weighed, selection: Selection) -> tuple[float, float]:
+    problems = selection.problems
+    base = problems.whitening.loss(problems.problem.residuals(weighed.library.null[None])).sum()
+    return float(base) / problems.whitening.freedom, selection.fit.total / problems.whitening.freedom
 
 
 def _answer(
-    model: Equations, weighed: Weighed, selection: Selection, held_out: Dataset | None, horizon: float | None
+    model: Equations,
+    weighed: Weighed,
+    selection: Selection,
+    held_out: Dataset | None,
+    horizon: float | None,
+    *,
+    finished: bool,
 ) -> Diagnosis:
     problems, library, checked = selection.problems, weighed.library, weighed.checked
     freedom = problems.whitening.freedom
@@ -166,9 +214,7 @@ def _answer(
     steps, stages = without_harm(library, selection, scored, horizon, same=held_out is None)
     gate = steps.gate(library, scored)
     groups = groups_of(selection)
-    provisional = problems.block_count < FEWEST_BLOCKS
-    found = tuple(findings(selection, groups, freedom, provisional, weighed.calibration)) if selection.chosen else ()
-    found = told(found, library, weighed.swing, checked.data)
+    found = _findings(weighed, selection, groups)
     rest = Rest.of(problems.problem, weighed.spread, problems.whitening, selection.fit.values)
     own = weighed.calibration
     of_the_base = None if own is None else lambda: Rest.of(own.problem, own.spread, own.whitening, own.origin)
@@ -177,17 +223,17 @@ def _answer(
     leftovers += find_constants(selection, weighed.spread, own, exclude=[one.channel for one in leftovers])
     leftovers = leftovers or find_dependence(selection, weighed.spread, own)
     leftovers = leftovers or find_misfit(selection.fit.total / freedom)
-    found = rated(found, passed=gate.passed, leftover=bool(leftovers), calibrated=own is not None)
+    found = rated(found, passed=gate.passed, leftover=bool(leftovers), calibrated=own is not None and finished)
     floor = floor_of_explained(library, scored, selection.fit.values, problems.whitening, horizons)
     proposal = None
     if leftovers:
         informed = applied(weighed.model, found)
         proposal = propose(informed, checked.data, rest, leftovers[0], problems.whitening)
-    base = float(problems.whitening.loss(problems.problem.residuals(library.null[None])).sum())
-    answer = verdict(checked.faults, found, leftovers, gate, problems)
+    answer = verdict(checked.faults, found, leftovers, gate, problems, finished=finished)
+    interrupted = "" if finished else "the search"
     return Diagnosis(
         verdict=answer,
-        summary=summary(answer, checked.faults, found, leftovers, gate=gate, stages=stages),
+        summary=summary(answer, checked.faults, found, leftovers, gate=gate, stages=stages, interrupted=interrupted),
         faults=checked.faults,
         findings=found,
         leftovers=leftovers,
@@ -198,5 +244,5 @@ def _answer(
         gate=gate,
         tried=selection.tried,
         notes=(*weighed.notes, *cut_said(horizons, horizon)),
-        misfit=(base / freedom, selection.fit.total / freedom),
+        misfit=_misfit(weighed, selection),
     )

@@ -18,12 +18,21 @@ Verdict = Literal["EFFECT", "NOTHING_MISSING", "UNEXPLAINED", "CANNOT_TELL"]
 
 
 def verdict(
-    faults: Sequence[Fault], found: Sequence[Finding], leftovers: Sequence[Leftover], gate: Gate, problems: Problems
+    faults: Sequence[Fault],
+    found: Sequence[Finding],
+    leftovers: Sequence[Leftover],
+    gate: Gate,
+    problems: Problems,
+    *,
+    finished: bool,
 ) -> Verdict:
-    """Which of the four answers the parts make; findings that do not improve long predictions are no answer."""
+    """Which of the four answers the parts make; findings that do not improve long predictions are no answer.
+
+    An unfinished search cannot say that nothing is missing, or that no effect explains what is left.
+    """
     if faults or (found and gate.passed):
         return "EFFECT"
-    if problems.block_count < FEWEST_BLOCKS:
+    if problems.block_count < FEWEST_BLOCKS or not finished:
         return "CANNOT_TELL"
     if leftovers:
         return "UNEXPLAINED"
@@ -38,8 +47,9 @@ def summary(
     *,
     gate: Gate,
     stages: Sequence[Stage],
+    interrupted: str = "",
 ) -> str:
-    """One sentence a person reads."""
+    """One sentence a person reads; ``interrupted`` is what was, search or scoring, if anything."""
     parts = []
     if faults:
         parts.append("the data show " + ", ".join(fault.name for fault in faults))
@@ -53,8 +63,10 @@ def summary(
         parts.append("nothing is missing beyond noise and small disturbances")
     if found and gate.best is not None and not gate.passed:
         parts.append(f"but {_failed(gate.best)}")
-    elif answer == "CANNOT_TELL":
+    elif answer == "CANNOT_TELL" and not interrupted:
         parts.append(f"too little data: fewer than {FEWEST_BLOCKS} independent pieces of a second")
+    if interrupted:
+        parts.append(f"{interrupted} was interrupted before it ended")
     sentence = "; ".join(parts)
     return sentence[:1].upper() + sentence[1:] + "."
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -19,11 +19,13 @@ MOST_PREDICTED = 4  # logs that get a figure of their own
 def draw_comparison(equations: Equations, data: Dataset, comparison: Comparison, folder: Path) -> list[Path]:
     """Write the figures of a comparison; one of predictions for each of the first logs."""
     figures = {"error_over_horizon": comparison_figure(comparison)}
-    return _save(figures | _errors({"model": equations}, data, comparison.where), folder)
+    return list(_save(figures | _errors({"model": equations}, data, comparison.where), folder))
 
 
-def draw_found(models: Mapping[str, Equations], data: Dataset, found: Diagnosis | Tried, folder: Path) -> list[Path]:
-    """Write the figures of a diagnosis or of a tried effect.
+def draw_found(
+    models: Mapping[str, Equations], data: Dataset, found: Diagnosis | Tried, folder: Path
+) -> Iterator[Path]:
+    """Write the figures of a diagnosis or of a tried effect, one after the other.
 
     Args:
         models: the base and, where something was found, the informed model, by what they are called.
@@ -33,7 +35,7 @@ def draw_found(models: Mapping[str, Equations], data: Dataset, found: Diagnosis 
     """
     figures = {"ladder": ladder_figure(found.ladder, found.floor)} if found.ladder else {}
     where = found.where if isinstance(found, Diagnosis) else ()
-    return _save(figures | _errors(models, data, where), folder)
+    yield from _save(figures | _errors(models, data, where), folder)
 
 
 def _errors(models: Mapping[str, Equations], data: Dataset, where: Sequence[Where]) -> dict[str, Figure]:
@@ -43,5 +45,6 @@ def _errors(models: Mapping[str, Equations], data: Dataset, where: Sequence[Wher
     return figures | {f"{name}_predicted": figure for name, figure in predicted.items()}
 
 
-def _save(figures: Mapping[str, Figure], folder: Path) -> list[Path]:
-    return [save(figure, folder / f"{name}.png") for name, figure in figures.items()]
+def _save(figures: Mapping[str, Figure], folder: Path) -> Iterator[Path]:
+    for name, figure in figures.items():
+        yield save(figure, folder / f"{name}.png")

@@ -21,6 +21,7 @@ from sym2real.symbolic.compile import compile_model
 from sym2real.symbolic.equations import Equations
 
 EQUATIONS, PARAMETERS, MODULE = "equations.json", "parameters.safetensors", "module.pt"
+PARTS = (EQUATIONS, PARAMETERS, MODULE)
 TRAINING = "training.json"  # what a learned model was learned from, beside it
 MOST_PROPOSED = 5  # models that an error names
 
@@ -50,7 +51,7 @@ def save_model(equations: Equations, folder: str | Path) -> Path:
 def is_part_of_model(file: str | Path) -> bool:
     """Whether a file is one of those that a saved model consists of."""
     place = Path(file).resolve()
-    return place.name in (EQUATIONS, PARAMETERS, MODULE, TRAINING) and (place.parent / EQUATIONS).exists()
+    return place.name in (*PARTS, TRAINING) and (place.parent / EQUATIONS).exists()
 
 
 def load_model(folder: str | Path) -> Equations:

@@ -1,0 +1,67 @@
+"""The folder of a diagnosis: what it holds, and what goes when another diagnosis takes its place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+
+if TYPE_CHECKING:
+    from sym2real.diagnosis import Diagnosis
+    from sym2real.symbolic import Equations
+    from sym2real.trajectory import Dataset
+
+ANSWER, FILES = "diagnosis.json", "files"
+
+
+def write_diagnosis(base: Equations, data: Dataset, found: Diagnosis, out: Path, console: Console) -> dict[str, Any]:
+    """Write the answer, its figures and, where something is established, model and simulator; Ctrl-C ends that.
+
+    Returns:
+        What ``diagnosis.json`` holds: the diagnosis and, relative to the folder, the other files.
+    """
+    from sym2real.cli.output import write_json
+
+    remove_earlier(out)
+    written: list[str] = []
+    result = {**found.to_dict(), FILES: written}
+    try:
+        for file in _files(base, data, found, out, console):
+            written.append(file.relative_to(out).as_posix())
+        console.print(f"{ANSWER} and figures in {out}", markup=False)
+    except KeyboardInterrupt:
+        console.print(f"interrupted: {ANSWER} is in {out}, not all of the other files", markup=False)
+    finally:
+        write_json(result, out / ANSWER)
+    return result
+
+
+def _files(base: Equations, data: Dataset, found: Diagnosis, out: Path, console: Console) -> Iterator[Path]:
+    from sym2real.cli.found import write_figures, write_model_and_simulator
+
+    informed = found.apply(base) if found.findings else None
+    if informed is not None and found.established:
+        yield from write_model_and_simulator(informed, out, console)
+    elif informed is not None:
+        said = "held-out predictions do not bear it out: no model or simulator was written; `sym2real add` makes one"
+        console.print(said, markup=False)
+    yield from write_figures(base, informed, data, found, out)
+
+
+def remove_earlier(out: Path) -> None:
+    """Remove the files that the diagnosis in a folder says it wrote, and folders that are empty then; no others."""
+    from sym2real.errors import DataError
+    from sym2real.files import read_object
+
+    try:
+        names = read_object(out / ANSWER, "an earlier diagnosis").get(FILES, [])
+    except DataError:
+        return
+    for name in names if isinstance(names, list) else []:
+        file = out / str(name)
+        if file.resolve().is_relative_to(out.resolve()) and file.is_file():
+            file.unlink()
+            if file.parent != out and not any(file.parent.iterdir()):
+                file.parent.rmdir()

@@ -24,7 +24,7 @@ def verdict(
     gate: Gate,
     problems: Problems,
     *,
-    finished: bool,
+    finished: bool = True,
 ) -> Verdict:
     """Which of the four answers the parts make; findings that do not improve long predictions are no answer.
 

@@ -82,32 +82,34 @@ def penny_figures(answers: Sequence[Answer]) -> list[Figure]:
 
 
 def car_figures(answers: Sequence[Answer]) -> list[Figure]:
-    """Limit, offset, delays, mounting and errors, by the base that predicts better; how far the other is behind."""
+    """The bars for either base, the one that predicts better first, and the gap between them."""
     best, *others = sorted(answers, key=lambda one: one.error(-1, 1.0, "position"))
-    limit, gain = best.place("limit:speed"), best.place("gain:speed")
-    mounting = best.finding("lever_arm", "yaw_bias")
-    figures = [
-        best.figure("speed limit", best.value("limit:speed", "upper"), "m/s", "0.84 to 0.89"),
-        best.claim("speed limit before any speed gain", limit > 0 and (gain == 0 or limit < gain)),
-        best.figure("steering offset", best.value("offset:steer"), "rad", "0.08 to 0.13"),
-        *(best.figure(f"delay of {name}", _delay(best, name), "s", "0.15 to 0.25") for name in ("speed", "steer")),
-        best.claim(
+    figures = [row for one in (best, *others) for row in _car_rows(one)]
+    for one in others:
+        for channel, unit in (("position", "m"), ("yaw", "rad")):
+            gap = one.error(-1, 1.0, channel) - best.error(-1, 1.0, channel)
+            figures.append(one.figure(f"1 s {channel} error beyond the other base's", gap, unit))
+    return figures
+
+
+def _car_rows(one: Answer) -> list[Figure]:
+    """Limit, offset, delays, mounting and errors."""
+    limit, gain = one.place("limit:speed"), one.place("gain:speed")
+    mounting = one.finding("lever_arm", "yaw_bias")
+    return [
+        one.figure("speed limit", one.value("limit:speed", "upper"), "m/s", "0.84 to 0.89"),
+        one.claim("speed limit before any speed gain", limit > 0 and (gain == 0 or limit < gain)),
+        one.figure("steering offset", one.value("offset:steer"), "rad", "0.08 to 0.13"),
+        *(one.figure(f"delay of {name}", _delay(one, name), "s", "0.15 to 0.25") for name in ("speed", "steer")),
+        one.claim(
             "yaw bias and lever arm as one group",
             mounting is not None and {"yaw_bias", "lever_arm"} <= set(mounting.group),
         ),
-        best.figure("1 s position error", best.error(-1, 1.0, "position"), "m", "<= 0.13"),
-        best.figure("1 s position error before", best.error(0, 1.0, "position"), "m"),
-        best.figure("1 s yaw error", best.error(-1, 1.0, "yaw"), "rad", "<= 0.15"),
-        best.figure("1 s yaw error before", best.error(0, 1.0, "yaw"), "rad"),
+        one.figure("1 s position error", one.error(-1, 1.0, "position"), "m", "<= 0.13"),
+        one.figure("1 s position error before", one.error(0, 1.0, "position"), "m"),
+        one.figure("1 s yaw error", one.error(-1, 1.0, "yaw"), "rad", "<= 0.15"),
+        one.figure("1 s yaw error before", one.error(0, 1.0, "yaw"), "rad"),
     ]
-    for one in others:
-        figures += [
-            one.figure("1 s position error", one.error(-1, 1.0, "position"), "m"),
-            one.figure("1 s yaw error", one.error(-1, 1.0, "yaw"), "rad"),
-            one.figure("speed limit", one.value("limit:speed", "upper"), "m/s"),
-            one.figure("steering offset", one.value("offset:steer"), "rad"),
-        ]
-    return figures
 
 
 def _delay(one: Answer, command: str) -> float:

@@ -50,12 +50,14 @@ def search(selection: Selection) -> None:
     ranking = selection.ranked([], empty.values)
     nearly = [one for one in ranking[1:] if empty.total - one.loss > NEARLY * (empty.total - ranking[0].loss)]
     again = [([first.candidate], first.fit) for first in nearly[:MOST_STARTS]] + _with_limits(selection)
-    for chosen, fit in again:
-        selection.put(chosen, fit)
-        _from_here(selection)
-        results.append(_Result.of(selection))
-    best = min(results, key=lambda result: result.price)
-    selection.put(best.chosen, best.fit)
+    try:
+        for chosen, fit in again:
+            selection.put(chosen, fit)
+            _from_here(selection)
+            results.append(_Result.of(selection))
+    finally:  # also for whoever ends it by Ctrl-C and keeps what is done
+        best = min(results, key=lambda result: result.price)
+        selection.put(best.chosen, best.fit)
 
 
 def _with_limits(selection: Selection) -> list[tuple[list[Candidate], Fit]]:

@@ -1,0 +1,63 @@
+"""What a search does where greedy additions go wrong: rare effects, and effects that hide each other."""
+
+from __future__ import annotations
+
+import pytest
+import torch
+from noisy_flights import flights_with
+
+from sym2real.diagnosis.fit import Problems
+from sym2real.diagnosis.library import Library
+from sym2real.diagnosis.pairs import add_pair
+from sym2real.diagnosis.select import Selection
+from sym2real.diagnosis.sensitivity import Problem
+from sym2real.diagnosis.significance import chance_of_gain, large_in_every_log
+from sym2real.diagnosis.weighing import weigh
+from sym2real.diagnosis.whitening import Spread
+from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.plants import MujocoPlant
+from sym2real.robots import CRAZYFLIE, MUSHR
+
+
+def problems_of(logs: int) -> Problems:
+    """Healthy flights."""
+    library = Library.of(CRAZYFLIE.nominal(), [])
+    problem = Problem(library, flights_with("", {}, count=logs, steps=400))
+    spread = Spread.of(problem, library.null)
+    variances = torch.as_tensor(problem.segments.noise).square(), torch.ones(len(spread.names), dtype=torch.float64)
+    return Problems.of(problem, spread.whitening(*variances))
+
+
+@pytest.mark.parametrize(
+    ("logs", "gaining", "enough"), [(4, 4, True), (4, 3, False), (3, 3, False)], ids=["all", "not one", "few logs"]
+)
+def test_what_acts_for_a_second_shows_in_every_log(logs: int, gaining: int, enough: bool) -> None:
+    """One segment of a log falls far; in the others a little is lost, as other parameters move."""
+    problems = problems_of(logs)
+    before = torch.full((len(problems.logs),), 40.0, dtype=torch.float64)
+    after = before + 0.5
+    for log in range(gaining):
+        first = int((torch.as_tensor(problems.logs) == log).nonzero()[0])
+        before[first], after[first] = 400.0, 40.0
+    assert large_in_every_log(problems, before, after) is enough
+    assert chance_of_gain(problems, before, after) > 0.01  # which ranks of blocks cannot see
+
+
+def test_an_arm_and_slipping_tyres_that_hide_each_other_are_added_together() -> None:
+    hidden = (("lever_arm", {"rx": 0.08, "ry": 0.0}), ("tyre_slip", {"value": 0.03}))
+    selection = selection_of(Case("mushr", hidden, seed=5))
+    assert add_pair(selection)
+    assert {one.name for one in selection.chosen} == {"lever_arm", "tyre_slip"}
+    found = [float(selection.fit.values[one.slots[0]] - selection.origin[one.slots[0]]) for one in selection.chosen]
+    assert found == pytest.approx([0.08, 0.03], rel=0.15)
+
+
+def test_of_a_healthy_car_no_pair_is_added() -> None:
+    selection = selection_of(Case("mushr", seed=5))
+    assert not add_pair(selection)
+    assert selection.chosen == []
+
+
+def selection_of(case: Case) -> Selection:
+    weighed = weigh(MUSHR.nominal(), simulate_case(case, 4, 240), MujocoPlant(MUSHR))
+    return Selection(weighed.problems, weighed.tried, weighed.origin)

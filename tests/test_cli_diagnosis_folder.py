@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import signal
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -30,6 +31,14 @@ EXCLUDED = (
     *("motor_lag", "rotor*", "rate*", "flapping_moment", "translational_lift", "thrust_curve", "periodic_force"),
     *("mounting_tilt", "wind", "*_drag", "torque_bias", "com_offset", "ground_effect", "battery_sag"),
 )
+
+
+@pytest.fixture(autouse=True)
+def _interrupts() -> Iterator[None]:
+    """Ctrl-C as Python has it: a shell that starts the tests in the background has it ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture(scope="module")

@@ -51,8 +51,8 @@ def test_a_reader_that_stops_gets_no_traceback() -> None:
 
 def test_diagnose_says_when_an_interrupt_leaves_an_answer(capsys: pytest.CaptureFixture[str]) -> None:
     said = " ".join(help_of(["diagnose"], capsys).split())
-    assert "Once the progress line says that it searches, Ctrl-C ends the search" in said
-    assert "earlier or later it ends without an answer" in said
+    assert "Once the progress line says that it searches, Ctrl-C ends what is being done there" in said
+    assert "and keeps what is done; earlier it ends without an answer" in said
 
 
 @pytest.mark.skipif(os.name != "posix", reason="no sh")

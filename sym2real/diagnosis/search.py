@@ -4,7 +4,8 @@ Effects are added one by one, and the first decides what the next ones look like
 the same (a gain and a limit of a command that is mostly beyond the limit), the better one by a hair may be the wrong
 one, and others pile up on it to make up for that. So a result that leaves much unexplained, or that many effects
 explain, is not the last word: the search starts again from every first effect that was nearly as good, and the result
-that predicts best for its number of effects is taken. It also starts again with a limit in the place of a gain and an
+that predicts best for its number of effects is taken; and, if that leaves much, with other second effects than the
+best, which may have bent the first to its own ends. It also starts again with a limit in the place of a gain and an
 offset of the same command: together they are the straight line through a bent map. And where no single effect helps,
 two may that are known to hide each other.
 """
@@ -47,17 +48,35 @@ def search(selection: Selection) -> None:
     if number < 2 or (number <= FEW and _explained(selection)):
         return
     results = [_Result.of(selection)]
-    ranking = selection.ranked([], empty.values)
-    nearly = [one for one in ranking[1:] if empty.total - one.loss > NEARLY * (empty.total - ranking[0].loss)]
-    again = [([first.candidate], first.fit) for first in nearly[:MOST_STARTS]] + _with_limits(selection)
     try:
-        for chosen, fit in again:
-            selection.put(chosen, fit)
-            _from_here(selection)
-            results.append(_Result.of(selection))
+        for chosen, fit in [*_other_firsts(selection, empty), *_with_limits(selection)]:
+            results.append(_from(selection, chosen, fit))
+        if not _explained(selection):
+            for chosen, fit in _other_seconds(selection, empty):
+                results.append(_from(selection, chosen, fit))
     finally:  # also for whoever ends it by Ctrl-C and keeps what is done
         best = min(results, key=lambda result: result.price)
         selection.put(best.chosen, best.fit)
+
+
+def _from(selection: Selection, chosen: list[Candidate], fit: Fit) -> _Result:
+    selection.put(chosen, fit)
+    _from_here(selection)
+    return _Result.of(selection)
+
+
+def _other_firsts(selection: Selection, empty: Fit) -> list[tuple[list[Candidate], Fit]]:
+    """First effects that were nearly as good as the best one."""
+    best, *others = selection.ranked([], empty.values)
+    nearly = [one for one in others if empty.total - one.loss > NEARLY * (empty.total - best.loss)]
+    return [([one.candidate], one.fit) for one in nearly[:MOST_STARTS]]
+
+
+def _other_seconds(selection: Selection, empty: Fit) -> list[tuple[list[Candidate], Fit]]:
+    """The best first effect with others than the best second one, which may have bent the first to its own ends."""
+    first = selection.ranked([], empty.values)[0]
+    others = selection.ranked([first.candidate], first.fit.values)[1 : MOST_STARTS + 1]
+    return [([first.candidate, one.candidate], one.fit) for one in others]
 
 
 def _with_limits(selection: Selection) -> list[tuple[list[Candidate], Fit]]:

@@ -18,7 +18,7 @@ from sym2real.diagnosis.fit import REFIT_STEPS, Fit, Hypothesis, Problems
 FALSE_ALARMS, BY_LOGS = 0.002, 0.01
 FEWEST_LOGS, FEWEST_BLOCKS = 6, 10
 # Part of the loss that chance does not take off every one of so many logs: by null data it takes a fiftieth of that.
-LARGE, SEVERAL = 0.1, 4
+LARGE, SEVERAL = 0.1, 3
 
 
 def beyond_chance(problems: Problems, fit: Fit, one: Candidate, origin: Tensor, tried: int) -> bool:

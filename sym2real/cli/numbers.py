@@ -32,6 +32,7 @@ def option(
     """
 
     def read(typed: list[str]) -> Any:
+        """The value of what was typed; ValueError for any other."""
         try:
             value = kind(typed[0])
         except ValueError:

@@ -25,6 +25,7 @@ def _inject(body: Body, values: Numbers) -> Change:
     step = values["value"] * body.dt / PIECES
 
     def follow(position: float, command: float) -> tuple[float, float]:
+        """Position after a period of following a command, and its mean over the period, in the command's unit."""
         passed = []
         for _ in range(PIECES):
             before = position

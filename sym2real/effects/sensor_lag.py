@@ -29,9 +29,11 @@ def _inject(body: Body, values: Numbers) -> Change:
     step = body.dt / PIECES
 
     def begin() -> Filter:
+        """A sensor that has been where its first measurement is."""
         kept: list[float] = []
 
         def report(state: Array) -> Array:
+            """What is reported of a state ``# (state,)``."""
             result, now = state.copy(), float(state[column])
             before, filtered = kept or (now, now)
             for middle in (np.arange(PIECES) + 0.5) / PIECES:

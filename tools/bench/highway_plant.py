@@ -51,6 +51,16 @@ class Tyres:
         """What the front axle slips more than that, rad s²/m."""
         return 0.5 / (2 * STIFFNESS * self.front) - self.slip
 
+    @property
+    def truth(self) -> dict[str, dict[str, float]]:
+        """What the car is in the catalogue's terms: effects with their values."""
+        truth = {
+            "lever_arm": {"rx": WHEELBASE / 2},
+            "lag:speed": {"value": self.motor},
+            "tyre_slip": {"value": self.slip},
+        }
+        return {**truth, "understeer": {"value": self.understeer}} if self.understeer else truth
+
 
 class HighwayPlant(ForeignPlant):
     """highway-env's model, whose place is the centre of mass.

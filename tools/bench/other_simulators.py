@@ -114,16 +114,6 @@ ROADS = {
 }
 
 
-def road_truth(tyres: Tyres) -> Truth:
-    """What highway-env's car is in the catalogue's terms."""
-    truth = {
-        "lever_arm": {"rx": ROAD_WHEELBASE / 2},
-        "lag:speed": {"value": tyres.motor},
-        "tyre_slip": {"value": tyres.slip},
-    }
-    return {**truth, "understeer": {"value": tyres.understeer}} if tyres.understeer else truth
-
-
 @dataclass(frozen=True)
 class Options:
     """Diagnose runs of other people's simulators."""
@@ -212,7 +202,7 @@ def questions() -> Iterator[Question]:
         runs = partial(standard_runs, driver, partial(SingleTrackPlant, told))
         yield Question(case, {**ALWAYS, **own, **truth}, runs, car(WHEELBASE))
     for case, tyres in ROADS.items():
-        yield Question(case, road_truth(tyres), partial(drives, tyres), car(ROAD_WHEELBASE))
+        yield Question(case, tyres.truth, partial(drives, tyres), car(ROAD_WHEELBASE))
 
 
 def answer(question: Question, seed: int, console: Console) -> Answer:

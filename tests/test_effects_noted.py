@@ -84,8 +84,7 @@ def test_a_simulated_robot_with_the_effects_of_a_model_moves_as_the_model(
 
 def test_what_a_simulated_robot_cannot_have_is_refused_with_the_reason() -> None:
     both = in_steps(MUSHR, (("understeer", {"value": 0.01}), ("tyre_slip", {"value": 0.01})))
-    with pytest.raises(ModelError, match="one of understeer and tyre_slip"):
-        as_simulated(both)
+    assert {key for key, _ in as_simulated(both)} == {"understeer", "tyre_slip"}
     with pytest.raises(ModelError, match=r"no counterpart there \(fz\)"):
         as_simulated(add_term(CRAZYFLIE.nominal(), "fz", "0.01*vz"))
     with pytest.raises(ModelError, match="no voltage"):

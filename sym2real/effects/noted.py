@@ -18,8 +18,6 @@ from sym2real.symbolic import Equations
 TERM = "term:"
 # How notes began that told of effects before equations recorded them.
 ONCE_NOTED = "has the effect "
-# Their simulated counterparts turn the same axles: the second would undo the first.
-ONE_OF = ("understeer", "tyre_slip")
 
 Known = tuple[tuple[str, Mapping[str, float]], ...]
 
@@ -73,6 +71,3 @@ def _require_counterparts(equations: Equations) -> None:
             raise ModelError(f"a term of one's own has no counterpart there ({key.removeprefix(TERM)})")
     if VOLTAGE in equations.layouts.inputs and "battery_sag" in keys:
         raise ModelError("its battery has no voltage that the thrust could sag with")
-    axles = [key for key in keys if key in ONE_OF]
-    if len(axles) > 1:
-        raise ModelError(f"it can have one of {' and '.join(axles)}")

@@ -201,7 +201,7 @@ class MPPI:
         self._seen = None
         self._count(self._plan.rejected, len(noise), step)
         if self.rejected < len(noise):
-            self.mean = torch.einsum("n,nha->ha", self._plan.weights, actions)
+            self.mean = actions.permute(1, 2, 0) @ self._plan.weights
         return self._plan
 
     def _improve_fused(

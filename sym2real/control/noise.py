@@ -91,8 +91,8 @@ def require_steps(noise: Tensor, mean: Tensor) -> None:
 def sample(count: int, smooth: Tensor, factor: Tensor, generator: torch.Generator) -> Tensor:
     """Noise ``# (count, steps, m)``; the first sample is zero, so that the mean itself is among the candidates."""
     draws, actions = smooth.shape[1], len(factor)
-    normal = torch.randn((draws, count, actions), generator=generator, device=factor.device, dtype=factor.dtype)
-    normal[:, 0] = 0.0
-    # One matrix product each, and the slice of a step, which a rollout reads, is contiguous.
-    by_step = (smooth @ normal.reshape(draws, -1)).reshape(-1, actions) @ factor.T
-    return by_step.reshape(-1, count, actions).transpose(0, 1)
+    normal = torch.randn((draws, actions, count), generator=generator, device=factor.device, dtype=factor.dtype)
+    normal[..., 0] = 0.0
+    # Samples lie next to each other, as rollouts and weights read them.
+    by_step = factor @ (smooth @ normal.reshape(draws, -1)).reshape(-1, actions, count)
+    return by_step.permute(2, 0, 1)

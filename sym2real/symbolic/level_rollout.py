@@ -84,10 +84,11 @@ class LevelRollout:
 def _memory(levels: Levels, rows: Tensor) -> tuple[list[Tensor], ...]:
     """Indices and gathered rows of each level, then operands and results of each batch."""
     indices, gathered, operands, results = list[Tensor](), list[Tensor](), list[Tensor](), list[Tensor]()
-    for level in levels.batches:
-        index = [row for batch in level for read in batch.operands for row in read]
+    reads = [[row for batch in level for read in batch.operands for row in read] for level in levels.batches]
+    shared = torch.empty(max(map(len, reads), default=0), rows.shape[1])  # by all levels: it stays in the cache
+    for level, index in zip(levels.batches, reads, strict=True):
         indices.append(torch.tensor(index))
-        gathered.append(torch.empty(len(index), rows.shape[1]))
+        gathered.append(shared[: len(index)])
         sizes = [batch.size for batch in level for _ in batch.operands]
         operands += gathered[-1].split(sizes)
         results += [rows[batch.first : batch.first + batch.size] for batch in level]

@@ -2,8 +2,7 @@
 
 The sets lie outside the project (``../shared/data`` beside the checkout, or ``SYM2REAL_DATA``). A base is learned in
 the plain simulator, or made of first principles; the sets whose interface is a thrust with a measured attitude, or four
-motors, have the latter alone. Every flight of those sets is diagnosed by itself; the others leave one log out.
-
+motors, have 
     python tools/bench/real_logs.py --json build/real_logs.json
     python tools/bench/real_logs.py --sets mushr_steering_offset
 """
@@ -89,14 +88,21 @@ def bases(name: str, logs: list[Path]) -> Iterator[tuple[str, Equations, MujocoP
         yield "first principles", motor_level_equations(logs[0], name), None
 
 
+def questions(name: str, paths: list[Path]) -> list[list[Path]]:
+    """The logs that are diagnosed together: of one robot under one condition all, else flight by flight."""
+    singly = [[path] for path in paths]
+    if name == "quadrotor_wind":
+        return singly
+    return [paths, *singly] if name == "crazyflie_battery_drag" else [paths]
+
+
 def answers(options: Options, name: str, console: Console) -> Iterator[Answer]:
     """Diagnose and print all that belongs to a set."""
     paths = sorted((options.data / name).glob("*.csv"))
-    together = name in ("crazyflie_two_pennies", "mushr_steering_offset")
-    for logs in [paths] if together else [[path] for path in paths]:
+    for logs in questions(name, paths):
         for base, equations, plant in bases(name, logs):
             data = read_logs(logs, spec=name, layouts=equations.layouts, dt=equations.dt)
-            title = name if together else logs[0].stem
+            title = logs[0].stem if len(logs) == 1 else name
             with console.status(f"{title}, {base}") as status:
                 found = diagnose(equations, data, plant, on_progress=status.update)
             console.rule(f"{title}, {base}")

@@ -2,7 +2,9 @@
 
 The sets lie outside the project (``../shared/data`` beside the checkout, or ``SYM2REAL_DATA``). A base is learned in
 the plain simulator, or made of first principles; the sets whose interface is a thrust with a measured attitude, or four
-motors, have 
+motors, have the latter alone. Every flight of those sets is diagnosed by itself, those of four motors also together; of
+the other sets all logs together.
+
     python tools/bench/real_logs.py --json build/real_logs.json
     python tools/bench/real_logs.py --sets mushr_steering_offset
 """

@@ -29,10 +29,13 @@ class Agreement:
     Args:
         correlation: −1 is a wrong sign; None where there is too little motion to judge.
         in_other_frame: the same correlation with the velocity turned from body to world; None where it does not apply.
+        ratio: how many times as large the measured derivative is (of a thrust, the push), by regression of what is
+            differentiated, and so noisy, on the other; 1 where there is too little motion.
     """
 
     correlation: float | None
     in_other_frame: float | None = None
+    ratio: float = 1.0
 
     @property
     def verdict(self) -> str:
@@ -54,7 +57,8 @@ def rate_agreement(logs: Sequence[Trajectory]) -> dict[str, Agreement]:
     found = {}
     for column in (name for name in RATES if name in layout):
         pairs = [(_middle(trajectory.column(column)), turning(trajectory, column)) for trajectory in logs]
-        found[column] = Agreement(_correlation(pairs, LEAST_MOTION["rad/s"]))
+        correlation, slope = _compared(pairs, LEAST_MOTION["rad/s"])
+        found[column] = Agreement(correlation, ratio=_inverse(slope))
     return found
 
 
@@ -74,8 +78,9 @@ def thrust_agreement(logs: Sequence[Trajectory]) -> Agreement:
             attitude = turn(torch.as_tensor(log.state[:, layout.slice("attitude")]))
             axis = rotation.rotate(attitude, torch.tensor([0.0, 0.0, 1.0], dtype=torch.float64)).numpy()
             pairs += [(axis[1:-1, place], pushed[place]) for place in (0, 1)]
-        found.append(_correlation(pairs, LEAST_TILT))
-    return Agreement(*found)
+        found.append(_compared(pairs, LEAST_TILT))
+    (own, slope), (other, _) = found
+    return Agreement(own, other, slope)
 
 
 def _pushed(position: Array, log: Trajectory) -> Array:
@@ -108,10 +113,10 @@ def velocity_agreement(logs: Sequence[Trajectory]) -> dict[str, Agreement]:
         if column not in layout or position not in layout:
             continue
         moved = [np.diff(one.column(position)) / np.diff(one.time) for one in logs]
-        own = _correlation([(_middle(one.column(column)), m) for one, m in zip(logs, moved, strict=True)], least)
+        own, slope = _compared([(_middle(one.column(column)), m) for one, m in zip(logs, moved, strict=True)], least)
         turned = [to_world(one) for one in logs]
         other = [(_middle(t[:, place]), m) for t, m in zip(turned, moved, strict=True) if t is not None]
-        found[column] = Agreement(own, _correlation(other, least) if other else None)
+        found[column] = Agreement(own, _compared(other, least)[0] if other else None, _inverse(slope))
     return found
 
 
@@ -134,13 +139,18 @@ def _middle(values: Array) -> Array:
     return 0.5 * (values[1:] + values[:-1])
 
 
-def _correlation(pairs: Sequence[tuple[Array, Array]], least: float) -> float | None:
-    """Correlation of two series over all logs, each smoothed; None where one of them hardly moves."""
+def _inverse(slope: float) -> float:
+    return 1.0 / slope if slope else float("inf")
+
+
+def _compared(pairs: Sequence[tuple[Array, Array]], least: float) -> tuple[float | None, float]:
+    """Correlation of two smoothed series over all logs, and slope of the second; None and 1 where one hardly moves."""
     kernel = np.ones(SMOOTHING) / SMOOTHING
     usable = [pair for pair in pairs if len(pair[0]) >= SMOOTHING]
     if not usable:
-        return None
+        return None, 1.0
     one, other = (np.concatenate([np.convolve(pair[i], kernel, "valid") for pair in usable]) for i in (0, 1))
     if len(one) < 2 or min(one.std(), other.std()) < least:
-        return None
-    return float(np.corrcoef(one, other)[0, 1])
+        return None, 1.0
+    correlation = float(np.corrcoef(one, other)[0, 1])
+    return correlation, correlation * float(other.std() / one.std())

@@ -105,7 +105,8 @@ def compare(
     steps = sorted({1, free, *(round(horizon / dataset.dt) for horizon in reachable)})
     floor = floor_of_noise(predictor, dataset, steps, start)
     table = dict(zip(steps, prediction_errors(predictor, dataset, steps, start, floor), strict=True))
-    about, errors = data_report(logs), window_errors(predictor, dataset)
+    about = data_report(logs, model if isinstance(model, Equations) else None)
+    errors = window_errors(predictor, dataset)
     return Comparison(
         one_step=table[1],
         horizons=tuple(replace(table[round(horizon / dataset.dt)], horizon=horizon) for horizon in reachable),

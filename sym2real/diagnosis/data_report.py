@@ -13,11 +13,13 @@ from typing import Any
 import numpy as np
 
 from sym2real.diagnosis.agreement import Agreement, rate_agreement, velocity_agreement
+from sym2real.diagnosis.conventions import breaches
 from sym2real.diagnosis.heading import against_the_path
 from sym2real.diagnosis.lengths import long_enough
 from sym2real.diagnosis.start import noise_level
 from sym2real.logs.dropouts import tells_of_loss
 from sym2real.logs.extremes import at_extremes
+from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Dataset, Trajectory
 
 JITTER, GAP = 0.05, 1.5  # relative spread of the time step; steps longer than this many are gaps
@@ -83,6 +85,7 @@ class DataReport:
         rates, velocities: by state column.
         exact: number of logs whose positions have no sensor noise.
         heading_reversed: whether a car's heading turns against its path; rates are held against its opposite then.
+        breaches: of units and of the quaternion's order; rates and velocities are compared without them.
     """
 
     logs: int
@@ -96,6 +99,7 @@ class DataReport:
     velocities: dict[str, Agreement]
     exact: int
     heading_reversed: bool
+    breaches: tuple[str, ...]
 
     @property
     def feedback(self) -> bool:
@@ -126,6 +130,7 @@ class DataReport:
             found += one.limits_said(name)
         if self.heading_reversed:
             found.append("the heading turns against the path: wrong sign")
+        found += self.breaches
         found += [_said(name, one, "attitude") for name, one in self.rates.items() if _remarkable(one)]
         found += [_said(name, one, "position") for name, one in self.velocities.items() if _remarkable(one)]
         if self.feedback:
@@ -154,18 +159,19 @@ def _said(name: str, one: Agreement, integral: str) -> str:
     return said + {"reversed": ": wrong sign", "other frame": ": body axes, not world", "unclear": ""}[one.verdict]
 
 
-def data_report(data: Dataset | Trajectory) -> DataReport:
-    """Look at the data alone, without a model.
+def data_report(data: Dataset | Trajectory, model: Equations | None = None) -> DataReport:
+    """Look at the data alone; a model says only in which units commands are.
 
     Raises:
         ShapeError: when no log is long enough to say anything.
     """
     logs = list(long_enough(data))
+    broken, conventional = breaches(Dataset(logs), model)
     steps = np.concatenate([np.diff(trajectory.time) for trajectory in logs])
     dt = float(np.median(steps)) if len(steps) else 0.0
     gaps = steps[steps > GAP * dt]
     regular = steps[steps <= GAP * dt]
-    turned = against_the_path(Dataset(logs))
+    turned = against_the_path(conventional)
     return DataReport(
         logs=len(logs),
         rows=sum(len(trajectory) for trajectory in logs),
@@ -174,10 +180,11 @@ def data_report(data: Dataset | Trajectory) -> DataReport:
         gaps=len(gaps),
         longest_gap=float(gaps.max()) if len(gaps) else 0.0,
         commands=excitation(logs),
-        rates=rate_agreement(logs if turned is None else [turned.undone(one) for one in logs]),
-        velocities=velocity_agreement(logs),
+        rates=rate_agreement([one if turned is None else turned.undone(one) for one in conventional]),
+        velocities=velocity_agreement(list(conventional)),
         exact=sum(exact(trajectory) for trajectory in logs),
         heading_reversed=turned is not None,
+        breaches=tuple(one.evidence for one in broken),
     )
 
 

@@ -1,4 +1,4 @@
-"""Faults of the data, settled before any search: of sensors' frames, signs, scales, biases, times; of motors' order."""
+"""Faults of the data, settled before any search: frames, units, signs, scales, biases, times, motors' order."""
 
 from __future__ import annotations
 
@@ -20,7 +20,9 @@ from sym2real.diagnosis.agreement import (
     to_world,
     velocity_agreement,
 )
+from sym2real.diagnosis.command_units import foreign_commands
 from sym2real.diagnosis.data_report import exact, exactness, excitation, loss_said
+from sym2real.diagnosis.foreign_units import ForeignUnit, foreign_positions, foreign_rates, foreign_velocities
 from sym2real.diagnosis.heading import against_the_path
 from sym2real.diagnosis.motor_columns import (
     in_order,
@@ -30,6 +32,7 @@ from sym2real.diagnosis.motor_columns import (
     turned_the_other_way,
 )
 from sym2real.diagnosis.prepared import DT_TOLERANCE
+from sym2real.diagnosis.quaternion_order import scalar_last
 from sym2real.diagnosis.sensor_faults import readings
 from sym2real.effects import EFFECTS
 from sym2real.effects.sensors import Sensors
@@ -49,7 +52,7 @@ class Fault:
 
     Args:
         effect: key of the measurement effect that describes it; "" where none does.
-        evidence: what shows it, one sentence.
+        evidence: what shows it, one sentence; without an effect "what is wrong: what shows it".
         fix: what to change in the log, the driver or the sensor.
         value: of the effect's parameter; None where there is no effect.
     """
@@ -61,9 +64,9 @@ class Fault:
 
     @property
     def name(self) -> str:
-        """For a sentence."""
+        """For a sentence: without an effect, what is told before its figures."""
         if not self.effect:
-            return self.evidence
+            return self.evidence.partition(":")[0]
         told = self.value is None or self.effect.startswith("sensor_sign")
         return self.effect if told else f"{self.effect} ({self.value:.3g})"
 
@@ -88,16 +91,19 @@ class Checked:
 
 
 def check(model: Equations, data: Dataset) -> Checked:
-    """Find and undo what no model can explain: frames first, then signs, scales, biases and time shifts, then motors.
+    """Find and undo what no model can explain: frames and units first, then signs, scales, biases and time
+    shifts, then the units of commands and the order of motors.
 
     What the model itself says of its sensors is no fault: the data are judged as its sensors' input.
     """
     found: list[Fault] = []
     sensors = Sensors(model)
     data = _through(sensors.state, data)
-    for settle in (_attitude, _heading, _velocity_frame, _signs, _sensors):
+    for settle in (_order, _attitude, _heading, _positions, _velocity_frame, _velocities, _rates, _signs, _sensors):
         faults, data = settle(data)
         found += faults
+    faults, data = _undone(foreign_commands(model, data), data)
+    found += faults
     faults, data = _motors(model, data)
     found += faults
     data = _through(sensors.measured, data)
@@ -110,6 +116,33 @@ def _through(sensors: Callable[[Tensor], Tensor], data: Dataset) -> Dataset:
 
 
 Settled = tuple[Sequence[Fault], Dataset]
+
+
+def _order(data: Dataset) -> Settled:
+    """Quaternions with the scalar last."""
+    found = scalar_last(data)
+    if found is None:
+        return (), data
+    fix = 'rename the columns, or say `order = "xyzw"` under [attitude] in a specification of the log'
+    return [Fault("", found.evidence, fix)], found.undone(data)
+
+
+def _positions(data: Dataset) -> Settled:
+    return _undone(foreign_positions(data), data)
+
+
+def _velocities(data: Dataset) -> Settled:
+    return _undone(foreign_velocities(data), data)
+
+
+def _rates(data: Dataset) -> Settled:
+    return _undone(foreign_rates(data), data)
+
+
+def _undone(found: Sequence[ForeignUnit], data: Dataset) -> Settled:
+    for one in found:
+        data = one.undone(data)
+    return [Fault("", one.evidence, one.fix) for one in found], data
 
 
 def _attitude(data: Dataset) -> Settled:

@@ -6,7 +6,7 @@ import pytest
 import torch
 from noisy_flights import flights_with
 
-from sym2real.diagnosis.fit import Problems
+from sym2real.diagnosis.fit import REFIT_STEPS, Hypothesis, Problems
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.pairs import add_pair
 from sym2real.diagnosis.select import Selection
@@ -56,6 +56,19 @@ def test_of_a_healthy_car_no_pair_is_added() -> None:
     selection = selection_of(Case("mushr", seed=5))
     assert not add_pair(selection)
     assert selection.chosen == []
+
+
+def test_a_delay_that_stays_at_a_whole_step_is_found_from_its_other_starts() -> None:
+    selection = selection_of(Case("mushr", (("delay", {"value": 0.16}),), seed=5))
+    (delay,) = (one for one in selection.candidates if one.name == "delay")
+    near_none = selection.origin.clone()
+    near_none[delay.slots] = 0.02
+    stuck = selection.problems.fit([Hypothesis(selection.free([delay]), near_none)], REFIT_STEPS)[0]
+    selection.put([delay], stuck)
+    assert float(stuck.values[delay.slots[0]]) < 0.06
+    selection.restart()
+    assert float(selection.fit.values[delay.slots[0]]) == pytest.approx(0.16, rel=0.05)
+    assert selection.fit.total < 0.5 * stuck.total
 
 
 def selection_of(case: Case) -> Selection:

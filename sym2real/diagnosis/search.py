@@ -99,7 +99,12 @@ def _slots(chosen: Iterable[Candidate]) -> list[int]:
 
 
 def _from_here(selection: Selection) -> None:
-    """Grow, and hold every effect against dropping and its rivals, until that changes nothing."""
+    """Grow, and hold every effect against dropping and its rivals, until that changes nothing; then fit from afresh."""
+    _until_nothing_changes(selection)
+    selection.restart()
+
+
+def _until_nothing_changes(selection: Selection) -> None:
     for _ in range(MOST_ROUNDS):
         before = _names(selection)
         selection.grow()

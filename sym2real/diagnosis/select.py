@@ -199,6 +199,18 @@ class Selection:
             if kept <= GAIN_BESIDE or not self.significant(self.fit, one):
                 self.put(rest, fit)
 
+    def restart(self) -> None:
+        """Fit what is in from its other starts too: a delay's error has a kink at every whole step that stops fits."""
+        hypotheses = []
+        for tied, level in ((one.free[0], level) for one in self.chosen for level in one.starts):
+            values = self.fit.values.clone()
+            values[list(tied)] = level
+            hypotheses.append(Hypothesis(self.free(self.chosen), values))
+        fits = self.problems.fit(hypotheses, REFIT_STEPS) if hypotheses else []
+        best = min((self.fit, *fits), key=lambda fit: fit.total)
+        if best is not self.fit:
+            self.put(self.chosen, best)
+
     def swap(self) -> dict[str, list[tuple[Scored, float, Tensor]]]:
         """Exchange what a rival explains better; returns each finding's rivals with their share of its gain."""
         rivals: dict[str, list[tuple[Scored, float, Tensor]]] = {}

@@ -1,9 +1,11 @@
-"""The diagnosis on simulators that are not ours: RotorPy's quadrotor, CommonRoad's and highway-env's cars that slide.
+"""The diagnosis on simulators that are not ours: RotorPy's and drone-models' quadrotors, two cars that slide.
 
 Physics, rotors, drag and tyres are their authors'; the runs are those of the standard set, with its sensor noise. The
-quadrotor's base is learned in MuJoCo and calibrated there; RotorPy's rotors need 4 ms where MuJoCo's are immediate,
-which every case but two has beside its own effect. The car's is a bicycle without slip and without a simulator, so its
-every case also lacks the lags of servo and motor, the slip of its tyres, and the arm from the rear axle to its centre.
+quadrotors' base is learned in MuJoCo and calibrated there. RotorPy's rotors need 4 ms where MuJoCo's are immediate,
+which every case but two has beside its own effect; drone-models' are Crazyflies as they were identified in flight, 5 to
+16 g heavier than the base's, with slow rotors and drag. The cars are CommonRoad's and highway-env's, held against a
+bicycle without slip and without a simulator, so that every case also lacks the lags of servo and motor, the slip of its
+tyres, and the arm from the rear axle to its centre.
 
     pip install ".[bench]"
     python tools/bench/other_simulators.py
@@ -12,6 +14,8 @@ every case also lacks the lags of servo and motor, the slip of its tyres, and th
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -23,6 +27,7 @@ import tyro
 from figures import Figure, report
 from highway_plant import WHEELBASE as ROAD_WHEELBASE
 from highway_plant import Tyres, drives
+from lsy_plant import IdentifiedQuadrotor, LsyPlant
 from rich.console import Console
 from rich.markup import escape
 from rotorpy_plant import QUICK, Quadrotor, RotorpyPlant
@@ -94,6 +99,14 @@ def flights() -> dict[str, tuple[Quadrotor, Truth]]:
     }
 
 
+IDENTIFIED = {
+    "identified Crazyflie": IdentifiedQuadrotor("cf2x_L250"),
+    "identified Crazyflie, immediate rotors": IdentifiedQuadrotor("cf2x_L250", immediate=True),
+    "identified Crazyflie, late commands": IdentifiedQuadrotor("cf2x_L250", immediate=True, late=2),
+    "identified Crazyflie, other propellers": IdentifiedQuadrotor("cf2x_P250"),
+    "identified Crazyflie, other motors": IdentifiedQuadrotor("cf2x_T350"),
+    "identified brushless Crazyflie": IdentifiedQuadrotor("cf21B_500"),
+}
 ALWAYS: Truth = {"lever_arm": {"rx": WHEELBASE / 2}, "lag:steer": {"value": 0.02}}
 DRIVES: dict[str, tuple[Car, Truth]] = {
     "single track": (Car(), {}),
@@ -197,6 +210,9 @@ def questions() -> Iterator[Question]:
     for case, (quadrotor, truth) in flights().items():
         runs = partial(standard_runs, flyer, partial(RotorpyPlant, quadrotor))
         yield Question(case, truth, runs, cached_base(flyer), MujocoPlant(flyer))
+    for case, identified in IDENTIFIED.items():
+        runs = partial(standard_runs, flyer, partial(LsyPlant, identified))
+        yield Question(case, identified.truth, runs, cached_base(flyer), MujocoPlant(flyer))
     for case, (told, truth) in DRIVES.items():
         own = {"lag:speed": {"value": told.speed_lag}, "tyre_slip": {"value": told.compliance}}
         runs = partial(standard_runs, driver, partial(SingleTrackPlant, told))
@@ -238,4 +254,6 @@ def main(options: Options) -> None:
 
 
 if __name__ == "__main__":
+    if not os.environ.get("SCIPY_ARRAY_API"):  # drone-models asks for it, before SciPy is imported
+        os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, "SCIPY_ARRAY_API": "1"})
     main(tyro.cli(Options, description=__doc__))

@@ -17,6 +17,7 @@ from scipy import stats
 from sym2real.control import MPPI
 from sym2real.control.deadlines import Deadlines
 from sym2real.control.planning_program import REACH
+from sym2real.diagnosis import add
 from sym2real.effects.filters import FilterState
 from sym2real.effects.visible import VisibleModel
 from sym2real.errors import ModelError
@@ -34,6 +35,20 @@ MODELS = {
     "filters": (MUSHR, late),
     "filters in flight": (CRAZYFLIE, lambda: late(CRAZYFLIE)),
     "hidden state": (CRAZYFLIE, motor_lagged),
+    **{
+        f"{key} {values}": (MUSHR, lambda key=key, values=values: add(MUSHR.nominal(), key, values))
+        for key, values in (
+            ("delay", {"value": 0.0}),
+            ("delay", {"value": MUSHR.dt}),
+            ("delay", {"value": 4 * MUSHR.dt}),
+            ("delay:steer", {"value": 0.12}),
+            ("limit:speed", {"upper": 1}),
+            ("limit:steer", {"magnitude": 0.2}),
+            ("rate_limit:speed", {"value": 2}),
+            ("dead_band:steer", {"value": 0.1}),
+            ("lag", {"value": 1}),
+        )
+    },
 }
 
 

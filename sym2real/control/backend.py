@@ -139,7 +139,7 @@ def fused_step(
 
 
 def choose(backend: Backend, reason: str, fuse: Callable[[], Step]) -> tuple[Step | None, str]:
-    """The fused step, or why there is none; said once in the log.
+    """The fused step, or why there is none; said once in the log, as a warning where it should have been possible.
 
     Args:
         backend: what was asked for.
@@ -149,15 +149,15 @@ def choose(backend: Backend, reason: str, fuse: Callable[[], Step]) -> tuple[Ste
     Raises:
         ModelError: when the kernel was asked for and cannot be had.
     """
-    fused, reason = None, "torch was asked for" if backend == "torch" else reason
+    fused, reason, level = None, "torch was asked for" if backend == "torch" else reason, logging.INFO
     if not reason:
         try:
             fused = fuse()
         except (CompilationError, MissingDependencyError, ModelError) as error:
-            reason = str(error)
+            reason, level = str(error), logging.WARNING
     if fused is None and backend == "c":
         raise ModelError(f"the fused kernel cannot plan here: {reason}")
-    LOGGER.info("MPPI plans by %s", f"torch ({reason})" if fused is None else fused.description)
+    LOGGER.log(level, "MPPI plans by %s", f"torch ({reason})" if fused is None else fused.description)
     return fused, reason
 
 

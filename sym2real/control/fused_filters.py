@@ -121,7 +121,7 @@ def _stage(effect: Effect, values: Mapping[str, Tensor | float], dt: float) -> S
 def _periods(value: float, dt: float) -> tuple[int, float]:
     """Whole periods of a delay and the part of one that is left."""
     late = value / dt
-    late = round(late) if abs(late - round(late)) < 1e-9 else late
+    late = float(round(late)) if abs(late - round(late)) < 1e-9 else late
     return math.floor(late), late - math.floor(late)
 
 

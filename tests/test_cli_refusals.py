@@ -87,6 +87,12 @@ def test_a_value_that_is_given_twice_is_refused(models: Path, capsys: pytest.Cap
     assert not (models / "windy").exists()
 
 
+def test_an_effect_that_is_given_twice_is_refused(models: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    error = said(f"add {models}/quadrotor wind fx=0.1 wind fy=0.2 --out {models}/windy", capsys)
+    assert "wind: expected once with all its values behind it, found 2 times" in error
+    assert not (models / "windy").exists()
+
+
 @pytest.mark.parametrize(
     ("command", "message"),
     [

@@ -22,7 +22,8 @@ def chosen_effects(texts: Sequence[str], described: Describable) -> list[tuple[E
         described: the robot or the equations that they are for.
 
     Raises:
-        ModelError: when a value stands before the first key or is not a number, or an effect does not apply.
+        ModelError: when a value stands before the first key or is not a number, or an effect does not apply or is named
+            twice.
         UnknownNameError: for a kind or column that does not exist.
     """
     from sym2real.effects import effect
@@ -31,6 +32,10 @@ def chosen_effects(texts: Sequence[str], described: Describable) -> list[tuple[E
         return effect(key, described).parameters[0].name
 
     named = with_values(texts, "the name of an effect", parameter_of)
+    keys = [key for key, _ in named]
+    for key in keys:
+        if keys.count(key) > 1:
+            raise ModelError(f"{key}: expected once with all its values behind it, found {keys.count(key)} times")
     chosen = [(effect(key, described), values) for key, values in named]
     for one, _ in chosen:
         if reason := one.why_not(described):

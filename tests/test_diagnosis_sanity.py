@@ -94,6 +94,7 @@ def test_a_gyro_that_was_wrong_in_flight_is_settled(key: str, value: float, tole
         ("vy", lambda v: 1e3 * v, "sensor_scale:vy"),
         ("vz", lambda v: v + 0.1, "sensor_bias:vz"),
         ("wz", lambda w: -w, "sensor_sign:wz"),
+        ("vy", lambda v: -v, "sensor_sign:vy"),
     ],
 )
 def test_a_column_in_the_wrong_unit_or_sign_is_settled(

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from noisy_flights import flights, flights_with
 
 from sym2real.data import example_flight
-from sym2real.diagnosis import compare, diagnose
+from sym2real.diagnosis import add, compare, diagnose
+from sym2real.diagnosis.agreement import thrust_agreement
 from sym2real.diagnosis.conventions import breaches
-from sym2real.diagnosis.foreign_units import ForeignUnit
+from sym2real.diagnosis.data_report import data_report
+from sym2real.diagnosis.foreign_units import ForeignUnit, foreign_positions, foreign_velocities
 from sym2real.diagnosis.sanity import check
 from sym2real.experiments.real_flight import motor_level_equations
 from sym2real.experiments.standard_set import Case, simulate_case
-from sym2real.logs import read_log
-from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.logs import read_log, write_log
+from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.trajectory import Dataset
 
 DEGREES = 180.0 / np.pi
@@ -79,7 +82,7 @@ QUADROTOR = [
 CAR = [
     (of("x y", 1e3), ["x y in mm instead of m"]),
     (of("vx vy", 1e2), ["vx vy in cm/s instead of m/s"]),
-    (of("wz", DEGREES), ["wz in deg/s instead of rad/s"]),
+    (of("wz", DEGREES), ["sensor_scale:wz (57.3)"]),
     (of("steer", DEGREES), ["steer in deg instead of rad"]),
     (of("speed", 1e3), ["speed in mm/s instead of m/s"]),
 ]
@@ -136,17 +139,147 @@ def test_motors_in_percent_or_16_bits_are_named_on_a_measured_flight(factor: flo
 
 
 EFFECTS = [
-    ("gain:thrust", {"value": 0.6}),
-    ("gain:wx_cmd", {"value": 0.4}),
-    ("delay", {"value": 0.1}),
-    ("added_mass", {"value": 0.015}),
-    ("wind", {"fx": 0.08}),
+    (CRAZYFLIE, "gain:thrust", {"value": 0.6}),
+    (CRAZYFLIE, "gain:wx_cmd", {"value": 0.2}),
+    (CRAZYFLIE, "gain:wz_cmd", {"value": 0.1}),
+    (CRAZYFLIE, "delay", {"value": 0.1}),
+    (CRAZYFLIE, "added_mass", {"value": 0.015}),
+    (CRAZYFLIE, "wind", {"fx": 0.08}),
+    (MUSHR, "limit:speed", {"upper": 0.5}),
+    (MUSHR, "limit:speed", {"upper": 0.2}),
+    (MUSHR, "gain:speed", {"value": 0.3}),
+    (MUSHR, "gain:steer", {"value": 0.3}),
+    (MUSHR, "lag:speed", {"value": 1.0}),
 ]
 
 
-@pytest.mark.parametrize(("key", "values"), EFFECTS)
-def test_a_strong_effect_is_no_other_unit(key: str, values: Factors) -> None:
-    assert breaches(flights_with(key, values, count=2), CRAZYFLIE.nominal())[0] == []
+def logs_with(robot: Robot, key: str, values: Factors) -> Dataset:
+    if robot is CRAZYFLIE:
+        return flights_with(key, values, count=2)
+    return simulate_case(Case("mushr", ((key, values),), seed=4), 3, 200)
+
+
+@pytest.mark.parametrize(("robot", "key", "values"), EFFECTS)
+def test_a_strong_effect_is_no_other_unit_whether_the_model_has_it_or_not(
+    robot: Robot, key: str, values: Factors
+) -> None:
+    data, plain = logs_with(robot, key, values), robot.nominal()
+    for log in data:
+        assert breaches(Dataset([log]), plain)[0] == []
+    assert breaches(data, plain)[0] == []
+    assert breaches(data, add(plain, key, values))[0] == []
+
+
+def test_commands_of_a_model_with_filters_are_judged_behind_them() -> None:
+    late = ("delay", {"value": 0.1})
+    data, model = simulate_case(Case("mushr", (late,), seed=4), 2, 150), add(MUSHR.nominal(), *late)
+    (found,), _ = breaches(times(data, {"steer": DEGREES}), model)
+    assert isinstance(found, ForeignUnit)
+    assert (found.columns, found.unit) == (("steer",), "deg")
+
+
+def test_what_the_model_says_of_its_sensors_is_no_breach() -> None:
+    model = CRAZYFLIE.nominal()
+    for rate in ("wx", "wy", "wz"):
+        model = add(model, f"sensor_scale:{rate}", {"value": DEGREES})
+    broken = times(flights(), of("wx wy wz", DEGREES))
+    assert breaches(broken, model)[0] == []
+    assert not any("instead of" in line for line in data_report(broken, model).lines())
+
+
+@pytest.mark.parametrize(("noise", "columns"), [(1.6, "vx vy vz"), (1.0, "wx wy wz"), (3.0, "vx vy vz")])
+def test_a_noisy_sensor_is_in_no_other_unit(noise: float, columns: str) -> None:
+    rng, noisy = np.random.default_rng(0), []
+    for log in flights():
+        state = log.state.copy()
+        state[:, log.layouts.state.indices(columns.split())] += noise * rng.normal(size=(len(log), 3))
+        noisy.append(replace(log, state=state))
+    assert breaches(Dataset(noisy), CRAZYFLIE.nominal())[0] == []
+    assert breaches(Dataset(noisy[:1]), CRAZYFLIE.nominal())[0] == []
+
+
+@pytest.mark.parametrize("rows", [30, 60, 150])
+def test_velocities_along_body_axes_are_no_positions_in_another_unit(rows: int) -> None:
+    for log in simulate_case(Case("mushr", (), seed=0), 8, 150):
+        state, sine, cosine = log.state.copy(), log.column("sin_yaw"), log.column("cos_yaw")
+        place = log.layouts.state.indices(("vx", "vy"))
+        east, north = state[:, place].T
+        state[:, place] = np.stack([cosine * east + sine * north, cosine * north - sine * east], axis=1)
+        turned = Dataset([replace(log, state=state).rows(0, rows)])
+        assert breaches(turned, None)[0] == []
+        assert not any(
+            "instead of" in fault.name or "unit" in fault.name for fault in check(MUSHR.nominal(), turned).faults
+        )
+
+
+def test_a_turn_of_many_times_gravity_is_no_other_unit() -> None:
+    """A circle of 6 m at 22 m/s, whose thrust is eight times the weight."""
+    radius, speed, log = 6.0, 22.0, flights()[1]
+    angle = speed / radius * log.time
+    east, north, nothing = np.cos(angle), np.sin(angle), np.zeros(len(log))
+    lean = np.arctan2(speed**2 / radius, 9.81)
+    # Thrust points up and inwards: a turn by the lean about the way forwards, against its sense.
+    attitude = np.stack(
+        [nothing + np.cos(lean / 2), np.sin(lean / 2) * north, -np.sin(lean / 2) * east, nothing], axis=1
+    )
+    columns = {
+        "x": radius * east,
+        "y": radius * north,
+        "z": nothing,
+        "vx": -speed * north,
+        "vy": speed * east,
+        "vz": nothing,
+    }
+    state, layout = log.state.copy(), log.layouts.state
+    for name, values in columns.items():
+        state[:, layout.index(name)] = values + 5e-4 * np.random.default_rng(0).normal(size=len(log))
+    state[:, layout.slice("attitude")] = attitude
+    turn = replace(log, state=state)
+    assert thrust_agreement([turn]).correlation == pytest.approx(1.0, abs=0.02)
+    assert foreign_positions(Dataset([turn])) == foreign_velocities(Dataset([turn])) == []
+
+
+def test_a_robot_at_rest_has_no_commands_in_another_unit() -> None:
+    log, rng = flights()[1], np.random.default_rng(0)
+    for noise in (0.0, 1e-3):
+        state = np.tile(log.state[:1], (len(log), 1)) + noise * rng.normal(size=log.state.shape)
+        assert breaches(Dataset([replace(log, state=state)]), CRAZYFLIE.nominal())[0] == []
+
+
+@pytest.mark.parametrize(
+    ("column", "factor", "unit"), [("x", 1e3, "mm"), ("wy", DEGREES, "deg/s"), ("vz", 1e2, "cm/s")]
+)
+def test_one_column_of_several_is_named_alone(column: str, factor: float, unit: str) -> None:
+    (found,), undone = breaches(times(flights(), {column: factor}))
+    assert isinstance(found, ForeignUnit)
+    assert (found.columns, found.unit) == ((column,), unit)
+    np.testing.assert_allclose(undone[0].state, flights()[0].state, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("factors", "lines"),
+    [
+        (
+            of("thrust", 1.0 / CRAZYFLIE.mass),
+            ["mass = 0.027", "[columns]", 'thrust = { column = "thrust", unit = "m/s^2" }'],
+        ),
+        (
+            of("wx wy wz", DEGREES),
+            ["[columns]", *(f'{w} = {{ column = "{w}", unit = "deg/s" }}' for w in ("wx", "wy", "wz"))],
+        ),
+    ],
+)
+def test_the_fix_mends_the_log(tmp_path: Path, factors: Factors, lines: list[str]) -> None:
+    (log,) = times(one_flight(), factors)
+    (fault,) = check(CRAZYFLIE.nominal(), Dataset([log])).faults
+    assert all(part in fault.fix for part in ("unit = ", *(["mass = 0.027"] if "mass" in lines[0] else [])))
+    write_log(log, tmp_path / "log.csv")
+    time = ["[time]", 'column = "time"']
+    place = lines.index("[columns]")
+    (tmp_path / "spec.toml").write_text("\n".join([*lines[:place], *time, *lines[place:]]))
+    model = CRAZYFLIE.nominal()
+    mended = read_log(tmp_path / "log.csv", spec=tmp_path / "spec.toml", layouts=model.layouts, dt=model.dt)
+    assert check(model, Dataset([mended])).faults == ()
 
 
 def test_sound_logs_of_both_robots_and_a_hover_alone_have_no_breach() -> None:

@@ -15,7 +15,7 @@ from sym2real.diagnosis.data_report import data_report
 from sym2real.diagnosis.heading import against_the_path
 from sym2real.diagnosis.sanity import check
 from sym2real.experiments.standard_set import Case, simulate_case
-from sym2real.logs import Inspection, LogSpec, inspect_logs, read_log, read_logs
+from sym2real.logs import Inspection, LogSpec, inspect_logs, read_log, read_logs, write_log
 from sym2real.logs.course import between, course, together
 from sym2real.robots import MUSHR
 from sym2real.trajectory import Array, Dataset
@@ -148,3 +148,15 @@ def test_measured_drives_turn_with_their_path(shared_data: Path) -> None:
     assert against_the_path(data) is None
     assert against_the_path(mirrored(data, lambda heading: -heading)) is not None
     assert inspect_logs(shared_data / "mushr_steering_offset").suspected_flips == ()
+
+
+@pytest.mark.parametrize("servo", [1.0, -1.0])
+def test_a_drive_as_this_package_writes_it_is_read_as_it_is(tmp_path: Path, servo: float) -> None:
+    """By the proposed specification, that is; a steering that turns the other way is still seen."""
+    (log, _) = simulate_case(Case("mushr", (), seed=3), 2, 240)
+    action = log.action * [servo if name == "steer" else 1.0 for name in log.layouts.action]
+    write_log(replace(log, action=action), tmp_path / "drive.csv")
+    found = inspect_logs(tmp_path / "drive.csv")
+    read = read_log(tmp_path / "drive.csv", spec=found.spec, layouts=MUSHR.layouts, dt=MUSHR.dt)
+    np.testing.assert_allclose(read.state, log.state, atol=1e-12)
+    assert found.suspected_flips == (("steer",) if servo < 0 else ())

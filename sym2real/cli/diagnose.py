@@ -61,7 +61,7 @@ class Diagnose:
         base = open_with_progress(self.model, console)
         data = logs_for(base, self.logs, self.spec)
         held_out = logs_for(base, self.held_out, self.spec, apart_from=self.logs) if self.held_out else None
-        about_data = data_report(data).lines()
+        about_data = data_report(data, base).lines()
         for line in about_data:
             console.print(f"data: {line}", style="dim", markup=False)
         with stages_progress(console) as on_progress:

@@ -29,8 +29,8 @@ class Agreement:
     Args:
         correlation: −1 is a wrong sign; None where there is too little motion to judge.
         in_other_frame: the same correlation with the velocity turned from body to world; None where it does not apply.
-        ratio: how many times as large the measured derivative is (of a thrust, the push), by regression of what is
-            differentiated, and so noisy, on the other; 1 where there is too little motion.
+        ratio: of their standard deviations: how many times as large the measured derivative is (of a thrust, the push);
+            1 where there is too little motion.
     """
 
     correlation: float | None
@@ -57,8 +57,8 @@ def rate_agreement(logs: Sequence[Trajectory]) -> dict[str, Agreement]:
     found = {}
     for column in (name for name in RATES if name in layout):
         pairs = [(_middle(trajectory.column(column)), turning(trajectory, column)) for trajectory in logs]
-        correlation, slope = _compared(pairs, LEAST_MOTION["rad/s"])
-        found[column] = Agreement(correlation, ratio=_inverse(slope))
+        correlation, ratio = _compared(pairs, LEAST_MOTION["rad/s"])
+        found[column] = Agreement(correlation, ratio=ratio)
     return found
 
 
@@ -79,8 +79,8 @@ def thrust_agreement(logs: Sequence[Trajectory]) -> Agreement:
             axis = rotation.rotate(attitude, torch.tensor([0.0, 0.0, 1.0], dtype=torch.float64)).numpy()
             pairs += [(axis[1:-1, place], pushed[place]) for place in (0, 1)]
         found.append(_compared(pairs, LEAST_TILT))
-    (own, slope), (other, _) = found
-    return Agreement(own, other, slope)
+    (own, ratio), (other, _) = found
+    return Agreement(own, other, 1.0 / ratio if ratio else 0.0)
 
 
 def _pushed(position: Array, log: Trajectory) -> Array:
@@ -113,10 +113,10 @@ def velocity_agreement(logs: Sequence[Trajectory]) -> dict[str, Agreement]:
         if column not in layout or position not in layout:
             continue
         moved = [np.diff(one.column(position)) / np.diff(one.time) for one in logs]
-        own, slope = _compared([(_middle(one.column(column)), m) for one, m in zip(logs, moved, strict=True)], least)
+        own, ratio = _compared([(_middle(one.column(column)), m) for one, m in zip(logs, moved, strict=True)], least)
         turned = [to_world(one) for one in logs]
         other = [(_middle(t[:, place]), m) for t, m in zip(turned, moved, strict=True) if t is not None]
-        found[column] = Agreement(own, _compared(other, least)[0] if other else None, _inverse(slope))
+        found[column] = Agreement(own, _compared(other, least)[0] if other else None, ratio)
     return found
 
 
@@ -139,12 +139,8 @@ def _middle(values: Array) -> Array:
     return 0.5 * (values[1:] + values[:-1])
 
 
-def _inverse(slope: float) -> float:
-    return 1.0 / slope if slope else float("inf")
-
-
 def _compared(pairs: Sequence[tuple[Array, Array]], least: float) -> tuple[float | None, float]:
-    """Correlation of two smoothed series over all logs, and slope of the second; None and 1 where one hardly moves."""
+    """Correlation of two smoothed series, and how many times as large the first is; None and 1 where one is at rest."""
     kernel = np.ones(SMOOTHING) / SMOOTHING
     usable = [pair for pair in pairs if len(pair[0]) >= SMOOTHING]
     if not usable:
@@ -152,5 +148,4 @@ def _compared(pairs: Sequence[tuple[Array, Array]], least: float) -> tuple[float
     one, other = (np.concatenate([np.convolve(pair[i], kernel, "valid") for pair in usable]) for i in (0, 1))
     if len(one) < 2 or min(one.std(), other.std()) < least:
         return None, 1.0
-    correlation = float(np.corrcoef(one, other)[0, 1])
-    return correlation, correlation * float(other.std() / one.std())
+    return float(np.corrcoef(one, other)[0, 1]), float(one.std() / other.std())

@@ -1,7 +1,8 @@
 """Commands in another unit than the model's: with them a model predicts worse by far than that nothing changes.
 
 A thrust in mN, rates in deg/s, motors in percent or 16 bits: each is divided by every factor on a grid, and belongs to
-a unit where one step ahead is then foretold. Nothing less than absurd predictions counts: a gain is an effect.
+the unit whose factor is nearest to the one by which a step ahead is foretold. A gain or a limit of a few times is an
+effect; so units that are less than ten times apart are not told here.
 """
 
 from __future__ import annotations
@@ -14,18 +15,22 @@ import numpy as np
 import torch
 from scipy.optimize import minimize_scalar
 
-from sym2real.diagnosis.foreign_units import LARGE, ForeignUnit, factors
+from sym2real.diagnosis.foreign_units import ForeignUnit, unit_of
 from sym2real.diagnosis.inputs import with_inputs
+from sym2real.diagnosis.prepared import with_filtered_commands
 from sym2real.effects.visible import VisibleModel, visible_state
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset
 
-# Mean squares, of those by which the state changes in a step: what predictions must miss as the commands stand, and
-# how many times less in the right unit.
-ABSURD, BETTER = 10.0, 10.0
-AS_GOOD = 2.0  # times the least: a unit that is known is as good as the best factor
-GRID = np.geomspace(LARGE, 1e6, 90)
+# Errors of a step by those of holding the state, in mean squares, averaged over the columns: what predictions must miss
+# as the commands stand, how many times less in the right unit, and how many times more, in some column, with a factor
+# that is far from it to either side.
+ABSURD, BETTER, WORSE = 10.0, 10.0, 2.0
+FAR = 3.0  # times
+LEAST = 10.0  # times: below, a gain or a limit says it
+GRID = np.geomspace(1.0, 1e7, 140)
 MOST_ROWS = 500
+THAN = "what moves the robot as the model says"
 
 
 def foreign_commands(model: Equations, data: Dataset) -> list[ForeignUnit]:
@@ -33,7 +38,7 @@ def foreign_commands(model: Equations, data: Dataset) -> list[ForeignUnit]:
     known = with_inputs(model.layouts.inputs, data)
     if replace(model.layouts, state=visible_state(model)) != known.layouts:
         return []
-    steps, found = _Steps(VisibleModel(model, torch.float64), known), list[ForeignUnit]()
+    steps, found = _Steps(model, known), list[ForeignUnit]()
     for _ in known.layouts.action:
         one = _most_foreign(steps, model.numbers.get("mass"), [name for each in found for name in each.columns])
         if one is None:
@@ -50,41 +55,29 @@ def _most_foreign(steps: _Steps, mass: float | None, settled: Sequence[str]) -> 
         return None
     best: tuple[float, ForeignUnit | None] = (as_it_stands / BETTER, None)
     for columns in steps.groups(settled):
-        least = min(steps.missed(columns, factor) for factor in GRID)
-        if least < best[0]:
-            best = least, _unit(steps, columns, mass)
+        least, ratio = steps.best(columns)
+        sure = least < best[0] and steps.rise(columns, ratio) > WORSE
+        found = unit_of(columns[0], ratio, LEAST, mass) if sure else None
+        if found is not None:
+            best = least, ForeignUnit(columns, ratio, *found, THAN, mass)
     return best[1]
-
-
-def _unit(steps: _Steps, columns: tuple[str, ...], mass: float | None) -> ForeignUnit:
-    """The known unit that is as good as the best factor; else the factor alone."""
-    place = int(np.argmin([steps.missed(columns, factor) for factor in GRID]))
-    low, high = GRID[max(0, place - 1)], GRID[min(len(GRID), place + 2) - 1]
-    found = minimize_scalar(lambda at: steps.missed(columns, exp(at)), bounds=(log(low), log(high)), method="bounded")
-    known = factors(columns[0], mass)
-    missed = {unit: steps.missed(columns, factor) for unit, factor in known.items()}
-    unit = min(missed, key=lambda one: missed[one], default="")
-    ratio, than = exp(found.x), "what moves the robot as the model says"
-    if unit and missed[unit] <= AS_GOOD * found.fun:
-        return ForeignUnit(columns, ratio, unit, known[unit], than)
-    return ForeignUnit(columns, ratio, "", ratio, than)
 
 
 class _Steps:
     """Rows of logs one step apart, and what a model makes of them with commands divided by something."""
 
-    def __init__(self, predict: VisibleModel, data: Dataset) -> None:
-        self._predict, self._state, self._action = predict, data.layouts.state, data.layouts.action
+    def __init__(self, model: Equations, data: Dataset) -> None:
+        self._model, self._predict, self._data = model, VisibleModel(model, torch.float64), data
+        self._state, self._action = data.layouts.state, data.layouts.action
         lengths = [len(one) for one in data]
         firsts = np.cumsum([0, *lengths[:-1]])
         rows = np.concatenate([np.arange(n - 1) + first for n, first in zip(lengths, firsts, strict=True)])
-        rows = rows[:: max(1, len(rows) // MOST_ROWS)]
-        state, self._sent, inputs = (
-            torch.as_tensor(np.concatenate([getattr(one, name) for one in data]))
-            for name in ("state", "action", "inputs")
+        self._rows = rows[:: max(1, len(rows) // MOST_ROWS)]
+        state, inputs = (
+            torch.as_tensor(np.concatenate([getattr(one, k) for one in data])) for k in ("state", "inputs")
         )
-        self._now, self._later, self._sent = state[rows], state[rows + 1], self._sent[rows]
-        self._given = inputs[rows] if inputs.shape[-1] else None
+        self._now, self._later = state[self._rows], state[self._rows + 1]
+        self._given = inputs[self._rows] if inputs.shape[-1] else None
         self._changed = self._state.difference(self._later, self._now).square().mean(0)
 
     def groups(self, settled: Sequence[str]) -> list[tuple[str, ...]]:
@@ -98,13 +91,38 @@ class _Steps:
 
     def scale(self, columns: Sequence[str], factor: float) -> None:
         """Divide columns from now on."""
-        self._sent[:, self._action.indices(columns)] /= factor
+        self._data = self._scaled(columns, factor)
+
+    def best(self, columns: Sequence[str]) -> tuple[float, float]:
+        """What is missed with the factor by which least is, and that factor."""
+        missed = [self.missed(columns, factor) for factor in GRID]
+        place = int(np.argmin(missed))
+        around = log(GRID[max(0, place - 1)]), log(GRID[min(len(GRID) - 1, place + 1)])
+        found = minimize_scalar(lambda at: self.missed(columns, exp(at)), bounds=around, method="bounded")
+        return float(found.fun), exp(found.x)
+
+    def rise(self, columns: Sequence[str], factor: float) -> float:
+        """How many times more is missed, in the column where most is, with columns divided by far more and far less."""
+        here, *beside = (self._errors(columns, factor * by) for by in (1.0, FAR, 1.0 / FAR))
+        return float((torch.minimum(*beside) / here).max())
 
     def missed(self, columns: Sequence[str], factor: float) -> float:
         """Mean square of a step's error over that of the step itself, with columns divided by a factor."""
-        sent = self._sent.clone()
-        sent[:, self._action.indices(columns)] /= factor
-        error = self._state.difference(self._later, self._predict(self._now, sent, self._given)).square().mean(0)
-        moving = self._changed > 0
-        missed = float((error[moving] / self._changed[moving]).mean())
+        missed = float(self._errors(columns, factor).mean())
         return missed if np.isfinite(missed) else float("inf")
+
+    def _errors(self, columns: Sequence[str], factor: float) -> torch.Tensor:
+        data = with_filtered_commands(self._model, self._scaled(columns, factor))
+        sent = torch.as_tensor(np.concatenate([one.action for one in data]))[self._rows]
+        error = self._state.difference(self._later, self._predict(self._now, sent, self._given)).square().mean(0)
+        return (error / self._changed)[self._changed > 0]
+
+    def _scaled(self, columns: Sequence[str], factor: float) -> Dataset:
+        if not columns:
+            return self._data
+        scaled = []
+        for one in self._data:
+            action = one.action.copy()
+            action[:, self._action.indices(columns)] /= factor
+            scaled.append(replace(one, action=action))
+        return Dataset(scaled)

@@ -1,24 +1,26 @@
 """Columns in another unit than the vocabulary's, known by how many times too large they are: deg/s, mm, cm/s.
 
 What is measured twice tells: rates against the attitude that they turn, velocities against the position that they move,
-and how a quadrotor is pushed aside against where its thrust points. A factor of a few may be a robot's own.
+and how a quadrotor is pushed aside against where its thrust points. A column is judged alone, and only where both
+go together so well that noise cannot make one seem larger; those that hardly move go with the others.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import exp, log
-from statistics import median
+from math import log
 
 import numpy as np
 
-from sym2real.diagnosis.agreement import AGREES, Agreement, rate_agreement, thrust_agreement, velocity_agreement
+from sym2real.diagnosis.agreement import Agreement, rate_agreement, thrust_agreement, velocity_agreement
 from sym2real.logs.units import UNITS, standard_unit
 from sym2real.trajectory import Dataset, Trajectory
 
-LARGE = 3.0  # times; less is no other unit
-NEAR = 1.25  # times; a unit is named where the factor is as near to its own
+SURE = 0.9  # correlation from which a ratio of sizes is a ratio of units
+NEAR = 1.25  # times; a unit is named where the ratio is as near to its own
+LARGE, UNHEARD_OF = 3.0, 30.0  # times; less is no other unit, more is one even if it has no name
+POSITIONS = ("x", "y", "z")
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,7 @@ class ForeignUnit:
         unit: key of :data:`~sym2real.logs.units.UNITS`; "" where none has such a factor.
         factor: what is logged over what is meant, of that unit; as found where there is none.
         than: what they are so many times, for a sentence.
+        mass: kg, of a thrust that is logged per unit mass.
     """
 
     columns: tuple[str, ...]
@@ -38,6 +41,7 @@ class ForeignUnit:
     unit: str
     factor: float
     than: str
+    mass: float | None = None
 
     @property
     def evidence(self) -> str:
@@ -49,9 +53,10 @@ class ForeignUnit:
     @property
     def fix(self) -> str:
         """What to change."""
-        column = self.columns[0]
         value = f'unit = "{self.unit}"' if self.unit else f"scale = {1.0 / self.factor:.4g}"
-        return f'say so in a specification of the log, as in {column} = {{ column = "{column}", {value} }}'
+        told = f"give {' and '.join(self.columns)} {value} in a specification of the log"
+        per_mass = self.unit and UNITS[self.unit][0] == "m/s^2" and standard_unit(self.columns[0]) == "N"
+        return f"{told}, and mass = {self.mass:g} at its top" if per_mass else told
 
     def undone(self, data: Dataset) -> Dataset:
         """The logs with these columns in the unit that is meant."""
@@ -64,64 +69,78 @@ class ForeignUnit:
         return replace(one, state=state, action=action)
 
 
-def named(columns: Sequence[str], ratio: float, than: str) -> ForeignUnit:
-    """Columns that are so many times too large, with the unit that is nearest."""
-    known = factors(columns[0])
-    unit = min(known, key=lambda one: abs(log(known[one] / ratio)), default="")
-    if not unit or abs(log(known[unit] / ratio)) > log(NEAR):
-        return ForeignUnit(tuple(columns), ratio, "", ratio, than)
-    return ForeignUnit(tuple(columns), ratio, unit, known[unit], than)
-
-
-def factors(column: str, mass: float | None = None) -> dict[str, float]:
-    """Unit → how many times larger its numbers are than the column's own, of those that are far larger.
+def unit_of(column: str, ratio: float, least: float, mass: float | None = None) -> tuple[str, float] | None:
+    """Unit and factor of numbers that are so many times too large; "" and the ratio where it has no name.
 
     Args:
         column: standard column name.
+        ratio: what is logged over what is meant.
+        least: factor of a unit, below which nobody tells it from what a robot does.
         mass: kg, where a thrust may be logged per unit mass.
+
+    Returns:
+        None where the ratio is that of no unit, and not so large that there must be one.
     """
+    known = {unit: factor for unit, factor in factors(column, mass).items() if factor >= least}
+    unit = min(known, key=lambda one: abs(log(known[one] / ratio)), default="")
+    if unit and abs(log(known[unit] / ratio)) <= log(NEAR):
+        return unit, known[unit]
+    return ("", ratio) if ratio >= UNHEARD_OF else None
+
+
+def factors(column: str, mass: float | None = None) -> dict[str, float]:
+    """Unit → how many times larger its numbers are than the column's own; ``mass`` as of :func:`unit_of`."""
     meant = standard_unit(column)
     found = {unit: 1.0 / value for unit, (inside, value) in UNITS.items() if inside == meant}
     if meant == "N" and mass is not None:
         found |= {unit: 1.0 / (value * mass) for unit, (inside, value) in UNITS.items() if inside == "m/s^2"}
-    return {unit: value for unit, value in found.items() if value >= LARGE}
+    return found
 
 
 def foreign_positions(data: Dataset) -> list[ForeignUnit]:
     """The position, by a quadrotor's pushes or by the velocity that it should have."""
-    columns = [name for name in ("x", "y", "z") if name in data.layouts.state]
-    pushed = thrust_agreement(list(data))
-    ratio = _ratio([pushed])
-    if ratio is not None and ratio >= LARGE:
-        return [named(columns, ratio, "how far thrust moves the robot")]
-    ratio = _ratio(velocity_agreement(list(data)).values())
-    if ratio is not None and 1.0 / ratio >= LARGE:
-        return [named(columns, 1.0 / ratio, "how far the velocity moves the robot")]
-    return []
+    columns = tuple(name for name in POSITIONS if name in data.layouts.state)
+    pushed = _ratio(thrust_agreement(list(data)))
+    if pushed is not None and pushed >= UNHEARD_OF:  # below, thrust is that of a fast turn
+        return _foreign(dict.fromkeys(columns, pushed), "how far thrust moves the robot")
+    moved = velocity_agreement(list(data))
+    ratios = {name.removeprefix("v"): _ratio(one) for name, one in moved.items()}
+    inverse = {name: None if ratio is None else 1.0 / ratio for name, ratio in ratios.items()}
+    return _foreign(inverse, "how far the velocity moves the robot")
 
 
 def foreign_velocities(data: Dataset) -> list[ForeignUnit]:
     """The velocity, by how the position changes."""
-    return _foreign(velocity_agreement(list(data)), "what the position changes by")
+    found = velocity_agreement(list(data))
+    return _foreign({name: _ratio(one) for name, one in found.items()}, "what the position changes by")
 
 
 def foreign_rates(data: Dataset) -> list[ForeignUnit]:
     """The body rates, by how the attitude or heading turns."""
-    return _foreign(rate_agreement(list(data)), "what the robot turns by")
+    found = rate_agreement(list(data))
+    return _foreign({name: _ratio(one) for name, one in found.items()}, "what the robot turns by")
 
 
-def _foreign(found: Mapping[str, Agreement], than: str) -> list[ForeignUnit]:
-    ratio = _ratio(found.values())
-    return [] if ratio is None or ratio < LARGE else [named(tuple(found), ratio, than)]
+def _foreign(ratios: Mapping[str, float | None], than: str) -> list[ForeignUnit]:
+    """One entry for each unit that columns are in; what cannot be judged is in the one that all others are in."""
+    judged = {name: ratio for name, ratio in ratios.items() if ratio is not None}
+    units = {name: unit_of(name, ratio, LARGE) for name, ratio in judged.items()}
+    shared = {None if found is None else found[0] for found in units.values()}
+    found = []
+    for unit in sorted(one for one in shared if one is not None):
+        own = [name for name, known in units.items() if known is not None and known[0] == unit]
+        columns = tuple(ratios) if len(shared) == 1 else tuple(own)
+        ratio = float(np.exp(np.mean(np.log([judged[name] for name in own]))))
+        found.append(ForeignUnit(columns, ratio, unit, factors(own[0])[unit] if unit else ratio, than))
+    return found
 
 
-def _ratio(found: Collection[Agreement]) -> float | None:
-    """Logged over derived, where all that can be judged are as many times as large; None where nothing can be."""
-    judged = [abs(one.ratio) for one in found if one.correlation is not None and abs(one.correlation) >= AGREES]
-    if not judged or not all(judged):
+def _ratio(one: Agreement) -> float | None:
+    """How many times as large as the derivative a column is; None where nobody can tell, or in another frame."""
+    if one.correlation is None or abs(one.correlation) < SURE or not one.ratio:
         return None
-    middle = exp(median(np.log(judged)))
-    return middle if max(abs(np.log(judged) - log(middle))) < log(LARGE) else 1.0
+    elsewhere = one.in_other_frame
+    return None if elsewhere is not None and elsewhere > one.correlation else one.ratio
 
 
 def _plain(number: float) -> str:

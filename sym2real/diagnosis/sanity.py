@@ -99,7 +99,7 @@ def check(model: Equations, data: Dataset) -> Checked:
     found: list[Fault] = []
     sensors = Sensors(model)
     data = _through(sensors.state, data)
-    for settle in (_order, _attitude, _heading, _positions, _velocity_frame, _velocities, _rates, _signs, _sensors):
+    for settle in (_order, _attitude, _heading, _velocity_frame, _positions, _velocities, _rates, _signs, _sensors):
         faults, data = settle(data)
         found += faults
     faults, data = _undone(foreign_commands(model, data), data)
@@ -123,7 +123,8 @@ def _order(data: Dataset) -> Settled:
     found = scalar_last(data)
     if found is None:
         return (), data
-    fix = 'rename the columns, or say `order = "xyzw"` under [attitude] in a specification of the log'
+    told = 'quaternion = ["qw", "qx", "qy", "qz"] and order = "xyzw"'
+    fix = f"rename the columns, or say {told} under [attitude] in a specification of the log"
     return [Fault("", found.evidence, fix)], found.undone(data)
 
 
@@ -140,9 +141,14 @@ def _rates(data: Dataset) -> Settled:
 
 
 def _undone(found: Sequence[ForeignUnit], data: Dataset) -> Settled:
+    faults = []
     for one in found:
         data = one.undone(data)
-    return [Fault("", one.evidence, one.fix) for one in found], data
+        first, *others = one.columns
+        alone = first in data.layouts.state and not others
+        effect, value = (f"sensor_scale:{first}", one.factor) if alone else ("", None)
+        faults.append(Fault(effect, one.evidence, one.fix, value))
+    return faults, data
 
 
 def _attitude(data: Dataset) -> Settled:
@@ -197,23 +203,24 @@ def _velocity_frame(data: Dataset) -> Settled:
 
 
 def _signs(data: Dataset) -> Settled:
-    faults = rate_signs(data)
+    faults = wrong_signs(data)
     columns = [data.layouts.state.index(fault.effect.partition(":")[2]) for fault in faults]
     signs = np.ones(data.layouts.state.size)
     signs[columns] = -1.0
     return faults, Dataset(replace(log, state=log.state * signs) for log in data) if faults else data
 
 
-def rate_signs(data: Dataset) -> tuple[Fault, ...]:
-    """Body rates whose sign contradicts the attitude's derivative."""
+def wrong_signs(data: Dataset) -> tuple[Fault, ...]:
+    """Body rates and velocities whose sign contradicts the derivative of the attitude or the position."""
+    judged = {**rate_agreement(list(data)), **velocity_agreement(list(data))}
     return tuple(
         Fault(
             f"sensor_sign:{column}",
-            f"the logged {column} and the attitude's derivative correlate by {found:.3f}",
+            f"the logged {column} and the {_measured_by(column)}'s derivative correlate by {found:.3f}",
             EFFECTS["sensor_sign"].fix,
             -1.0,
         )
-        for column, agreement in rate_agreement(list(data)).items()
+        for column, agreement in judged.items()
         if (found := agreement.correlation) is not None and found < REVERSED
     )
 

@@ -101,7 +101,8 @@ def _slots(chosen: Iterable[Candidate]) -> list[int]:
 def _from_here(selection: Selection) -> None:
     """Grow, and hold every effect against dropping and its rivals, until that changes nothing; then fit from afresh."""
     _until_nothing_changes(selection)
-    selection.restart()
+    if selection.restart():
+        selection.prune()
 
 
 def _until_nothing_changes(selection: Selection) -> None:

@@ -199,8 +199,12 @@ class Selection:
             if kept <= GAIN_BESIDE or not self.significant(self.fit, one):
                 self.put(rest, fit)
 
-    def restart(self) -> None:
-        """Fit what is in from its other starts too: a delay's error has a kink at every whole step that stops fits."""
+    def restart(self) -> bool:
+        """Fit what is in from its other starts too: a delay's error has a kink at every whole step that stops fits.
+
+        Returns:
+            Whether one of them led to a better fit, which held-out data bear out.
+        """
         hypotheses = []
         for tied, level in ((one.free[0], level) for one in self.chosen for level in one.starts):
             values = self.fit.values.clone()
@@ -208,8 +212,10 @@ class Selection:
             hypotheses.append(Hypothesis(self.free(self.chosen), values))
         fits = self.problems.fit(hypotheses, REFIT_STEPS) if hypotheses else []
         best = min((self.fit, *fits), key=lambda fit: fit.total)
-        if best is not self.fit:
+        better = best is not self.fit and float(self.problems.held_out(best).sum()) < self.loss
+        if better:
             self.put(self.chosen, best)
+        return better
 
     def swap(self) -> dict[str, list[tuple[Scored, float, Tensor]]]:
         """Exchange what a rival explains better; returns each finding's rivals with their share of its gain."""

@@ -14,6 +14,8 @@ ANGLES = ("roll", "pitch", "yaw")
 # World axes as navigation names them, in the order of x, y, z: north-east-down, or east-north-up.
 COMPASS = (("north", "east", "down"), ("n", "e", "d"), ("east", "north", "up"), ("e", "n", "u"))
 LEVEL = ("east", "north")
+# A heading as this package writes it, the measured one and where it should be.
+HEADINGS = (("sin_yaw", "cos_yaw"), ("ref_sin_yaw", "ref_cos_yaw"))
 LETTERS = {"p": "x", "q": "y", "r": "z"}
 
 
@@ -50,6 +52,8 @@ class Assignment:
 def assign(names: Sequence[str]) -> Assignment:
     """Sort columns by what their names say; of two that say the same the first is taken."""
     result = Assignment()
+    result.columns = {name: name for pair in HEADINGS if {*pair} <= {*names} for name in pair}
+    names = [name for name in names if name not in result.columns]
     result.named = {name: named for name in names if (named := read_name(name)) is not None}
     result.named |= _compass(names) | _numbered(names)
     _settle_letters(result)

@@ -10,6 +10,7 @@ from math import isnan, pi
 import numpy as np
 
 from sym2real.logs import signals, spec_text
+from sym2real.logs.assignment import HEADINGS
 from sym2real.logs.course import TOGETHER, between, course, decides, together
 from sym2real.logs.draft import Draft
 from sym2real.logs.inspect_attitude import angle_unit
@@ -20,6 +21,7 @@ from sym2real.logs.signals import Series
 from sym2real.logs.units import UNITS
 
 READINGS = ("rad", "deg")
+UNIT = 0.05  # of sine and cosine from the unit circle, noise included
 WHOLE_TURN = 0.1  # of a turn, within which a jump is one: it turns meanwhile
 
 
@@ -36,6 +38,7 @@ class _Reading:
 def inspect_yaw(draft: Draft) -> None:
     """Unit, wraps, sign and zero of headings; sets ``heading`` from the measured one."""
     ways = _courses(draft)
+    _sines(draft)
     for name in ("yaw", "ref_yaw"):
         if not draft.has(name):
             continue
@@ -51,6 +54,18 @@ def inspect_yaw(draft: Draft) -> None:
         jumps = sum(int((np.abs(np.diff(part)) > 0.75 * _turn(one.unit)).sum()) for part in values)
         draft.add(column, name, one.unit, f"{one.evidence}; wraps {jumps} times", "certain" if one.sure else "likely")
         _sense(draft, name, column, ways, one)
+
+
+def _sines(draft: Draft) -> None:
+    """Headings as sine and cosine."""
+    for sine, cosine in (pair for pair in HEADINGS if draft.has(*pair)):
+        parts = list(zip(draft.raw(sine), draft.raw(cosine), strict=True))
+        off = max(float(np.abs(np.hypot(*part) - 1.0).max()) for part in parts)
+        told = f"sine and cosine lie on a circle of 1 within {off:.2g}"
+        for name in (sine, cosine):
+            draft.add(name, name, "1", told, "certain" if off < UNIT else "guess")
+        if sine == "sin_yaw":
+            draft.heading = [np.arctan2(*part) for part in parts]
 
 
 def _courses(draft: Draft) -> Series:

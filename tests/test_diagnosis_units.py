@@ -125,6 +125,25 @@ def test_a_factor_of_no_unit_is_told_with_the_scale_that_undoes_it() -> None:
     np.testing.assert_allclose(undone[0].action, data[0].action, rtol=0.05)
 
 
+@pytest.mark.parametrize(
+    ("robot", "column", "key", "values"),
+    [
+        (CRAZYFLIE, "wy_cmd", "", {}),
+        (CRAZYFLIE, "wz_cmd", "added_mass", {"value": 0.004}),
+        (MUSHR, "steer", "offset:steer", {"value": 0.06}),
+        (MUSHR, "steer", "delay", {"value": 0.2}),
+    ],
+)
+def test_a_command_with_the_wrong_sign_is_named_and_undone(
+    robot: Robot, column: str, key: str, values: Factors
+) -> None:
+    data = logs_with(robot, key, values)
+    checked = check(robot.nominal(), times(data, {column: -1.0}))
+    assert [fault.name for fault in checked.faults] == [f"{column} with the wrong sign"]
+    for log, right in zip(checked.data, data, strict=True):
+        np.testing.assert_array_equal(log.action, right.action)
+
+
 @pytest.mark.parametrize(("factor", "unit"), [(100.0, "%"), (65535.0, "uint16")])
 def test_motors_in_percent_or_16_bits_are_named_on_a_measured_flight(factor: float, unit: str) -> None:
     flight, name = example_flight(), "crazyflie_battery_drag"

@@ -1,11 +1,13 @@
-"""What stands in a log against the package's conventions beyond doubt: units, and the quaternion's order."""
+"""What stands in a log against the package's conventions beyond doubt: units, quaternions' order, commands' signs."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import torch
 
+from sym2real.diagnosis.command_signs import ReversedCommand, reversed_commands
 from sym2real.diagnosis.command_units import foreign_commands
 from sym2real.diagnosis.foreign_units import ForeignUnit, foreign_positions, foreign_rates, foreign_velocities
 from sym2real.diagnosis.quaternion_order import ScalarLast, scalar_last
@@ -13,7 +15,7 @@ from sym2real.effects.sensors import Sensors
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset
 
-Breach = ForeignUnit | ScalarLast
+Breach = ForeignUnit | ScalarLast | ReversedCommand
 
 
 def breaches(data: Dataset, model: Equations | None = None) -> tuple[list[Breach], Dataset]:
@@ -30,11 +32,12 @@ def breaches(data: Dataset, model: Equations | None = None) -> tuple[list[Breach
     for look in (foreign_positions, foreign_velocities, foreign_rates):
         data = _without(found, look(data), data)
     if model is not None:
-        data = _without(found, foreign_commands(model, data), data)
+        for judge in (foreign_commands, reversed_commands):
+            data = _without(found, judge(model, data), data)
     return found, data
 
 
-def _without(found: list[Breach], more: list[ForeignUnit], data: Dataset) -> Dataset:
+def _without(found: list[Breach], more: Sequence[Breach], data: Dataset) -> Dataset:
     found += more
     for one in more:
         data = one.undone(data)

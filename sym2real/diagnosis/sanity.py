@@ -20,6 +20,7 @@ from sym2real.diagnosis.agreement import (
     to_world,
     velocity_agreement,
 )
+from sym2real.diagnosis.command_signs import ReversedCommand, reversed_commands
 from sym2real.diagnosis.command_units import foreign_commands
 from sym2real.diagnosis.data_report import exact, exactness, excitation, loss_said
 from sym2real.diagnosis.foreign_units import ForeignUnit, foreign_positions, foreign_rates, foreign_velocities
@@ -102,8 +103,9 @@ def check(model: Equations, data: Dataset) -> Checked:
     for settle in (_order, _attitude, _heading, _velocity_frame, _positions, _velocities, _rates, _signs, _sensors):
         faults, data = settle(data)
         found += faults
-    faults, data = _undone(foreign_commands(model, data), data)
-    found += faults
+    for judge in (foreign_commands, reversed_commands):
+        faults, data = _undone(judge(model, data), data)
+        found += faults
     faults, data = _motors(model, data)
     found += faults
     data = _through(sensors.measured, data)
@@ -140,15 +142,17 @@ def _rates(data: Dataset) -> Settled:
     return _undone(foreign_rates(data), data)
 
 
-def _undone(found: Sequence[ForeignUnit], data: Dataset) -> Settled:
-    faults = []
+def _undone(found: Sequence[ForeignUnit | ReversedCommand], data: Dataset) -> Settled:
     for one in found:
         data = one.undone(data)
-        first, *others = one.columns
-        alone = first in data.layouts.state and not others
-        effect, value = (f"sensor_scale:{first}", one.factor) if alone else ("", None)
-        faults.append(Fault(effect, one.evidence, one.fix, value))
-    return faults, data
+    return [_fault(one, data) for one in found], data
+
+
+def _fault(one: ForeignUnit | ReversedCommand, data: Dataset) -> Fault:
+    """With the effect of one column of the state, where it is that."""
+    if isinstance(one, ForeignUnit) and len(one.columns) == 1 and one.columns[0] in data.layouts.state:
+        return Fault(f"sensor_scale:{one.columns[0]}", one.evidence, one.fix, one.factor)
+    return Fault("", one.evidence, one.fix)
 
 
 def _attitude(data: Dataset) -> Settled:

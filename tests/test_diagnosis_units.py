@@ -157,6 +157,20 @@ def test_motors_in_percent_or_16_bits_are_named_on_a_measured_flight(factor: flo
     np.testing.assert_allclose(undone[0].action, data[0].action, rtol=1e-9)
 
 
+def test_logs_in_different_units_are_each_put_right() -> None:
+    first, second = flights()[1], flights()[2]
+    broken = [*times(Dataset([first]), of("thrust", 1e3)), *times(Dataset([second]), of("wx wy wz", DEGREES))]
+    named = [replace(log, name=name) for log, name in zip(broken, ("one", "two"), strict=True)]
+    checked = check(CRAZYFLIE.nominal(), Dataset(named))
+    assert [fault.name for fault in checked.faults] == [
+        "wx wy wz in deg/s instead of rad/s in two, other than in other logs",
+        "thrust in mN instead of N in one, other than in other logs",
+    ]
+    for log, right in zip(checked.data, (first, second), strict=True):
+        np.testing.assert_allclose(log.state, right.state, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(log.action, right.action, rtol=1e-9, atol=1e-12)
+
+
 EFFECTS = [
     (CRAZYFLIE, "gain:thrust", {"value": 0.6}),
     (CRAZYFLIE, "gain:wx_cmd", {"value": 0.2}),

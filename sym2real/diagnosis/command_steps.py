@@ -24,8 +24,8 @@ MOST_ROWS = 500
 class Steps:
     """Rows of logs one step apart, and what a model makes of them with commands divided by something."""
 
-    def __init__(self, model: Equations, data: Dataset) -> None:
-        self._model, self._predict, self._data = model, VisibleModel(model, torch.float64), data
+    def __init__(self, model: Equations, predict: VisibleModel, data: Dataset) -> None:
+        self.model, self._predict, self.data = model, predict, data
         self._state, self._action = data.layouts.state, data.layouts.action
         lengths = [len(one) for one in data]
         firsts = np.cumsum([0, *lengths[:-1]])
@@ -42,12 +42,18 @@ class Steps:
     def of(cls, model: Equations, data: Dataset) -> Steps | None:
         """None where the logs have other columns than the model."""
         known = with_inputs(model.layouts.inputs, data)
-        return cls(model, known) if replace(model.layouts, state=visible_state(model)) == known.layouts else None
+        if replace(model.layouts, state=visible_state(model)) != known.layouts:
+            return None
+        return cls(model, VisibleModel(model, torch.float64), known)
+
+    def only(self, place: int) -> Steps:
+        """Those of the log at this place."""
+        return Steps(self.model, self._predict, Dataset([self.data[place]]))
 
     @property
     def signed(self) -> list[str]:
         """Commands that may be to both sides of zero: angles, their rates, and what has been there."""
-        sent = np.concatenate([one.action for one in self._data])
+        sent = np.concatenate([one.action for one in self.data])
         turns = [self._action.units[name] in ("rad", "rad/s") for name in self._action]
         sides = [column.min() < 0 < column.max() for column in sent.T]
         return [name for name, *either in zip(self._action, turns, sides, strict=True) if any(either)]
@@ -63,7 +69,7 @@ class Steps:
 
     def scale(self, columns: Sequence[str], factor: float) -> None:
         """Divide columns from now on."""
-        self._data = self._scaled(columns, factor)
+        self.data = self._scaled(columns, factor)
 
     def best(self, columns: Sequence[str]) -> tuple[float, float]:
         """What is missed with the factor by which least is, and that factor."""
@@ -85,16 +91,16 @@ class Steps:
 
     def errors(self, columns: Sequence[str], factor: float) -> torch.Tensor:
         """Mean square of a step's error over that of the step itself, of every column that moves ``# (k,)``."""
-        data = with_filtered_commands(self._model, self._scaled(columns, factor))
+        data = with_filtered_commands(self.model, self._scaled(columns, factor))
         sent = torch.as_tensor(np.concatenate([one.action for one in data]))[self._rows]
         error = self._state.difference(self._later, self._predict(self._now, sent, self._given)).square().mean(0)
         return (error / self._changed)[self._changed > 0]
 
     def _scaled(self, columns: Sequence[str], factor: float) -> Dataset:
         if not columns:
-            return self._data
+            return self.data
         scaled = []
-        for one in self._data:
+        for one in self.data:
             action = one.action.copy()
             action[:, self._action.indices(columns)] /= factor
             scaled.append(replace(one, action=action))

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from sym2real.diagnosis.command_steps import Steps
-from sym2real.diagnosis.foreign_units import ForeignUnit, unit_of
+from sym2real.diagnosis.foreign_units import ForeignUnit, in_one_log, unit_of
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset
 
@@ -23,12 +23,22 @@ THAN = "what moves the robot as the model says"
 
 
 def foreign_commands(model: Equations, data: Dataset) -> list[ForeignUnit]:
-    """Commands that stand in another unit; those of one unit together where all of them do."""
-    steps, found = Steps.of(model, data), list[ForeignUnit]()
-    if steps is None:
+    """Commands that stand in another unit, in all logs, or in each where they contradict each other."""
+    together = Steps.of(model, data)
+    if together is None or not together.missed((), 1.0) > ABSURD:
         return []
-    for _ in data.layouts.action:
-        one = _most_foreign(steps, model.numbers.get("mass"), [name for each in found for name in each.columns])
+    alone = [_foreign(together.only(place)) for place in range(len(data))] if len(data) > 1 else []
+    said = {tuple((one.columns, one.unit) for one in own) for own in alone}
+    if len(said) > 1:
+        return [in_one_log(one, data, place) for place, own in enumerate(alone) for one in own]
+    return _foreign(together)
+
+
+def _foreign(steps: Steps) -> list[ForeignUnit]:
+    """Those of one unit together where all of them are in another."""
+    found = list[ForeignUnit]()
+    for _ in steps.data.layouts.action:
+        one = _most_foreign(steps, [name for each in found for name in each.columns])
         if one is None:
             break
         steps.scale(one.columns, one.factor)
@@ -36,8 +46,9 @@ def foreign_commands(model: Equations, data: Dataset) -> list[ForeignUnit]:
     return found
 
 
-def _most_foreign(steps: Steps, mass: float | None, settled: Sequence[str]) -> ForeignUnit | None:
+def _most_foreign(steps: Steps, settled: Sequence[str]) -> ForeignUnit | None:
     """The columns whose other unit mends most of what is missed."""
+    mass = steps.model.numbers.get("mass")
     as_it_stands = steps.missed((), 1.0)
     if not as_it_stands > ABSURD:
         return None

@@ -7,7 +7,7 @@ go together so well that noise cannot make one seem larger; those that hardly mo
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import log
 
@@ -21,6 +21,7 @@ SURE = 0.9  # correlation from which a ratio of sizes is a ratio of units
 NEAR = 1.25  # times; a unit is named where the ratio is as near to its own
 LARGE, UNHEARD_OF = 3.0, 30.0  # times; less is no other unit, more is one even if it has no name
 POSITIONS = ("x", "y", "z")
+Judged = tuple[Mapping[str, float | None], str]  # column → logged over meant, and over what
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,7 @@ class ForeignUnit:
         factor: what is logged over what is meant, of that unit; as found where there is none.
         than: what they are so many times, for a sentence.
         mass: kg, of a thrust that is logged per unit mass.
+        log: place and name of the one log in which they are; None where it is so in all.
     """
 
     columns: tuple[str, ...]
@@ -42,13 +44,15 @@ class ForeignUnit:
     factor: float
     than: str
     mass: float | None = None
+    log: tuple[int, str] | None = None
 
     @property
     def evidence(self) -> str:
         """What shows it, one clause."""
         meant, names = standard_unit(self.columns[0]), " ".join(self.columns)
         told = f"{self.unit} instead of {meant}" if self.unit else f"no unit of {meant} that is known"
-        return f"{names} in {told}: the logged numbers are {_plain(self.ratio)} times {self.than}"
+        where = "" if self.log is None else f" in {self.log[1]}, other than in other logs"
+        return f"{names} in {told}{where}: the logged numbers are {_plain(self.ratio)} times {self.than}"
 
     @property
     def fix(self) -> str:
@@ -60,7 +64,8 @@ class ForeignUnit:
 
     def undone(self, data: Dataset) -> Dataset:
         """The logs with these columns in the unit that is meant."""
-        return Dataset(self._undone(one) for one in data)
+        chosen = None if self.log is None else self.log[0]
+        return Dataset(self._undone(one) if chosen in (None, place) else one for place, one in enumerate(data))
 
     def _undone(self, one: Trajectory) -> Trajectory:
         state, action = one.state.copy(), one.action.copy()
@@ -99,26 +104,46 @@ def factors(column: str, mass: float | None = None) -> dict[str, float]:
 
 def foreign_positions(data: Dataset) -> list[ForeignUnit]:
     """The position, by a quadrotor's pushes or by the velocity that it should have."""
-    columns = tuple(name for name in POSITIONS if name in data.layouts.state)
-    pushed = _ratio(thrust_agreement(list(data)))
-    if pushed is not None and pushed >= UNHEARD_OF:  # below, thrust is that of a fast turn
-        return _foreign(dict.fromkeys(columns, pushed), "how far thrust moves the robot")
-    moved = velocity_agreement(list(data))
-    ratios = {name.removeprefix("v"): _ratio(one) for name, one in moved.items()}
-    inverse = {name: None if ratio is None else 1.0 / ratio for name, ratio in ratios.items()}
-    return _foreign(inverse, "how far the velocity moves the robot")
+    return _by_log(_positions, data)
 
 
 def foreign_velocities(data: Dataset) -> list[ForeignUnit]:
     """The velocity, by how the position changes."""
-    found = velocity_agreement(list(data))
-    return _foreign({name: _ratio(one) for name, one in found.items()}, "what the position changes by")
+    return _by_log(lambda logs: (_ratios(velocity_agreement(list(logs))), "what the position changes by"), data)
 
 
 def foreign_rates(data: Dataset) -> list[ForeignUnit]:
     """The body rates, by how the attitude or heading turns."""
-    found = rate_agreement(list(data))
-    return _foreign({name: _ratio(one) for name, one in found.items()}, "what the robot turns by")
+    return _by_log(lambda logs: (_ratios(rate_agreement(list(logs))), "what the robot turns by"), data)
+
+
+def _positions(data: Dataset) -> Judged:
+    pushed = _ratio(thrust_agreement(list(data)))
+    if pushed is not None and pushed >= UNHEARD_OF:  # below, thrust is that of a fast turn
+        columns = (name for name in POSITIONS if name in data.layouts.state)
+        return dict.fromkeys(columns, pushed), "how far thrust moves the robot"
+    moved = _ratios(velocity_agreement(list(data)))
+    inverse = {name.removeprefix("v"): None if ratio is None else 1.0 / ratio for name, ratio in moved.items()}
+    return inverse, "how far the velocity moves the robot"
+
+
+def _ratios(found: Mapping[str, Agreement]) -> dict[str, float | None]:
+    return {name: _ratio(one) for name, one in found.items()}
+
+
+def _by_log(judge: Callable[[Dataset], Judged], data: Dataset) -> list[ForeignUnit]:
+    """What is so in all logs, or, where logs that can be judged contradict each other, what is so in each."""
+    alone = [judge(Dataset([log])) for log in data] if len(data) > 1 else []
+    judged = [{name: ratio for name, ratio in ratios.items() if ratio is not None} for ratios, _ in alone]
+    large = [{name for name, ratio in own.items() if unit_of(name, ratio, LARGE)} for own in judged]
+    if any(set[str]().union(*large) & own.keys() - here for own, here in zip(judged, large, strict=True)):
+        return [in_one_log(one, data, place) for place, own in enumerate(alone) for one in _foreign(*own)]
+    return _foreign(*judge(data))
+
+
+def in_one_log(one: ForeignUnit, data: Dataset, place: int) -> ForeignUnit:
+    """As found in the log at this place alone."""
+    return replace(one, log=(place, data[place].name))
 
 
 def _foreign(ratios: Mapping[str, float | None], than: str) -> list[ForeignUnit]:

@@ -171,6 +171,13 @@ def test_logs_in_different_units_are_each_put_right() -> None:
         np.testing.assert_allclose(log.action, right.action, rtol=1e-9, atol=1e-12)
 
 
+def test_logs_that_agree_are_judged_together_even_if_one_alone_is_unclear() -> None:
+    """A centre of mass that is off needs a rate command at rest, which is no factor of what was sent."""
+    data = flights_with("com_offset", {"rx": 0.001}, count=4)
+    checked = check(CRAZYFLIE.nominal(), times(data, of("wx_cmd wy_cmd wz_cmd", DEGREES)))
+    assert [fault.name for fault in checked.faults] == ["wx_cmd wy_cmd wz_cmd in deg/s instead of rad/s"]
+
+
 EFFECTS = [
     (CRAZYFLIE, "gain:thrust", {"value": 0.6}),
     (CRAZYFLIE, "gain:wx_cmd", {"value": 0.2}),

@@ -28,8 +28,9 @@ def foreign_commands(model: Equations, data: Dataset) -> list[ForeignUnit]:
     if together is None or not together.missed((), 1.0) > ABSURD:
         return []
     alone = [_foreign(together.only(place)) for place in range(len(data))] if len(data) > 1 else []
-    said = {tuple((one.columns, one.unit) for one in own) for own in alone}
-    if len(said) > 1:
+    columns = {frozenset(name for one in own for name in one.columns) for own in alone}
+    units = {(one.columns, one.unit) for own in alone for one in own if one.unit}
+    if len(columns) > 1 or len({known for known, _ in units}) < len(units):
         return [in_one_log(one, data, place) for place, own in enumerate(alone) for one in own]
     return _foreign(together)
 

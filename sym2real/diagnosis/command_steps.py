@@ -40,11 +40,12 @@ class Steps:
 
     @classmethod
     def of(cls, model: Equations, data: Dataset) -> Steps | None:
-        """None where the logs have other columns than the model."""
+        """None where the logs have other columns than the model, or nothing moves."""
         known = with_inputs(model.layouts.inputs, data)
         if replace(model.layouts, state=visible_state(model)) != known.layouts:
             return None
-        return cls(model, VisibleModel(model, torch.float64), known)
+        steps = cls(model, VisibleModel(model, torch.float64), known)
+        return steps if bool((steps._changed > 0).any()) else None
 
     def only(self, place: int) -> Steps:
         """Those of the log at this place."""

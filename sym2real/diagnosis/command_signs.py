@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from sym2real.diagnosis.command_steps import Steps
+from sym2real.diagnosis.scaled import divided
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset
 
@@ -42,12 +43,7 @@ class ReversedCommand:
 
     def undone(self, data: Dataset) -> Dataset:
         """The logs with the opposite."""
-        place, logs = data.layouts.action.index(self.column), []
-        for log in data:
-            action = log.action.copy()
-            action[:, place] *= -1.0
-            logs.append(replace(log, action=action))
-        return Dataset(logs)
+        return divided(data, (self.column,), -1.0)
 
 
 def reversed_commands(model: Equations, data: Dataset) -> list[ReversedCommand]:

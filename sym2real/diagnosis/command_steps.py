@@ -12,6 +12,7 @@ from scipy.optimize import minimize_scalar
 
 from sym2real.diagnosis.inputs import with_inputs
 from sym2real.diagnosis.prepared import with_filtered_commands
+from sym2real.diagnosis.scaled import divided
 from sym2real.effects.visible import VisibleModel, visible_state
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset
@@ -70,7 +71,7 @@ class Steps:
 
     def scale(self, columns: Sequence[str], factor: float) -> None:
         """Divide columns from now on."""
-        self.data = self._scaled(columns, factor)
+        self.data = divided(self.data, columns, factor)
 
     def best(self, columns: Sequence[str]) -> tuple[float, float]:
         """What is missed with the factor by which least is, and that factor."""
@@ -92,17 +93,7 @@ class Steps:
 
     def errors(self, columns: Sequence[str], factor: float) -> torch.Tensor:
         """Mean square of a step's error over that of the step itself, of every column that moves ``# (k,)``."""
-        data = with_filtered_commands(self.model, self._scaled(columns, factor))
+        data = with_filtered_commands(self.model, divided(self.data, columns, factor))
         sent = torch.as_tensor(np.concatenate([one.action for one in data]))[self._rows]
         error = self._state.difference(self._later, self._predict(self._now, sent, self._given)).square().mean(0)
         return (error / self._changed)[self._changed > 0]
-
-    def _scaled(self, columns: Sequence[str], factor: float) -> Dataset:
-        if not columns:
-            return self.data
-        scaled = []
-        for one in self.data:
-            action = one.action.copy()
-            action[:, self._action.indices(columns)] /= factor
-            scaled.append(replace(one, action=action))
-        return Dataset(scaled)

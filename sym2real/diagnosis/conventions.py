@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import torch
+from torch import Tensor
 
 from sym2real.diagnosis.command_signs import ReversedCommand, reversed_commands
 from sym2real.diagnosis.command_units import foreign_commands
@@ -16,29 +18,38 @@ from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset
 
 Breach = ForeignUnit | ScalarLast | ReversedCommand
+Look = Callable[[Dataset], Sequence[Breach]]
 
 
 def breaches(data: Dataset, model: Equations | None = None) -> tuple[list[Breach], Dataset]:
-    """What is wrong, and the logs without it; units of commands only with a model that says what they do.
+    """What is wrong, and the logs without it; commands are judged only with a model that says what they do.
 
     What the model says of its sensors is no breach: the logs come back as their sensors' input.
     """
     if model is not None:
-        sensors = Sensors(model)
-        data = Dataset(replace(log, state=sensors.state(torch.as_tensor(log.state)).numpy()) for log in data)
-    order = scalar_last(data)
-    found: list[Breach] = [] if order is None else [order]
-    data = data if order is None else order.undone(data)
-    for look in (foreign_positions, foreign_velocities, foreign_rates):
-        data = _without(found, look(data), data)
+        data = through(Sensors(model).state, data)
+    found: list[Breach] = []
+    looks: list[Callable[[Dataset], Sequence[Breach]]] = [
+        scalar_last,
+        foreign_positions,
+        foreign_velocities,
+        foreign_rates,
+    ]
     if model is not None:
-        for judge in (foreign_commands, reversed_commands):
-            data = _without(found, judge(model, data), data)
+        looks += [partial(foreign_commands, model), partial(reversed_commands, model)]
+    for look in looks:
+        more = look(data)
+        data, found = undone(more, data), [*found, *more]
     return found, data
 
 
-def _without(found: list[Breach], more: Sequence[Breach], data: Dataset) -> Dataset:
-    found += more
-    for one in more:
+def undone(found: Sequence[Breach], data: Dataset) -> Dataset:
+    """The logs without what was found in them."""
+    for one in found:
         data = one.undone(data)
     return data
+
+
+def through(sensors: Callable[[Tensor], Tensor], data: Dataset) -> Dataset:
+    """The logs with states as sensors report them, or the other way."""
+    return Dataset(replace(log, state=sensors(torch.as_tensor(log.state)).numpy()) for log in data)

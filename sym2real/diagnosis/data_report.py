@@ -160,7 +160,7 @@ def _said(name: str, one: Agreement, integral: str) -> str:
 
 
 def data_report(data: Dataset | Trajectory, model: Equations | None = None) -> DataReport:
-    """Look at the data alone; a model says only in which units commands are.
+    """Look at the data alone; a model says only what its commands do and what its sensors report.
 
     Raises:
         ShapeError: when no log is long enough to say anything.

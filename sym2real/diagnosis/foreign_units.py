@@ -14,8 +14,9 @@ from math import log
 import numpy as np
 
 from sym2real.diagnosis.agreement import Agreement, rate_agreement, thrust_agreement, velocity_agreement
+from sym2real.diagnosis.scaled import divided
 from sym2real.logs.units import UNITS, standard_unit
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Dataset
 
 SURE = 0.9  # correlation from which a ratio of sizes is a ratio of units
 NEAR = 1.25  # times; a unit is named where the ratio is as near to its own
@@ -64,14 +65,7 @@ class ForeignUnit:
 
     def undone(self, data: Dataset) -> Dataset:
         """The logs with these columns in the unit that is meant."""
-        chosen = None if self.log is None else self.log[0]
-        return Dataset(self._undone(one) if chosen in (None, place) else one for place, one in enumerate(data))
-
-    def _undone(self, one: Trajectory) -> Trajectory:
-        state, action = one.state.copy(), one.action.copy()
-        for values, layout in ((state, one.layouts.state), (action, one.layouts.action)):
-            values[:, layout.indices([name for name in self.columns if name in layout])] /= self.factor
-        return replace(one, state=state, action=action)
+        return divided(data, self.columns, self.factor, only=None if self.log is None else self.log[0])
 
 
 def unit_of(column: str, ratio: float, least: float, mass: float | None = None) -> tuple[str, float] | None:

@@ -32,19 +32,25 @@ class ScalarLast:
             f"{self.reordered:.2f} then, by {self.as_it_stands:.2f} as the columns stand"
         )
 
+    @property
+    def fix(self) -> str:
+        """What to change."""
+        told = 'quaternion = ["qw", "qx", "qy", "qz"] and order = "xyzw"'
+        return f"rename the columns, or say {told} under [attitude] in a specification of the log"
+
     def undone(self, data: Dataset) -> Dataset:
         """The logs with the scalar first."""
         return _reordered(data)
 
 
-def scalar_last(data: Dataset) -> ScalarLast | None:
-    """The order that fits, where it is another one beyond doubt; None without a quaternion or motion."""
+def scalar_last(data: Dataset) -> list[ScalarLast]:
+    """One entry where another order fits beyond doubt; none without a quaternion or motion."""
     if not data.layouts.state.has_field("attitude"):
-        return None
+        return []
     as_it_stands, reordered = _agreement(data), _agreement(_reordered(data))
     if as_it_stands is None or reordered is None or as_it_stands > AGREES or reordered < SURE:
-        return None
-    return ScalarLast(as_it_stands, reordered)
+        return []
+    return [ScalarLast(as_it_stands, reordered)]
 
 
 def _agreement(data: Dataset) -> float | None:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
-import numpy as np
 import torch
-from torch import Tensor
 
 from sym2real import rotation
 from sym2real.diagnosis.agreement import (
@@ -20,8 +19,9 @@ from sym2real.diagnosis.agreement import (
     to_world,
     velocity_agreement,
 )
-from sym2real.diagnosis.command_signs import ReversedCommand, reversed_commands
+from sym2real.diagnosis.command_signs import reversed_commands
 from sym2real.diagnosis.command_units import foreign_commands
+from sym2real.diagnosis.conventions import Breach, Look, through, undone
 from sym2real.diagnosis.data_report import exact, exactness, excitation, loss_said
 from sym2real.diagnosis.foreign_units import ForeignUnit, foreign_positions, foreign_rates, foreign_velocities
 from sym2real.diagnosis.heading import against_the_path
@@ -34,6 +34,7 @@ from sym2real.diagnosis.motor_columns import (
 )
 from sym2real.diagnosis.prepared import DT_TOLERANCE
 from sym2real.diagnosis.quaternion_order import scalar_last
+from sym2real.diagnosis.scaled import divided
 from sym2real.diagnosis.sensor_faults import readings
 from sym2real.effects import EFFECTS
 from sym2real.effects.sensors import Sensors
@@ -99,56 +100,37 @@ def check(model: Equations, data: Dataset) -> Checked:
     """
     found: list[Fault] = []
     sensors = Sensors(model)
-    data = _through(sensors.state, data)
-    for settle in (_order, _attitude, _heading, _velocity_frame, _positions, _velocities, _rates, _signs, _sensors):
+    data = through(sensors.state, data)
+    steps: tuple[Callable[[Dataset], Settled], ...] = (
+        *(_breached(scalar_last), _attitude, _heading, _velocity_frame),
+        *map(_breached, (foreign_positions, foreign_velocities, foreign_rates)),
+        *(_signs, _sensors),
+        *(_breached(partial(judge, model)) for judge in (foreign_commands, reversed_commands)),
+        partial(_motors, model),
+    )
+    for settle in steps:
         faults, data = settle(data)
         found += faults
-    for judge in (foreign_commands, reversed_commands):
-        faults, data = _undone(judge(model, data), data)
-        found += faults
-    faults, data = _motors(model, data)
-    found += faults
-    data = _through(sensors.measured, data)
+    data = through(sensors.measured, data)
     notes = (*loss_said(data), *_time_step(model, data), *_saturation(data), *_noise(data))
     return Checked(data, tuple(found), notes)
-
-
-def _through(sensors: Callable[[Tensor], Tensor], data: Dataset) -> Dataset:
-    return Dataset(replace(log, state=sensors(torch.as_tensor(log.state)).numpy()) for log in data)
 
 
 Settled = tuple[Sequence[Fault], Dataset]
 
 
-def _order(data: Dataset) -> Settled:
-    """Quaternions with the scalar last."""
-    found = scalar_last(data)
-    if found is None:
-        return (), data
-    told = 'quaternion = ["qw", "qx", "qy", "qz"] and order = "xyzw"'
-    fix = f"rename the columns, or say {told} under [attitude] in a specification of the log"
-    return [Fault("", found.evidence, fix)], found.undone(data)
+def _breached(look: Look) -> Callable[[Dataset], Settled]:
+    """What stands against a convention, undone."""
+
+    def settle(data: Dataset) -> Settled:
+        """Faults of these logs, and the logs without them."""
+        found = look(data)
+        return [_fault(one, data) for one in found], undone(found, data)
+
+    return settle
 
 
-def _positions(data: Dataset) -> Settled:
-    return _undone(foreign_positions(data), data)
-
-
-def _velocities(data: Dataset) -> Settled:
-    return _undone(foreign_velocities(data), data)
-
-
-def _rates(data: Dataset) -> Settled:
-    return _undone(foreign_rates(data), data)
-
-
-def _undone(found: Sequence[ForeignUnit | ReversedCommand], data: Dataset) -> Settled:
-    for one in found:
-        data = one.undone(data)
-    return [_fault(one, data) for one in found], data
-
-
-def _fault(one: ForeignUnit | ReversedCommand, data: Dataset) -> Fault:
+def _fault(one: Breach, data: Dataset) -> Fault:
     """With the effect of one column of the state, where it is that."""
     if isinstance(one, ForeignUnit) and len(one.columns) == 1 and one.columns[0] in data.layouts.state:
         return Fault(f"sensor_scale:{one.columns[0]}", one.evidence, one.fix, one.factor)
@@ -208,10 +190,7 @@ def _velocity_frame(data: Dataset) -> Settled:
 
 def _signs(data: Dataset) -> Settled:
     faults = wrong_signs(data)
-    columns = [data.layouts.state.index(fault.effect.partition(":")[2]) for fault in faults]
-    signs = np.ones(data.layouts.state.size)
-    signs[columns] = -1.0
-    return faults, Dataset(replace(log, state=log.state * signs) for log in data) if faults else data
+    return faults, divided(data, [fault.effect.partition(":")[2] for fault in faults], -1.0)
 
 
 def wrong_signs(data: Dataset) -> tuple[Fault, ...]:

@@ -24,6 +24,7 @@ def _inject(body: Body, values: Numbers) -> Change:
     column = body.layouts.state.index(body.column)
 
     def begin() -> Filter:
+        """A filter that has seen nothing yet."""
         past: list[float] = []
 
         def report(state: Array) -> Array:

@@ -138,6 +138,26 @@ class Transitions:
     def __len__(self) -> int:
         return len(self.state)
 
+    def past(self, commands: int, states: int) -> Array:
+        """Commands sent before each row, newest first, then states ``# (rows, commands·action + states·state)``.
+
+        The first row of a trajectory is repeated before its start, and so is the first one behind rows that
+        :meth:`where` left out: take the past first, then choose rows.
+        """
+        rows = np.arange(len(self))
+        begins = np.ones(len(self), dtype=bool)
+        begins[1:] = (np.diff(self.trajectory) != 0) | (np.diff(self.step) != 1)
+        first = np.maximum.accumulate(np.where(begins, rows, 0))
+        return np.concatenate(
+            [
+                values[np.maximum(rows - back, first)]
+                for values, length in ((self.action, commands), (self.state, states))
+                for back in range(1, length + 1)
+            ]
+            or [np.empty((len(self), 0))],
+            axis=1,
+        )
+
     def where(self, mask: NDArray[np.bool_]) -> Transitions:
         """The rows where ``mask`` holds."""
         return Transitions(

@@ -20,9 +20,9 @@ from sym2real.symbolic import compile_model, rollout
 from sym2real.tasks import make_task
 
 
-def lively(robot: Robot, widths: tuple[int, ...]) -> ResidualMLP:
+def lively(robot: Robot, widths: tuple[int, ...], commands: int = 0, states: int = 0) -> ResidualMLP:
     """A residual that matters: a few millimetres and milliradians a step."""
-    residual = ResidualMLP(robot.layouts, widths, seed=1)
+    residual = ResidualMLP(robot.layouts, widths, seed=1, commands=commands, states=states)
     generator = torch.Generator().manual_seed(2)
     with torch.no_grad():
         residual.linears[-1].weight.normal_(0.0, 0.3, generator=generator)
@@ -83,10 +83,28 @@ def test_an_ensemble_is_the_mean_of_its_members() -> None:
     assert ensemble(state[:, None], actions).shape == (6, 5, 13)
 
 
-def test_a_residual_survives_its_file(tmp_path: Path) -> None:
-    residual = lively(MUSHR, (20, 12))
+def test_no_past_is_the_present_row_repeated() -> None:
+    residual = lively(MUSHR, (20, 12), commands=3, states=2)
+    state, actions = batch(MUSHR, 6)
+    action = actions[:, 0]
+    repeated = torch.cat([*(3 * [action]), *(2 * [state])], dim=-1)
+    torch.testing.assert_close(residual(state, action), residual(state, action, repeated), rtol=0, atol=0)
+    wide = residual(state[0], action, repeated[0])
+    assert wide.shape == (6, MUSHR.layouts.state.size)
+    other = repeated.clone()
+    other[:, 2 * MUSHR.layouts.action.size] += 1.0  # the oldest command counts
+    assert float((residual(state, action, other) - residual(state, action)).detach().abs().min(0).values.max()) > 1e-5
+    scripted = torch.jit.script(residual)
+    for past in (None, repeated):
+        torch.testing.assert_close(scripted(state, action, past), residual(state, action, past))
+
+
+@pytest.mark.parametrize("past", [(0, 0), (10, 2)])
+def test_a_residual_survives_its_file(tmp_path: Path, past: tuple[int, int]) -> None:
+    residual = lively(MUSHR, (20, 12), *past)
     save_residual(residual, tmp_path)
     again = load_residual(tmp_path)
+    assert (again.commands, again.states) == past
     state, actions = batch(MUSHR, 6)
     torch.testing.assert_close(again(state, actions[:, 0]), residual(state, actions[:, 0]), rtol=0, atol=0)
     (tmp_path / "residual.safetensors").write_bytes(b"nothing")
@@ -102,6 +120,8 @@ def test_what_does_not_fit_is_refused() -> None:
         Composed(equations, ResidualMLP(equations.layouts))  # a residual sees what a log holds
     with pytest.raises(ShapeError, match="at least one hidden layer"):
         ResidualMLP(MUSHR.layouts, ())
+    with pytest.raises(ShapeError, match="no negative number"):
+        ResidualMLP(MUSHR.layouts, commands=-1)
     for options in ({"members": 0}, {"widths": (8, 0)}):
         with pytest.raises(ShapeError, match="at least one unit"):
             Ensemble(MUSHR.layouts, **options)

@@ -35,6 +35,17 @@ def test_transitions_never_cross_trajectories() -> None:
     assert second.state[0, 0] == 100.0
 
 
+def test_the_past_repeats_the_first_row_of_a_trajectory() -> None:
+    transitions = Dataset([counting(5, 0.0), counting(4, 100.0)]).transitions()
+    past = transitions.past(commands=2, states=1)
+    np.testing.assert_array_equal(past[:, :2], [[0, 0], [0, 0], [1, 0], [2, 1], [0, 0], [0, 0], [1, 0]])
+    size = LAYOUTS.state.size
+    np.testing.assert_array_equal(past[:, 2:], transitions.state[[0, 0, 1, 2, 4, 4, 5]].reshape(7, size))
+    assert transitions.past(0, 0).shape == (7, 0)
+    without = transitions.where(transitions.step != 1)  # what was left out is not invented
+    np.testing.assert_array_equal(without.past(1, 0)[:, 0], [0, 2, 2, 0, 2])
+
+
 def test_rows_and_columns() -> None:
     part = counting(6, 0.0).rows(2, 5)
     np.testing.assert_array_equal(part.column("x"), [2, 3, 4])

@@ -2,9 +2,10 @@
 
 ::
 
-    r = b_L + W_L relu(… relu(b_1 + W_1 z)),   z = ((s, a) - mean) / scale,   residual = r · output_scale
+    r = b_L + W_L relu(… relu(b_1 + W_1 z)),   z = ((s, a, past) - mean) / scale,   residual = r · output_scale
 
-It begins at zero: an untrained residual changes nothing. Source: the paper, "Residual learning" (4 × 200, ReLU).
+It begins at zero: an untrained residual changes nothing. Source: the paper, "Residual learning" (4 × 200, ReLU). The
+paper's sees no past; a delay of several periods or a state that is not measured cannot be learned without.
 """
 
 from __future__ import annotations
@@ -20,15 +21,17 @@ from sym2real.layout import Layouts
 
 
 class ResidualMLP(nn.Module):
-    """Residual of the next state ``# (..., n)`` for state ``# (..., n)`` and action ``# (..., m)``.
+    """Residual of the next state ``# (..., n)`` for state ``# (..., n)``, action ``# (..., m)`` and what went before.
 
     Args:
         layouts: state and action columns; inputs are not seen.
         widths: of the hidden layers; the paper's are four of 200.
         seed: of the first weights.
+        commands: past commands that it sees, as sent.
+        states: past states that it sees.
 
     Raises:
-        ShapeError: without a hidden layer.
+        ShapeError: without a hidden layer, or for less than no past.
     """
 
     if TYPE_CHECKING:  # TorchScript cannot read postponed annotations of attributes
@@ -36,13 +39,19 @@ class ResidualMLP(nn.Module):
         input_scale: Tensor
         output_scale: Tensor
 
-    def __init__(self, layouts: Layouts, widths: Sequence[int] = (200, 200, 200, 200), seed: int = 0) -> None:
+    def __init__(
+        self, layouts: Layouts, widths: Sequence[int] = (64, 64), seed: int = 0, commands: int = 0, states: int = 0
+    ) -> None:
         super().__init__()
         if not widths or min(widths) < 1:
             raise ShapeError(f"expected at least one hidden layer of at least one unit, found {tuple(widths)}")
+        if min(commands, states) < 0:
+            raise ShapeError(f"expected no negative number of past rows, found {commands} commands, {states} states")
         self.columns = (layouts.state.columns, layouts.action.columns)
         self.widths = tuple(int(width) for width in widths)
-        seen, size = len(layouts.state) + len(layouts.action), len(layouts.state)
+        self.commands, self.states = commands, states
+        size = len(layouts.state)
+        seen = size * (1 + states) + len(layouts.action) * (1 + commands)
         self.register_buffer("input_mean", torch.zeros(seen))
         self.register_buffer("input_scale", torch.ones(seen))
         self.register_buffer("output_scale", torch.ones(size))
@@ -61,17 +70,29 @@ class ResidualMLP(nn.Module):
     def _linears(self) -> list[nn.Linear]:
         return [linear for linear in self.linears if isinstance(linear, nn.Linear)]
 
-    def forward(self, state: Tensor, action: Tensor) -> Tensor:
-        """Residual ``# (..., n)``; leading dimensions broadcast."""
-        batch = torch.broadcast_shapes(state.shape[:-1], action.shape[:-1])
-        both = [state.expand(batch + state.shape[-1:]), action.expand(batch + action.shape[-1:])]
-        values = (torch.cat(both, dim=-1) - self.input_mean) / self.input_scale
+    def forward(self, state: Tensor, action: Tensor, past: Tensor | None = None) -> Tensor:
+        """Residual ``# (..., n)``; leading dimensions broadcast.
+
+        Args:
+            state: ``# (..., n)``.
+            action: ``# (..., m)``.
+            past: commands from the newest to the oldest, then states likewise ``# (..., commands·m + states·n)``;
+                the present row, repeated, where there is none.
+        """
+        seen, batch = [state, action], torch.broadcast_shapes(state.shape[:-1], action.shape[:-1])
+        if past is None:
+            seen += [action] * self.commands + [state] * self.states
+        else:
+            seen.append(past)
+            batch = torch.broadcast_shapes(batch, past.shape[:-1])
+        whole = torch.cat([part.expand(batch + part.shape[-1:]) for part in seen], dim=-1)
+        values = (whole - self.input_mean) / self.input_scale
         for place, linear in enumerate(self.linears):
             values = linear(values if place == 0 else torch.relu(values))
         return values * self.output_scale
 
     def layers(self) -> list[tuple[Tensor, Tensor]]:
-        """Weights ``# (in, out)`` and biases ``# (out,)`` over raw state and action, ReLU in between."""
+        """Weights ``# (in, out)`` and biases ``# (out,)`` over raw state, action and past; ReLU in between."""
         found = [(linear.weight.detach().T.clone(), linear.bias.detach().clone()) for linear in self._linears()]
         weight, bias = found[0]
         found[0] = (weight / self.input_scale[:, None], bias - (self.input_mean / self.input_scale) @ weight)

@@ -1,4 +1,7 @@
-"""A residual as a file: weights in ``residual.safetensors`` with columns and widths in its header; no pickle."""
+"""A residual as a file: weights in ``residual.safetensors``, columns, widths and length of the past in its header.
+
+No pickle: a model from elsewhere runs no code.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,8 @@ def save_residual(residual: ResidualMLP, folder: str | Path) -> Path:
     """
     target = Path(folder) / FILE
     state, action = residual.columns
-    about = json.dumps({"state": state, "action": action, "widths": residual.widths})
+    past = {"commands": residual.commands, "states": residual.states}
+    about = json.dumps({"state": state, "action": action, "widths": residual.widths, **past})
     weights = {name: tensor.contiguous() for name, tensor in residual.state_dict().items()}
     with whole(target) as beside:
         save_file(weights, beside, {"about": about})
@@ -43,7 +47,8 @@ def load_residual(folder: str | Path) -> ResidualMLP:
             about = json.loads((opened.metadata() or {})["about"])
             weights = {name: opened.get_tensor(name) for name in opened.keys()}  # noqa: SIM118 — no mapping
         layouts = Layouts(Layout.of(about["state"]), Layout.of(about["action"]))
-        residual = ResidualMLP(layouts, about["widths"])
+        past = {"commands": about.get("commands", 0), "states": about.get("states", 0)}
+        residual = ResidualMLP(layouts, about["widths"], **past)
         residual.load_state_dict(weights)
     except (OSError, SafetensorError, KeyError, TypeError, ValueError, RuntimeError) as error:
         raise DataError(file, "the weights of a residual", str(error)) from error

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sym2real.adaptation import EpisodeReport, Progress, StageOne, stage_one, tracking_error
+from sym2real.adaptation import EpisodeReport, Progress, StageOne, episode_error, stage_one, tracking_error
 from sym2real.adaptation.episode_report import one_step_error, settled
 from sym2real.errors import DataError, ModelError
 from sym2real.experiments.learning import training_tasks
@@ -127,7 +127,9 @@ def test_errors_of_an_episode() -> None:
     base = stage_one(MujocoPlant(MUSHR), training_tasks(MUSHR), BeamSearch(angles=MUSHR.angles), settings)
     episode = base.episodes[0]
     moved = replace(episode, extra={**episode.extra, "ref_x": episode.column("x") + 3.0, "ref_y": episode.column("y")})
-    assert tracking_error(moved) == pytest.approx(3.0)
+    assert tracking_error(moved) == episode_error(moved, MUSHR, len(moved)) == pytest.approx(3.0)
+    # A crash after a quarter of the way: the other three quarters count as off the workspace.
+    assert episode_error(moved, MUSHR, 4 * len(moved)) == pytest.approx(0.25 * 3.0 + 0.75 * MUSHR.workspace_radius)
     still = Equations.parse(episode.layouts, {column: column for column in episode.layouts.state}, episode.dt)
     # Predicting no motion is wrong by all the motion there is.
     assert one_step_error(still, [episode]) == pytest.approx(1.0)

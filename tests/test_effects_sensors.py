@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 import torch
 
-from sym2real.control import geometric_controller
+from sym2real.control import geometric_controller, mppi_controller
 from sym2real.diagnosis import add, compare
 from sym2real.effects import effect
 from sym2real.effects.sensors import Sensors
 from sym2real.errors import ModelError, ShapeError
-from sym2real.experiments.flying import fly, mppi_controller
+from sym2real.experiments.flying import fly
 from sym2real.layout import Layout
 from sym2real.plants import ModelPlant, MujocoPlant
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
+from sym2real.robots import Robot
 from sym2real.symbolic import Equations, compile_model
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Array, Dataset, Trajectory
 
 # Settled: the newest episode was predicted about as well as those fitted, and flown about as well as the best.
 SETTLED_PREDICTION = 2.0
@@ -43,11 +44,27 @@ class EpisodeReport:
     seconds: float
 
 
-def tracking_error(trajectory: Trajectory) -> float:
-    """Mean distance in m from the reference, the paper's performance metric."""
+def position_errors(trajectory: Trajectory) -> Array:
+    """Distance in m from the reference, row by row ``# (rows,)``."""
     columns = trajectory.layouts.state.field("position").columns
     offsets = [trajectory.column(column) - trajectory.extra[f"ref_{column}"] for column in columns]
-    return float(np.sqrt(np.square(offsets).sum(axis=0)).mean())
+    distances: Array = np.sqrt(np.square(offsets).sum(axis=0))
+    return distances
+
+
+def tracking_error(trajectory: Trajectory) -> float:
+    """Mean distance in m from the reference, the paper's performance metric."""
+    return float(position_errors(trajectory).mean())
+
+
+def episode_error(trajectory: Trajectory, robot: Robot, steps: int) -> float:
+    """Mean distance in m from the reference over an episode of so many steps.
+
+    Rows that a crash has cost count as the radius of the robot's workspace, so that ending early never looks good.
+    """
+    missing = max(0, steps - len(trajectory))
+    total = position_errors(trajectory).sum() + missing * robot.workspace_radius
+    return float(total / (len(trajectory) + missing))
 
 
 def one_step_error(equations: Equations, trajectories: Sequence[Trajectory]) -> float:

@@ -71,7 +71,8 @@ class Demo:
     def _fly(self, name: str, equations: Equations, console: Console) -> list[dict[str, Any]]:
         from sym2real.cli.progress import steps_progress
         from sym2real.cli.run import flight_result, write_flight
-        from sym2real.experiments.flying import fly, mppi_controller
+        from sym2real.control import mppi_controller
+        from sym2real.experiments.flying import fly
         from sym2real.plants import MujocoPlant
         from sym2real.report.tables import flight_table
         from sym2real.robots import ROBOTS

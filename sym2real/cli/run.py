@@ -53,7 +53,8 @@ class Run:
         """Fly, print the figures, write the log."""
         from sym2real.cli.model import open_with_progress, robot_of
         from sym2real.cli.progress import steps_progress
-        from sym2real.experiments.flying import fly, mppi_controller
+        from sym2real.control import mppi_controller
+        from sym2real.experiments.flying import fly
         from sym2real.report.tables import flight_table
         from sym2real.tasks import make_task
 

@@ -1,5 +1,6 @@
 """Controllers: MPPI over any dynamics model, geometric controllers for test runs, random commands for Stage I."""
 
+from sym2real.control.flown_model import CorrectedMPPI, mppi_controller
 from sym2real.control.geometric import Disturbed, geometric_controller
 from sym2real.control.geometric_quadrotor import GeometricQuadrotor
 from sym2real.control.mppi import MPPI
@@ -7,4 +8,14 @@ from sym2real.control.plan import Plan
 from sym2real.control.pure_pursuit import PurePursuit
 from sym2real.control.random_commands import RandomCommands
 
-__all__ = ["MPPI", "Disturbed", "GeometricQuadrotor", "Plan", "PurePursuit", "RandomCommands", "geometric_controller"]
+__all__ = [
+    "MPPI",
+    "CorrectedMPPI",
+    "Disturbed",
+    "GeometricQuadrotor",
+    "Plan",
+    "PurePursuit",
+    "RandomCommands",
+    "geometric_controller",
+    "mppi_controller",
+]

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from sym2real.control import mppi_controller
 from sym2real.effects import effect
-from sym2real.experiments.flying import Flight, fly, mppi_controller
+from sym2real.experiments.flying import Flight, fly
 from sym2real.experiments.standard_cases import standard_cases
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.files import make_folder

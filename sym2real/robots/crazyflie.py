@@ -106,6 +106,8 @@ CRAZYFLIE = Robot(
         "ty": _TORQUES[1],
         "tz": _TORQUES[2],
     },
+    workspace_radius=1.5,  # the paper authors' flight space: |x|, |y| <= 1.5 m
+    state_limits={"velocity": 15.0, "rate": 2.0 * max(RATE_LIMITS)},  # m/s: a fall of a second and a half; rad/s
     cost_weights={"position": 1.0, "orientation": 0.4, "velocity": 0.05, "rate": 0.01},
     mppi=MPPISettings(horizon=0.8, temperature=0.5, noise=(0.025, 1.2, 1.2, 0.5), correlation=0.1),
     nominal=_nominal,

@@ -21,6 +21,7 @@ WHEELBASE = 0.2955  # m
 TRACK = 0.23  # m
 WHEEL_RADIUS = 0.05  # m
 STEER_LIMIT = 0.38  # rad
+SPEED_LIMIT = 2.5  # m/s
 MASS = 3.5  # kg: chassis 2.9, wheels 0.15 each
 # A force along the car also spins up the wheels (4 I / r², ellipsoids); their speed servos (k_v = 0.02 N m s each) give
 # 4 k_v / r² = 32 N per m/s.
@@ -99,7 +100,7 @@ MUSHR = Robot(
     dt=0.05,
     physics_dt=0.005,
     low=np.array([-STEER_LIMIT, -2.2]),
-    high=np.array([STEER_LIMIT, 2.5]),
+    high=np.array([STEER_LIMIT, SPEED_LIMIT]),
     rest=np.zeros(2),
     random_low=np.array([-STEER_LIMIT, -2.0]),
     random_high=np.array([STEER_LIMIT, 2.0]),
@@ -121,6 +122,9 @@ MUSHR = Robot(
     dependencies=(("vx", "speed"), ("vy", "speed"), ("wz", "steer")),
     angles=("steer",),
     push_limits={"fx": 0.3 * MASS * GRAVITY, "fy": 0.3 * MASS * GRAVITY, "tz": 0.15 * MASS * GRAVITY * WHEELBASE},
+    workspace_radius=3.2,  # the paper authors' floor: y from -4.2 to 2.2 m
+    # Twice what commands ask for, m/s, and three times what they turn at without slip, rad/s: it may spin.
+    state_limits={"velocity": 2.0 * SPEED_LIMIT, "rate": 3.0 * SPEED_LIMIT * float(np.tan(STEER_LIMIT)) / WHEELBASE},
     cost_weights={"position": 1.0, "orientation": 0.2, "velocity": 0.1, "rate": 0.0},
     mppi=MPPISettings(horizon=1.0, temperature=0.5, noise=(0.2, 0.8), knots=5),
     nominal=_nominal,

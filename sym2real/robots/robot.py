@@ -81,6 +81,10 @@ class Robot:
         dependencies: pairs (state column, action column): that action must show in that state's equation.
         angles: columns that may stand inside sin and cos.
         push_limits: largest absolute value of each wrench column in pushed rollouts.
+        workspace_radius: half the width in m of the place that it is flown or driven in; an episode counts as that far
+            off its path from a crash on.
+        state_limits: norm of a state field that the robot cannot exceed, in its unit: a model that predicts more is
+            wrong.
         cost_weights: default weights of the running cost, by position, orientation, velocity, rate.
         mppi: default sampling.
         nominal: makes the first-principles equations.
@@ -106,6 +110,8 @@ class Robot:
     dependencies: tuple[tuple[str, str], ...]
     angles: tuple[str, ...]
     push_limits: Mapping[str, float]
+    workspace_radius: float
+    state_limits: Mapping[str, float]
     cost_weights: Mapping[str, float]
     mppi: MPPISettings
     nominal: Callable[[], Equations]

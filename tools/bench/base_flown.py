@@ -12,9 +12,9 @@ import torch
 from figures import Figure
 
 from sym2real.adaptation import StageOne, stage_one
-from sym2real.control import MPPI
+from sym2real.control import MPPI, mppi_controller
 from sym2real.experiments.flights import quadrotor_flights
-from sym2real.experiments.flying import fly, mppi_controller
+from sym2real.experiments.flying import fly
 from sym2real.experiments.learning import training_tasks
 from sym2real.experiments.simulated_model import MujocoModel
 from sym2real.plants import MujocoPlant

@@ -12,9 +12,10 @@ import numpy as np
 from figures import Figure
 from hidden_scores import Record, of_kind
 
+from sym2real.control import mppi_controller
 from sym2real.diagnosis import add
 from sym2real.effects import effect
-from sym2real.experiments.flying import fly, mppi_controller
+from sym2real.experiments.flying import fly
 from sym2real.plants import MujocoPlant
 from sym2real.robots import ROBOTS
 from sym2real.symbolic import Equations

@@ -69,7 +69,8 @@ def package(folder: Path, name: str, *lines: str) -> None:
 
 def table(folder: Path) -> subprocess.CompletedProcess[str]:
     """The table of an environment in which the packages of this folder come first."""
-    code = f"import sys; sys.path[:0] = {[str(folder)]}; sys.path += {sys.path}; import licence_table; licence_table.main()"
+    paths = f"sys.path[:0] = {[str(folder)]}; sys.path += {sys.path}"
+    code = f"import sys; {paths}; import licence_table; licence_table.main()"
     command = [sys.executable, "-S", "-c", code]
     return subprocess.run(command, capture_output=True, text=True, cwd=ROOT / "tools", check=False)
 

@@ -10,12 +10,12 @@ from functools import lru_cache
 import numpy as np
 import torch
 
-from sym2real.diagnosis.inputs import ANGLE
 from sym2real.diagnosis.library import SWINGING, Library
 from sym2real.effects import Effect, applicable, effect
 from sym2real.effects.catalogue import require_patterns
 from sym2real.effects.filters import spelled_out
 from sym2real.effects.groups import Group, holding, others_of, unnamed
+from sym2real.effects.inputs import ANGLE
 from sym2real.effects.manoeuvres import one_circle
 from sym2real.effects.voltage import voltage_at_start, with_voltage
 from sym2real.symbolic import Equations, compile_function

@@ -10,9 +10,9 @@ import numpy as np
 import torch
 from scipy.optimize import minimize_scalar
 
-from sym2real.diagnosis.inputs import with_inputs
 from sym2real.diagnosis.prepared import with_filtered_commands
 from sym2real.diagnosis.scaled import divided
+from sym2real.effects.inputs import with_inputs
 from sym2real.effects.visible import VisibleModel, visible_state
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset

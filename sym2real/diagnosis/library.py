@@ -10,9 +10,9 @@ import torch
 from sympy import Expr, Integer, Symbol
 from torch import Tensor
 
-from sym2real.diagnosis.inputs import ANGLE
 from sym2real.effects import Effect, compose
 from sym2real.effects.filters import without_quantities
+from sym2real.effects.inputs import ANGLE
 from sym2real.effects.kind import Parameter
 from sym2real.effects.thrust import ACTING
 from sym2real.layout import WRENCH, Layout

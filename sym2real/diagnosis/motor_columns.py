@@ -11,8 +11,8 @@ from torch import Tensor
 
 from sym2real import rotation
 from sym2real.diagnosis.agreement import RATES, VELOCITIES
-from sym2real.diagnosis.inputs import with_inputs
 from sym2real.effects.filters import spelled_out
+from sym2real.effects.inputs import with_inputs
 from sym2real.effects.thrust import MOTOR_TORQUES
 from sym2real.effects.visible import VisibleModel, visible_state
 from sym2real.layout import MOTORS

@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import torch
 
-from sym2real.diagnosis.inputs import with_inputs
 from sym2real.effects.filters import command_filters, filter_commands
+from sym2real.effects.inputs import with_inputs
 from sym2real.effects.sensors import MeasuredModel
 from sym2real.effects.visible import visible_state
 from sym2real.errors import ShapeError

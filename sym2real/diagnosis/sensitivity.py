@@ -9,9 +9,9 @@ import torch
 from torch import Tensor
 
 from sym2real.diagnosis.filtered import FilteredCommands
-from sym2real.diagnosis.inputs import inputs_along
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.segments import WARM_UP, Segments, compared_fields, cut, padded
+from sym2real.effects.inputs import inputs_along
 from sym2real.effects.sensors import Sensors
 from sym2real.symbolic import rollout
 from sym2real.trajectory import Dataset

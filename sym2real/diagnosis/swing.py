@@ -26,10 +26,10 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.diagnosis.fit import Problems, solve
-from sym2real.diagnosis.inputs import ANGLE
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.significance import FALSE_ALARMS, FEWEST_BLOCKS, chance_of_gain
 from sym2real.diagnosis.whitening import PIECES, disturbances
+from sym2real.effects.inputs import ANGLE
 from sym2real.effects.wrench import uses
 from sym2real.trajectory import Array, Dataset, Trajectory
 

@@ -45,6 +45,14 @@ class Plant(Protocol):
         """True once the episode cannot go on (ground contact)."""
         ...
 
+    @property
+    def sent(self) -> Array:
+        """What the last step sent ``# (action,)``: the action that was asked for, unless a limit or a link changed it.
+
+        Logs and controllers' memories hold this one.
+        """
+        ...
+
     def reset(self, state: ArrayLike | None = None, seed: int | None = None) -> Array:
         """Start an episode, at ``state`` or where the plant chooses; the measured state ``# (state,)``."""
         ...

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout, Layouts
+from sym2real.past import past_of_rows
 
 Array = NDArray[np.float64]
 
@@ -92,6 +93,13 @@ class Trajectory:
             return self.extra[name]
         return self.state[:, self.layouts.state.index(name)]
 
+    def past(self, commands: int, states: int) -> Array:
+        """Commands sent before each row, newest first, then states ``# (rows, commands·action + states·state)``.
+
+        The first row is repeated before the start.
+        """
+        return past_of_rows(self.action, self.state, np.zeros(len(self), dtype=np.int64), commands, states)
+
     def rows(self, start: int, stop: int) -> Trajectory:
         """The rows ``start … stop-1`` as a trajectory of its own."""
         return replace(
@@ -144,19 +152,10 @@ class Transitions:
         The first row of a trajectory is repeated before its start, and so is the first one behind rows that
         :meth:`where` left out: take the past first, then choose rows.
         """
-        rows = np.arange(len(self))
         begins = np.ones(len(self), dtype=bool)
         begins[1:] = (np.diff(self.trajectory) != 0) | (np.diff(self.step) != 1)
-        first = np.maximum.accumulate(np.where(begins, rows, 0))
-        return np.concatenate(
-            [
-                values[np.maximum(rows - back, first)]
-                for values, length in ((self.action, commands), (self.state, states))
-                for back in range(1, length + 1)
-            ]
-            or [np.empty((len(self), 0))],
-            axis=1,
-        )
+        first = np.maximum.accumulate(np.where(begins, np.arange(len(self)), 0))
+        return past_of_rows(self.action, self.state, first, commands, states)
 
     def where(self, mask: NDArray[np.bool_]) -> Transitions:
         """The rows where ``mask`` holds."""

@@ -10,11 +10,13 @@ import pytest
 import torch
 from reference_models import flying, motor_lagged
 
-from sym2real.control import MPPI
+from sym2real.control import MPPI, RandomCommands
+from sym2real.diagnosis.windows import predict_windows
 from sym2real.effects.filters import with_hidden_start
 from sym2real.errors import DataError, ShapeError
 from sym2real.native import find_compiler
 from sym2real.neural import Composed, Ensemble, ResidualMLP, load_residual, save_residual
+from sym2real.plants import ModelPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import compile_model, rollout
 from sym2real.tasks import make_task
@@ -59,6 +61,45 @@ def test_a_composition_is_a_sum_on_the_manifold(robot: Robot) -> None:
         expected = robot.layouts.state.normalise(raw)
         torch.testing.assert_close(found[:, step], expected)
     assert float((found - base.rollout(state, actions)).detach().abs().max()) > 1e-3
+
+
+def past_of(robot: Robot, count: int, commands: int, states: int) -> torch.Tensor:
+    generator = torch.Generator().manual_seed(5)
+    sent = torch.tensor(robot.rest).float() + 0.1 * torch.randn(count, commands, robot.rest.size, generator=generator)
+    seen = torch.tensor(robot.start).float() + 0.1 * torch.randn(count, states, robot.start.size, generator=generator)
+    return torch.cat([sent.flatten(1), seen.flatten(1)], dim=-1)
+
+
+@pytest.mark.parametrize("robot", [CRAZYFLIE, MUSHR], ids=lambda robot: robot.name)
+@pytest.mark.parametrize(("commands", "states"), [(3, 0), (0, 2), (4, 2), (10, 1)])
+def test_actions_and_predicted_states_enter_the_past(robot: Robot, commands: int, states: int) -> None:
+    composed = Composed(robot.nominal(), lively(robot, (32, 16), commands, states))
+    (state, actions), past = batch(robot, 4), past_of(robot, 4, commands, states)
+    found = rollout(composed, state, actions, past=past)
+    sent, seen = past[:, : commands * robot.rest.size], past[:, commands * robot.rest.size :]
+    for step in range(actions.shape[1]):
+        following = composed(state, actions[:, step], past=torch.cat([sent, seen], dim=-1))
+        torch.testing.assert_close(found[:, step], following)
+        sent = torch.cat([actions[:, step], sent], dim=-1)[:, : sent.shape[1]]
+        seen = torch.cat([state, seen], dim=-1)[:, : seen.shape[1]]
+        state = following
+    start = batch(robot, 4)[0]
+    repeated = torch.cat([actions[:, :1].expand(-1, commands, -1).flatten(1), start.repeat(1, states)], dim=-1)
+    torch.testing.assert_close(rollout(composed, start, actions), rollout(composed, start, actions, past=repeated))
+    assert float((rollout(composed, start, actions) - found).detach().abs().max()) > 1e-4
+    one = rollout(composed, start[0], actions, past=past[0])  # one start, many plans
+    torch.testing.assert_close(one[2], rollout(composed, start[0], actions[2], past=past[0]))
+
+
+def test_a_model_with_memory_steps_as_a_plant_and_explains_its_log_from_any_row() -> None:
+    composed = Composed(MUSHR.nominal(), lively(MUSHR, (32, 16), commands=6, states=2), dtype=torch.float64)
+    plant = ModelPlant(composed, MUSHR)
+    controller = RandomCommands(MUSHR, seed=3)
+    log = run_episode(plant, controller, steps=60)
+    windows = predict_windows(composed, log, 20, start="measured")
+    torch.testing.assert_close(windows.predicted, windows.measured)
+    forgetful = rollout(composed, windows.start, torch.as_tensor(log.action[windows.rows[:, None] + np.arange(20)]))
+    assert float((forgetful - windows.measured).detach().abs().max()) > 1e-3
 
 
 def test_layers_are_the_network_over_raw_columns() -> None:

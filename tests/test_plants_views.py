@@ -206,6 +206,36 @@ def test_a_model_as_plant_steps_the_model(robot: Robot) -> None:
     np.testing.assert_allclose(log.state[1:], expected[:-1], atol=1e-10)
 
 
+@every_robot
+def test_logs_and_controllers_hear_what_was_sent_not_what_was_asked(robot: Robot) -> None:
+    asked = robot.rest + 2.0 * (robot.high - robot.rest) * np.sin(np.arange(30.0))[:, None]
+    sent = np.clip(asked, robot.low, robot.high)
+    assert (asked != sent).any()
+    controller, heard = Scripted(asked), list[Array]()
+    log = run_episode(
+        MujocoPlant(robot),
+        controller,
+        start=high(robot),
+        steps=30,
+        on_step=lambda step, state, action: heard.append(action),
+    )
+    rows = len(log)
+    for told in (log.action, controller.sent, heard):
+        np.testing.assert_array_equal(told, sent[:rows])
+    within = run_episode(MujocoPlant(robot), Scripted(sent), start=high(robot), steps=30)
+    np.testing.assert_array_equal(log.state, within.state)
+
+
+@every_robot
+def test_a_command_is_sent_before_the_robots_own_filters(robot: Robot) -> None:
+    late = MujocoPlant(robot, [effect("delay", robot).inject(value=2 * robot.dt)])
+    for action in draw(robot, 4):
+        late.step(action)
+        np.testing.assert_array_equal(late.sent, action)
+    late.reset()
+    assert np.isnan(late.sent).all()  # nothing was sent yet
+
+
 def test_any_callable_is_a_plant_and_its_result_is_put_on_the_manifold() -> None:
     layouts = Layouts(Layout.of(("x", "sin_yaw", "cos_yaw")), Layout.of(("speed",)))
     plant = ModelPlant(lambda state, action, inputs=None: state + torch.ones(3), layouts, dt=0.1, start=[0.0, 0.0, 1.0])
@@ -243,7 +273,8 @@ def test_the_gymnasium_view_rewards_minus_the_cost_and_ends_where_it_must() -> N
     observation, _ = view.reset(seed=1)
     steps, done, total = 0, False, []
     while not done:
-        observation, reward, terminated, truncated, _ = view.step(CRAZYFLIE.rest)
+        observation, reward, terminated, truncated, info = view.step(CRAZYFLIE.rest)
+        np.testing.assert_array_equal(info["sent"], CRAZYFLIE.rest)
         total.append(reward)
         steps += 1
         done = terminated or truncated

@@ -13,7 +13,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / "sym2real"
 
 FLOORS: dict[str, int] = {
     **dict.fromkeys(
-        ("errors", "registry", "layout", "rotation", "trajectory", "protocols", "data", "native", "files"), 0
+        ("errors", "registry", "layout", "rotation", "past", "trajectory", "protocols", "data", "native", "files"), 0
     ),
     **dict.fromkeys(("robots", "tasks", "effects", "symbolic", "logs"), 1),
     **dict.fromkeys(("plants", "control", "regression", "neural"), 2),

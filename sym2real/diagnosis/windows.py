@@ -12,6 +12,7 @@ from torch import Tensor
 from sym2real.diagnosis.start import ROWS, Start, start_states
 from sym2real.errors import ShapeError
 from sym2real.layout import Field, Layout
+from sym2real.past import past_rows
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import rollout
 from sym2real.trajectory import Array, Trajectory
@@ -83,7 +84,7 @@ def predict_windows(
     """Predict ``steps`` rows ahead from every start along a log.
 
     Args:
-        model: predicts in float64.
+        model: predicts in float64; one that sees the past says of how many commands and states by ``past_rows``.
         trajectory: the log, its columns those of the model.
         steps: length of a window in rows.
         start: how the start state is found (:mod:`sym2real.diagnosis.start`).
@@ -102,7 +103,9 @@ def predict_windows(
     ahead = rows[:, None] + np.arange(steps)
     state = torch.as_tensor(start_states(trajectory, rows, start))
     action, inputs = torch.as_tensor(trajectory.action[ahead]), torch.as_tensor(trajectory.inputs[ahead])
+    seen = past_rows(model)
+    past = torch.as_tensor(trajectory.past(*seen)[rows]) if any(seen) else None
     with torch.no_grad():
-        predicted = rollout(model, state, action, inputs)
+        predicted = rollout(model, state, action, inputs, past=past)
     layout = trajectory.layouts.state
     return Windows(rows, predicted, torch.as_tensor(trajectory.state[ahead + 1]), state, layout)

@@ -20,6 +20,14 @@ from sym2real.errors import ShapeError
 from sym2real.layout import Layouts
 
 
+def joined(parts: list[Tensor]) -> Tensor:
+    """Side by side in the last dimension; leading ones broadcast."""
+    batch = parts[0].shape[:-1]
+    for part in parts:
+        batch = torch.broadcast_shapes(batch, part.shape[:-1])
+    return torch.cat([part.expand(batch + part.shape[-1:]) for part in parts], dim=-1)
+
+
 class ResidualMLP(nn.Module):
     """Residual of the next state ``# (..., n)`` for state ``# (..., n)``, action ``# (..., m)`` and what went before.
 
@@ -79,14 +87,8 @@ class ResidualMLP(nn.Module):
             past: commands from the newest to the oldest, then states likewise ``# (..., commands·m + states·n)``;
                 the present row, repeated, where there is none.
         """
-        seen, batch = [state, action], torch.broadcast_shapes(state.shape[:-1], action.shape[:-1])
-        if past is None:
-            seen += [action] * self.commands + [state] * self.states
-        else:
-            seen.append(past)
-            batch = torch.broadcast_shapes(batch, past.shape[:-1])
-        whole = torch.cat([part.expand(batch + part.shape[-1:]) for part in seen], dim=-1)
-        values = (whole - self.input_mean) / self.input_scale
+        behind = [action] * self.commands + [state] * self.states if past is None else [past]
+        values = (joined([state, action] + behind) - self.input_mean) / self.input_scale  # noqa: RUF005 — TorchScript
         for place, linear in enumerate(self.linears):
             values = linear(values if place == 0 else torch.relu(values))
         return values * self.output_scale

@@ -34,8 +34,8 @@ def run_episode(
 ) -> Trajectory:
     """Let a controller act for a number of steps, or until the plant crashes.
 
-    Every row is a measured state and the action that was sent on it; the answer to the last action is not a row,
-    so the state that a crash leaves behind is not in the trajectory.
+    Every row is a measured state and the action that was sent on it, as the plant says; the answer to the last action
+    is not a row, so the state that a crash leaves behind is not in the trajectory.
 
     Args:
         plant: what is acted on.
@@ -45,7 +45,7 @@ def run_episode(
         start: state to start from instead of the task's ``# (state,)``.
         steps: largest number of rows.
         wrench: pushes by step, for plants that have ``push`` ``# (steps, inputs)``.
-        on_step: called after every step with its number, the state and the action.
+        on_step: called after every step with its number, the state and the action sent.
         name: of the trajectory.
 
     Raises:
@@ -76,11 +76,12 @@ def _closed_loop(
             plant.push(push)  # type: ignore[attr-defined]
         held = plant.inputs
         action = np.asarray(controller.act(state, step, held), dtype=np.float64)
-        rows.append((state, action, held))
         measured, state = state, plant.step(action)
-        controller.remember(action)
+        sent = plant.sent
+        rows.append((measured, sent, held))
+        controller.remember(sent)
         if on_step is not None:
-            on_step(step, measured, action)
+            on_step(step, measured, sent)
         if plant.crashed:
             break
     states, actions, inputs = map(np.array, zip(*rows, strict=True))

@@ -58,6 +58,11 @@ class EquationsPlant:
         """Whether the true state is not finite, or below the ground."""
         return self._moving.crashed
 
+    @property
+    def sent(self) -> Array:
+        """The last action; what filters make of it is the robot's own ``# (action,)``."""
+        return self._moving.sent
+
     def push(self, inputs: ArrayLike) -> None:
         """Hold inputs until the next call or reset ``# (inputs,)``."""
         self._moving.push(inputs)

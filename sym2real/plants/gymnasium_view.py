@@ -56,12 +56,16 @@ class TaskEnvironment(gymnasium.Env[Array, Array]):  # type: ignore[misc]
         return self.plant.reset(self.task.start(self.np_random), seed), {}
 
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
-        """One control period; the episode is over when the plant crashed, and cut off after the task's duration."""
+        """One control period; the episode is over when the plant crashed, and cut off after the task's duration.
+
+        What comes back names the action as sent: ``info["sent"]``.
+        """
         state = self.plant.step(action)
         self._step += 1
         time = torch.tensor(self._step * self.plant.dt, dtype=torch.float64)
-        reward = self._reward(state, action, self.task.reference(time).numpy())
-        return state, reward, self.plant.crashed, self._step >= self.steps, {}
+        sent = self.plant.sent
+        reward = self._reward(state, sent, self.task.reference(time).numpy())
+        return state, reward, self.plant.crashed, self._step >= self.steps, {"sent": sent}
 
 
 def _minus_cost(plant: Plant, task: Task) -> Reward:

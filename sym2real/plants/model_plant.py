@@ -9,6 +9,7 @@ from torch import Tensor, nn
 
 from sym2real.errors import ShapeError
 from sym2real.layout import Layouts
+from sym2real.past import Past, past_rows
 from sym2real.protocols import DynamicsModel
 from sym2real.robots import Robot
 from sym2real.symbolic import Equations
@@ -21,7 +22,7 @@ class ModelPlant:
     Crashed once the state is not finite or its height ``z`` is below zero.
 
     Args:
-        model: next state ``# (state,)`` from state, action and inputs.
+        model: next state ``# (state,)`` from state, action and inputs, and the past where it sees one (``past_rows``).
         robot: the robot that the model describes, or only the layouts of the model.
         dt: control period in s; None for the robot's.
         start: state after a reset without one ``# (state,)``; None for the robot's.
@@ -49,6 +50,7 @@ class ModelPlant:
         self._dt = dt
         self._start = np.asarray(start, dtype=np.float64)
         self._dtype = _dtype(model)
+        self._past = Past(*past_rows(model))
         self.reset()
 
     @property
@@ -73,6 +75,11 @@ class ModelPlant:
             return True
         return "z" in self.layouts.state and bool(self._state[self.layouts.state.index("z")] < 0.0)
 
+    @property
+    def sent(self) -> Array:
+        """The last action; nothing limits it ``# (action,)``."""
+        return self._sent.copy()
+
     def push(self, inputs: ArrayLike) -> None:
         """Hold inputs until the next call or reset ``# (inputs,)``."""
         self._inputs = _checked(inputs, self.layouts.inputs.columns)
@@ -81,13 +88,18 @@ class ModelPlant:
         """Start an episode at ``state`` or the given start; nothing is random, so the seed has no effect."""
         self._state = _checked(self._start if state is None else state, self.layouts.state.columns)
         self._inputs = np.zeros(self.layouts.inputs.size)
+        self._sent = np.full(self.layouts.action.size, np.nan)
+        self._past.reset()
         return self._state.copy()
 
     @torch.no_grad()
     def step(self, action: ArrayLike) -> Array:
         """State ``# (state,)`` after one action ``# (action,)``."""
-        sent = _checked(action, self.layouts.action.columns)
-        after = self.model(self._tensor(self._state), self._tensor(sent), self._tensor(self._inputs))
+        self._sent = _checked(action, self.layouts.action.columns)
+        past = self._past.before(self._state)
+        behind = () if past is None else (self._tensor(past),)
+        after = self.model(self._tensor(self._state), self._tensor(self._sent), self._tensor(self._inputs), *behind)
+        self._past.remember(self._sent, self._state)
         self._state = self.layouts.state.normalise(after.double()).numpy()
         return self._state.copy()
 

@@ -38,7 +38,7 @@ def compile_robot(robot: Robot, changes: Sequence[Change] = (), description: str
 class MujocoPlant:
     """A :class:`~sym2real.protocols.Plant` that simulates a robot.
 
-    Commands outside the robot's limits are clipped by the actuators, as on the hardware.
+    Commands outside the robot's limits are clipped, as on the hardware; :attr:`sent` says what was sent.
 
     Args:
         robot: what to simulate.
@@ -96,6 +96,11 @@ class MujocoPlant:
         return self._crashed
 
     @property
+    def sent(self) -> Array:
+        """The last action within the robot's limits, before any command filter ``# (action,)``."""
+        return self._sent.copy()
+
+    @property
     def true_state(self) -> Array:
         """State before any measurement filter ``# (state,)``."""
         return self.robot.read_state(self.mj_data)
@@ -143,6 +148,7 @@ class MujocoPlant:
         self._command_filters = [change.command() for change in self.changes if change.command is not None]
         self._measure_filters = [change.measure() for change in self.changes if change.measure is not None]
         self._crashed, self._fresh = False, True
+        self._sent = np.full(self.layouts.action.size, np.nan)
         self.push(self._initial_wrench)
         return self._measured()
 
@@ -152,12 +158,13 @@ class MujocoPlant:
         Raises:
             ShapeError: for another number of columns, or an action that is not finite, which MuJoCo takes for zero.
         """
-        sent = np.asarray(action, dtype=np.float64)
-        if sent.shape != (self.layouts.action.size,):
-            raise ShapeError(f"an action has columns {self.layouts.action.columns}, found shape {sent.shape}")
-        if not np.isfinite(sent).all():
-            raise ShapeError(f"expected a finite action, found {sent.tolist()}")
-        control = self.robot.to_control(_filtered(self._command_filters, sent))
+        asked = np.asarray(action, dtype=np.float64)
+        if asked.shape != (self.layouts.action.size,):
+            raise ShapeError(f"an action has columns {self.layouts.action.columns}, found shape {asked.shape}")
+        if not np.isfinite(asked).all():
+            raise ShapeError(f"expected a finite action, found {asked.tolist()}")
+        self._sent = np.clip(asked, self.robot.low, self.robot.high)
+        control = self.robot.to_control(_filtered(self._command_filters, self._sent))
         self.mj_data.ctrl[: len(control)] = control  # changes may append actuators of their own
         if self._fresh:
             self._settle(control)

@@ -111,6 +111,7 @@ def rollout(
     inputs: Tensor | None = None,
     parameters: Tensor | None = None,
     *,
+    past: Tensor | None = None,
     normalise: Callable[[Tensor], Tensor] | None = None,
 ) -> Tensor:
     """States after each action ``# (..., H, n)``.
@@ -126,6 +127,7 @@ def rollout(
         inputs: held over the horizon when they have fewer dimensions than the actions ``# (..., k)`` (a column ``t``
             advances, in compiled models), else one row per step ``# (..., H, k)``.
         parameters: parameter sets ``# (..., P)`` of a compiled model.
+        past: of the start, for a model that sees one, as its rollout takes it.
         normalise: puts states back on the manifold after each step of a model that does not do it itself.
 
     Raises:
@@ -139,7 +141,7 @@ def rollout(
             values = model.values if parameters is None else parameters  # type: ignore[attr-defined]
             return native(state, actions, inputs, values)
         with optimized_execution(False):
-            result: Tensor = whole(state, actions, inputs, parameters)
+            result: Tensor = whole(state, actions, inputs, parameters, *(() if past is None else (past,)))
         return result
     if parameters is not None:
         raise ShapeError("this model has no rollout of its own and takes no parameters")

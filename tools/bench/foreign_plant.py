@@ -43,7 +43,8 @@ class ForeignPlant(ABC):
 
     def step(self, action: ArrayLike) -> Array:
         """Send an action ``# (action,)``; the measured state one period later ``# (state,)``."""
-        self._under_way.append(np.asarray(action, dtype=np.float64))
+        self.sent: Array = np.array(action, dtype=np.float64)
+        self._under_way.append(self.sent)
         self._hold(self._under_way.pop(0))
         return self._measure(self._true())
 

@@ -7,10 +7,12 @@ know that they are not.
 
 from __future__ import annotations
 
+import keyword
+import unicodedata
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal, get_args
 
 import torch
 from torch import Tensor
@@ -25,6 +27,19 @@ TANGENT_SIZE = {"quaternion": 3, "circle": 1}
 COLUMNS_OF_KIND = {"quaternion": 4, "circle": 2}
 
 
+def is_name(name: object) -> bool:
+    """Whether a text can be a variable of generated Python and C: letters, digits and _, and no other spelling of it.
+
+    Such names come from files and go into source, so this is where anything else ends.
+    """
+    return (
+        isinstance(name, str)
+        and name.isidentifier()
+        and not keyword.iskeyword(name)
+        and unicodedata.normalize("NFKC", name) == name
+    )
+
+
 @dataclass(frozen=True)
 class Field:
     """Columns that belong together.
@@ -36,6 +51,9 @@ class Field:
         frame: "world", "body" or "" where no frame applies.
         kind: "quaternion" (4 columns, w x y z), "circle" (2 columns, sine then cosine) or "vector".
         hidden: true for states that a log does not hold (motor lag); scores and costs never see them.
+
+    Raises:
+        ShapeError: for a kind that does not exist, a column that cannot be named in an expression, or too few of them.
     """
 
     name: str
@@ -46,9 +64,34 @@ class Field:
     hidden: bool = False
 
     def __post_init__(self) -> None:
+        if self.kind not in get_args(Kind):
+            raise ShapeError(f"field {self.name!r}: expected a kind of {', '.join(get_args(Kind))}, found {self.kind!r}")
+        for column in self.columns:
+            if not is_name(column):
+                raise ShapeError(f"field {self.name!r}: expected column names of letters, digits and _, found {column!r}")
         wanted = COLUMNS_OF_KIND.get(self.kind, len(self.columns))
         if len(self.columns) != wanted:
             raise ShapeError(f"field {self.name!r} is a {self.kind} and needs {wanted} columns, got {self.columns}")
+
+    @classmethod
+    def read(cls, entry: Any) -> Field:
+        """The field that an object of a JSON file describes.
+
+        Raises:
+            ShapeError: where it is none, saying which entry is wrong.
+        """
+        kinds = {"name": str, "columns": list, "unit": str, "frame": str, "kind": str, "hidden": bool}
+        if not isinstance(entry, dict):
+            raise ShapeError(f"expected a field with its columns, found {entry!r:.80}")
+        for key, value in entry.items():
+            if key not in kinds:
+                raise UnknownNameError("entry of a field", str(key), kinds)
+            if not isinstance(value, kinds[key]):
+                raise ShapeError(f"field, {key}: expected a value of type {kinds[key].__name__}, found {value!r:.80}")
+        for key in ("name", "columns"):
+            if key not in entry:
+                raise ShapeError(f"expected {key!r} of a field, found {', '.join(entry) or 'nothing'}")
+        return cls(**{**entry, "columns": tuple(entry["columns"])})
 
     @property
     def tangent_size(self) -> int:

@@ -91,10 +91,7 @@ def layouts_from_json(text: str) -> Layouts:
     """Layouts from a JSON text of :func:`layouts_to_json`.
 
     Raises:
-        KeyError, TypeError, ValueError: when it is none.
+        KeyError, TypeError, ValueError, RecursionError: when it is none.
     """
     groups = json.loads(text)
-    return Layouts(**{
-        group: Layout(tuple(Field(**{**field, "columns": tuple(field["columns"])}) for field in groups[group]))
-        for group in GROUPS
-    })  # fmt: skip
+    return Layouts(**{group: Layout(tuple(map(Field.read, groups[group]))) for group in GROUPS})

@@ -13,6 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from sym2real.layout import is_name
 from sym2real.symbolic.program import Program
 
 INFIX = {
@@ -121,7 +122,8 @@ class CLines:
         table: NumberTable | None = None,
     ) -> None:
         self.program, self.single = program, single
-        self.names = {number: f"x_{name}" for number, name in enumerate(program.inputs)} | dict(names or {})
+        self.names = {number: f"x_{name}" for number, name in enumerate(program.inputs) if is_name(name)}
+        self.names |= dict(names or {})
         self.table = table
 
     def name(self, value: int) -> str:

@@ -60,7 +60,7 @@ class Equations:
     effects: tuple[tuple[str, Mapping[str, float]], ...] = ()
 
     def __post_init__(self) -> None:
-        parameters = {str(name): float(value) for name, value in self.parameters.items()}
+        parameters = _finite("parameter", self.parameters)
         self._set("parameters", parameters)
         require_names([*self.columns, *self.quantities, *parameters])
         state = self.layouts.state
@@ -71,17 +71,18 @@ class Equations:
             raise ModelError(f"no equation for the state column{'s' * (len(missing) > 1)} {', '.join(missing)}")
         if not (math.isfinite(self.dt) and self.dt > 0.0):
             raise ModelError(f"expected a time step dt > 0 s, found {self.dt!r}")
+        self._set("dt", float(self.dt))
         self._set("next", {column: self._checked(column, self.next[column]) for column in state})
         self._set("output", {c: self._checked(c, self.output[c]) for c in state if c in self.output})
         self._set("quantities", {name: self._checked(name, value) for name, value in self.quantities.items()})
         self._set("notes", tuple(self.notes))
-        self._set("numbers", {str(name): float(value) for name, value in self.numbers.items()})
+        self._set("numbers", _finite("number", self.numbers))
         self._set("start", {c: self._checked(c, self.start[c]) for c in state if c in self.start})
         filters = [
             (key, {n: self._checked(f"{key} {n}", v) for n, v in values.items()}) for key, values in self.filters
         ]
         self._set("filters", tuple((str(key), MappingProxyType(values)) for key, values in filters))
-        known = [(key, {str(n): float(v) for n, v in values.items()}) for key, values in self.effects]
+        known = [(key, _finite(f"{key}:", values)) for key, values in self.effects]
         self._set("effects", tuple((str(key), MappingProxyType(values)) for key, values in known))
         hidden = [column for one in state.fields if one.hidden for column in one.columns if column not in self.start]
         if hidden:
@@ -242,6 +243,14 @@ class Equations:
             ModelError: when it is not such a text.
         """
         return cls.parse(**read_equations(source))
+
+
+def _finite(what: str, values: Mapping[str, float]) -> dict[str, float]:
+    found = {str(name): float(value) for name, value in values.items()}
+    for name, value in found.items():
+        if not math.isfinite(value):
+            raise ModelError(f"{what} {name!r}: expected a finite number, found {value!r}")
+    return found
 
 
 def _parsed(name: str, written: str) -> Expr:

@@ -6,7 +6,6 @@ factoring. :func:`product` keeps such products as they are; :func:`replace_symbo
 
 from __future__ import annotations
 
-import keyword
 from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 
@@ -15,6 +14,7 @@ from sympy import Expr, Symbol
 from sympy.printing.str import StrPrinter
 
 from sym2real.errors import ModelError
+from sym2real.layout import is_name
 from sym2real.registry import Registry
 
 FUNCTIONS: Registry[type] = Registry(
@@ -50,7 +50,7 @@ def require_names(names: Sequence[str]) -> None:
         ModelError: with the name.
     """
     for name in names:
-        if not name.isidentifier() or keyword.iskeyword(name) or name in CONSTANTS:
+        if not is_name(name) or name in CONSTANTS:
             raise ModelError(f"expected a name that can stand in an expression, found {name!r}")
         if names.count(name) > 1:
             raise ModelError(f"the name {name!r} stands for two things: columns, quantities and parameters share names")

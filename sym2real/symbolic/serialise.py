@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
@@ -58,19 +59,20 @@ def read_equations(source: str) -> dict[str, Any]:
         found = content.get("format") if isinstance(content, dict) else type(content).__name__
         raise ModelError(f"expected JSON of format {FORMAT!r}, found {found!r}")
     layouts = Layouts(*(_layout(content, group) for group in GROUPS))
+    number = (int, float)
     return {
         "layouts": layouts,
         "equations": _mapping(content, "next", str),
-        "dt": _entry(content, "dt", (int, float)),
+        "dt": _entry(content, "dt", number),
         "output": _mapping(content, "output", str),
         "quantities": _mapping(content, "quantities", str),
-        "parameters": _mapping(content, "parameters", (int, float)),
+        "parameters": _mapping(content, "parameters", number),
         "robot": _entry(content, "robot", str),
-        "notes": tuple(str(note) for note in _entry(content, "notes", list)),
-        "numbers": _mapping(content, "numbers", (int, float)) if "numbers" in content else {},
+        "notes": _texts(content, "notes"),
+        "numbers": _mapping(content, "numbers", number) if "numbers" in content else {},
         "filters": _effects(content, "filters", str) if "filters" in content else [],
         "start": _mapping(content, "start", str) if "start" in content else {},
-        "effects": _effects(content, "effects", (int, float)) if "effects" in content else [],
+        "effects": _effects(content, "effects", number) if "effects" in content else [],
     }
 
 
@@ -86,7 +88,16 @@ def _entry(content: Mapping[str, Any], key: str, kind: type | tuple[type, ...]) 
     value = content.get(key)
     if not isinstance(value, kind) or isinstance(value, bool):
         raise ModelError(f"equations in JSON: expected another type of value under {key!r}, found {value!r:.80}")
+    if isinstance(value, int | float) and not _is_finite(value):
+        raise ModelError(f"equations in JSON: expected a finite number under {key!r}, found {value!r:.80}")
     return value
+
+
+def _is_finite(value: float) -> bool:
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number that no float holds
+        return False
 
 
 def _mapping(content: Mapping[str, Any], key: str, kind: type | tuple[type, ...]) -> dict[str, Any]:
@@ -96,9 +107,17 @@ def _mapping(content: Mapping[str, Any], key: str, kind: type | tuple[type, ...]
     return value
 
 
+def _texts(content: Mapping[str, Any], key: str) -> tuple[str, ...]:
+    texts = _entry(content, key, list)
+    for text in texts:
+        if not isinstance(text, str):
+            raise ModelError(f"equations in JSON: expected texts under {key!r}, found {text!r:.80}")
+    return tuple(texts)
+
+
 def _layout(content: Mapping[str, Any], group: str) -> Layout:
     fields = _entry(_entry(content, "layouts", dict), group, list)
     try:
-        return Layout(tuple(Field(**{**field, "columns": tuple(map(str, field["columns"]))}) for field in fields))
-    except (TypeError, KeyError, Sym2RealError) as error:
+        return Layout(tuple(map(Field.read, fields)))
+    except Sym2RealError as error:
         raise ModelError(f"equations in JSON: layout {group!r} cannot be read: {error}") from error

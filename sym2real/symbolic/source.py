@@ -15,6 +15,7 @@ from sympy import Expr
 
 from sym2real.layout import WRENCH, Layout
 from sym2real.symbolic.equations import Equations
+from sym2real.symbolic.expressions import require_names
 from sym2real.symbolic.graph import UNIT, Graph, Lowered
 from sym2real.symbolic.lowering import Lowering
 from sym2real.symbolic.program import Program
@@ -82,7 +83,11 @@ def bodies(program: Program, groups: Groups, parameters: Sequence[str], expand_r
         groups: argument name → columns; the first has the shape of the results.
         parameters: columns of ``values``.
         expand_results: give every result the shape of the first group's columns.
+
+    Raises:
+        ModelError: for a column or parameter that cannot be a variable's name.
     """
+    require_names([*parameters, *(column for columns in groups.values() for column in columns)])
     places = {f"{group}_{column}": f"{group}[{i}]" for group, names in groups.items() for i, column in enumerate(names)}
     moving = program.reached_by({column for columns in groups.values() for column in columns})
     fixed = {*range(program.first_instruction), *program.computed} - moving
@@ -140,11 +145,10 @@ def model_source(equations: Equations) -> str:
     time = layouts.inputs.index(TIME) if TIME in layouts.inputs else None
     dt = repr(equations.dt)
     return MODEL.substitute(
-        title=equations.robot or "robot",
         dt=dt,
         **{group: " ".join(columns) for group, columns in groups.items()},
         parameters=" ".join(parameters),
-        values=repr([equations.parameters[name] for name in parameters]),
+        values=f"[{', '.join(map(_literal, equations.parameters.values()))}]",
         methods="\n\n".join(methods for methods, _ in parts),
         constants=textwrap.indent("\n".join(constants for _, constants in parts), " " * 8),
         n=len(layouts.state),

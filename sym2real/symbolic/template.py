@@ -6,7 +6,7 @@ a loop over ``forward``.
 
 from string import Template
 
-MODEL = Template('''"""$title: next state after $dt s, generated from its equations; needs torch and nothing else."""
+MODEL = Template('''"""Next state after $dt s, generated from its equations; needs torch and nothing else."""
 
 from typing import List, Optional
 

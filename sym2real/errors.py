@@ -57,6 +57,8 @@ def reason(error: Exception) -> str:
     """What went wrong with a file in the system's words, without the path, which :class:`DataError` names."""
     if isinstance(error, KeyError) and not isinstance(error, Sym2RealError):
         return f"no {error}"
+    if isinstance(error, RecursionError):
+        return "values that are nested too deeply"
     return (isinstance(error, OSError) and error.strerror) or str(error) or type(error).__name__
 
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 import json
 import os
 import tempfile
+import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from sym2real.errors import DataError, reason
+
+LONGEST_NAME = 60  # letters, of up to four bytes; file systems have room for 255 bytes, and there is an ending to come
 
 
 @contextmanager
@@ -65,11 +68,25 @@ def read_object(path: str | Path, what: str) -> dict[str, Any]:
     """
     try:
         found = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise DataError(path, what, reason(error)) from error
     if not isinstance(found, dict):
-        raise DataError(path, what, repr(found))
+        raise DataError(path, what, f"{found!r:.80}")
     return found
+
+
+def read_toml(path: str | Path, what: str) -> dict[str, Any]:
+    """The table that a TOML file holds; arguments and errors as of :func:`read_object`."""
+    try:
+        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise DataError(path, what, reason(error)) from error
+
+
+def safe_name(text: str) -> str:
+    """A name from elsewhere as the name of one file: no way out of its folder, no hidden file, not too long."""
+    kept = "".join(letter if letter.isprintable() and letter not in '/\\:*?"<>|' else "_" for letter in text)
+    return kept.lstrip(".")[:LONGEST_NAME] or "_"
 
 
 def require_place(path: str | Path, *, folder: bool) -> None:

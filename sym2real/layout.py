@@ -65,10 +65,14 @@ class Field:
 
     def __post_init__(self) -> None:
         if self.kind not in get_args(Kind):
-            raise ShapeError(f"field {self.name!r}: expected a kind of {', '.join(get_args(Kind))}, found {self.kind!r}")
+            raise ShapeError(
+                f"field {self.name!r}: expected a kind of {', '.join(get_args(Kind))}, found {self.kind!r}"
+            )
         for column in self.columns:
             if not is_name(column):
-                raise ShapeError(f"field {self.name!r}: expected column names of letters, digits and _, found {column!r}")
+                raise ShapeError(
+                    f"field {self.name!r}: expected column names of letters, digits and _, found {column!r}"
+                )
         wanted = COLUMNS_OF_KIND.get(self.kind, len(self.columns))
         if len(self.columns) != wanted:
             raise ShapeError(f"field {self.name!r} is a {self.kind} and needs {wanted} columns, got {self.columns}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -28,12 +28,11 @@ class Show:
         """Print the tables."""
         from sym2real.cli.model import folder_of, open_with_progress
         from sym2real.effects import noted
-        from sym2real.regression import Dependence
+        from sym2real.experiments.learning import trained_dependence
         from sym2real.report.tables import dependence_table, equation_table, readable
-        from sym2real.symbolic.storage import training_of
 
         equations = open_with_progress(self.model, console)
-        dependence = training_of(folder_of(self.model)).get("dependence", [])
+        dependence = trained_dependence(folder_of(self.model))
         effects = noted(equations)
         console.print(f"physical effects put into it: {'; '.join(effects) or 'none that it notes'}", markup=False)
         for key, values in equations.filters:
@@ -41,7 +40,7 @@ class Show:
             console.print(f"{key} acts on whole series, outside the equations: {given}", markup=False)
         console.print(equation_table(equations))
         if dependence:
-            console.print(dependence_table([Dependence(**row) for row in dependence]))
+            console.print(dependence_table(dependence))
         for note in equations.notes:
             console.print(f"note: {note}", markup=False)
         latex = equations.latex()
@@ -54,6 +53,6 @@ class Show:
             "equations": equations.text().splitlines(),
             "latex": latex,
             "nodes": equations.complexity(),
-            "dependence": dependence,
+            "dependence": [asdict(row) for row in dependence],
             "notes": list(equations.notes),
         }

@@ -96,7 +96,7 @@ def training_region(folder: Path) -> dict[str, tuple[float, float]] | None:
     region = training_of(folder).get("region", {})
     try:
         return {column: (float(low), float(high)) for column, (low, high) in region.items()} or None
-    except (ValueError, AttributeError, TypeError) as error:
+    except (ValueError, AttributeError, TypeError, OverflowError) as error:
         expected = "a JSON object with the range of every column under 'region'"
         raise DataError(folder / TRAINING, expected, str(error)) from None
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sym2real.effects.body import Body
-from sym2real.effects.domain import NOT_NEGATIVE
+from sym2real.effects.domain import DELAY_TIME
 from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.memory import shift
@@ -17,7 +17,7 @@ from sym2real.trajectory import Array
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "s", null=0.0, low=0.0, high=0.5, scale=2 * body.dt, domain=NOT_NEGATIVE),)
+    return (Parameter("value", "s", null=0.0, low=0.0, high=0.5, scale=2 * body.dt, domain=DELAY_TIME),)
 
 
 def _inject(body: Body, values: Numbers) -> Change:

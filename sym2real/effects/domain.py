@@ -35,4 +35,7 @@ class Domain:
 
 ANYTHING = Domain()
 NOT_NEGATIVE = Domain(0.0)
+LONGEST_DELAY = 60.0  # s; every row that is still under way is kept, so that a delay without end fills the memory
+DELAY_TIME = Domain(0.0, LONGEST_DELAY)
+SHIFT_TIME = Domain(-LONGEST_DELAY, LONGEST_DELAY)
 POSITIVE = Domain(0.0, open=True)

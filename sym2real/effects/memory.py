@@ -12,6 +12,9 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from sym2real.effects.domain import LONGEST_DELAY
+from sym2real.errors import ModelError
+
 Given = Mapping[str, Tensor]
 Begin = Callable[[Tensor, float, Given], Tensor]
 Run = Callable[[Tensor, Tensor, float, Given], tuple[Tensor, Tensor]]
@@ -79,7 +82,10 @@ def shift() -> Memory:
     """a(t - ``value``): whole rows by look-up, fractions of a row blended."""
 
     def depth(dt: float, values: Given) -> int:
-        return max(0, int(torch.floor(values["value"].max() / dt + 1e-9))) + 1
+        longest = float(values["value"].max())
+        if longest > LONGEST_DELAY:
+            raise ModelError(f"expected a delay of at most {LONGEST_DELAY:g} s, found {longest:g} s")
+        return max(0, int(longest / dt + 1e-9)) + 1
 
     def begin(row: Tensor, dt: float, values: Given) -> Tensor:
         row = first_row(row, dt, values)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sym2real.effects.body import Body
+from sym2real.effects.domain import SHIFT_TIME
 from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.memory import shift
 from sym2real.effects.truth import with_state
@@ -14,7 +15,7 @@ from sym2real.trajectory import Array
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "s", null=0.0, low=-0.2, high=0.5, scale=body.dt),)
+    return (Parameter("value", "s", null=0.0, low=-0.2, high=0.5, scale=body.dt, domain=SHIFT_TIME),)
 
 
 def _inject(body: Body, values: Numbers) -> Change:

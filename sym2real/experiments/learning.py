@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from sym2real.adaptation import EpisodeReport, Progress, StageOne, stage_one
-from sym2real.errors import DataError
+from sym2real.errors import DataError, reason
 from sym2real.experiments.flights import car_drives
 from sym2real.files import write_text
 from sym2real.layout import Layouts
@@ -19,7 +19,7 @@ from sym2real.regression import ENGINES, Dependence, dependence
 from sym2real.regression.wrench import FEWEST_ROWS
 from sym2real.robots import MUSHR, Robot
 from sym2real.symbolic import Equations, save_model
-from sym2real.symbolic.storage import TRAINING
+from sym2real.symbolic.storage import TRAINING, training_of
 from sym2real.tasks import Task, make_task
 from sym2real.trajectory import Dataset
 
@@ -58,6 +58,25 @@ class Learned:
             "episodes": [asdict(report) for report in self.reports],
         }
         write_text(folder / TRAINING, json.dumps(training, indent=1))
+
+
+def trained_dependence(folder: Path) -> list[Dependence]:
+    """How strongly each action reaches the states, as ``training.json`` of a model folder has it; empty without.
+
+    Raises:
+        DataError: when it cannot be read.
+    """
+    rows = training_of(folder).get("dependence", [])
+    try:
+        return [_dependence(row) for row in rows]
+    except (TypeError, ValueError, KeyError, OverflowError) as error:
+        wanted = "a JSON list of rows under 'dependence', each with state, action, score, bar and holds"
+        raise DataError(folder / TRAINING, wanted, reason(error)) from None
+
+
+def _dependence(row: Mapping[str, Any]) -> Dependence:
+    texts = {key: str(row[key]) for key in ("state", "action", "meaning")}
+    return Dependence(**texts, score=float(row["score"]), bar=float(row["bar"]), holds=bool(row["holds"]))
 
 
 def training_tasks(robot: Robot) -> list[Task]:

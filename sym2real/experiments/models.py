@@ -10,7 +10,8 @@ import platformdirs
 
 from sym2real import __version__
 from sym2real.adaptation import Progress, StageOne
-from sym2real.errors import UnknownNameError
+from sym2real.effects.visible import visible_state
+from sym2real.errors import ModelError, UnknownNameError
 from sym2real.experiments.learning import learn_from_drives, learn_in_simulation
 from sym2real.robots import ROBOTS, Robot
 from sym2real.symbolic import Equations, load_model
@@ -29,13 +30,26 @@ def open_model(name: str, on_progress: Callable[[Progress], None] = lambda _: No
 
     Raises:
         UnknownNameError: when it is neither.
-        ModelError: when the folder does not hold a model.
+        ModelError: when the folder does not hold a model, or one that cannot be of the robot that it names.
     """
     if Path(name).is_dir():
-        return load_model(Path(name))
+        equations = load_model(Path(name))
+        _require_columns_of_its_robot(equations, name)
+        return equations
     if name not in ROBOTS:
         raise UnknownNameError("model: neither a folder nor a robot", name, ROBOTS)
     return cached_base(ROBOTS[name], on_progress)
+
+
+def _require_columns_of_its_robot(equations: Equations, name: str) -> None:
+    if equations.robot not in ROBOTS:
+        return
+    found, wanted = visible_state(equations).columns, ROBOTS[equations.robot].layouts.state.columns
+    if found != wanted:
+        raise ModelError(
+            f"{name}: its equations name the robot {equations.robot}: expected the state {' '.join(wanted)}, "
+            f"found {' '.join(found)}"
+        )
 
 
 def cached_base(robot: Robot, on_progress: Callable[[Progress], None] = lambda _: None) -> Equations:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sym2real.errors import DataError
+from sym2real.errors import DataError, reason
 from sym2real.layout import Layouts
 from sym2real.logs.dropouts import CUT, without_dropouts
 from sym2real.logs.grouping import default_layouts, layouts_from_json, trajectory, visible
@@ -156,8 +156,7 @@ class _Opened:
             log = resample(log, self.dt, COMMANDS | set(known.action.columns))
         name = self._metadata("name") or self.table.path.stem
         result = trajectory(self.table, log, known, name + suffix)
-        notes = tuple(json.loads(self._metadata("notes") or "[]"))
-        return replace(result, raw=self.whole.columns, notes=notes + result.notes)
+        return replace(result, raw=self.whole.columns, notes=self._own_notes() + result.notes)
 
     def _require_rows_for(self, dt: float, time: Array) -> None:
         apart = float(np.median(np.diff(time)))
@@ -179,9 +178,16 @@ class _Opened:
     def _metadata(self, key: str) -> str:
         return (self.table.metadata or {}).get(key, "")
 
+    def _own_notes(self) -> tuple[str, ...]:
+        try:
+            notes = json.loads(self._metadata("notes") or "[]")
+            return tuple(str(note) for note in notes)
+        except (TypeError, ValueError, RecursionError) as error:
+            raise DataError(self.table.path, "notes in the file's metadata, a JSON list", reason(error)) from None
+
     def _own_layouts(self) -> Layouts | None:
         text = self._metadata("layouts")
         try:
             return layouts_from_json(text) if text else None
-        except (KeyError, TypeError, ValueError) as error:
-            raise DataError(self.table.path, "layouts in the file's metadata", repr(error)) from None
+        except (KeyError, TypeError, ValueError, RecursionError) as error:
+            raise DataError(self.table.path, "layouts in the file's metadata", reason(error)) from None

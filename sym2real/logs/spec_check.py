@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 import tomllib
 from collections.abc import Mapping
 from math import inf
 from pathlib import Path
 from typing import Any
 
-from sym2real.errors import DataError, UnknownNameError
+from sym2real.errors import DataError, UnknownNameError, reason
 from sym2real.logs.parts import (
     ATTITUDES,
     DERIVED,
@@ -22,6 +23,8 @@ from sym2real.logs.parts import (
     TimeBase,
 )
 from sym2real.logs.units import UNITS, factor
+
+LARGEST = sys.float_info.max
 
 
 class SpecChecker:
@@ -38,8 +41,8 @@ class SpecChecker:
         """
         try:
             values = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
-            raise DataError(self.file, "TOML", str(error)) from None
+        except (ValueError, RecursionError) as error:
+            raise DataError(self.file, "TOML", reason(error)) from None
         self._keys("key", values, known)
         keywords: dict[str, Any] = dict(values)
         keywords["time"] = self._time(self._table(values, "time"))
@@ -138,8 +141,8 @@ class SpecChecker:
         return tuple(values)
 
     def _number(self, key: str, value: object, wanted: str = "a number > 0", low: float = 0.0) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float) or not low < value < inf:
-            raise DataError(self.file, f"{key} to be {wanted}", repr(value))
+        if isinstance(value, bool) or not isinstance(value, int | float) or not low < value <= LARGEST:
+            raise DataError(self.file, f"{key} to be {wanted}", f"{value!r:.80}")
         return float(value)
 
     def _typed(self, key: str, value: Any, kind: type, holds: Any = None, wanted: str = "") -> Any:

@@ -11,7 +11,7 @@ from pathlib import Path
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 
-from sym2real.errors import DataError
+from sym2real.errors import DataError, reason
 from sym2real.files import whole
 from sym2real.layout import Layout, Layouts
 from sym2real.neural.residual_mlp import ResidualMLP
@@ -51,5 +51,5 @@ def load_residual(folder: str | Path) -> ResidualMLP:
         residual = ResidualMLP(layouts, about["widths"], **past)
         residual.load_state_dict(weights)
     except (OSError, SafetensorError, KeyError, TypeError, ValueError, RuntimeError) as error:
-        raise DataError(file, "the weights of a residual", str(error)) from error
+        raise DataError(file, "the weights of a residual", reason(error)) from error
     return residual

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sym2real.errors import ShapeError
+from sym2real.errors import ModelError, ShapeError
 from sym2real.layout import WRENCH, Layouts
 from sym2real.protocols import Change, Filter
 from sym2real.robots import Robot
@@ -46,6 +46,9 @@ class MujocoPlant:
         wrench: held from the start, columns of ``robot.layouts.inputs`` ``# (inputs,)``.
         description: MJCF in place of the robot's own, with its body, joints and actuators.
 
+    Raises:
+        ModelError: for the description of another robot.
+
     Attributes:
         mj_model, mj_data: MuJoCo's own objects.
         changes, description: as given.
@@ -62,6 +65,8 @@ class MujocoPlant:
         self.robot = robot
         self.changes, self.description = tuple(changes), description
         self.mj_model = compile_robot(robot, self.changes, description)
+        if description is not None:
+            _require_same_robot(robot, self.mj_model)
         self.mj_data = mujoco.MjData(self.mj_model)
         self._body = mujoco.mj_name2id(self.mj_model, mujoco.mjtObj.mjOBJ_BODY, robot.name)
         self._columns = [WRENCH.index(column) for column in robot.layouts.inputs]
@@ -207,6 +212,17 @@ class MujocoPlant:
             return bool(self.mj_data.ncon)
         x, y = self.mj_data.qpos[4:6]
         return bool(2.0 * np.arcsin(min(1.0, np.hypot(x, y))) > ROLL_OVER)
+
+
+def _require_same_robot(robot: Robot, found: mujoco.MjModel) -> None:
+    """Body, coordinates and actuators as the robot reads and writes them; changes may have appended actuators."""
+    plain = compile_robot(robot)
+    body = mujoco.mj_name2id(found, mujoco.mjtObj.mjOBJ_BODY, robot.name) >= 0
+    same = np.array_equal(plain.jnt_type, found.jnt_type)
+    if not body or not same or found.nu < plain.nu:
+        there = f"{'it' if body else 'no such body'}, with {found.njnt} joints and {found.nu} actuators"
+        wanted = f"a body named {robot.name}, with {plain.njnt} joints and {plain.nu} actuators of its kind"
+        raise ModelError(f"expected {wanted}, found {there}")
 
 
 def _filtered(filters: Sequence[Filter], values: Array) -> Array:

@@ -7,15 +7,18 @@ them act when :func:`load_plant` opens the folder. MuJoCo writes numbers with si
 
 from __future__ import annotations
 
-import tomllib
+import json
+import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import mujoco
+
 from sym2real.effects import effect
 from sym2real.errors import DataError, ModelError, Sym2RealError, reason
-from sym2real.files import write_text
+from sym2real.files import read_toml, write_text
 from sym2real.plants.mujoco_plant import MujocoPlant, edited
 from sym2real.robots import ROBOTS, Robot
 
@@ -48,7 +51,12 @@ def save_plant(robot: Robot, effects: Chosen, folder: str | Path) -> tuple[Path,
     changes = [effect(key, robot).inject(**values) for key, values in given]
     lines = [HEADER.format(description=DESCRIPTION), f'robot = "{robot.name}"', f'description = "{DESCRIPTION}"']
     for key, values in given:
-        lines += ["", "[[effects]]", f'effect = "{key}"', *(f"{name} = {value!r}" for name, value in values.items())]
+        lines += [
+            "",
+            "[[effects]]",
+            f"effect = {json.dumps(key)}",
+            *(f"{name} = {value!r}" for name, value in values.items()),
+        ]
     description = edited(robot, changes)
     description.compile()  # MuJoCo writes only what it has compiled
     write_text(folder / DESCRIPTION, description.to_xml())
@@ -61,15 +69,18 @@ def load_plant(folder: str | Path) -> MujocoPlant:
 
     Raises:
         DataError: when a file is missing or cannot be read, or names a robot that does not exist.
-        ModelError: for an effect, parameter or value that does not exist or that the simulated robot cannot have.
+        ModelError: for the description of another robot, or an effect, parameter or value that does not exist or that the simulated robot cannot have.
     """
     file = Path(folder) / PLANT
+    what = "a plant file: robot, description and [[effects]]"
+    table = read_toml(file, what)
     try:
-        table = tomllib.loads(file.read_text(encoding="utf-8"))
         robot, description = ROBOTS[table["robot"]], file.parent / table["description"]
         chosen = [(str(one.pop("effect")), one) for one in table.get("effects", [])]
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, KeyError, AttributeError, TypeError) as error:
-        raise DataError(file, "a plant file: robot, description and [[effects]]", reason(error)) from error
+    except (KeyError, AttributeError, TypeError) as error:
+        raise DataError(file, what, reason(error)) from error
+    if description.parent != file.parent:
+        raise DataError(file, "a description beside the plant file", repr(table["description"]))
     # The description has been edited already: what is left of every effect acts while the simulation runs.
     try:
         changes = [replace(effect(key, robot).inject(**_numbers(key, values)), edit=None) for key, values in chosen]
@@ -77,12 +88,14 @@ def load_plant(folder: str | Path) -> MujocoPlant:
         raise ModelError(f"{file}: {error}") from error
     try:
         return MujocoPlant(robot, changes, description=description.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, ValueError) as error:
-        raise DataError(description, "a MuJoCo description", reason(error)) from error
+    except ModelError as error:
+        raise ModelError(f"{description}: {error}") from error
+    except (OSError, ValueError, mujoco.FatalError) as error:
+        raise DataError(description, "a MuJoCo description", " ".join(reason(error).split())) from error
 
 
 def _numbers(key: str, values: Mapping[str, Any]) -> dict[str, float]:
     for name, value in values.items():
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise ModelError(f"{key}: expected a number for {name}, found {value!r}")
+        if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) > sys.float_info.max:
+            raise ModelError(f"{key}: expected a finite number for {name}, found {value!r:.80}")
     return {name: float(value) for name, value in values.items()}

@@ -8,6 +8,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from sym2real.diagnosis import Comparison, Diagnosis, Tried, Where, window_errors
+from sym2real.files import safe_name
 from sym2real.report.error_figures import ladder_figure, over_time_figure, where_figure
 from sym2real.report.figures import comparison_figure, predictions_of, save
 from sym2real.symbolic import Equations
@@ -42,9 +43,9 @@ def _errors(models: Mapping[str, Equations], data: Dataset, where: Sequence[Wher
     errors = {label: window_errors(equations, data) for label, equations in models.items()}
     figures = {"error_over_time": over_time_figure(errors), "where": where_figure(errors, where)}
     predicted = predictions_of(models, Dataset(list(data)[:MOST_PREDICTED]))
-    return figures | {f"{name}_predicted": figure for name, figure in predicted.items()}
+    return figures | {f"{safe_name(name)}_predicted": figure for name, figure in predicted.items()}
 
 
 def _save(figures: Mapping[str, Figure], folder: Path) -> Iterator[Path]:
     for name, figure in figures.items():
-        yield save(figure, folder / f"{name}.png")
+        yield save(figure, folder / f"{safe_name(name)}.png")

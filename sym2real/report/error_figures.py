@@ -40,7 +40,7 @@ def over_time_figure(models: Models) -> Figure:
     for row, channel in enumerate(channels):
         axes[row, 0].set_ylabel(f"{channel} in {'m' if channel in ('z', 'xy', 'position') else 'rad'}")
     for column, name in enumerate(first.names):
-        axes[0, column].set_title(name)
+        axes[0, column].set_title(name, parse_math=False)
         axes[-1, column].set_xlabel("time in s")
     axes[0, 0].legend()
     ahead = float(np.median(first.end - first.start))

@@ -36,7 +36,8 @@ def path_figure(trajectory: Trajectory) -> Figure:
     above.plot(trajectory.column("x"), trajectory.column("y"), color=MEASURED, label="measured")
     if "ref_x" in trajectory.extra:
         above.plot(trajectory.extra["ref_x"], trajectory.extra["ref_y"], "--", color=REFERENCE, label="reference")
-    above.set(xlabel="x in m", ylabel="y in m", title=trajectory.name, aspect="equal")
+    above.set(xlabel="x in m", ylabel="y in m", aspect="equal")
+    above.set_title(trajectory.name, parse_math=False)
     above.legend()
     for column, style in zip(columns, ("-", "--", ":"), strict=False):
         over_time.plot(trajectory.time, trajectory.column(column), style, color=MEASURED, label=column)
@@ -85,7 +86,7 @@ def prediction_figure(trajectory: Trajectory, windows: dict[str, Windows]) -> Fi
     for axis in axes[len(columns) :]:
         axis.set_visible(False)
     axes[0].legend()
-    figure.suptitle(f"{trajectory.name}: measured, and predicted {PREDICTED_SECONDS:g} s ahead")
+    figure.suptitle(f"{trajectory.name}: measured, and predicted {PREDICTED_SECONDS:g} s ahead", parse_math=False)
     return figure
 
 

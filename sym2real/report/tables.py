@@ -63,7 +63,8 @@ def dependence_table(rows: Sequence[Dependence]) -> Table:
         table.add_column(heading, justify="right" if heading in ("strength", "bar") else "left")
     for row in rows:
         verdict = "[green]yes[/]" if row.holds else "[red]no[/]"
-        table.add_row(row.action, f"{row.state}′", number(row.score), number(row.bar), verdict, escape(row.meaning))
+        names = (escape(row.action), f"{escape(row.state)}′")
+        table.add_row(*names, number(row.score), number(row.bar), verdict, escape(row.meaning))
     return table
 
 

@@ -75,7 +75,7 @@ def load_model(folder: str | Path) -> Equations:
     try:
         with safe_open(folder / PARAMETERS, framework="pt") as file:
             values, metadata = file.get_tensor("parameters"), file.metadata() or {}
-    except (OSError, SafetensorError) as error:
+    except (OSError, SafetensorError, UnicodeDecodeError) as error:
         raise DataError(folder / PARAMETERS, "the weights of a saved model", reason(error)) from error
     if values.shape != (len(equations.parameters),) or metadata.get("equations") != _digest(source):
         raise ModelError(f"{folder / PARAMETERS} does not belong to {EQUATIONS} beside it; save the model again")

@@ -23,6 +23,7 @@ from sym2real.errors import ShapeError, UnknownNameError
 Kind = Literal["vector", "quaternion", "circle"]
 Group = Literal["state", "action", "inputs"]
 
+KINDS: tuple[Kind, ...] = get_args(Kind)
 TANGENT_SIZE = {"quaternion": 3, "circle": 1}
 COLUMNS_OF_KIND = {"quaternion": 4, "circle": 2}
 
@@ -64,15 +65,11 @@ class Field:
     hidden: bool = False
 
     def __post_init__(self) -> None:
-        if self.kind not in get_args(Kind):
-            raise ShapeError(
-                f"field {self.name!r}: expected a kind of {', '.join(get_args(Kind))}, found {self.kind!r}"
-            )
+        if self.kind not in KINDS:
+            raise ShapeError(f"field {self.name!r}: expected the kind {' or '.join(KINDS)}, found {self.kind!r}")
         for column in self.columns:
             if not is_name(column):
-                raise ShapeError(
-                    f"field {self.name!r}: expected column names of letters, digits and _, found {column!r}"
-                )
+                raise ShapeError(f"field {self.name!r}: expected columns of letters, digits and _, found {column!r}")
         wanted = COLUMNS_OF_KIND.get(self.kind, len(self.columns))
         if len(self.columns) != wanted:
             raise ShapeError(f"field {self.name!r} is a {self.kind} and needs {wanted} columns, got {self.columns}")

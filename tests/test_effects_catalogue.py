@@ -112,7 +112,7 @@ def test_impossible_truths_are_refused() -> None:
         (CRAZYFLIE, "added_mass", {"value": -1.0}, r"more than -0\.027 kg for value, found -1"),
         (CRAZYFLIE, "added_mass", {"value": -0.027}, "more than"),
         (CRAZYFLIE, "payload", {"mass": -0.001}, "at least 0 kg for mass"),
-        (CRAZYFLIE, "delay", {"value": -0.05}, "at least 0 s for value, found -0.05"),
+        (CRAZYFLIE, "delay", {"value": -0.05}, "at least 0 and at most 60 s for value, found -0.05"),
         (CRAZYFLIE, "lag:wx_cmd", {"value": -1.0}, "lag:wx_cmd: expected at least 0 s"),
         (CRAZYFLIE, "motor_lag", {"value": -0.1}, "at least 0 s"),
         (CRAZYFLIE, "sensor_lag:x", {"value": -0.1}, "at least 0 s"),

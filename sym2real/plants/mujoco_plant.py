@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sym2real.errors import ModelError, ShapeError
+from sym2real.errors import ShapeError
 from sym2real.layout import WRENCH, Layouts
 from sym2real.protocols import Change, Filter
 from sym2real.robots import Robot
@@ -47,7 +47,7 @@ class MujocoPlant:
         description: MJCF in place of the robot's own, with its body, joints and actuators.
 
     Raises:
-        ModelError: for the description of another robot.
+        ShapeError: for the description of another robot.
 
     Attributes:
         mj_model, mj_data: MuJoCo's own objects.
@@ -217,12 +217,13 @@ class MujocoPlant:
 def _require_same_robot(robot: Robot, found: mujoco.MjModel) -> None:
     """Body, coordinates and actuators as the robot reads and writes them; changes may have appended actuators."""
     plain = compile_robot(robot)
-    body = mujoco.mj_name2id(found, mujoco.mjtObj.mjOBJ_BODY, robot.name) >= 0
-    same = np.array_equal(plain.jnt_type, found.jnt_type)
-    if not body or not same or found.nu < plain.nu:
-        there = f"{'it' if body else 'no such body'}, with {found.njnt} joints and {found.nu} actuators"
-        wanted = f"a body named {robot.name}, with {plain.njnt} joints and {plain.nu} actuators of its kind"
-        raise ModelError(f"expected {wanted}, found {there}")
+    named = mujoco.mj_name2id(found, mujoco.mjtObj.mjOBJ_BODY, robot.name) >= 0
+    if not named or not np.array_equal(plain.jnt_type, found.jnt_type) or found.nu < plain.nu:
+        body = "a" if named else "no"
+        raise ShapeError(
+            f"another robot: {body} body named {robot.name}, {found.njnt} joints and {found.nu} actuators where "
+            f"a {robot.name} has {plain.njnt} and {plain.nu}"
+        )
 
 
 def _filtered(filters: Sequence[Filter], values: Array) -> Array:

@@ -51,12 +51,8 @@ def save_plant(robot: Robot, effects: Chosen, folder: str | Path) -> tuple[Path,
     changes = [effect(key, robot).inject(**values) for key, values in given]
     lines = [HEADER.format(description=DESCRIPTION), f'robot = "{robot.name}"', f'description = "{DESCRIPTION}"']
     for key, values in given:
-        lines += [
-            "",
-            "[[effects]]",
-            f"effect = {json.dumps(key)}",
-            *(f"{name} = {value!r}" for name, value in values.items()),
-        ]
+        lines += ["", "[[effects]]", f"effect = {json.dumps(key)}"]
+        lines += [f"{name} = {value!r}" for name, value in values.items()]
     description = edited(robot, changes)
     description.compile()  # MuJoCo writes only what it has compiled
     write_text(folder / DESCRIPTION, description.to_xml())
@@ -68,8 +64,8 @@ def load_plant(folder: str | Path) -> MujocoPlant:
     """The simulated robot of a folder that :func:`save_plant` wrote; its files may have been edited since.
 
     Raises:
-        DataError: when a file is missing or cannot be read, or names a robot that does not exist.
-        ModelError: for the description of another robot, or an effect, parameter or value that does not exist or that the simulated robot cannot have.
+        DataError: when a file is missing or cannot be read, names a robot that does not exist or describes another one.
+        ModelError: for an effect, parameter or value that does not exist or that the simulated robot cannot have.
     """
     file = Path(folder) / PLANT
     what = "a plant file: robot, description and [[effects]]"
@@ -88,14 +84,16 @@ def load_plant(folder: str | Path) -> MujocoPlant:
         raise ModelError(f"{file}: {error}") from error
     try:
         return MujocoPlant(robot, changes, description=description.read_text(encoding="utf-8"))
-    except ModelError as error:
-        raise ModelError(f"{description}: {error}") from error
     except (OSError, ValueError, mujoco.FatalError) as error:
-        raise DataError(description, "a MuJoCo description", " ".join(reason(error).split())) from error
+        raise DataError(
+            description, f"a MuJoCo description of a {robot.name}", " ".join(reason(error).split())
+        ) from error
 
 
 def _numbers(key: str, values: Mapping[str, Any]) -> dict[str, float]:
     for name, value in values.items():
-        if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) > sys.float_info.max:
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise ModelError(f"{key}: expected a number for {name}, found {value!r:.80}")
+        if not abs(value) <= sys.float_info.max:
             raise ModelError(f"{key}: expected a finite number for {name}, found {value!r:.80}")
     return {name: float(value) for name, value in values.items()}

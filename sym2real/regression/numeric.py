@@ -35,9 +35,8 @@ def resolved(equations: Equations, column: str) -> sympy.Expr:
 def evaluate(expression: sympy.Expr, columns: Mapping[str, Array]) -> Array:
     """Values of an expression ``# (rows,)``."""
     names = sorted(used.name for used in expression.free_symbols)
-    function = sympy.lambdify(
-        [symbol(name) for name in names], expression, "numpy", dummify=True
-    )  # no name of a file's
+    # SymPy writes source and executes it: with names of its own, not those of a log.
+    function = sympy.lambdify([symbol(name) for name in names], expression, "numpy", dummify=True)
     with np.errstate(all="ignore"):
         values = np.asarray(function(*(columns[name] for name in names)), dtype=np.float64)
     rows = len(next(iter(columns.values())))

@@ -109,9 +109,9 @@ def _mapping(content: Mapping[str, Any], key: str, kind: type | tuple[type, ...]
 
 def _texts(content: Mapping[str, Any], key: str) -> tuple[str, ...]:
     texts = _entry(content, key, list)
-    for text in texts:
-        if not isinstance(text, str):
-            raise ModelError(f"equations in JSON: expected texts under {key!r}, found {text!r:.80}")
+    for given in texts:
+        if not isinstance(given, str):
+            raise ModelError(f"equations in JSON: expected texts under {key!r}, found {given!r:.80}")
     return tuple(texts)
 
 

@@ -7,13 +7,15 @@ from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
 from numpy.typing import ArrayLike
-from torch import Tensor, nn
+from torch import Tensor
 
 from sym2real.layout import Layouts
 from sym2real.trajectory import Array, Transitions
 
 Filter = Callable[[Array], Array]
 Fitted = TypeVar("Fitted")
+Base_contra = TypeVar("Base_contra", contravariant=True)
+Model = TypeVar("Model")
 
 
 class DynamicsModel(Protocol):
@@ -107,9 +109,9 @@ class SymbolicRegressor(Protocol[Fitted]):
         ...
 
 
-class Learner(Protocol):
-    """Trains a residual module, warm-started from ``start`` where it is given."""
+class Learner(Protocol[Base_contra, Model]):
+    """Fits what a frozen base leaves of transitions: SR*+NN, SR*+SR, NN*+NN and NN*+SR are two arguments."""
 
-    def fit(self, transitions: Transitions, start: nn.Module | None = None) -> nn.Module:
-        """A module that predicts what is left of the transitions."""
+    def fit(self, transitions: Transitions, base: Base_contra, start: Model | None = None) -> Model:
+        """The base, which stays as it is, with what was learned; warm-started from an earlier result."""
         ...

@@ -36,7 +36,7 @@ class Ensemble(nn.Module):
         super().__init__()
         if min((members, *widths)) < 1:
             raise ShapeError(f"expected members and hidden layers of at least one unit, found {members}, {(*widths,)}")
-        self.state = layouts.state
+        self.layouts, self.state = layouts, layouts.state
         generator = torch.Generator().manual_seed(seed)
         sizes = (len(layouts.state) + len(layouts.action), *widths, len(layouts.state))
         self.weights, self.biases = nn.ParameterList(), nn.ParameterList()

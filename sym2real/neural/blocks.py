@@ -1,0 +1,65 @@
+"""Rows of a log in blocks of time, every fifth of which validates what the others teach.
+
+Neighbouring rows are nearly alike, and windows overlap: rows drawn at random would validate themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import torch
+from torch import Tensor
+
+from sym2real.errors import ModelError
+
+EVERY = 5  # 20 % validate, as in the paper
+SHORTEST = 20  # rows of a block
+Run = tuple[int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Stretches of consecutive rows, ``(first, end)``, and what they are for.
+
+    Args:
+        training, validation: the blocks.
+        steps: rows of a window.
+    """
+
+    training: tuple[Run, ...]
+    validation: tuple[Run, ...]
+    steps: int
+
+    @classmethod
+    def of(cls, runs: Sequence[Run], steps: int, seed: int) -> Blocks:
+        """Blocks of at least 20 rows and two windows; ``seed`` says which of the first five validates.
+
+        Raises:
+            ModelError: when there are fewer than two blocks.
+        """
+        size = max(SHORTEST, 2 * steps)
+        blocks = [block for run in runs for block in _divided(run, size) if block[1] - block[0] >= steps]
+        if len(blocks) < 2:
+            rows = sum(end - first for first, end in runs)
+            raise ModelError(f"training needs at least {2 * size} consecutive transitions, found {rows}")
+        mine = min(EVERY, len(blocks))
+        held = {place for place in range(len(blocks)) if place % mine == (seed + mine // 2) % mine}
+        return cls(
+            tuple(block for place, block in enumerate(blocks) if place not in held),
+            tuple(blocks[place] for place in sorted(held)),
+            steps,
+        )
+
+    def starts(self, blocks: Sequence[Run]) -> Tensor:
+        """First rows of all windows that lie within blocks ``# (windows,)``."""
+        return torch.cat([torch.arange(first, end - self.steps + 1) for first, end in blocks])
+
+
+def _divided(run: Run, size: int) -> list[Run]:
+    """A run in equal parts of about ``size`` rows."""
+    first, end = run
+    parts = max(1, round((end - first) / size))
+    edges = [first + (end - first) * part // parts for part in range(parts + 1)]
+    return list(pairwise(edges))

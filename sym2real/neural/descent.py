@@ -1,0 +1,84 @@
+"""Gradient descent of several networks at once, each with an early stop of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from sym2real.neural.networks import Networks
+
+BETWEEN = 10  # steps between validations
+
+
+@dataclass(frozen=True)
+class Descent:
+    """How weights are found.
+
+    Args:
+        steps: of AdamW at most.
+        learning_rate: at the start; it falls to zero along a cosine.
+        weight_decay: of AdamW, the paper's.
+        rows: of a step; all rows where there are no more.
+        patience: validations without improvement after which a network is finished; 10 steps lie between two.
+    """
+
+    steps: int = 500
+    learning_rate: float = 3e-3
+    weight_decay: float = 5e-5
+    rows: int = 512
+    patience: int = 20
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Sums in one order, whatever number of threads torch may use: the same seed gives the same bits."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
+
+
+def descend(
+    networks: Networks,
+    loss: Callable[[int], Tensor],
+    validate: Callable[[], Tensor],
+    settings: Descent,
+) -> Tensor:
+    """Train networks, leave each with the weights that validated best, and give those validations ``# (count,)``.
+
+    Args:
+        networks: altered in place.
+        loss: of each network at a step of the descent ``# (count,)``.
+        validate: error of each network ``# (count,)``.
+        settings: of the descent.
+    """
+    weights = list(networks.parameters())
+    optimiser = torch.optim.AdamW(weights, settings.learning_rate, weight_decay=settings.weight_decay)
+    falling = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, settings.steps)
+    with torch.no_grad():
+        best, kept = validate(), [weight.clone() for weight in weights]
+    since = torch.zeros(networks.count, dtype=torch.int64)
+    for step in range(settings.steps):
+        optimiser.zero_grad()
+        loss(step).sum().backward()
+        optimiser.step()
+        falling.step()
+        if (step + 1) % BETWEEN:
+            continue
+        with torch.no_grad():
+            now = validate()
+            better = now < best
+            best, since = torch.where(better, now, best), torch.where(better, 0, since + 1)
+            kept = [torch.where(better[:, None, None], w, k) for w, k in zip(weights, kept, strict=True)]
+        if bool((since >= settings.patience).all()):
+            break
+    with torch.no_grad():
+        for weight, old in zip(weights, kept, strict=True):
+            weight.copy_(old)
+    return best

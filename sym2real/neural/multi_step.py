@@ -1,0 +1,70 @@
+"""Errors of rollouts over several steps from every row of a log, by the recursion of ``leftover``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from sym2real.neural.leftover import Leftover
+
+# What a step changes by less than this share of the state's own change is rounding, whatever column it stands in.
+FLOOR = 1e-5
+
+
+def rolled_errors(error: Tensor, carried: Tensor, starts: Tensor, steps: int) -> Tensor:
+    """Errors ``# (steps, windows, t, count)`` after each step of every window, from the measured row on.
+
+    Args:
+        error: one-step errors of ``count`` models ``# (rows, t, count)``.
+        carried: A ``# (rows, t, t)``.
+        starts: first row of every window ``# (windows,)``; its ``steps`` rows follow each other.
+        steps: of a window; 1 for the one-step error.
+    """
+    at = error[starts]
+    errors = [at]
+    for step in range(1, steps):
+        at = torch.baddbmm(error[starts + step], carried[starts + step], at)
+        errors.append(at)
+    return torch.stack(errors)
+
+
+@dataclass(frozen=True, eq=False)
+class Scales:
+    """What errors and residuals are divided by.
+
+    Args:
+        error: of the base after each step of a window, root mean square ``# (steps, 1, t, 1)``.
+        residual: size of a useful residual of each state column ``# (n,)``.
+    """
+
+    error: Tensor
+    residual: Tensor
+
+    @classmethod
+    def of(cls, rows: Leftover, starts: Tensor, steps: int) -> Scales:
+        """Scales of the base's errors.
+
+        Noise of the measured state makes an error once, what a model lacks adds up from step to step: so the residual's
+        scale is the least error per step over the steps of a window.
+        """
+        errors = rolled_errors(rows.error[..., None], rows.carried, starts, steps)
+        floor = FLOOR * rows.change.square().mean(0).sqrt()[:, None] + torch.finfo(torch.float32).tiny
+        error = torch.maximum(errors.square().mean(1, keepdim=True).sqrt(), floor)
+        per_step = (error[:, 0, :, 0] / torch.arange(1, steps + 1)[:, None]).amin(0)
+        return cls(error, _columns_of(rows, per_step))
+
+
+def _columns_of(rows: Leftover, tangent: Tensor) -> Tensor:
+    """A scale per tangent component as one per state column: half an angle moves a quaternion's columns."""
+    parts, place = [], 0
+    for field in rows.layout.fields:
+        own = tangent[place : place + field.tangent_size]
+        place += field.tangent_size
+        if field.kind == "vector":
+            parts.append(own)
+        else:
+            size = own.square().mean().sqrt() * (0.5 if field.kind == "quaternion" else 1.0)
+            parts.append(size.expand(len(field.columns)))
+    return torch.cat(parts)

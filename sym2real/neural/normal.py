@@ -1,0 +1,78 @@
+"""What networks' inputs are shifted and scaled by, and weights carried from one such scaling to another."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from sym2real.layout import Layout
+from sym2real.neural.networks import Networks
+from sym2real.neural.residual_mlp import ResidualMLP
+
+Layer = tuple[Tensor, Tensor]
+
+
+@dataclass(frozen=True, eq=False)
+class Normal:
+    """Inputs are shifted and scaled, outputs scaled.
+
+    Args:
+        mean, scale: of what is seen ``# (seen,)``.
+        output: ``# (n,)``.
+    """
+
+    mean: Tensor
+    scale: Tensor
+    output: Tensor
+
+    @classmethod
+    def of(cls, seen: Tensor, layouts: Sequence[Layout], output: Tensor) -> Normal:
+        """Mean and spread of rows ``# (rows, seen)`` whose columns are those of the layouts, one after the other.
+
+        The columns of a field have one scale, the root mean square of their deviations: a height that was held while x
+        and y moved is not blown up until its noise looks like motion.
+        """
+        variances, parts, place = seen.var(0, correction=0), list[Tensor](), 0
+        for field in (field for layout in layouts for field in layout.fields):
+            own = variances[place : place + len(field.columns)]
+            place += len(field.columns)
+            parts.append(own.mean().sqrt().expand(len(own)))
+        scale = torch.cat(parts)
+        return cls(seen.mean(0), torch.where(scale > 0, scale, 1.0), output)
+
+    def __call__(self, seen: Tensor) -> Tensor:
+        """Inputs as networks take them."""
+        return (seen - self.mean) / self.scale
+
+    @torch.no_grad()
+    def begin_with(self, networks: Networks, raw: Sequence[Layer]) -> None:
+        """Give every network the weights of one over raw columns.
+
+        Args:
+            networks: altered in place.
+            raw: weights ``# (in, out)`` and biases ``# (out,)`` over raw inputs and outputs.
+        """
+        layers = list(raw)
+        weight, bias = layers[0]
+        layers[0] = (weight * self.scale[:, None], bias + self.mean @ weight)
+        weight, bias = layers[-1]
+        layers[-1] = (weight / self.output, bias / self.output)
+        for place, (weight, bias) in enumerate(layers):
+            networks.weights[place].copy_(weight.expand_as(networks.weights[place]))
+            networks.biases[place].copy_(bias.expand_as(networks.biases[place]))
+
+    @torch.no_grad()
+    def write(self, networks: Networks, chosen: int, residual: ResidualMLP, on: Tensor) -> None:
+        """Make a residual of one of the networks; columns are zero where ``on`` ``# (n,)`` is false."""
+        values = dict(residual.state_dict())
+        values |= {
+            "input_mean": self.mean,
+            "input_scale": self.scale,
+            "output_scale": torch.where(on, self.output, 0.0),
+        }
+        for place, (weight, bias) in enumerate(zip(networks.weights, networks.biases, strict=True)):
+            values |= {f"linears.{place}.weight": weight[chosen].T, f"linears.{place}.bias": bias[chosen, 0]}
+        residual.load_state_dict(values)

@@ -1,0 +1,162 @@
+"""Training of a residual on a frozen base: Stage III of the paper.
+
+::
+
+    loss = mean over windows, steps and columns of (e / σ)² + λ · mean over rows and columns of (r / ρ)²
+
+e: error of a rollout from a measured row (:mod:`sym2real.neural.leftover`), one step or several; σ: root mean square of
+the base's own, so that the base's loss is 1; r: residual; ρ: what a step lacks, by σ. λ is chosen by validation inside
+bounds, and so is, column by column, whether there is a residual at all. Sources: the paper, "Residual learning";
+AdamW: I. Loshchilov, F. Hutter, "Decoupled weight decay regularization", ICLR 2019.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from sym2real.errors import ModelError, ShapeError
+from sym2real.layout import Layouts
+from sym2real.neural.batch import Batch, Batches
+from sym2real.neural.blocks import Blocks, Run
+from sym2real.neural.composed import Composed
+from sym2real.neural.descent import Descent, descend, one_thread
+from sym2real.neural.leftover import leftover, state_of
+from sym2real.neural.multi_step import Scales
+from sym2real.neural.networks import Networks
+from sym2real.neural.normal import Normal
+from sym2real.neural.residual_mlp import ResidualMLP
+from sym2real.neural.switches import columns_that_help
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Transitions
+
+PAPER = (200, 200, 200, 200)
+
+
+@dataclass(frozen=True)
+class TrainingReport:
+    """What a training found.
+
+    Args:
+        penalty: λ that validated best; None where no residual did better than none.
+        error: mean squared error on the validation blocks over the base's.
+        columns: state columns that have a residual.
+        rows: transitions in all.
+        seconds: on the clock.
+    """
+
+    penalty: float | None
+    error: float
+    columns: tuple[str, ...]
+    rows: int
+    seconds: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class ResidualTraining:
+    """A :class:`~sym2real.protocols.Learner` of residuals.
+
+    Args:
+        widths: of the hidden layers; :data:`PAPER` has the paper's.
+        steps: rows of a rollout that the loss follows; 1 is the one-step loss.
+        penalties: λ to choose from. The largest leaves half of what the data ask for, the smallest nearly all; no
+            residual at all is always among the choices.
+        commands, states: past rows that the residual sees.
+        seed: of the first weights, the validation blocks and the order of rows.
+        descent: how weights are found.
+
+    Raises:
+        ModelError: without a penalty above zero, or a step.
+    """
+
+    widths: Sequence[int] = (64, 64)
+    steps: int = 10
+    penalties: Sequence[float] = (1e-3, 1e-2, 1e-1, 1.0)
+    commands: int = 0
+    states: int = 0
+    seed: int = 0
+    descent: Descent = field(default_factory=Descent)
+
+    def __post_init__(self) -> None:
+        if not self.penalties or min(self.penalties) <= 0 or self.steps < 1:
+            raise ModelError(
+                f"training needs penalties above 0 and at least one step, found {(*self.penalties,)} and {self.steps}"
+            )
+
+    def fit(self, transitions: Transitions, base: Equations, start: Composed | None = None) -> Composed:
+        """The base with a residual on top; see :meth:`fit_reported`."""
+        return self.fit_reported(transitions, base, start)[0]
+
+    def fit_reported(
+        self, transitions: Transitions, base: Equations, start: Composed | None = None
+    ) -> tuple[Composed, TrainingReport]:
+        """The base with a residual on top, and how that came about.
+
+        Args:
+            transitions: of the target.
+            base: frozen.
+            start: an earlier result, whose weights training begins with.
+
+        Raises:
+            ModelError: for too few consecutive transitions.
+            ShapeError: for other columns than the base's, or a start of another shape.
+        """
+        began = time.perf_counter()
+        with one_thread():
+            residual, penalty, error = self._trained(transitions, base, start)
+        on = tuple(c for c, size in zip(state_of(base), residual.output_scale.tolist(), strict=True) if size)
+        seconds = time.perf_counter() - began
+        return Composed(base, residual), TrainingReport(penalty if on else None, error, on, len(transitions), seconds)
+
+    def _trained(
+        self, transitions: Transitions, base: Equations, start: Composed | None
+    ) -> tuple[ResidualMLP, float, float]:
+        """The residual, its λ, and its error on the validation blocks over the base's."""
+        layouts = Layouts(state_of(base), base.layouts.action)
+        rows = leftover(transitions, base, self.commands, self.states)
+        blocks = Blocks.of(rows.runs, self.steps, self.seed)
+        scales = Scales.of(rows, blocks.starts((*blocks.training, *blocks.validation)), self.steps)
+        seen = [layouts.state, layouts.action, *[layouts.action] * self.commands, *[layouts.state] * self.states]
+        normal = Normal.of(rows.seen, seen, scales.residual)
+        residual = ResidualMLP(layouts, self.widths, self.seed, self.commands, self.states)
+        networks = Networks((len(normal.mean), *self.widths, len(layouts.state)), len(self.penalties))
+        normal.begin_with(networks, self._first(residual, start))
+
+        def batch(chosen: Sequence[Run]) -> Batch:
+            return Batch.of(rows, chosen, normal, scales)
+
+        batches = Batches(batch, blocks.training, self.descent.rows, self.seed)
+        held, penalties = batch(blocks.validation), torch.tensor(self.penalties)
+        errors = descend(
+            networks,
+            lambda step: batches.at(step).penalised(networks, penalties),
+            lambda: held.loss(networks(held.seen)),
+            self.descent,
+        )
+        best = int(errors.argmin())
+        with torch.no_grad():
+            outputs = networks(held.seen)[best]
+            on = columns_that_help(held, outputs, layouts.state)
+            error = held.loss(torch.stack([outputs * on, 0 * outputs]))
+        normal.write(networks, best, residual, on)
+        return residual, self.penalties[best], float(error[0] / error[1])
+
+    def _first(self, residual: ResidualMLP, start: Composed | None) -> list[tuple[Tensor, Tensor]]:
+        """Weights that every network begins with, over raw columns."""
+        begin = residual if start is None else start.residual
+        layers = begin.layers()
+        if [weight.shape for weight, _ in layers] != [weight.shape for weight, _ in residual.layers()]:
+            raise ShapeError(
+                f"expected a start of widths {residual.widths} that sees {self.commands} past commands and "
+                f"{self.states} past states, found {begin.widths}, {begin.commands} and {begin.states}"
+            )
+        return layers

@@ -1,0 +1,175 @@
+"""Training on a frozen base: its loss is that of rollouts, its gradients are right, and what it finds is MuJoCo's."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+import torch
+
+from sym2real.control import geometric_controller
+from sym2real.effects import effect
+from sym2real.errors import ModelError, ShapeError
+from sym2real.experiments.standard_conditions import sensors
+from sym2real.neural import Composed, Descent, ResidualMLP, ResidualTraining
+from sym2real.neural.batch import Batch
+from sym2real.neural.blocks import Blocks
+from sym2real.neural.leftover import leftover
+from sym2real.neural.multi_step import Scales, rolled_errors
+from sym2real.neural.normal import Normal
+from sym2real.plants import EquationsPlant, MujocoPlant, run_episode
+from sym2real.protocols import Plant
+from sym2real.robots import CRAZYFLIE, MUSHR, Robot
+from sym2real.symbolic import Equations, compile_model, rollout
+from sym2real.tasks import make_task
+from sym2real.trajectory import Dataset, Transitions
+
+QUICK = Descent(steps=150)
+WIND = 0.02  # N along x
+
+
+def flown(plant: Plant, robot: Robot, rows: int = 200, tasks: tuple[str, ...] = ("circle",)) -> Transitions:
+    episodes = []
+    for seed, name in enumerate(tasks):
+        task = make_task(name, robot)
+        episodes.append(
+            run_episode(plant, geometric_controller(robot, task.reference), task, seed=seed, steps=rows + 1)
+        )
+    return Dataset(episodes).transitions()
+
+
+@pytest.fixture(scope="module")
+def windy() -> Transitions:
+    return flown(MujocoPlant(CRAZYFLIE, (effect("wind", CRAZYFLIE).inject(fx=WIND),)), CRAZYFLIE)
+
+
+@pytest.fixture(scope="module")
+def base() -> Equations:
+    return CRAZYFLIE.nominal()
+
+
+def multi_step(model: Composed, transitions: Transitions, steps: int) -> tuple[torch.Tensor, torch.Tensor]:
+    """Predicted and measured states after ``steps`` rows, from every row ``# (windows, n)``."""
+    state, action = (torch.tensor(values).double() for values in (transitions.state, transitions.action))
+    starts = torch.arange(len(state) - steps + 1)
+    actions = torch.stack([action[starts + step] for step in range(steps)], dim=1)
+    predicted = rollout(model, state[starts], actions)[:, -1]
+    return predicted.detach(), torch.tensor(transitions.next_state)[starts + steps - 1]
+
+
+def position_error(model: Composed, transitions: Transitions, steps: int = 20) -> float:
+    predicted, measured = multi_step(model, transitions, steps)
+    return float((predicted - measured)[:, :3].norm(dim=-1).mean())
+
+
+def doubled(model: Composed) -> Composed:
+    return Composed(model.equations, model.residual, torch.float64)
+
+
+def test_errors_of_rollouts_are_those_of_the_composed_model(windy: Transitions, base: Equations) -> None:
+    """The recursion is first order in errors: halving the residual and the rest by ten leaves a hundredth apart."""
+    rows, steps = leftover(windy, base), 8
+    residual = ResidualMLP(CRAZYFLIE.layouts, (16,), seed=3)
+    with torch.no_grad():
+        residual.linears[-1].weight.normal_(0.0, 0.3, generator=torch.Generator().manual_seed(2))
+        residual.output_scale.fill_(1e-4)
+    model = Composed(base, residual, torch.float64)
+    state, action = rows.seen.double().split([13, 4], dim=-1)
+    one = rows.error + (rows.moved.double() @ residual(state, action)[..., None])[..., 0]
+    starts = torch.arange(len(rows) - steps + 1)
+    found = rolled_errors(one[..., None].detach(), rows.carried.double(), starts, steps)[-1, :, :, 0]
+    predicted, measured = multi_step(model, windy, steps)
+    expected = CRAZYFLIE.layouts.state.difference(predicted, measured)
+    assert float((found - expected).norm() / expected.norm()) < 0.02
+    assert float((rows.error - found[:1]).norm() / found.norm()) > 0.5  # several steps are not one
+
+
+def test_gradients_of_the_loss_are_its_differences(windy: Transitions, base: Equations) -> None:
+    rows = leftover(windy, base)
+    blocks = Blocks.of(rows.runs, 4, 0)
+    scales = Scales.of(rows, blocks.starts((*blocks.training, *blocks.validation)), 4)
+    normal = Normal.of(rows.seen, [CRAZYFLIE.layouts.state, CRAZYFLIE.layouts.action], scales.residual)
+    batch = Batch.of(rows, (*blocks.training, *blocks.validation), normal, scales)
+    exact = {f.name: getattr(batch, f.name) for f in fields(batch)}
+    batch = Batch(**{name: v.double() if v.is_floating_point() else v for name, v in exact.items()})
+    outputs = torch.randn(2, len(batch.seen), 13, dtype=torch.float64, generator=torch.Generator().manual_seed(0))
+    assert torch.autograd.gradcheck(batch.loss, outputs.requires_grad_(), fast_mode=True)
+    assert float(batch.loss(torch.zeros_like(outputs[:1]))) == pytest.approx(1.0, rel=1e-5)  # the base's is 1
+
+
+@pytest.mark.parametrize("steps", [1, 10])
+def test_what_mujoco_pushes_with_is_found(windy: Transitions, base: Equations, steps: int) -> None:
+    model, report = ResidualTraining(steps=steps, descent=QUICK).fit_reported(windy, base)
+    state, action = torch.tensor(windy.state).float(), torch.tensor(windy.action).float()
+    with torch.no_grad():
+        found = model.residual(state, action).mean(0)
+    push = WIND / CRAZYFLIE.numbers["mass"] * CRAZYFLIE.dt
+    assert float(found[7]) == pytest.approx(push, rel=0.1)  # m/s a step, along x
+    assert abs(float(found[8])) < 0.1 * push
+    assert "vx" in report.columns
+    assert report.error < 0.2
+    elsewhere = flown(
+        MujocoPlant(CRAZYFLIE, (effect("wind", CRAZYFLIE).inject(fx=WIND),)), CRAZYFLIE, tasks=("lemniscate",)
+    )
+    alone = Composed(base, ResidualMLP(CRAZYFLIE.layouts), torch.float64)
+    assert position_error(doubled(model), elsewhere) < 0.5 * position_error(alone, elsewhere)
+
+
+def test_a_frozen_base_stays_and_the_same_seed_gives_the_same_bits(windy: Transitions, base: Equations) -> None:
+    before, state, action = base.to_json(), torch.tensor(windy.state), torch.tensor(windy.action)
+    predicted = compile_model(base, dtype=torch.float64)(state, action)
+    threads, found = torch.get_num_threads(), []
+    for number in (1, 3):
+        torch.set_num_threads(number)
+        found.append(ResidualTraining(widths=(16,), descent=Descent(steps=30)).fit(windy, base).residual)
+    torch.set_num_threads(threads)
+    assert base.to_json() == before
+    torch.testing.assert_close(compile_model(base, dtype=torch.float64)(state, action), predicted, rtol=0, atol=0)
+    for name, tensor in found[0].state_dict().items():
+        assert torch.equal(tensor, found[1].state_dict()[name]), name
+    other = ResidualTraining(widths=(16,), seed=1, descent=Descent(steps=30)).fit(windy, base).residual
+    assert not torch.equal(other.linears[0].weight, found[0].linears[0].weight)
+
+
+def test_a_heavy_penalty_leaves_the_base(windy: Transitions, base: Equations) -> None:
+    sizes = []
+    for penalty in (1e-3, 1.0, 1e6):
+        residual = ResidualTraining(penalties=(penalty,), descent=QUICK).fit(windy, base).residual
+        with torch.no_grad():
+            sizes.append(float(residual(torch.tensor(windy.state).float(), torch.tensor(windy.action).float()).norm()))
+    assert sizes[0] > sizes[1] > 20 * sizes[2]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_base_that_is_right_is_not_made_worse(base: Equations, seed: int) -> None:
+    """The log is the base's own, seen by noisy sensors: rollouts elsewhere stay as they were, within a tenth."""
+    measure = sensors(CRAZYFLIE, np.random.default_rng(seed)).measure
+    clean = [flown(EquationsPlant(base, CRAZYFLIE), CRAZYFLIE, 300, (task,)) for task in ("circle", "lemniscate")]
+    noisy = measure()
+    states = np.array([noisy(state) for state in (*clean[0].state, clean[0].next_state[-1])])
+    model = ResidualTraining(seed=seed, descent=QUICK).fit(
+        replace(clean[0], state=states[:-1], next_state=states[1:]), base
+    )
+    predicted, true = multi_step(doubled(model), clean[1], 40)
+    travelled = float((true[:, :3] - torch.tensor(clean[1].state)[: len(true), :3]).norm(dim=-1).mean())
+    assert float((predicted - true)[:, :3].norm(dim=-1).mean()) < 0.1 * travelled
+
+
+def test_training_goes_on_from_an_earlier_result(windy: Transitions, base: Equations) -> None:
+    first, report = ResidualTraining(descent=QUICK).fit_reported(windy, base)
+    still = ResidualTraining(descent=Descent(steps=1, learning_rate=1e-9))
+    again, after = still.fit_reported(windy, base, first)
+    assert after.error == pytest.approx(report.error, rel=0.1)
+    assert still.fit_reported(windy, base)[1].error > 2 * after.error
+    with pytest.raises(ShapeError, match=r"widths \(8,\).*found \(64, 64\)"):
+        ResidualTraining(widths=(8,)).fit(windy, base, again)
+
+
+def test_what_cannot_be_trained_is_refused(windy: Transitions, base: Equations) -> None:
+    with pytest.raises(ModelError, match="penalties above 0"):
+        ResidualTraining(penalties=(0.0,))
+    with pytest.raises(ModelError, match="at least 40 consecutive transitions, found 15"):
+        ResidualTraining().fit(windy.where(np.arange(len(windy)) < 15), base)
+    with pytest.raises(ShapeError, match="state columns are"):
+        ResidualTraining().fit(windy, MUSHR.nominal())

@@ -1,0 +1,30 @@
+"""What time it is: the computer's monotonic clock, or one that a test sets."""
+
+from __future__ import annotations
+
+import time
+from typing import Protocol
+
+
+class Clock(Protocol):
+    """Seconds since some moment; never set back."""
+
+    def now(self) -> float:
+        """The present time in s."""
+        ...
+
+    def sleep_until(self, moment: float) -> None:
+        """Return at a moment in s, at once where it has passed."""
+        ...
+
+
+class SystemClock:
+    """The computer's monotonic clock."""
+
+    def now(self) -> float:
+        """The present time in s."""
+        return time.monotonic()
+
+    def sleep_until(self, moment: float) -> None:
+        """Return at a moment in s, at once where it has passed."""
+        time.sleep(max(0.0, moment - time.monotonic()))

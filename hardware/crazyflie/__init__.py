@@ -1,0 +1,1 @@
+"""The Crazyflie: thrust map, set-point routes, telemetry, link."""

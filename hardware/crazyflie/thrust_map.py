@@ -1,0 +1,123 @@
+"""Thrust in N to the firmware's unsigned 16-bit number, and back.
+
+The firmware's releases differ by 31 % in what a number means, so the map is named, or calibrated from a hover::
+
+    counts = k · thrust / gain · V₀ / V      (V₀ / V only where the battery is compensated here)
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from sym2real.errors import ShapeError
+from sym2real.registry import Registry
+from sym2real.robots.robot import GRAVITY
+
+FULL_SCALE = 65535
+VOLTS = (3.0, 4.35)  # of one lithium cell, empty and full; what lies outside is no voltage of it
+
+
+@dataclass(frozen=True)
+class Counts:
+    """What is sent for a thrust: the number, and whether the thrust was out of the map's reach."""
+
+    value: int
+    saturated: bool
+
+
+@dataclass(frozen=True)
+class ThrustMap:
+    """Counts per Newton of total thrust, up to a greatest count.
+
+    Args:
+        name: where it comes from.
+        per_newton: counts per N.
+        most: greatest count.
+        volts: battery voltage in V at which ``per_newton`` holds, where counts are to rise as the battery empties;
+            None where the firmware compensates, or nothing does.
+
+    Raises:
+        ShapeError: for numbers that no map has.
+    """
+
+    name: str
+    per_newton: float
+    most: int = 60000
+    volts: float | None = None
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.per_newton < math.inf:
+            raise ShapeError(f"thrust map {self.name!r}: expected counts per N > 0, found {self.per_newton!r}")
+        if not 0 < self.most <= FULL_SCALE:
+            raise ShapeError(
+                f"thrust map {self.name!r}: expected a greatest count up to {FULL_SCALE}, found {self.most}"
+            )
+        if self.volts is not None and not VOLTS[0] <= self.volts <= VOLTS[1]:
+            raise ShapeError(f"thrust map {self.name!r}: expected {VOLTS[0]} to {VOLTS[1]} V, found {self.volts!r}")
+
+    def counts(self, thrust: float, battery: float = math.nan) -> Counts:
+        """What to send for a thrust in N at a battery voltage in V; an unknown voltage is not compensated.
+
+        Raises:
+            ShapeError: for a thrust that is no number.
+        """
+        if math.isnan(thrust):
+            raise ShapeError("expected a thrust in N, found NaN")
+        wanted = thrust * self._scale(battery)
+        if not 0.0 <= wanted < self.most + 0.5:
+            return Counts(0 if wanted < 0.0 else self.most, True)
+        return Counts(round(wanted), False)
+
+    def newtons(self, counts: int, battery: float = math.nan) -> float:
+        """The thrust in N that a count stands for at a battery voltage in V."""
+        return counts / self._scale(battery)
+
+    @property
+    def greatest(self) -> float:
+        """Greatest thrust in N, at ``volts`` where that is given."""
+        return self.most / self.per_newton
+
+    def calibrated(self, mass: float, hover_counts: float) -> ThrustMap:
+        """The map by which this mass in kg weighs what it was seen to hover at, as a mean count.
+
+        Raises:
+            ShapeError: for a mass or a count that nothing hovers at.
+        """
+        if not (0.0 < mass < math.inf and 0.0 < hover_counts <= self.most):
+            raise ShapeError(f"expected a mass and counts up to {self.most} > 0, found {mass!r} kg at {hover_counts!r}")
+        return replace(self, name=f"{self.name}, from hover", per_newton=hover_counts / (mass * GRAVITY))
+
+    def corrected(self, gain: float) -> ThrustMap:
+        """The map after ``gain:thrust`` of a diagnosis: the robot gives so many times the thrust that was asked.
+
+        Raises:
+            ShapeError: for a gain that is not positive.
+        """
+        if not 0.0 < gain < math.inf:
+            raise ShapeError(f"expected a gain of thrust > 0, found {gain!r}")
+        return replace(self, name=f"{self.name}, gain {gain:.4g}", per_newton=self.per_newton / gain)
+
+    def _scale(self, battery: float) -> float:
+        if self.volts is None or not VOLTS[0] <= battery <= VOLTS[1]:
+            return self.per_newton
+        return self.per_newton * self.volts / battery
+
+
+# Counts per N by what the firmware does with them; the releases from 2025.09 on know the upgraded motors.
+THRUST_MAPS: Mapping[str, ThrustMap] = Registry(
+    "thrust map",
+    {
+        name: ThrustMap(name, per_newton, most)
+        for name, per_newton, most in (
+            ("paper", 132000.0, 60000),
+            ("2025.02", 111342.0, FULL_SCALE),
+            ("2025.09", 145633.0, FULL_SCALE),
+            ("2025.09-upgrade", 100823.0, FULL_SCALE),
+            ("2026.04", 136531.0, FULL_SCALE),
+            ("2026.04-upgrade", 91021.0, FULL_SCALE),
+            ("2026.04-brushless", 81919.0, FULL_SCALE),
+        )
+    },
+)

@@ -1,0 +1,149 @@
+"""When a flight goes on, when it lands, when the motors are cut: one pure function of what is known.
+
+Whatever is not a number, or comes from a clock that went backwards, counts as bad: comparisons are written so that
+NaN fails them.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hardware.interfaces import Verdict
+from sym2real.trajectory import Array
+
+CUTS = ("tumbled", "locked", "crashed")  # flags of the supervisor under which the firmware turns no motor
+FAR = 1e3  # m: no motion capture sees that far
+CLOCK_SLACK = 0.05  # s: data may arrive after the moment that it is judged at
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of a flight.
+
+    Args:
+        low, high: corners of the volume that the robot stays in, m, world axes.
+        tilt: largest angle between the body's and the world's z axis, rad.
+        upside_down: angle beyond which no landing is possible, rad.
+        pose_age: s without a pose from motion capture before a blind landing.
+        attitude_age: s without attitude from the robot before a blind landing.
+        battery: least voltage in V; it counts once it has stayed below for :attr:`battery_time`.
+        battery_time: s, longer than a gust of thrust pulls the voltage down.
+        late: s that an action may be late before the flight is ended without it.
+        overruns: actions in a row that may come after their period.
+        landing: longest landing, s.
+        blind: longest landing without position or attitude, s.
+        blind_thrust: its thrust, as a part of the weight.
+        descent: speed of a landing, m/s.
+        touchdown: height above the ground at which motors are cut, m.
+    """
+
+    low: tuple[float, float, float] = (-1.5, -1.5, -0.2)
+    high: tuple[float, float, float] = (1.5, 1.5, 1.7)
+    tilt: float = math.radians(70.0)
+    upside_down: float = math.radians(110.0)
+    pose_age: float = 0.2
+    attitude_age: float = 0.2
+    battery: float = 3.2
+    battery_time: float = 0.3
+    late: float = 0.1
+    overruns: int = 5
+    landing: float = 12.0
+    blind: float = 3.0
+    blind_thrust: float = 0.94
+    descent: float = 0.3
+    touchdown: float = 0.04
+
+
+@dataclass(frozen=True, eq=False)
+class Condition:
+    """What the verdict follows from.
+
+    Args:
+        pose_age, attitude_age: s since each has arrived.
+        position: m, world axes ``# (3,)``.
+        attitude: quaternion w x y z, body→world ``# (4,)``.
+        battery: greatest voltage of the last ``battery_time``, V.
+        flags: what the robot says of itself, as of :class:`hardware.interfaces.Reading`.
+        late: s that the action is late.
+        overruns: actions in a row that came after their period.
+        action_is_finite: whether the controller's action is numbers throughout.
+        asked: why somebody wants the flight to end ("Ctrl-C"), empty where nobody does.
+    """
+
+    pose_age: float
+    attitude_age: float
+    position: Array
+    attitude: Array
+    battery: float
+    flags: frozenset[str] = frozenset({"can_fly"})
+    late: float = 0.0
+    overruns: int = 0
+    action_is_finite: bool = True
+    asked: str = ""
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A verdict and its reason in words (empty for GO)."""
+
+    verdict: Verdict
+    reason: str = ""
+
+
+def judge(condition: Condition, limits: Limits) -> Judgement:
+    """The verdict on one moment of a flight."""
+    for flag in CUTS:
+        if flag in condition.flags:
+            return Judgement(Verdict.CUT, f"the robot says it is {flag}")
+    angle = tilt_of(condition.attitude)
+    if _fresh(condition.attitude_age, limits.attitude_age) and angle > limits.upside_down:
+        return Judgement(Verdict.CUT, f"upside down: tilted by {math.degrees(angle):.0f}°")
+    reasons = (
+        condition.asked,
+        blind_reason(condition, limits),
+        _outside(condition.position, limits),
+        "" if angle <= limits.tilt else f"tilted by {math.degrees(angle):.0f}°",
+        "" if condition.battery >= limits.battery else f"battery low: {condition.battery:.2f} V",
+        "" if condition.late <= limits.late else f"no action for {condition.late:.2f} s after it was due",
+        "" if condition.overruns <= limits.overruns else f"{condition.overruns} actions in a row were late",
+        "" if condition.action_is_finite else "the controller gave no action of finite numbers",
+    )
+    reason = next(filter(None, reasons), "")
+    return Judgement(Verdict.LAND if reason else Verdict.GO, reason)
+
+
+def blind_reason(condition: Condition, limits: Limits) -> str:
+    """Why a landing cannot be steered, empty where it can."""
+    if not knows_attitude(condition, limits):
+        return f"no attitude from the robot for {condition.attitude_age:.2f} s"
+    if not _fresh(condition.pose_age, limits.pose_age) or not (np.abs(condition.position) < FAR).all():
+        return f"no pose from motion capture for {condition.pose_age:.2f} s"
+    return ""
+
+
+def knows_attitude(condition: Condition, limits: Limits) -> bool:
+    """Whether there is a fresh attitude that is one."""
+    return _fresh(condition.attitude_age, limits.attitude_age) and not math.isnan(tilt_of(condition.attitude))
+
+
+def tilt_of(attitude: Array) -> float:
+    """Angle in rad between the z axes of body and world, of a quaternion ``# (4,)``; NaN where that is none."""
+    w, x, y, z = attitude.tolist()
+    square = w * w + x * x + y * y + z * z
+    if not 0.5 < square < 2.0:
+        return math.nan
+    return math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (x * x + y * y) / square)))
+
+
+def _fresh(age: float, limit: float) -> bool:
+    return -CLOCK_SLACK <= age <= limit
+
+
+def _outside(position: Array, limits: Limits) -> str:
+    for axis, value, low, high in zip("xyz", position.tolist(), limits.low, limits.high, strict=True):
+        if not low <= value <= high:
+            return f"outside the fence: {axis} = {value:.2f} m"
+    return ""

@@ -1,0 +1,290 @@
+"""Whole flights on a clock that the test owns: start, task, every fault, landing."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from hardware.errors import LinkError, UnreachableError
+from hardware.interfaces import Reading, Verdict
+from hardware.pilot import FlightPilot
+from hardware.plant import HardwarePlant, Row
+from sym2real.adaptation import tracking_error
+from sym2real.control import geometric_controller
+from sym2real.effects import effect
+from sym2real.errors import ShapeError
+from sym2real.plants import run_episode
+from sym2real.robots import CRAZYFLIE
+from sym2real.tasks import make_task
+from sym2real.trajectory import Array
+from tests.hardware_link import SimulatedLink, TestClock
+
+PLACE = np.array([0.3, 0.2, 0.8, 1.0, *[0.0] * 9])
+REST = CRAZYFLIE.rest
+LANDED = 0.0125 + 0.04 + 0.001  # m: on the ground, touch-down, and a little
+
+
+class Flown:
+    """A plant on a simulated link, with what it recorded."""
+
+    def __init__(self, *effects: tuple[str, dict[str, float]]) -> None:
+        self.clock = TestClock()
+        self.link = SimulatedLink(self.clock, [effect(key, CRAZYFLIE).inject(**values) for key, values in effects])
+        self.rows: list[Row] = []
+        pilot = FlightPilot(CRAZYFLIE)
+        self.plant = HardwarePlant(self.link, pilot, clock=self.clock, record=self.rows.append, guard=False)
+
+    def hover(self, seconds: float) -> Array:
+        """Hold the place by the geometric controller; the last state."""
+        controller = geometric_controller(CRAZYFLIE, make_task("hover", CRAZYFLIE, goal=PLACE[:3]).reference)
+        state = self.plant.reset(PLACE)
+        for step in range(round(seconds / self.plant.dt)):
+            state = self.plant.step(controller.act(state, step))
+        return state
+
+    def entered(self) -> tuple[float, str]:
+        """When the flight was first no longer "go", s, and its phase then."""
+        first = next(row for row in self.rows if row.command.verdict is not Verdict.GO)
+        return first.reading.time, first.command.phase
+
+
+def test_a_task_flies_as_in_simulation() -> None:
+    """Take-off, an episode of the simulator's own loop, landing; what the log holds is what was sent."""
+    flown, task = Flown(), make_task("circle", CRAZYFLIE)
+    trajectory = run_episode(flown.plant, geometric_controller(CRAZYFLIE, task.reference), task, steps=200)
+    flown.plant.land()
+    assert len(trajectory) == 200
+    assert tracking_error(trajectory) < 0.1
+    assert flown.plant.ended == "the task is over"
+    assert flown.link.stopped
+    assert flown.link.plant.true_state[2] < LANDED
+    assert abs(flown.link.plant.true_state[9]) < 0.5
+
+
+def test_the_start_is_reached_with_a_fifth_of_the_thrust_missing() -> None:
+    flown = Flown(("gain:thrust", {"value": 0.79}), ("added_mass", {"value": 0.005}))
+    state = flown.plant.reset(PLACE)
+    assert np.linalg.norm(state[:3] - PLACE[:3]) < 0.1
+    flown.plant.land()
+    assert flown.link.plant.true_state[2] < LANDED
+
+
+def test_what_was_sent_is_told_apart_from_what_was_asked() -> None:
+    flown = Flown()
+    flown.plant.reset(PLACE)
+    flown.plant.step(REST)
+    assert flown.plant.sent == pytest.approx(REST * [0.99, 1, 1, 1])
+    assert flown.rows[-1].asked == pytest.approx(REST)
+    assert flown.rows[-1].sent == pytest.approx(flown.plant.sent)
+
+
+def test_a_wild_action_is_clipped_and_one_that_is_none_lands() -> None:
+    flown = Flown()
+    flown.hover(0.2)
+    flown.plant.step(np.array([1e9, -1e9, 1e9, -1e9]))
+    assert flown.link.sent[-1] == pytest.approx(
+        [CRAZYFLIE.high[0], CRAZYFLIE.low[1], CRAZYFLIE.high[2], CRAZYFLIE.low[3]]
+    )
+    flown.plant.step(np.full(4, math.nan))
+    assert "finite" in flown.plant.ended
+
+
+@pytest.mark.parametrize(
+    ("source", "phase", "threshold"), [("pose", "blind landing", 0.2), ("attitude", "blind landing", 0.2)]
+)
+def test_lost_data_land_blind(source: str, phase: str, threshold: float) -> None:
+    flown = Flown()
+    flown.hover(1.0)
+    flown.link.lost[source] = lost = flown.clock.now()
+    while not flown.plant.crashed:
+        flown.plant.step(REST)
+    when, how = flown.entered()
+    assert how == phase
+    assert 0.0 < when - lost - threshold < 0.05
+    blind = [row for row in flown.rows if row.command.phase == "blind landing"]
+    assert blind[-1].reading.time - blind[0].reading.time <= 3.0 + 0.05
+    assert blind[0].sent[0] == pytest.approx(0.99 * 0.94 * CRAZYFLIE.rest[0])
+    assert flown.link.stopped
+
+
+def test_a_landing_steers_again_when_poses_come_back() -> None:
+    flown = Flown()
+    flown.hover(1.0)
+    flown.link.lost["pose"] = flown.clock.now()
+    measured = flown.link.state
+
+    def recovering() -> Reading:
+        if flown.rows[-1].command.phase == "blind landing":
+            flown.link.lost.clear()
+        return measured()
+
+    flown.link.state = recovering  # type: ignore[method-assign]
+    while not flown.plant.crashed:
+        flown.plant.step(REST)
+    phases = [row.command.phase for row in flown.rows if row.command.verdict is not Verdict.GO]
+    assert phases.index("blind landing") < phases.index("land")
+    assert phases[-1] == "cut"
+    assert np.linalg.norm(flown.link.plant.true_state[:2] - PLACE[:2]) < 0.2
+
+
+def test_levelling_turns_upright_without_a_position() -> None:
+    """Tilted by 30° about an axis between x and y when poses are lost, it is level within half a second."""
+    flown = Flown()
+    flown.plant.reset(PLACE)
+    tilted = PLACE.copy()
+    tilted[3:7] = [math.cos(0.26), math.sin(0.26) * 0.6, math.sin(0.26) * 0.8, 0.0]
+    flown.link.plant.reset(tilted)
+    flown.link.lost["pose"] = flown.clock.now() - 1.0
+    while not flown.plant.crashed:
+        flown.plant.step(REST)
+    blind = [row for row in flown.rows if row.command.phase == "blind landing"]
+    assert abs(blind[25].reading.state[4:6]).max() < 0.02
+
+
+def test_the_fence_lands_inside_it() -> None:
+    flown = Flown()
+    flown.hover(0.5)
+    outside = PLACE.copy()
+    outside[0] = 1.6
+    flown.link.plant.reset(outside)
+    while not flown.plant.crashed:
+        flown.plant.step(REST)
+    assert "fence: x" in flown.plant.ended
+    assert flown.link.plant.true_state[0] < 1.55
+
+
+def test_a_tumbled_robot_is_cut_at_once() -> None:
+    flown = Flown()
+    flown.hover(0.2)
+    flown.link.flags.add("tumbled")
+    before = len(flown.rows)
+    for _ in range(2):
+        flown.plant.step(REST)
+    assert flown.plant.ended == "the robot says it is tumbled"
+    assert len(flown.rows) <= before + 3
+    assert flown.link.stopped
+
+
+def test_a_low_battery_lands_and_a_gust_of_thrust_does_not() -> None:
+    flown = Flown()
+    state = flown.hover(0.5)
+    controller = geometric_controller(CRAZYFLIE, make_task("hover", CRAZYFLIE, goal=PLACE[:3]).reference)
+    for step in range(100):
+        flown.link.battery = 3.1 if step % 10 < 5 else 3.6  # 0.1 s low, 0.1 s not
+        state = flown.plant.step(controller.act(state, step))
+    assert not flown.plant.crashed
+    flown.link.battery, low = 3.1, flown.clock.now()
+    while not flown.plant.crashed:
+        state = flown.plant.step(controller.act(state, 0))
+    assert "battery" in flown.plant.ended
+    assert flown.entered()[0] - low < 0.5
+
+
+def test_late_actions_are_counted_and_end_the_flight() -> None:
+    flown = Flown()
+    flown.hover(0.2)
+    for _ in range(4):
+        flown.clock.time += 0.025  # the controller takes longer than the period
+        flown.plant.step(REST)
+    flown.plant.step(REST)  # in time: the count begins anew
+    assert not flown.plant.crashed
+    for _ in range(7):
+        flown.clock.time += 0.025
+        flown.plant.step(REST)
+    assert "in a row were late" in flown.plant.ended
+
+
+def test_periods_stay_on_the_grid() -> None:
+    """An oversleep shifts one period, not all that follow; a period that has gone by is left out and counted."""
+    flown = Flown()
+    flown.hover(0.1)
+    start = flown.rows[-1].reading.time
+    for _ in range(10):
+        flown.clock.late = 0.004
+        flown.plant.step(REST)
+    flown.clock.late = 0.065
+    flown.plant.step(REST)
+    flown.plant.step(REST)
+    flown.plant.step(REST)
+    times = np.array([row.reading.time for row in flown.rows]) - start
+    assert times[-12:-3] == pytest.approx(0.004 + 0.02 * np.arange(2, 11))
+    assert flown.plant.missed == 3
+    assert times[-1] == pytest.approx(0.02 * round(times[-1] / 0.02))
+
+
+def test_a_silent_controller_is_landed_and_may_fly_again() -> None:
+    flown = Flown()
+    flown.hover(0.2)
+    silent = flown.clock.now()
+    flown.plant.watch()
+    assert not flown.plant.crashed
+    flown.clock.time += 0.125
+    flown.plant.watch()
+    assert "no action" in flown.plant.ended
+    assert flown.entered()[0] - silent < 0.5
+    assert flown.plant.crashed
+    assert np.linalg.norm(flown.plant.reset(PLACE)[:3] - PLACE[:3]) < 0.1
+    assert not flown.plant.crashed
+
+
+def test_after_a_fault_it_stays_on_the_ground() -> None:
+    flown = Flown()
+    flown.hover(0.2)
+    flown.link.battery = 3.0
+    while not flown.plant.crashed:
+        flown.plant.step(REST)
+    with pytest.raises(UnreachableError, match="battery"):
+        flown.plant.reset(PLACE)
+
+
+@pytest.mark.parametrize(("error", "reason"), [(KeyboardInterrupt(), "Ctrl-C"), (ValueError("no"), "ValueError: no")])
+def test_an_interrupted_flight_lands(error: BaseException, reason: str) -> None:
+    flown = Flown()
+    with pytest.raises(type(error)), flown.plant:
+        flown.hover(0.5)
+        raise error
+    assert flown.plant.ended == reason
+    assert flown.link.plant.true_state[2] < LANDED
+    assert not flown.link.emergency
+
+
+def test_interrupted_while_it_lands_the_motors_are_cut() -> None:
+    flown = Flown()
+
+    def interrupted(moment: float) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), flown.plant:
+        flown.hover(0.5)
+        flown.clock.sleep_until = interrupted  # type: ignore[method-assign]
+        raise KeyboardInterrupt
+    assert flown.link.emergency
+
+
+@pytest.mark.parametrize(("column", "value"), [(0, 5.0), (7, 0.5), (10, 0.5)])
+def test_a_start_out_of_reach_is_refused_before_anything_moves(column: int, value: float) -> None:
+    flown, state = Flown(), PLACE.copy()
+    state[column] = value
+    with pytest.raises(UnreachableError):
+        flown.plant.reset(state)
+    assert not flown.link.armed
+    assert not flown.rows
+
+
+def test_a_start_that_cannot_be_reached_ends_on_the_ground() -> None:
+    flown = Flown(("gain:thrust", {"value": 0.3}))
+    with pytest.raises(UnreachableError, match="not reached"):
+        flown.plant.reset(PLACE)
+    assert flown.link.stopped
+
+
+def test_nothing_is_sent_before_a_reset() -> None:
+    flown = Flown()
+    with pytest.raises(LinkError, match="reset"):
+        flown.plant.step(REST)
+    with pytest.raises(ShapeError, match="columns"):
+        flown.plant.step(REST[:2])
+    flown.plant.land()
+    assert not flown.link.sent

@@ -149,7 +149,9 @@ class HardwarePlant:
                     self._schedule()
                     self._awaiting = True
                 else:
+                    sent = self.sent  # on the state that this step began with; the landing's own is in the record
                     self._finish()
+                    self.sent = sent
         if not self.ended:
             self._clock.sleep_until(self._due)
         with self._lock:

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).resolve().parent.parent / "sym2real"
+HARDWARE = PACKAGE.parent / "hardware"
 
 FLOORS: dict[str, int] = {
     **dict.fromkeys(
@@ -35,7 +36,10 @@ OWNERS = {
     "pyarrow": {"logs"},
     "tyro": {"cli"},
 }
+# Files of hardware/ that may import a robot's or a laboratory's library, inside functions: they are extras.
+HARDWARE_OWNERS = {"cflib": "crazyflie/connection.py", "motioncapture": "motion_capture.py"}
 FILES = sorted(PACKAGE.rglob("*.py"))
+HARDWARE_FILES = sorted(HARDWARE.rglob("*.py"))
 
 
 def room_of(path: Path) -> str:
@@ -72,6 +76,30 @@ def test_heavy_libraries_have_one_owner(path: Path) -> None:
     for module in imported_modules(path):
         owners = OWNERS.get(module.split(".", maxsplit=1)[0])
         assert owners is None or room_of(path) in owners, f"{path} may not import {module}"
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_hardware_imports_the_package_and_never_the_reverse(path: Path) -> None:
+    assert not {module for module in imported_modules(path) if module.split(".", maxsplit=1)[0] == "hardware"}
+
+
+@pytest.mark.parametrize("path", HARDWARE_FILES, ids=lambda path: str(path.relative_to(HARDWARE)))
+def test_libraries_of_robots_have_one_owner(path: Path) -> None:
+    for module in imported_modules(path):
+        owner = HARDWARE_OWNERS.get(module.split(".", maxsplit=1)[0])
+        assert owner is None or HARDWARE / owner == path, f"{path} may not import {module}"
+
+
+def test_hardware_is_packaged_and_loads_no_robot_library() -> None:
+    folders = {path.parent for path in HARDWARE_FILES}
+    packages = {".".join(folder.relative_to(HARDWARE.parent).parts) for folder in folders}
+    listed = (HARDWARE.parent / "setup.cfg").read_text().split("packages =")[1].split("install_requires")[0].split()
+    assert packages == {name for name in listed if name.startswith("hardware")}
+    names = [".".join(path.relative_to(HARDWARE.parent).with_suffix("").parts) for path in HARDWARE_FILES]
+    modules = ", ".join(name for name in names if not name.endswith("__main__"))
+    code = f"import sys, {modules}; print([name for name in {[*HARDWARE_OWNERS]!r} if name in sys.modules])"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert loaded.stdout.strip() == "[]"
 
 
 def test_every_room_has_a_floor_and_is_packaged() -> None:

@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import json
 import math
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from inspect import isgenerator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,8 +18,10 @@ from hypothesis import strategies as st
 
 from sym2real.errors import ModelError, Sym2RealError, UnknownNameError
 from sym2real.layout import Layout, Layouts
-from sym2real.symbolic import Equations, complexity, factor_horner, parse_expression, symbol, text
+from sym2real.symbolic import Equations, complexity, expressions, factor_horner, parse_expression, symbol, text
+from sym2real.symbolic.expressions import names_in
 from sym2real.symbolic.program import Program
+from sym2real.symbolic.shared_parts import distinct
 from sym2real.symbolic.source import function_program
 
 LAYOUTS = Layouts(Layout.of(["x", "vx"]), Layout.of(["motor1", "motor2"]), Layout.of(["fx"]))
@@ -186,6 +193,40 @@ def test_substitution_is_simultaneous_and_reaches_quantities() -> None:
         EQUATIONS.substitute({"thrust": symbol("gain") * symbol("thrust")})
     with pytest.raises(UnknownNameError, match="did you mean 'motor"):
         EQUATIONS.substitute({"motor9": 1.0})
+
+
+def test_a_substitution_costs_what_the_shared_graph_costs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each of 60 parts stands twice in the next: a billion billion paths, of which none may be followed twice."""
+    part, depth, visits = symbol("x"), 60, Counter[str]()
+    for _ in range(depth):
+        part = sympy.sin(part, evaluate=False) + sympy.cos(part, evaluate=False)
+    size = len(list(distinct(part)))
+    equations = replace(EQUATIONS, next={"x": part, "vx": 2 * part})
+    for name in ("rebuild", "distinct"):
+        monkeypatch.setattr(expressions, name, counted(getattr(expressions, name), visits))
+    changed = equations.substitute({"x": symbol("vx"), "vx": symbol("x")})
+    assert size == 3 * depth + 1
+    assert size - 1 <= visits["rebuild"] <= size + 10  # once for both equations; the other expressions are small
+    assert visits["distinct"] <= 5 * size  # twice by the checks of each of the two new equations
+    assert names_in(changed.next["x"]) == {"vx"}
+
+
+def counted(function: Callable[..., Any], visits: Counter[str]) -> Callable[..., Any]:
+    """The function, with a count of its calls, or of what it yields."""
+
+    def count(*arguments: Any) -> Any:
+        made = function(*arguments)
+        if not isgenerator(made):
+            visits[function.__name__] += 1
+            return made
+        return tap(made)
+
+    def tap(made: Iterator[Any]) -> Iterator[Any]:
+        for one in made:
+            visits[function.__name__] += 1
+            yield one
+
+    return count
 
 
 def test_substitution_keeps_factored_products() -> None:

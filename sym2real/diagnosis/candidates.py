@@ -19,6 +19,7 @@ from sym2real.effects.inputs import ANGLE
 from sym2real.effects.manoeuvres import one_circle
 from sym2real.effects.voltage import voltage_at_start, with_voltage
 from sym2real.symbolic import Equations, compile_function
+from sym2real.symbolic.expressions import names_in
 from sym2real.trajectory import Array, Dataset, Trajectory
 
 # Settled by the checks of the data before the search, or without a meaning for a fit of their own.
@@ -208,7 +209,7 @@ def column_values(equations: Equations, name: str, trajectory: Trajectory) -> Ar
     if name not in equations.quantities:
         return trajectory.column(name)
     expression = spelled_out(equations, equations.quantities[name])
-    columns = sorted(one.name for one in expression.free_symbols)
+    columns = sorted(names_in(expression))
     rows = torch.as_tensor(np.stack([trajectory.column(column) for column in columns], axis=1))
     derived: Array = compile_function([expression], [columns])(rows)[:, 0].numpy()
     return derived

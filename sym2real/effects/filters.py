@@ -10,14 +10,15 @@ from collections.abc import Mapping
 from functools import lru_cache
 
 import torch
-from sympy import Expr
+from sympy import Expr, Float
 from torch import Tensor
 
 from sym2real.effects.catalogue import effect
 from sym2real.effects.effect import Effect
 from sym2real.effects.memory import as_given, replaced
 from sym2real.errors import ModelError
-from sym2real.symbolic import Equations, compile_function
+from sym2real.symbolic import Equations, compile_function, symbol
+from sym2real.symbolic.expressions import exchange, names_in
 
 
 def command_filters(equations: Equations) -> list[tuple[Effect, Mapping[str, Expr]]]:
@@ -135,21 +136,13 @@ def _function_of(expressions: tuple[Expr, ...], columns: tuple[tuple[str, ...], 
 
 def spelled_out(equations: Equations, expression: Expr) -> Expr:
     """The expression over columns alone: quantities put in, parameters at their values."""
-    expression = without_quantities(equations, expression)
-    return expression.xreplace(
-        {
-            symbol: equations.parameters[symbol.name]
-            for symbol in expression.free_symbols
-            if symbol.name in equations.parameters
-        }
-    )
+    values = {symbol(name): Float(value) for name, value in equations.parameters.items()}
+    return exchange(values)(without_quantities(equations, expression))
 
 
 def without_quantities(equations: Equations, expression: Expr) -> Expr:
     """The expression over columns and parameters."""
-    quantities = dict(equations.quantities)
-    while any(symbol.name in quantities for symbol in expression.free_symbols):
-        expression = expression.xreplace(
-            {symbol: quantities[symbol.name] for symbol in expression.free_symbols if symbol.name in quantities}
-        )
+    put_in = exchange({symbol(name): value for name, value in equations.quantities.items()})
+    while names_in(expression) & equations.quantities.keys():
+        expression = put_in(expression)
     return expression

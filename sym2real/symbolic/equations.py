@@ -14,7 +14,7 @@ from sympy import Expr
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.layout import Layouts
 from sym2real.symbolic.complexity import complexity
-from sym2real.symbolic.expressions import canonical, names_in, replace_symbols, require_names, symbol, text
+from sym2real.symbolic.expressions import canonical, exchange, names_in, require_names, symbol, text
 from sym2real.symbolic.parsing import parse_expression
 from sym2real.symbolic.serialise import read_equations, write_equations
 
@@ -207,15 +207,14 @@ class Equations:
         for name in replacements:
             if name not in self.names:
                 raise UnknownNameError("symbol", name, self.names)
-        exchange = {symbol(name): canonical(value) for name, value in replacements.items()}
+        replaced = exchange({symbol(name): canonical(value) for name, value in replacements.items()})
         parts = {"next": self.next, "output": self.output, "quantities": self.quantities, "start": self.start}
         changed: dict[str, Any] = {
-            part: {name: replace_symbols(expression, exchange) for name, expression in expressions.items()}
+            part: {name: replaced(expression) for name, expression in expressions.items()}
             for part, expressions in parts.items()
         }
         filters = tuple(
-            (key, {name: replace_symbols(value, exchange) for name, value in values.items()})
-            for key, values in self.filters
+            (key, {name: replaced(value) for name, value in values.items()}) for key, values in self.filters
         )
         return replace(self, **changed, filters=filters, parameters={**self.parameters, **parameters})
 

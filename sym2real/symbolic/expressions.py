@@ -1,7 +1,7 @@
 """How expressions are made, named and written: symbols, the functions that exist, products that stay factored.
 
 SymPy multiplies a number into a sum (``2*(x + y)`` becomes ``2*x + 2*y``), which costs operations and undoes
-factoring. :func:`product` keeps such products as they are; :func:`replace_symbols` and the parser use it.
+factoring. :func:`product` keeps such products as they are; :func:`exchange` and the parser use it.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from sympy.printing.str import StrPrinter
 from sym2real.errors import ModelError
 from sym2real.layout import is_name
 from sym2real.registry import Registry
+from sym2real.symbolic.shared_parts import Exchange, distinct
 
 FUNCTIONS: Registry[type] = Registry(
     "function",
@@ -39,6 +40,7 @@ FUNCTIONS: Registry[type] = Registry(
     },
 )
 CONSTANTS: Mapping[str, Expr] = {"pi": sympy.pi, "E": sympy.E}
+NOT_FINITE_OR_REAL = frozenset({sympy.I, sympy.nan, sympy.oo, -sympy.oo, sympy.zoo})
 # Expressions that are known to be canonical: a chain of substitutions checks the same ones again and again.
 CHECKED = 4096
 
@@ -86,13 +88,9 @@ def rebuild(expression: Expr, arguments: Iterable[Expr]) -> Expr:
     return expression.func(*arguments)
 
 
-def replace_symbols(expression: Expr, replacements: Mapping[Symbol, Expr]) -> Expr:
-    """Every symbol replaced at once; a replacement may contain the symbols that are replaced."""
-    if expression.is_Symbol:
-        return replacements.get(expression, expression)
-    if not expression.args or not expression.free_symbols & replacements.keys():
-        return expression
-    return rebuild(expression, [replace_symbols(argument, replacements) for argument in expression.args])
+def exchange(replacements: Mapping[Expr, Expr]) -> Exchange:
+    """Replaces parts of expressions at once; a replacement may contain the symbols that are replaced."""
+    return Exchange(replacements, rebuild)
 
 
 def canonical(expression: Expr | float | int) -> Expr:
@@ -111,26 +109,22 @@ def canonical(expression: Expr | float | int) -> Expr:
 @lru_cache(maxsize=CHECKED)
 def names_in(expression: Expr) -> frozenset[str]:
     """Names of the symbols of an expression."""
-    return frozenset(one.name for one in expression.free_symbols)
+    return frozenset(part.name for part in distinct(expression) if part.is_Symbol)
 
 
 @lru_cache(maxsize=CHECKED)
 def _canonical(expression: Expr) -> Expr:
-    if expression.has(sympy.I, sympy.nan, sympy.oo, -sympy.oo, sympy.zoo):
-        raise ModelError(f"expected a finite real expression, found {expression}")
-    changes = {old: symbol(old.name) for old in expression.free_symbols if old != symbol(old.name)}
-    changes |= {old: sympy.Float(float(old)) for old in expression.atoms(sympy.Float) if old._prec != 53}
-    # SymPy folds nested cases into if-then-else conditions; and, or and not say the same.
-    changes |= {old: old.to_nnf() for old in expression.atoms(sympy.ITE)}
-    return _exchange(expression, changes) if changes else expression
-
-
-def _exchange(expression: Expr, changes: Mapping[Expr, Expr]) -> Expr:
-    if expression in changes:
-        return changes[expression]
-    if not expression.args:
-        return expression
-    return rebuild(expression, [_exchange(argument, changes) for argument in expression.args])
+    changes: dict[Expr, Expr] = {}
+    for part in distinct(expression):
+        if part in NOT_FINITE_OR_REAL:
+            raise ModelError(f"expected a finite real expression, found {expression}")
+        if part.is_Symbol and part != symbol(part.name):
+            changes[part] = symbol(part.name)
+        elif part.is_Float and part._prec != 53:
+            changes[part] = sympy.Float(float(part))
+        elif isinstance(part, sympy.ITE):  # SymPy folds nested cases into if-then-else; and, or, not say the same
+            changes[part] = part.to_nnf()
+    return exchange(changes)(expression) if changes else expression
 
 
 class _ExactPrinter(StrPrinter):  # type: ignore[misc]  # SymPy has no types

@@ -14,7 +14,7 @@ import json
 import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -31,6 +31,7 @@ from sym2real.effects import equivalents
 from sym2real.experiments.models import cached_base
 from sym2real.experiments.standard_cases import standard_cases
 from sym2real.files import write_text
+from sym2real.layout import WRENCH, Layout
 from sym2real.robots import ROBOTS
 from sym2real.symbolic import Equations
 
@@ -52,6 +53,8 @@ class Options:
     """Only cases with one of these effects, and none without an effect."""
     jobs: int = 2
     """Cases that run at the same time, each on one thread."""
+    wrench: bool = True
+    """With the base's wrench inputs; without them effects push approximately, as into equations fitted to logs."""
     control: bool = True
     """Also fly three effects a robot with MPPI: base, what was found, truth."""
     results: Path | None = None
@@ -88,14 +91,24 @@ def base_of(robot: str) -> Equations:
     return cached_base(ROBOTS[robot])
 
 
+def without_wrench(base: Equations) -> Equations:
+    """The same motion where nothing pushes, in equations that no push can enter."""
+    names = [name for name in base.layouts.inputs if name in WRENCH]
+    inputs = Layout.of([name for name in base.layouts.inputs if name not in WRENCH])
+    changed = base.substitute(dict.fromkeys(names, 0.0))
+    return replace(changed, layouts=replace(base.layouts, inputs=inputs))
+
+
 def answers(options: Options) -> Iterator[Record]:
     """Answers that are kept already, then the others as they come."""
     kept = _kept(options.results)
     asked = questions(options)
     yield from (kept[question.name] for question in asked if question.name in kept)
     rest = [question for question in asked if question.name not in kept]
-    bases = {robot: base_of(robot).to_json() for robot in {one.case.robot for one in rest}}
-    runs = (delayed(answer)(question, bases[question.case.robot]) for question in rest)
+    bases = {robot: base_of(robot) for robot in {one.case.robot for one in rest}}
+    bases = bases if options.wrench else {robot: without_wrench(base) for robot, base in bases.items()}
+    texts = {robot: base.to_json() for robot, base in bases.items()}
+    runs = (delayed(answer)(question, texts[question.case.robot]) for question in rest)
     for number, record in enumerate(Parallel(n_jobs=options.jobs, return_as="generator_unordered")(runs), 1):
         said = ", ".join(finding["effect"] for finding in record["findings"]) or record["verdict"]
         print(

@@ -16,7 +16,7 @@ from sym2real.control.fused_arguments import Call, PlanArguments, Sizes
 from sym2real.control.fused_filters import FilterLines, memory_of
 from sym2real.control.fused_gpu import FusedGpuStep
 from sym2real.control.fused_problem import Fused, Sampling
-from sym2real.control.fused_residual import sizes_of
+from sym2real.control.fused_residual import Network
 from sym2real.control.fused_text import fused_text
 from sym2real.control.noise import covariance_factor
 from sym2real.effects.filters import FilterState
@@ -72,7 +72,7 @@ class Case:
                 self.residual.linears[-1].weight.normal_(0.0, 1e-3, generator=torch.Generator().manual_seed(2))
         self.filters = FilterState(equations) if equations.filters else None
         lines = FilterLines(self.filters, robot.layouts.action.columns, robot.dt)
-        layers = () if self.residual is None else sizes_of(self.residual)
+        layers = None if self.residual is None else Network.of(self.residual)
         sampling = Sampling.of(robot.mppi, self.factor)
         self.step = Fused(equations, robot, make_task("circle", robot).cost, sampling, lines, layers)
 

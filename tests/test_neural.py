@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
-from reference_models import flying, motor_lagged
+from reference_models import flying, late, motor_lagged
 
 from sym2real.control import MPPI, RandomCommands
 from sym2real.diagnosis.windows import predict_windows
-from sym2real.effects.filters import with_hidden_start
+from sym2real.effects.filters import FilterState, with_hidden_start
 from sym2real.errors import DataError, ShapeError
 from sym2real.native import find_compiler
 from sym2real.neural import Composed, Ensemble, ResidualMLP, load_residual, save_residual
 from sym2real.plants import ModelPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
-from sym2real.symbolic import compile_model, rollout
+from sym2real.symbolic import Equations, compile_model, rollout
 from sym2real.tasks import make_task
 
 
@@ -213,6 +214,61 @@ def test_the_kernel_plans_with_hidden_states_beneath_a_residual() -> None:
     fused.act(CRAZYFLIE.start, 0)
     plan = slow.improve(CRAZYFLIE.start, 0, fused._fused.noise(0, 1))
     torch.testing.assert_close(fused.plan.costs, plan.costs, rtol=2e-5, atol=1e-5)
+
+
+def two_controllers(model: Composed, robot: Robot) -> tuple[MPPI, MPPI]:
+    small, task = replace(robot, mppi=replace(robot.mppi, samples=70)), make_task("circle", robot)
+    filters = [FilterState(model.equations) if model.equations.filters else None for _ in range(2)]
+    fused, slow = (
+        MPPI(model, small, task, backend=backend, filters=own)
+        for backend, own in zip(("c", "torch"), filters, strict=True)
+    )
+    return fused, slow
+
+
+def agree(fused: MPPI, slow: MPPI, robot: Robot, call: int) -> torch.Tensor:
+    """One action of both from the same noise; the costs."""
+    state = robot.start + 0.01 * call
+    before = fused.mean.clone()
+    fused.act(state, 0)
+    slow.mean = before
+    slow._gone_by.measured = state
+    plan = slow.improve(state, 0, fused._fused.noise(0, call))
+    torch.testing.assert_close(fused.plan.costs, plan.costs, rtol=2e-5, atol=1e-5)
+    torch.testing.assert_close(fused.plan.states, plan.states)
+    scale = torch.tensor(robot.high - robot.low).float()
+    assert float(((fused.mean - slow.mean).abs() / scale).max()) < 5e-5
+    return plan.costs
+
+
+@pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
+@pytest.mark.parametrize(
+    ("make", "robot", "widths", "commands", "states"),
+    [
+        (flying, CRAZYFLIE, (64, 64), 10, 0),
+        (MUSHR.nominal, MUSHR, (64, 64), 10, 2),
+        (MUSHR.nominal, MUSHR, (33, 7, 5), 0, 3),
+        (motor_lagged, CRAZYFLIE, (20, 12), 3, 1),
+        (late, MUSHR, (20, 12), 5, 1),
+    ],
+    ids=["commands", "both", "states", "hidden states", "filters"],
+)
+def test_the_kernel_plans_with_memory_as_torch_does(
+    make: Callable[[], Equations], robot: Robot, widths: tuple[int, ...], commands: int, states: int
+) -> None:
+    """Before anything was sent, while the past fills, and beyond; a reset forgets."""
+    model = Composed(make(), lively(robot, widths, commands, states))
+    fused, slow = two_controllers(model, robot)
+    first = agree(fused, slow, robot, 1)
+    for call in range(2, 5):
+        for one in (fused, slow):
+            one.remember(robot.rest + 0.3 * (robot.high - robot.rest) * np.sin(call))
+        changed = agree(fused, slow, robot, call)
+    slow.reset()  # forgets what was sent: the same plans cost something else
+    forgetful = slow.improve(robot.start + 0.04, 0, fused._fused.noise(0, 4)).costs
+    assert float((forgetful - changed).abs().max()) > 1e-2
+    fused.reset()
+    torch.testing.assert_close(agree(fused, slow, robot, 1), first)
 
 
 @pytest.mark.skipif(find_compiler() is None, reason="no C compiler")

@@ -17,7 +17,7 @@ from sym2real.control.fused_arguments import Sizes
 from sym2real.control.fused_filters import FilterLines
 from sym2real.control.fused_gpu import FusedGpuStep
 from sym2real.control.fused_problem import Fused, Sampling
-from sym2real.control.fused_residual import sizes_of
+from sym2real.control.fused_residual import Network
 from sym2real.effects.filters import FilterState
 from sym2real.effects.visible import VisibleModel, visible_state
 from sym2real.errors import CompilationError, MissingDependencyError, ModelError, ShapeError, UnknownNameError
@@ -129,8 +129,8 @@ def fused_step(
         raise ModelError("a fused kernel needs equations and a cost that is an expression")
     residual = getattr(model, "residual", None)
     lines = FilterLines(filters, robot.layouts.action.columns, equations.dt)
-    layers = () if residual is None else sizes_of(residual)
-    step = Fused(equations, robot, cost, Sampling.of(robot.mppi, factor), lines, layers)
+    network = None if residual is None else Network.of(residual)
+    step = Fused(equations, robot, cost, Sampling.of(robot.mppi, factor), lines, network)
     if factor.device.type == "cuda":
         return FusedGpuStep(step, factor=factor, sizes=sizes, device=factor.device, residual=residual)
     made = FusedStep(step, factor=factor, sizes=sizes, residual=residual)

@@ -54,7 +54,6 @@ class FusedStep:
         self._plan = arguments_of(step, sizes, self._constants)
         self._operands = Operands(step, sizes, PROCESSOR)
         self.shapes = self._operands.shapes
-        self._nothing_sent = torch.zeros(step.filters.size)
         self._address = ctypes.addressof(self._plan)
         self._library.plan_alone.argtypes = (_POINTER, _POINTER, _INT, _POINTER, _POINTER, _POINTER, _POINTER)
         self._library.shifted.argtypes = (_POINTER, _POINTER, _INT, _POINTER)
@@ -98,8 +97,8 @@ class FusedStep:
         plan.state, plan.inputs = pointer("state", given.state), pointer("inputs", given.inputs)
         plan.reference, plan.mean = pointer("reference", given.reference), following.data_ptr()
         plan.price, plan.noise = pointer("price", given.price), pointer("noise", given.noise)
-        plan.memory = pointer("memory", self._nothing_sent if given.memory is None else given.memory)
-        plan.begun, plan.costs = given.memory is not None, costs.data_ptr()
+        plan.memory, plan.past = pointer("memory", given.memory), pointer("past", given.past)
+        plan.begun, plan.costs = self._operands.begun(given), costs.data_ptr()
         plan.seed, plan.call = given.seed & 0xFFFFFFFF, given.call & 0xFFFFFFFF
         before, steps = pointer("mean", given.mean), min(max(given.steps, 0), self.horizon)
         if self._others is None:

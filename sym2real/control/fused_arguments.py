@@ -52,6 +52,7 @@ class Call(NamedTuple):
         price: λ Σ⁻¹ of the shifted mean ``# (H, action)``, where noise is priced.
         noise: ``# (N, H, action)`` instead of the kernel's own.
         memory: of the command filters, in their order ``# (size,)``; None before anything was sent.
+        past: commands that reached the robot, newest first, then states, as a residual sees them; None likewise.
     """
 
     state: Tensor
@@ -64,13 +65,14 @@ class Call(NamedTuple):
     price: Tensor | None = None
     noise: Tensor | None = None
     memory: Tensor | None = None
+    past: Tensor | None = None
 
 
 class PlanArguments(ctypes.Structure):
     """``struct plan`` of plan.h."""
 
     _fields_ = (
-        *((name, ctypes.c_void_p) for name in ("state", "inputs", "reference", "memory", "weights")),
+        *((name, ctypes.c_void_p) for name in ("state", "inputs", "reference", "memory", "past", "weights")),
         *((name, ctypes.c_void_p) for name in ("mean", "low", "high", "factor", "smooth", "price", "noise", "costs")),
         ("temperature", ctypes.c_float),
         ("correlation", ctypes.c_float),
@@ -131,7 +133,20 @@ class Operands:
             "price": steps,
             "noise": (sizes.samples, *steps),
             "memory": (step.filters.size,),
+            "past": (0 if step.residual is None else step.residual.sizes[0] - states - actions,),
         }
+        self._remembered = [name for name in ("memory", "past") if self.shapes[name] != (0,)]
+
+    def begun(self, given: Call) -> bool:
+        """Whether something was sent before.
+
+        Raises:
+            ShapeError: where only one of two memories says so.
+        """
+        there = [getattr(given, name) is not None for name in self._remembered]
+        if any(there) and not all(there):
+            raise ShapeError("memory and past: expected both, or none of them before anything was sent")
+        return any(there)
 
     def pointer(self, name: str, tensor: Tensor | None) -> int | None:
         """Address of a tensor's numbers; None for None.

@@ -70,7 +70,7 @@ class FilterLines:
             numbers = stage.size + (len(stage.columns) if stage.name == "delay" else 0)
             lines.append(f"v memories_{i}[BLOCKS][{numbers}];")
             lines.append(f"EACH_BLOCK for (int i = 0; i < {stage.size}; i++)")
-            lines.append(f"    memories_{i}[b][i] = splat(p->memory[{offset} + i]);")
+            lines.append(f"    memories_{i}[b][i] = splat(p->begun ? p->memory[{offset} + i] : R(0.0));")
             offset += stage.size
         return lines
 

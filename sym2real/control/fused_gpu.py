@@ -59,7 +59,6 @@ class FusedGpuStep:
         self._plan = arguments_of(step, sizes, self._constants)
         self._operands = Operands(step, sizes, device)
         self.shapes = self._operands.shapes
-        self._nothing_sent = torch.zeros(step.filters.size, device=device)
         self._tracks = torch.empty(*self.shape, sizes.samples, device=device)
         self._draws = torch.empty(self._plan.draws, self.shape[1], sizes.samples, device=device)
 
@@ -68,12 +67,11 @@ class FusedGpuStep:
         plan, pointer = self._plan, self._operands.pointer
         pointer("mean", given.mean)
         before = shift(given.mean, given.steps).contiguous()
-        memory = self._nothing_sent if given.memory is None else given.memory
         costs = torch.empty(self.samples, device=self.device)
-        read = {**given._asdict(), "mean": before, "memory": memory}
+        read = {**given._asdict(), "mean": before}
         for name in self.shapes:
             setattr(plan, name, pointer(name, read[name]))
-        plan.costs, plan.begun = costs.data_ptr(), given.memory is not None
+        plan.costs, plan.begun = costs.data_ptr(), self._operands.begun(given)
         plan.seed, plan.call = given.seed & 0xFFFFFFFF, given.call & 0xFFFFFFFF
         self._run("plan_samples")
         weights = weigh(costs, plan.temperature)

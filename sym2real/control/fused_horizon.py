@@ -101,7 +101,11 @@ def horizon_text(name: str, step: Fused, planning: Planning, sines: Mapping[int,
     moving = program.reached_by({label for label in program.inputs if label not in layouts.inputs or label == TIME})
     held = [value for value in program.computed if value not in moving]
     columns = list(enumerate(layouts.state))
-    room, ahead, behind = residual_lines(step.robot.layouts.state.columns, layouts.action.columns)
+    room, ahead, behind = (
+        residual_lines(step.residual, step.robot.layouts.state.columns, layouts.action.columns)
+        if step.residual
+        else ([], [], [])
+    )
     body = {
         "loaded": _loaded(equations, program),
         "filtered": filters.lines(),

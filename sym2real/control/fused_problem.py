@@ -8,6 +8,7 @@ from sympy import Expr
 from torch import Tensor
 
 from sym2real.control.fused_filters import FilterLines
+from sym2real.control.fused_residual import Network
 from sym2real.robots.robot import MPPISettings, Robot
 from sym2real.symbolic.equations import Equations
 
@@ -41,7 +42,7 @@ class Fused:
         cost: running cost over state, action and ``ref_<column>``.
         sampling: what of it is fixed.
         filters: what actions go through.
-        residual: sizes of the layers of a network that adds to the next state; none for none.
+        residual: a network that adds to the next state; None for none.
     """
 
     equations: Equations
@@ -49,4 +50,4 @@ class Fused:
     cost: Expr
     sampling: Sampling
     filters: FilterLines
-    residual: tuple[int, ...] = ()
+    residual: Network | None = None

@@ -47,7 +47,7 @@ def fused_text(step: Fused, machine: str = "cpu") -> str:
     planning = planning_program(
         step.equations, step.robot, step.cost, filtered=bool(step.filters.stages), residual=bool(step.residual)
     )
-    network = [header("network.h"), residual_text(step.residual)] if step.residual else []
+    network = [header("network.h"), residual_text(step.residual.sizes)] if step.residual else []
     network += [TILE_OF] if step.residual and machine == "cpu" else []
     return "\n".join(
         [

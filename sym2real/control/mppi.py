@@ -37,8 +37,8 @@ from sym2real.control.backend import (
 from sym2real.control.deadlines import Deadlines
 from sym2real.control.fused import FusedStep
 from sym2real.control.fused_arguments import Call, Sizes, single
-from sym2real.control.fused_filters import memory_of
 from sym2real.control.fused_gpu import FusedGpuStep
+from sym2real.control.gone_by import GoneBy
 from sym2real.control.noise import covariance_factor, require_steps, sample, smoothing
 from sym2real.control.plan import Plan, Seen, shift
 from sym2real.control.reference_table import ReferenceTable
@@ -103,6 +103,7 @@ class MPPI:
         self.settings = settings or robot.mppi
         self.device, self.dtype, self.seed = device_of(device), dtype, seed
         self.price_noise, self.filters = price_noise, filters
+        self._gone_by = GoneBy(self.model, filters, self.device, dtype)
         noise = self.settings.noise if noise_covariance is None else noise_covariance
         self._factor = covariance_factor(noise, len(robot.layouts.action), price_noise).to(self.device, dtype)
         self._torch = TorchStep(
@@ -146,8 +147,7 @@ class MPPI:
     def reset(self) -> None:
         """Forget the last plan and start the noise anew."""
         self._generator.manual_seed(self.seed)
-        if self.filters is not None:
-            self.filters.reset()
+        self._gone_by.reset()
         self.mean = self._rest.repeat(self.horizon, 1)  # (H, action)
         self._plan: Plan | None = None
         self._seen: Seen | None = None
@@ -157,9 +157,8 @@ class MPPI:
         self._call = 0
 
     def remember(self, sent: ArrayLike) -> None:
-        """Advance the memory of the command filters; without any there is nothing to note."""
-        if self.filters is not None:
-            self.filters.remember(self._torch.tensor(sent))
+        """Note what was sent on the state that :meth:`act` was given last: filters and models with memory need it."""
+        self._gone_by.remember(sent)
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Action ``# (action,)`` within the limits, for a state ``# (state,)`` at time ``step · dt``.
@@ -170,6 +169,7 @@ class MPPI:
             ShapeError: for other numbers of states or inputs, and without inputs that the model's equations use.
         """
         started, worked = time.perf_counter(), self._processor_time()
+        self._gone_by.measured = state
         if self._worked:
             self._use(fewer(self.samples, self._worked, self.deadlines.period))
         gone, self._step = 0 if self._step is None else max(step - self._step, 0), step
@@ -197,7 +197,7 @@ class MPPI:
         price = None
         if self.price_noise:
             price = control_cost(self.mean, actions - self.mean, self._factor, self.settings.temperature)
-        self._plan = self._torch.plan(state, step, actions, inputs, price)
+        self._plan = self._torch.plan(state, step, actions, inputs, price=price, past=self._gone_by.past(state))
         self._seen = None
         self._count(self._plan.rejected, len(noise), step)
         if self.rejected < len(noise):
@@ -209,17 +209,16 @@ class MPPI:
     ) -> None:
         """What the operator does, without its dispatch; the mean is shifted by the steps that have gone by."""
         assert self._fused is not None
-        before, price, memory = self.mean, None, None
+        before, price = self.mean, None
         if self.price_noise:
             before, gone = shift(before, gone), 0
             price = self.settings.temperature * whitened(before, self._factor)
-        if self.filters is not None and self.filters.memories:
-            memory = single(memory_of(self.filters), self.device)
+        memory, past = self._gone_by.memory(), self._gone_by.past(state)
         measured, known = single(state, self.device), self._torch.given(inputs)
-        self._seen, self._plan = Seen(measured, known, before, gone, noise, self._call), None
+        self._seen, self._plan = Seen(measured, known, before, gone, noise, self._call, past), None
         known = self._torch.nothing if known is None else known
         reference = self._table.after(step)
-        given = Call(measured, known, reference, before, gone, self.seed, self._call, price, noise, memory)
+        given = Call(measured, known, reference, before, gone, self.seed, self._call, price, noise, memory, past)
         self.mean, self._costs, rejected = self._fused(given)
         self._count(rejected, self.samples, step)
 
@@ -236,7 +235,7 @@ class MPPI:
             seen = self._seen
             noise = self._fused.noise(self.seed, seen.call) if seen.noise is None else seen.noise
             actions = torch.clamp(seen.mean + noise, self._low, self._high)
-            states = self._torch.rollout(seen.state, actions, seen.inputs)
+            states = self._torch.rollout(seen.state, actions, seen.inputs, seen.past)
             self._plan = Plan(states, actions, self._costs, weigh(self._costs, self.settings.temperature))
         return self._plan
 

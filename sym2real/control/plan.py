@@ -32,7 +32,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Seen:
-    """What a fused step was given: the last mean, and by how many steps it was shifted."""
+    """What a fused step was given: the last mean, by how many steps it was shifted, what went before."""
 
     state: Tensor
     inputs: Tensor | None
@@ -40,6 +40,7 @@ class Seen:
     steps: int
     noise: Tensor | None
     call: int
+    past: Tensor | None = None
 
     @property
     def mean(self) -> Tensor:

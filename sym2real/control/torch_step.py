@@ -73,10 +73,17 @@ class TorchStep:
         return running_cost(self.task, self.robot.layouts)
 
     def plan(
-        self, state: ArrayLike, step: int, actions: Tensor, inputs: ArrayLike | None, price: Tensor | None = None
+        self,
+        state: ArrayLike,
+        step: int,
+        actions: Tensor,
+        inputs: ArrayLike | None,
+        *,
+        price: Tensor | None = None,
+        past: Tensor | None = None,
     ) -> Plan:
         """What comes of actions ``# (N, H, action)`` from a state at a step; rollouts may have a price ``# (N,)``."""
-        states = self.rollout(state, actions, inputs, self.levels(len(actions)))
+        states = self.rollout(state, actions, inputs, past, self.levels(len(actions)))
         costs = self.cost(states, actions, self.reference(step)).sum(-1)
         if price is not None:
             costs = costs + price
@@ -84,9 +91,16 @@ class TorchStep:
         return Plan(states, actions, costs, weigh(costs, self.temperature))
 
     def rollout(
-        self, state: ArrayLike, actions: Tensor, inputs: ArrayLike | None, levels: LevelRollout | None = None
+        self,
+        state: ArrayLike,
+        actions: Tensor,
+        inputs: ArrayLike | None,
+        past: Tensor | None = None,
+        levels: LevelRollout | None = None,
     ) -> Tensor:
         """States ``# (N, H, state)`` after actions ``# (N, H, action)``, which go through the filters first.
+
+        A model that sees the past is given ``past`` of the start ``# (columns,)``.
 
         Raises:
             ShapeError: for another number of states, and as of :meth:`given`.
@@ -100,7 +114,7 @@ class TorchStep:
             return levels(start, actions, known)
         start = start.expand(len(actions), -1)
         with torch_alone() if self.alone else nullcontext():
-            return rollout(self.model, start, actions, known, normalise=self.robot.layouts.state.normalise)
+            return rollout(self.model, start, actions, known, past=past, normalise=self.robot.layouts.state.normalise)
 
     def levels(self, samples: int) -> LevelRollout | None:
         """The quickest way for this number of samples, kept for the last few; None for the model's own."""

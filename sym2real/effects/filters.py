@@ -83,9 +83,10 @@ class FilterState:
         """Forget what was sent: the next command is taken to have been held for ever."""
         self.memories: list[Tensor] = []  # one per filter; none before the first command was sent
 
-    def remember(self, sent: Tensor) -> None:
-        """Advance by one command ``# (action,)``."""
-        self.memories, _ = self._run(sent[None, :])
+    def remember(self, sent: Tensor) -> Tensor:
+        """Advance by one command ``# (action,)``; what of it reaches the robot ``# (action,)``."""
+        self.memories, reaching = self._run(sent[None, :])
+        return reaching[0]
 
     def apply(self, actions: Tensor) -> Tensor:
         """What of the commands that might follow ``# (..., H, action)`` would reach the robot; nothing is advanced."""

@@ -1,8 +1,9 @@
 /* One step of MPPI for one block of samples: noise, rollout, cost. ACTIONS, COLOUR and DIAGONAL are defined before.
  *
+ * What went before, in `memory` of the filters and `past` of a network, is there once something was sent: `begun`.
  * COLOUR: 0 white, 1 first-order correlated, 2 draws through the matrix `smooth`. */
 struct plan {
-    const real *state, *inputs, *reference, *memory, *weights;
+    const real *state, *inputs, *reference, *memory, *past, *weights;
     const real *mean, *low, *high, *factor, *smooth, *price, *noise;
     real *costs;
     real temperature, correlation, fresh; /* of a step that follows another: correlation² + fresh² = 1 */

@@ -29,13 +29,15 @@ from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import Equations, compile_model
 from sym2real.tasks import make_task
 
-NETWORK = (20, 12)
+NETWORK, MEMORY = ((20, 12), 0, 0), ((20, 12), 10, 2)  # widths, past commands and states
 CASES = [
     (CRAZYFLIE, flying, ()),
     (CRAZYFLIE, CRAZYFLIE.nominal, ()),
     (CRAZYFLIE, motor_lagged, ()),
     (MUSHR, late, ()),
     (MUSHR, MUSHR.nominal, NETWORK),
+    (MUSHR, late, MEMORY),
+    (CRAZYFLIE, flying, MEMORY),
 ]
 SAMPLES, HORIZON = 300, 30
 SIZES = Sizes(SAMPLES, HORIZON, 1)
@@ -63,11 +65,12 @@ class Shim:
 class Case:
     """What both machines compute: the step, and what it is given."""
 
-    def __init__(self, robot: Robot, equations: Equations, widths: tuple[int, ...]) -> None:
+    def __init__(self, robot: Robot, equations: Equations, network: tuple) -> None:
         self.robot, self.factor = robot, covariance_factor(robot.mppi.noise, len(robot.layouts.action)).float()
         self.residual = None
-        if widths:
-            self.residual = ResidualMLP(robot.layouts, widths, seed=1)
+        if network:
+            widths, commands, states = network
+            self.residual = ResidualMLP(robot.layouts, widths, 1, commands, states)
             with torch.no_grad():
                 self.residual.linears[-1].weight.normal_(0.0, 1e-3, generator=torch.Generator().manual_seed(2))
         self.filters = FilterState(equations) if equations.filters else None
@@ -89,10 +92,14 @@ class Case:
         if self.filters is not None:
             self.filters.remember(torch.tensor(0.5 * (robot.low + robot.high)))
             memory = torch.from_numpy(memory_of(self.filters)).float()
+        past = None
+        if self.step.residual is not None and self.residual.commands:
+            lasting = self.step.residual.sizes[0] - len(robot.start) - actions
+            past = torch.randn(lasting, generator=generator)
         noise = 0.1 * torch.randn(SAMPLES, HORIZON, actions, generator=generator)
         sloped = mean + 0.01 * torch.arange(HORIZON)[:, None]
         price = 0.1 * torch.randn(HORIZON, actions, generator=generator)
-        return [first, first._replace(mean=sloped, steps=3, price=price, noise=noise, memory=memory)]
+        return [first, first._replace(mean=sloped, steps=3, price=price, noise=noise, memory=memory, past=past)]
 
     def same(self, found: tuple, expected: tuple, tolerance: float) -> None:
         """Costs, and the means within the limits."""
@@ -102,9 +109,9 @@ class Case:
         assert float(((found[0].cpu() - expected[0]).abs() / scale).max()) < tolerance
 
 
-@pytest.mark.parametrize(("robot", "make", "widths"), CASES)
-def test_nvrtc_compiles_it_for_old_and_new_devices(robot: Robot, make: object, widths: tuple) -> None:
-    text = fused_text(Case(robot, make(), widths).step, "gpu")
+@pytest.mark.parametrize(("robot", "make", "network"), CASES)
+def test_nvrtc_compiles_it_for_old_and_new_devices(robot: Robot, make: object, network: tuple) -> None:
+    text = fused_text(Case(robot, make(), network).step, "gpu")
     try:
         for architecture in ("compute_80", "compute_90"):
             ptx = compile_cuda(text, architecture)
@@ -117,10 +124,10 @@ def test_nvrtc_compiles_it_for_old_and_new_devices(robot: Robot, make: object, w
 
 
 @pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
-@pytest.mark.parametrize(("robot", "make", "widths"), CASES)
-def test_thread_by_thread_it_says_what_the_processors_kernel_says(robot: Robot, make: object, widths: tuple) -> None:
+@pytest.mark.parametrize(("robot", "make", "network"), CASES)
+def test_thread_by_thread_it_says_what_the_processors_kernel_says(robot: Robot, make: object, network: tuple) -> None:
     """The host's code is the GPU's, and the threads run on the processor one after the other."""
-    case = Case(robot, make(), widths)
+    case = Case(robot, make(), network)
     here = FusedStep(case.step, factor=case.factor, sizes=SIZES, residual=case.residual)
     device = torch.device("cpu")
     there = FusedGpuStep(case.step, factor=case.factor, sizes=SIZES, device=device, residual=case.residual, load=Shim)
@@ -134,9 +141,9 @@ def test_thread_by_thread_it_says_what_the_processors_kernel_says(robot: Robot, 
 
 
 @pytest.mark.skipif(not torch.cuda.is_available(), reason="no CUDA device here")
-@pytest.mark.parametrize(("robot", "make", "widths"), CASES)
-def test_a_gpu_plans_as_the_processor_does(robot: Robot, make: object, widths: tuple) -> None:
-    case = Case(robot, make(), widths)
+@pytest.mark.parametrize(("robot", "make", "network"), CASES)
+def test_a_gpu_plans_as_the_processor_does(robot: Robot, make: object, network: tuple) -> None:
+    case = Case(robot, make(), network)
     here = FusedStep(case.step, factor=case.factor, sizes=SIZES, residual=case.residual)
     device = torch.device("cuda", 0)
     there = FusedGpuStep(case.step, factor=case.factor, sizes=SIZES, device=device, residual=case.residual)

@@ -7,12 +7,14 @@ import gc
 import numpy as np
 import pytest
 import torch
-from reference_models import motor_lagged
+from reference_models import late, motor_lagged
 
 from sym2real.control import MPPI, operator
 from sym2real.control.plan import shift
+from sym2real.effects.filters import FilterState
 from sym2real.errors import ShapeError, UnknownNameError
 from sym2real.native import find_compiler
+from sym2real.neural import Composed, ResidualMLP
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic import compile_model
 from sym2real.tasks import make_task
@@ -71,6 +73,19 @@ def test_what_does_not_fit_is_refused() -> None:
         plan(mppi.kernel, state, inputs, reference, mean.double(), 0, 0, 1)
     with pytest.raises(ShapeError, match="strided"):
         plan(mppi.kernel, state, inputs, reference.T.contiguous().T, mean, 0, 0, 1)
+
+
+def test_what_was_sent_is_known_to_filters_and_network_alike() -> None:
+    model = Composed(late(), ResidualMLP(MUSHR.layouts, (8,), commands=2))
+    mppi = MPPI(model, MUSHR, make_task("circle", MUSHR), backend="c", filters=FilterState(model.equations))
+    mppi.remember(MUSHR.rest)
+    operands = (mppi.kernel, *given(mppi), 0, 0, 1, None, None)
+    memory, past = mppi._gone_by.memory(), mppi._gone_by.past(MUSHR.start)
+    torch.ops.sym2real.plan(*operands, memory, past)
+    with pytest.raises(ShapeError, match="expected both"):
+        torch.ops.sym2real.plan(*operands, memory)
+    with pytest.raises(ShapeError, match=r"past: expected the shape \(4,\), found \(3,\)"):
+        torch.ops.sym2real.plan(*operands, memory, past[:3])
 
 
 @pytest.mark.parametrize("steps", [-3, 2**31 + 5, -(2**40)])

@@ -274,11 +274,21 @@ def test_the_kernel_plans_with_memory_as_torch_does(
 @pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
 def test_retraining_compiles_nothing() -> None:
     task = make_task("circle", MUSHR)
-    libraries = set()
-    for seed in (1, 2):
-        residual = lively(MUSHR, (64, 64))
+    libraries = []
+    for seed, commands in ((1, 4), (2, 4), (2, 5)):
+        residual = lively(MUSHR, (64, 64), commands)
         residual._begin(seed)
         mppi = MPPI(Composed(MUSHR.nominal(), residual), MUSHR, task, backend="c")
-        libraries.add(mppi._fused._library._name)
-    assert len(libraries) == 1
-    assert np.isfinite(MUSHR.start).all()
+        libraries.append(mppi._fused._library._name)
+    assert libraries[0] == libraries[1]
+    assert libraries[1] != libraries[2]  # how many past commands there are is in the text
+
+
+def test_a_residual_with_memory_exports() -> None:
+    residual = lively(MUSHR, (20, 12), commands=3, states=2)
+    state, actions = batch(MUSHR, 6)
+    operands = (state, actions[:, 0], past_of(MUSHR, 6, 3, 2))
+    rows = {0: torch.export.Dim("rows", min=2)}
+    program = torch.export.export(residual, operands, dynamic_shapes=(rows, rows, rows))
+    fewer = tuple(operand[:3] for operand in operands)
+    torch.testing.assert_close(program.module()(*fewer), residual(*fewer))

@@ -16,6 +16,7 @@ from reference_models import late, motor_lagged
 
 from sym2real.control.fused_filters import FilterLines
 from sym2real.control.fused_problem import Fused, Sampling
+from sym2real.control.fused_residual import Network
 from sym2real.control.fused_text import fused_text, origin_of
 from sym2real.effects.filters import FilterState
 from sym2real.robots import CRAZYFLIE, MUSHR
@@ -57,7 +58,8 @@ CHANGES: dict[str, Callable[[Fused], Fused]] = {
     "the cost": lambda one: replace(one, cost=one.cost + symbol("vx") ** 2),
     "the colour": lambda one: replace(one, sampling=Sampling(1, True)),
     "the covariance": lambda one: replace(one, sampling=Sampling(0, False)),
-    "a residual": lambda one: replace(one, residual=(17, 8, 13)),
+    "a residual": lambda one: replace(one, residual=Network((17, 8, 13), 0, 0)),
+    "a residual with memory": lambda one: replace(one, residual=Network((33, 8, 13), 4, 0)),
     "a filter": lambda one: replace(one, filters=filters(late(CRAZYFLIE))),
 }
 

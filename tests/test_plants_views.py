@@ -307,3 +307,13 @@ def test_the_gymnasium_view_needs_limits() -> None:
     plant = ModelPlant(lambda state, action, inputs=None: state, CRAZYFLIE.layouts, 0.02, CRAZYFLIE.start)
     with pytest.raises(ModelError, match="limits"):
         TaskEnvironment(plant, make_task("hover", CRAZYFLIE))
+
+
+def test_rollouts_hold_the_forces_of_a_steady_wind() -> None:
+    plant = MujocoPlant(CRAZYFLIE, [effect("wind", CRAZYFLIE).inject(fx=0.02, fy=-0.01)])
+    plant.reset(high(CRAZYFLIE))
+    plant.push([0.0, 0.0, 0.01, 1e-6, 0.0, 0.0])
+    start, actions = plant.full_state, draw(CRAZYFLIE, 8, seed=3)
+    rolled = rollout_mujoco(plant, start, actions[None], forces=plant.forces)[0]
+    plant.full_state = start
+    np.testing.assert_allclose(rolled[:, :3], [plant.step(action)[:3] for action in actions], atol=1e-5)

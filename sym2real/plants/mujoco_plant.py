@@ -16,6 +16,7 @@ from sym2real.trajectory import Array
 
 FULL_STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 ROLL_OVER = np.deg2rad(60.0)
+WITHOUT_REST = (int(mujoco.mjtDyn.mjDYN_NONE), int(mujoco.mjtDyn.mjDYN_INTEGRATOR))
 
 
 def edited(robot: Robot, changes: Sequence[Change] = (), description: str | None = None) -> mujoco.MjSpec:
@@ -122,6 +123,13 @@ class MujocoPlant:
         mujoco.mj_setState(self.mj_model, self.mj_data, state, FULL_STATE)
         mujoco.mj_forward(self.mj_model, self.mj_data)
 
+    @property
+    def forces(self) -> Array:
+        """What changes and wrench push now, as ``xfrc_applied`` has it ``# (bodies, 6)``."""
+        self._apply_forces()
+        applied: Array = self.mj_data.xfrc_applied.copy()
+        return applied
+
     def push(self, wrench: ArrayLike) -> None:
         """Hold a wrench until the next call or reset.
 
@@ -180,10 +188,13 @@ class MujocoPlant:
         return self._measured()
 
     def _settle(self, control: Array) -> None:
-        """Actuators with memory, and delayed ones, start as if the first command had been held for ever."""
+        """Actuators with memory, and delayed ones, start as if the first command had been held for ever.
+
+        An integrator starts from zero: it has no value that a held command would bring it to.
+        """
         self._fresh, model = False, self.mj_model
         for actuator, value in enumerate(control):
-            if model.actuator_dyntype[actuator] != mujoco.mjtDyn.mjDYN_NONE:
+            if model.actuator_dyntype[actuator] not in WITHOUT_REST:
                 self.mj_data.act[model.actuator_actadr[actuator]] = value
             samples = model.actuator_history[actuator, 0]
             if samples:

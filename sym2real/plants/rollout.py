@@ -14,23 +14,31 @@ from sym2real.trajectory import Array
 
 
 def rollout_mujoco(
-    plant: MujocoPlant, full_states: Array, actions: Array, *, substeps: int | None = None, threads: int = 1
+    plant: MujocoPlant,
+    full_states: Array,
+    actions: Array,
+    *,
+    forces: Array | None = None,
+    substeps: int | None = None,
+    threads: int = 1,
 ) -> Array:
-    """States after each action ``# (N, H, state)``.
+    """True states after each action ``# (N, H, state)``, whatever the plant's sensors make of them.
 
     Args:
         plant: whose physics is simulated; its own state is left alone.
         full_states: physics states as ``plant.full_state`` gives them ``# (N, full)`` or one for all ``# (full,)``.
         actions: ``# (N, H, action)``.
+        forces: held on the bodies all along, as ``xfrc_applied`` has them ``# (bodies, 6)``, for a plant with force
+            callbacks or a wrench (:attr:`MujocoPlant.forces` are those of now).
         substeps: physics steps per control period; None for the plant's own. For a free body under RK4 two
             are within 0.1 mm of ten over 0.8 s of wild commands, and five times as fast.
         threads: worker threads, kept between calls.
 
     Raises:
-        ModelError: when the plant has force callbacks, filters or a wrench, which a rollout cannot apply.
+        ModelError: when the plant has command filters, or forces act on it and none are given: a rollout has neither.
         ShapeError: when shapes do not fit.
     """
-    _refuse_callbacks(plant)
+    _refuse_callbacks(plant, forces)
     model, robot = plant.mj_model, plant.robot
     starts = np.atleast_2d(full_states)
     size = mujoco.mj_stateSize(model, FULL_STATE)
@@ -50,14 +58,20 @@ def rollout_mujoco(
         model.opt.timestep = robot.dt / substeps
     controls = np.repeat(robot.to_control(actions), substeps, axis=1)
     workers = [mujoco.MjData(model) for _ in range(threads)]
-    states, _ = rollout.rollout(model, workers, starts, controls, persistent_pool=True)
+    spec = mujoco.mjtState.mjSTATE_CTRL
+    if forces is not None:
+        spec |= mujoco.mjtState.mjSTATE_XFRC_APPLIED
+        held = np.broadcast_to(np.ravel(forces), (*controls.shape[:2], forces.size))
+        controls = np.concatenate([controls, held], axis=-1)
+    states, _ = rollout.rollout(model, workers, starts, controls, control_spec=int(spec), persistent_pool=True)
     after = states[:, substeps - 1 :: substeps]
     return robot.to_state(after[..., 1 : 1 + model.nq], after[..., 1 + model.nq : 1 + model.nq + model.nv])
 
 
-def _refuse_callbacks(plant: MujocoPlant) -> None:
-    unfit = [change.name for change in plant.changes if change.force or change.command or change.measure]
-    if plant.inputs.any():
+def _refuse_callbacks(plant: MujocoPlant, forces: Array | None) -> None:
+    free = forces is None
+    unfit = [change.name for change in plant.changes if change.command or (change.force and free)]
+    if free and plant.inputs.any():
         unfit.append("a held wrench")
     if unfit:
         raise ModelError(f"mujoco.rollout cannot apply {', '.join(unfit)}: step the plant instead")

@@ -40,7 +40,7 @@ def _to_control(actions: Array) -> Array:
 
 
 def _to_state(qpos: Array, qvel: Array) -> Array:
-    return np.concatenate([qpos, qvel], axis=-1)
+    return np.concatenate([qpos[..., :7], qvel[..., :6]], axis=-1)
 
 
 def _to_coordinates(state: Array) -> tuple[Array, Array]:

@@ -75,7 +75,8 @@ class Robot:
         constants: further numbers by name, SI units.
         mjcf: file name of the description in this package.
         to_control: actions ``# (..., action)`` → actuator controls of the description ``# (..., nu)``.
-        to_state: MuJoCo's qpos ``# (..., nq)`` and qvel ``# (..., nv)`` → states ``# (..., state)``.
+        to_state: MuJoCo's qpos ``# (..., nq)`` and qvel ``# (..., nv)`` → states ``# (..., state)``; what a change has
+            appended to them does not matter.
         to_coordinates: state ``# (state,)`` → qpos ``# (nq,)`` and qvel ``# (nv,)``.
         crashes_on_contact: true when touching the ground ends an episode; else rolling over does.
         dependencies: pairs (state column, action column): that action must show in that state's equation.
@@ -143,7 +144,8 @@ class Robot:
         return self.to_state(np.array(mj_data.qpos), np.array(mj_data.qvel))
 
     def write_state(self, mj_data: Any, state: Array) -> None:
-        """Put a simulation at a state ``# (state,)``."""
+        """Put a simulation at a state ``# (state,)``; joints that a change has appended stay where they are."""
         if state.shape != (self.layouts.state.size,):
             raise ShapeError(f"a state of {self.name!r} has columns {self.layouts.state.columns}, found {state.shape}")
-        mj_data.qpos[:], mj_data.qvel[:] = self.to_coordinates(state)
+        qpos, qvel = self.to_coordinates(state)
+        mj_data.qpos[: len(qpos)], mj_data.qvel[: len(qvel)] = qpos, qvel

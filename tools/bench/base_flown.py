@@ -29,8 +29,6 @@ TRAIN_SEED, TEST_SEED, STAGE_SEED = 7001, 9001, 5001
 CLOSED_LOOP_SEEDS = range(3001, 3006)
 CLOSED_LOOP_SECONDS = 5.0
 ZERO_SHOT = 20
-# Two Runge-Kutta steps a period are within 0.1 mm of ten for the free body, and five times as fast.
-SUBSTEPS = {"crazyflie": 2, "mushr": None}
 
 
 def say(text: str) -> None:
@@ -58,7 +56,7 @@ def closed_loop_pair(robot_name: str, equations: str, task_name: str, seed: int)
     ours = mppi_controller(Equations.from_json(equations), robot, task, samples=256, seed=seed)
     plant = MujocoPlant(robot)
     settings = replace(robot.mppi, samples=256)
-    truth = MPPI(MujocoModel(plant, SUBSTEPS[robot_name]), robot, task, settings=settings, seed=seed)
+    truth = MPPI(MujocoModel(plant), robot, task, settings=settings, seed=seed)
     return (
         fly(MujocoPlant(robot), ours, task, seconds=CLOSED_LOOP_SECONDS, seed=seed).tracking,
         fly(plant, truth, task, seconds=CLOSED_LOOP_SECONDS, seed=seed).tracking,

@@ -1,0 +1,199 @@
+"""A case of the study: a robot, a task, and what its target has that the plain simulator lacks, from a TOML file."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib import resources
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from sym2real.effects import effect
+from sym2real.errors import DataError, ModelError, Sym2RealError, UnknownNameError, reason
+from sym2real.experiments.study.contestants import CONTESTANTS
+from sym2real.experiments.study.mechanisms import MECHANISMS, require_mechanism
+from sym2real.plants import MujocoPlant
+from sym2real.robots import ROBOTS, Robot
+from sym2real.tasks import Task, make_task
+
+Parts: TypeAlias = tuple[tuple[str, Mapping[str, float]], ...]
+
+FOLDER = resources.files("sym2real.experiments").joinpath("cases")
+FIELDS = {"name", "title", "robot", "task"}
+OPTIONAL = {"options", "effects", "mechanisms", "truth", "paper", "ensemble"}
+SUITE_FIELDS = {"title", "contestants", "case"}
+
+
+@dataclass(frozen=True)
+class Case:
+    """One target and what is wanted on it.
+
+    Args:
+        name: short, for files.
+        title: in words.
+        robot: name.
+        task: name.
+        options: of the task.
+        effects: of the catalogue, in the target: keys with values.
+        mechanisms: of :data:`~sym2real.experiments.study.mechanisms.MECHANISMS`, in the target: names with numbers.
+        truth: keys of the effects that would explain the target; those of ``effects`` where nothing else is said.
+        paper: what the paper says of it.
+        ensemble: the contestants with a neural base are asked here even by the quick study.
+    """
+
+    name: str
+    title: str
+    robot: str
+    task: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+    effects: Parts = ()
+    mechanisms: Parts = ()
+    truth: tuple[str, ...] = ()
+    paper: str = ""
+    ensemble: bool = False
+
+    @property
+    def of_robot(self) -> Robot:
+        """The robot itself."""
+        return ROBOTS[self.robot]
+
+    def of_task(self) -> Task:
+        """The task itself."""
+        return make_task(self.task, self.of_robot, **self.options)
+
+    def plant(self, seed: int) -> MujocoPlant:
+        """The target; ``seed`` draws its sensors' noise."""
+        robot, rng = self.of_robot, np.random.default_rng([seed, 1])
+        changes = [effect(key, robot).inject(**values) for key, values in self.effects]
+        changes += [MECHANISMS[name](robot, rng, **values) for name, values in self.mechanisms]
+        return MujocoPlant(robot, changes)
+
+
+@dataclass(frozen=True)
+class Suite:
+    """Cases that belong together.
+
+    Args:
+        title: in words.
+        contestants: that are asked, keys of :data:`~sym2real.experiments.study.contestants.CONTESTANTS`.
+        cases: by row of the table.
+    """
+
+    title: str
+    contestants: tuple[str, ...]
+    cases: tuple[Case, ...]
+
+
+def shipped_suites() -> tuple[str, ...]:
+    """Names of the case files that come with the package."""
+    return tuple(sorted(file.name.removesuffix(".toml") for file in FOLDER.iterdir() if file.name.endswith(".toml")))
+
+
+def load_suite(name: str) -> Suite:
+    """The cases of a file that comes with the package, by name, or of any other, by path.
+
+    Raises:
+        UnknownNameError: when it is neither.
+        DataError: for a file that cannot be read, or whose content is no such list, naming case and field.
+    """
+    if name in shipped_suites():
+        file = Path(str(FOLDER.joinpath(f"{name}.toml")))
+    elif name.endswith(".toml"):
+        file = Path(name)
+    else:
+        raise UnknownNameError("cases: neither a file.toml nor", name, shipped_suites())
+    try:
+        table = tomllib.loads(file.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise DataError(file, "cases in TOML", reason(error)) from error
+    return _suite(file, table)
+
+
+def _suite(file: Path, table: Mapping[str, Any]) -> Suite:
+    _require_fields(file, "the file", table, SUITE_FIELDS, set())
+    _require(file, "contestants", "a list of names", _texts(table["contestants"]), table["contestants"])
+    try:
+        asked = tuple(name for name in table["contestants"] if CONTESTANTS[name])
+    except UnknownNameError as error:
+        raise DataError(file, "contestants that exist", str(error)) from error
+    rows = table["case"]
+    good = isinstance(rows, list) and rows and all(isinstance(row, dict) for row in rows)
+    _require(file, "case", "at least one [[case]]", bool(good), rows)
+    cases = tuple(_case(file, row) for row in rows)
+    names = [case.name for case in cases]
+    _require(file, "name", "a name of its own for every case", len(set(names)) == len(names), names)
+    return Suite(str(table["title"]), asked, cases)
+
+
+def _case(file: Path, row: Mapping[str, Any]) -> Case:
+    said = f"case {row.get('name', '')!r}"
+    _require_fields(file, said, row, FIELDS, OPTIONAL)
+    for key in sorted(FIELDS | {"paper"}):
+        _require(file, f"{said}, {key}", "a text", isinstance(row.get(key, ""), str), row.get(key))
+    plain = row["name"].replace("-", "").isalnum()
+    _require(file, f"{said}, name", "letters, digits and hyphens: it names files", plain, row["name"])
+    effects = _parts(file, said, row, "effect")
+    truth = row.get("truth", [key for key, _ in effects])
+    _require(file, f"{said}, truth", "a list of effects", _texts(truth), truth)
+    ensemble = row.get("ensemble", False)
+    _require(file, f"{said}, ensemble", "true or false", isinstance(ensemble, bool), ensemble)
+    options = row.get("options", {})
+    _require(file, f"{said}, options", "a table", isinstance(options, dict), options)
+    text = {key: row.get(key, "") for key in (*FIELDS, "paper")}
+    mechanisms = _parts(file, said, row, "mechanism")
+    case = Case(**text, options=options, effects=effects, mechanisms=mechanisms, truth=tuple(truth), ensemble=ensemble)
+    try:
+        require_possible(case)
+    except (Sym2RealError, TypeError) as error:
+        raise DataError(file, f"{said} that its robot can have", str(error)) from error
+    return case
+
+
+def require_possible(case: Case) -> None:
+    """Refuse a case whose names do not exist, or whose robot cannot have it; nothing is simulated.
+
+    Raises:
+        Sym2RealError: with the name or number that does not fit.
+    """
+    robot = case.of_robot
+    case.of_task()
+    for key, values in case.effects:
+        if not values:
+            raise ModelError(f"{key}: expected values, found none")
+        effect(key, robot).inject(**values)
+    for name, values in case.mechanisms:
+        require_mechanism(name, robot, values)
+    for key in case.truth:
+        effect(key, robot)
+
+
+def _parts(file: Path, said: str, row: Mapping[str, Any], kind: str) -> Parts:
+    """``effects`` or ``mechanisms`` of a case."""
+    given = row.get(f"{kind}s", [])
+    good = isinstance(given, list) and all(isinstance(one, dict) and isinstance(one.get(kind), str) for one in given)
+    _require(file, f"{said}, {kind}s", f"a list of {{ {kind} = NAME, number = … }}", good, given)
+    for one in given:
+        for name, value in one.items():
+            number = not isinstance(value, bool) and isinstance(value, int | float) and math.isfinite(value)
+            _require(file, f"{said}, {one[kind]}, {name}", "a finite number", name == kind or number, value)
+    return tuple((one[kind], {name: float(value) for name, value in one.items() if name != kind}) for one in given)
+
+
+def _texts(value: Any) -> bool:
+    return isinstance(value, Sequence) and not isinstance(value, str) and all(isinstance(one, str) for one in value)
+
+
+def _require_fields(file: Path, said: str, table: Mapping[str, Any], needed: set[str], allowed: set[str]) -> None:
+    missing, strange = sorted(needed - table.keys()), sorted(table.keys() - needed - allowed)
+    _require(file, said, f"the fields {', '.join(sorted(needed))}", not missing, f"no {', '.join(missing)}")
+    if strange:
+        raise DataError(file, f"in {said} known fields", str(UnknownNameError("field", strange[0], needed | allowed)))
+
+
+def _require(file: Path, where: str, expected: str, holds: bool, found: Any) -> None:
+    if not holds:
+        raise DataError(file, f"{where}: {expected}", found if isinstance(found, str) else repr(found))

@@ -1,0 +1,208 @@
+"""A sweep: independent jobs on this machine or on a cluster, each of whose answers is kept as a file when it is there.
+
+A job that has been answered is not run again, so a sweep that was stopped goes on where it was. On this machine the
+jobs run in processes of joblib; with the address of a dask scheduler its workers run them, and what a lost worker had
+begun is begun anew by another. What jobs say of themselves while they run stands in ``running/NAME.txt``.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol, TypeAlias
+
+import torch
+from joblib import Parallel, delayed
+from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+from sym2real.errors import DataError, MissingDependencyError, ModelError, Sym2RealError, reason
+from sym2real.files import make_folder, read_object, write_text
+
+Record: TypeAlias = dict[str, Any]
+Tell: TypeAlias = Callable[[str], None]
+ANSWERS, RUNNING, TOPIC = "answers", "running", "sym2real"
+CONNECT = "10 s"
+MOST_LOST = 3  # times that processes of this machine may be lost, to a lack of memory say
+
+
+class Job(Protocol):
+    """One independent part of a study; it travels to another process."""
+
+    @property
+    def name(self) -> str:
+        """Unlike any other's; names its file."""
+        ...
+
+    @property
+    def asked(self) -> Record:
+        """Everything that the answer depends on, as JSON holds it."""
+        ...
+
+    def run(self, tell: Tell) -> Record:
+        """The answer, as JSON holds it; ``tell`` takes a line about what is going on."""
+        ...
+
+
+@dataclass(frozen=True)
+class Progress:
+    """``done`` of ``total`` jobs are answered, the newest of them in so many seconds."""
+
+    done: int
+    total: int
+    newest: str = ""
+    seconds: float = 0.0
+
+
+OnProgress: TypeAlias = Callable[[Progress], None]
+
+
+def run_sweep(
+    jobs: Sequence[Job],
+    folder: Path,
+    *,
+    workers: int = 2,
+    cluster: str = "",
+    on_progress: OnProgress = lambda _: None,
+) -> dict[str, Record]:
+    """Every job's answer by its name.
+
+    Args:
+        jobs: with names of their own.
+        folder: keeps the answers, ``answers/NAME.json``.
+        workers: processes on this machine.
+        cluster: address of a dask scheduler instead ("tcp://host:8786").
+        on_progress: told of every answer.
+
+    Raises:
+        ModelError: when the folder holds a job's answer to another question; when jobs failed, with their errors, once
+            all others are answered.
+        DataError: when there is no reading or writing there.
+        MissingDependencyError: for a cluster without dask.distributed.
+    """
+    answers = kept(jobs, folder)
+    rest = [job for job in jobs if job.name not in answers]
+    on_progress(Progress(len(answers), len(jobs)))
+    status = make_folder(folder / RUNNING)
+    for file in status.glob("*.txt"):
+        file.unlink()  # of a sweep that was killed
+    failed: dict[str, str] = {}
+    coming = _on_cluster(rest, cluster, status) if cluster else _on_this_machine(rest, workers, status)
+    for name, record in coming:
+        if "error" in record:
+            failed[name] = record["error"]
+            continue
+        write_text(answer_file(folder, name), json.dumps(record, indent=1))
+        answers[name] = record
+        on_progress(Progress(len(answers), len(jobs), name, record["seconds"]))
+    if failed:
+        said = "; ".join(f"{name}: {error}" for name, error in sorted(failed.items()))
+        raise ModelError(f"{len(failed)} of {len(jobs)} jobs failed ({said}); all other answers are in {folder}")
+    return answers
+
+
+def kept(jobs: Sequence[Job], folder: Path) -> dict[str, Record]:
+    """The answers that a folder holds already.
+
+    Raises:
+        ModelError: when one of them answers another question.
+        DataError: when one cannot be read.
+    """
+    found: dict[str, Record] = {}
+    for job in jobs:
+        file = answer_file(folder, job.name)
+        if not file.exists():
+            continue
+        record, asked = read_object(file, "the answer of a job"), json.loads(json.dumps(job.asked))
+        there = record.get("asked")
+        if not isinstance(there, dict):
+            raise DataError(file, "the answer of a job", "no `asked`")
+        if there != asked:
+            keys = sorted(key for key in there | asked if there.get(key) != asked.get(key))
+            shown = ", ".join(f"{key}: {there.get(key)} there, {asked.get(key)} now" for key in keys)
+            raise ModelError(f"{file} has another setting ({shown}); choose another folder, or delete the file")
+        found[job.name] = record
+    return found
+
+
+def answer_file(folder: Path, name: str) -> Path:
+    """Where a job's answer is kept."""
+    return folder / ANSWERS / f"{name}.json"
+
+
+def running(folder: Path) -> tuple[str, ...]:
+    """What the jobs that run say of themselves now."""
+    said = []
+    for file in sorted((folder / RUNNING).glob("*.txt")):
+        with suppress(OSError):  # it has just ended
+            said.append(f"{file.stem}: {file.read_text(encoding='utf-8')}")
+    return tuple(said)
+
+
+def answered(job: Job, status: Path | None) -> tuple[str, Record]:
+    """Run a job in this process: its name and its answer, or ``error`` in its place."""
+    torch.set_num_threads(1)
+    tell = _to_events(job.name) if status is None else _to_file(status)
+    began = time.perf_counter()
+    try:
+        tell("begins")
+        return job.name, {**job.run(tell), "asked": job.asked, "seconds": time.perf_counter() - began}
+    except (Sym2RealError, ArithmeticError, LookupError, OSError, RuntimeError, TypeError, ValueError) as error:
+        return job.name, {"error": f"{type(error).__name__}: {reason(error)}"}
+    finally:
+        if status is not None:
+            status.unlink(missing_ok=True)
+
+
+def _to_file(status: Path) -> Tell:
+    return lambda text: write_text(status, text)
+
+
+def _to_events(name: str) -> Tell:
+    from distributed import get_worker  # noqa: PLC0415 — an extra
+
+    return lambda text: get_worker().log_event(TOPIC, {"job": name, "text": text})
+
+
+def _on_this_machine(jobs: Sequence[Job], workers: int, status: Path) -> Iterator[tuple[str, Record]]:
+    """Answers as they come; where a process was lost, what it had begun is begun anew."""
+    left = {job.name: job for job in jobs}
+    for losses in range(MOST_LOST + 1):
+        runs = (delayed(answered)(job, status / f"{job.name}.txt") for job in list(left.values()))
+        try:
+            for name, record in Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)(runs):
+                del left[name]
+                yield name, record
+            return
+        except TerminatedWorkerError:
+            if losses == MOST_LOST:
+                raise ModelError(f"processes were lost {losses + 1} times: is there enough memory?") from None
+
+
+def _on_cluster(jobs: Sequence[Job], address: str, status: Path) -> Iterator[tuple[str, Record]]:
+    """Answers as they come; the scheduler gives what a lost worker had begun to another."""
+    try:
+        from distributed import Client, as_completed  # noqa: PLC0415 — an extra
+    except ImportError as error:
+        raise MissingDependencyError("a cluster needs dask.distributed: pip install 'sym2real[cluster]'") from error
+    try:
+        client = Client(address, timeout=CONNECT)
+    except (OSError, ValueError) as error:
+        raise ModelError(f"--cluster: expected the address of a dask scheduler, found {address!r}: {error}") from error
+    left = {job.name for job in jobs}
+
+    def note(event: tuple[float, dict[str, str]]) -> None:
+        if event[1]["job"] in left:  # an event may come after the answer
+            write_text(status / f"{event[1]['job']}.txt", event[1]["text"])
+
+    with client:
+        client.subscribe_topic(TOPIC, note)
+        futures = [client.submit(answered, job, None, pure=False) for job in jobs]
+        for future in as_completed(futures):
+            name, record = future.result()
+            left.discard(name)
+            (status / f"{name}.txt").unlink(missing_ok=True)
+            yield name, record

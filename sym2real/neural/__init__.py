@@ -1,20 +1,26 @@
-"""Neural networks: what equations leave over and how it is trained, and the ensemble that the paper compares with."""
+"""Neural networks: what a base leaves over and how it is trained, and the ensemble that the paper compares with."""
 
 from sym2real.neural.composed import Composed
 from sym2real.neural.descent import Descent
 from sym2real.neural.ensemble import Ensemble
+from sym2real.neural.model_folder import Model, open_model, save_model
 from sym2real.neural.residual_mlp import ResidualMLP
 from sym2real.neural.residual_training import PAPER, ResidualTraining, TrainingReport
 from sym2real.neural.storage import load_residual, save_residual
+from sym2real.neural.symbolic_residual import SymbolicResidual
 
 __all__ = [
     "PAPER",
     "Composed",
     "Descent",
     "Ensemble",
+    "Model",
     "ResidualMLP",
     "ResidualTraining",
+    "SymbolicResidual",
     "TrainingReport",
     "load_residual",
+    "open_model",
+    "save_model",
     "save_residual",
 ]

@@ -1,9 +1,12 @@
-"""Equations with a residual on top::
+"""A frozen base with a residual on top; the base is equations or an ensemble::
 
 s' = normalise(f(s, a, inputs) + r(s, a))
 """
 
 from __future__ import annotations
+
+import copy
+from typing import cast
 
 import torch
 from torch import Tensor, nn
@@ -12,9 +15,16 @@ from torch.nn.functional import pad
 from sym2real.effects.filters import with_hidden_start
 from sym2real.effects.visible import visible_state
 from sym2real.errors import ShapeError
+from sym2real.layout import Layout, Layouts
+from sym2real.neural.ensemble import Ensemble
+from sym2real.neural.manifold import on_manifold, units_of
 from sym2real.neural.residual_mlp import ResidualMLP, joined
+from sym2real.neural.symbolic_residual import SymbolicResidual
 from sym2real.symbolic import Equations, compile_model, read_back
 from sym2real.symbolic.compile import script
+
+Base = Equations | Ensemble
+Residual = ResidualMLP | SymbolicResidual
 
 
 class _Step(nn.Module):
@@ -23,7 +33,7 @@ class _Step(nn.Module):
     def __init__(
         self,
         base: nn.Module,
-        residual: ResidualMLP,
+        residual: Residual,
         visible: int,
         units: list[tuple[int, int]],
         dt_column: tuple[int, float],
@@ -40,12 +50,7 @@ class _Step(nn.Module):
     ) -> Tensor:
         seen = self.residual(state[..., : self.visible], action, past)
         following = self.base(state, action, inputs) + pad(seen, [0, state.shape[-1] - self.visible])
-        parts = list(torch.unbind(following, -1))
-        for first, last in self.units:
-            length = torch.linalg.vector_norm(following[..., first:last], dim=-1).clamp(min=1e-12)
-            for place in range(first, last):
-                parts[place] = parts[place] / length
-        return torch.stack(parts, -1)
+        return on_manifold(following, self.units)
 
     def repeated(self, state: Tensor, action: Tensor) -> Tensor:
         """The past that the first row has: itself."""
@@ -78,12 +83,22 @@ class _Step(nn.Module):
         return torch.stack(states, -2)
 
 
+def state_of(base: Base) -> Layout:
+    """The state columns that a log holds."""
+    return visible_state(base) if isinstance(base, Equations) else base.layouts.state
+
+
+def _frozen(ensemble: Ensemble, dtype: torch.dtype) -> Ensemble:
+    """A copy: what is done to one model is not done to another."""
+    return copy.deepcopy(ensemble).to(dtype).requires_grad_(requires_grad=False)
+
+
 class Composed(nn.Module):
-    """A dynamics model: compiled equations plus a residual.
+    """A dynamics model: a base plus a residual.
 
     Args:
-        equations: the base. Its hidden states (motor lag) begin where it says with every rollout, and with every
-            single step; the residual neither sees nor changes them.
+        base: equations or an ensemble. Hidden states of equations (motor lag) begin where they say with every rollout,
+            and with every single step; the residual neither sees nor changes them.
         residual: over the same columns of state and action that a log holds.
         dtype: of both.
 
@@ -91,27 +106,30 @@ class Composed(nn.Module):
         ShapeError: when the columns differ.
     """
 
-    def __init__(self, equations: Equations, residual: ResidualMLP, dtype: torch.dtype = torch.float32) -> None:
+    def __init__(self, base: Base, residual: Residual, dtype: torch.dtype = torch.float32) -> None:
         super().__init__()
-        layouts = equations.layouts
-        visible = visible_state(equations).columns
-        if residual.columns != (visible, layouts.action.columns):
-            raise ShapeError(f"the residual is over {residual.columns}, the equations over other columns")
-        self._visible = len(visible)
-        self.base, self.residual = compile_model(equations, dtype=dtype), residual.to(dtype)
-        self._equations = equations
-        units = [
-            (layouts.state.index(field.columns[0]), layouts.state.index(field.columns[0]) + len(field.columns))
-            for field in layouts.state.fields
-            if field.kind != "vector"
-        ]
-        time = layouts.inputs.index("t") if "t" in layouts.inputs else -1
-        self._scripted = script(_Step(self.base, self.residual, len(visible), units, (time, equations.dt)))
+        self.layouts = Layouts(state_of(base), base.layouts.action, base.layouts.inputs)
+        if residual.columns != (self.layouts.state.columns, self.layouts.action.columns):
+            raise ShapeError(f"the residual is over {residual.columns}, the base over other columns")
+        self._equations, self._visible = base if isinstance(base, Equations) else None, len(self.layouts.state)
+        self.base = compile_model(base, dtype=dtype) if isinstance(base, Equations) else _frozen(base, dtype)
+        self.residual = residual.to(dtype)
+        time = self.layouts.inputs.index("t") if "t" in self.layouts.inputs else -1
+        dt = base.dt if isinstance(base, Equations) else 0.0
+        step = _Step(self.base, self.residual, self._visible, units_of(base.layouts.state), (time, dt))
+        self.scripted = script(step)
 
     @property
-    def equations(self) -> Equations:
-        """The base, with the values that it has now."""
-        return read_back(self.base, self._equations) if self._equations.parameters else self._equations
+    def equations(self) -> Equations | None:
+        """The base, with the values that it has now; None where it is an ensemble."""
+        if self._equations is None or not self._equations.parameters:
+            return self._equations
+        return read_back(self.base, self._equations)
+
+    @property
+    def below(self) -> Base:
+        """What lies below the residual."""
+        return self.equations or cast(Ensemble, self.base)
 
     @property
     def past_rows(self) -> tuple[int, int]:
@@ -122,11 +140,13 @@ class Composed(nn.Module):
         self, state: Tensor, action: Tensor, inputs: Tensor | None = None, past: Tensor | None = None
     ) -> Tensor:
         """Next state ``# (..., n)``, as a log holds it; leading dimensions broadcast; ``past`` as of the residual."""
-        following: Tensor = self._scripted(self._whole(state, action, inputs), action, inputs, past)
+        following: Tensor = self.scripted(self._whole(state, action, inputs), action, inputs, past)
         return following[..., : self._visible]
 
     def _whole(self, state: Tensor, action: Tensor, inputs: Tensor | None) -> Tensor:
-        return with_hidden_start(self.equations, state, action, inputs) if self._equations.start else state
+        if self._equations is None or not self._equations.start:
+            return state
+        return with_hidden_start(self._equations, state, action, inputs)
 
     def rollout(
         self,
@@ -146,5 +166,5 @@ class Composed(nn.Module):
         if parameters is not None:
             raise ShapeError("a model with a residual takes no parameter sets")
         first = inputs[..., 0, :] if inputs is not None and inputs.dim() >= actions.dim() else inputs
-        states: Tensor = self._scripted.rollout(self._whole(state, actions[..., 0, :], first), actions, inputs, past)
+        states: Tensor = self.scripted.rollout(self._whole(state, actions[..., 0, :], first), actions, inputs, past)
         return states[..., : self._visible]

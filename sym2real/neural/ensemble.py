@@ -2,19 +2,26 @@
 
 ::
 
-    s' = normalise(s + mean over members of r_i(s, a))
+    s' = normalise(s + mean over members of r_i(z) · output_scale),   z = ((s, a) - mean) / scale
+
+A probabilistic ensemble also predicts the logarithm of the variance of each column, held between two learned bounds by
+softplus. Source: K. Chua et al., "Deep reinforcement learning in a handful of trials using probabilistic dynamics
+models" (PETS), NeurIPS 2018, appendix A.1.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import torch
 from torch import Tensor, nn
+from torch.nn.functional import softplus
 
 from sym2real.errors import ShapeError
 from sym2real.layout import Layouts
+from sym2real.neural.manifold import on_manifold, units_of
+from sym2real.neural.networks import Networks
 
 
 class Ensemble(nn.Module):
@@ -25,35 +32,64 @@ class Ensemble(nn.Module):
         members: networks.
         widths: of each network's hidden layers.
         seed: of the first weights.
+        probabilistic: predict variances too.
+        dt: control period in s; 0 where nobody says.
+        robot: name of the robot, if it is a known one.
 
     Raises:
         ShapeError: without a member, or with a hidden layer of no unit.
     """
 
+    if TYPE_CHECKING:  # TorchScript cannot read postponed annotations of attributes
+        input_mean: Tensor
+        input_scale: Tensor
+        output_scale: Tensor
+
     def __init__(
-        self, layouts: Layouts, members: int = 4, widths: Sequence[int] = (200, 200, 200, 200), seed: int = 0
+        self,
+        layouts: Layouts,
+        members: int = 4,
+        widths: Sequence[int] = (200, 200, 200, 200),
+        seed: int = 0,
+        *,
+        probabilistic: bool = False,
+        dt: float = 0.0,
+        robot: str = "",
     ) -> None:
         super().__init__()
         if min((members, *widths)) < 1:
             raise ShapeError(f"expected members and hidden layers of at least one unit, found {members}, {(*widths,)}")
-        self.layouts, self.state = layouts, layouts.state
-        generator = torch.Generator().manual_seed(seed)
-        sizes = (len(layouts.state) + len(layouts.action), *widths, len(layouts.state))
-        self.weights, self.biases = nn.ParameterList(), nn.ParameterList()
-        for seen, out in pairwise(sizes):
-            bound = (6.0 / seen) ** 0.5
-            self.weights.append(nn.Parameter(bound * (2 * torch.rand(members, seen, out, generator=generator) - 1)))
-            self.biases.append(nn.Parameter(torch.zeros(members, 1, out)))
+        self.layouts, self.dt, self.robot = layouts, dt, robot
+        self.columns = (layouts.state.columns, layouts.action.columns)
+        self.widths, self.probabilistic = tuple(int(width) for width in widths), probabilistic
+        self.size, self.units = len(layouts.state), units_of(layouts.state)
+        seen = self.size + len(layouts.action)
+        self.networks = Networks((seen, *widths, self.size * (2 if probabilistic else 1)), members, seed)
+        self.register_buffer("input_mean", torch.zeros(seen))
+        self.register_buffer("input_scale", torch.ones(seen))
+        self.register_buffer("output_scale", torch.ones(self.size))
+        if probabilistic:  # of the logarithm of variances in units of output_scale²
+            self.lowest = nn.Parameter(torch.full((self.size,), -10.0))
+            self.highest = nn.Parameter(torch.full((self.size,), 0.5))
 
     def members(self, state: Tensor, action: Tensor) -> Tensor:
         """Change of the state that each member predicts ``# (members, ..., n)``."""
+        return self.outputs(state, action)[..., : self.size] * self.output_scale
+
+    def outputs(self, state: Tensor, action: Tensor) -> Tensor:
+        """What the networks say in scaled columns ``# (members, ..., n)``; probabilistic ones say 2n."""
         batch = torch.broadcast_shapes(state.shape[:-1], action.shape[:-1])
-        both = torch.cat([state.expand(*batch, -1), action.expand(*batch, -1)], dim=-1)
-        values = both.reshape(1, -1, both.shape[-1]).expand(len(self.weights[0]), -1, -1)
-        for place, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
-            values = torch.baddbmm(bias, torch.relu(values) if place else values, weight)
-        return values.reshape(-1, *batch, values.shape[-1])
+        both = torch.cat([state.expand(batch + state.shape[-1:]), action.expand(batch + action.shape[-1:])], dim=-1)
+        values = self.networks(((both - self.input_mean) / self.input_scale).reshape(-1, both.shape[-1]))
+        outputs: Tensor = values.reshape(values.shape[:1] + batch + values.shape[-1:])
+        return outputs
 
     def forward(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
         """Next state on the manifold; leading dimensions broadcast."""
-        return self.state.normalise(state + self.members(state, action).mean(dim=0))
+        return on_manifold(state + self.members(state, action).mean(dim=0), self.units)
+
+    def log_variance(self, outputs: Tensor) -> Tensor:
+        """Logarithm of the variance in scaled columns ``# (members, ..., n)``, of what a probabilistic one says."""
+        raw = outputs[..., self.size :]
+        below = self.highest - softplus(self.highest - raw)
+        return self.lowest + softplus(below - self.lowest)

@@ -22,16 +22,15 @@ from torch import Tensor
 
 from sym2real.effects.filters import command_filters, filter_commands, with_hidden_start
 from sym2real.effects.sensors import Sensors
-from sym2real.effects.visible import visible_state
 from sym2real.errors import ShapeError
 from sym2real.layout import WRENCH, Layout
+from sym2real.neural.composed import Base, state_of
 from sym2real.neural.ensemble import Ensemble
 from sym2real.symbolic import Equations, build_module
 from sym2real.trajectory import Array, Transitions
 
 STEP = 1e-5  # of central differences, in the columns' units: error about 1e-10 relative
 TIME = "t"
-Base = Equations | Ensemble
 Step = Callable[[Tensor], Tensor]
 
 
@@ -105,11 +104,6 @@ def _slopes(function: Callable[[Tensor], Tensor], moves: Tensor) -> Tensor:
     """Central differences ``# (rows, out, moves)``."""
     slopes = [(function(move) - function(-move)) / (2.0 * STEP) for move in moves]
     return torch.stack(slopes, dim=-1).float()
-
-
-def state_of(base: Base) -> Layout:
-    """The state columns that a log holds."""
-    return visible_state(base) if isinstance(base, Equations) else base.layouts.state
 
 
 def require_columns(transitions: Transitions, base: Base) -> None:

@@ -11,6 +11,20 @@ from torch import Tensor, nn
 from sym2real.errors import ShapeError
 
 
+class Layer(nn.Module):
+    """Affine maps, one a network; arguments as of :class:`Networks`."""
+
+    def __init__(self, seen: int, out: int, count: int, generator: torch.Generator) -> None:
+        super().__init__()
+        bound = (6.0 / seen) ** 0.5
+        self.weight = nn.Parameter(bound * (2 * torch.rand(count, seen, out, generator=generator) - 1))
+        self.bias = nn.Parameter(torch.zeros(count, 1, out))
+
+    def forward(self, values: Tensor) -> Tensor:
+        """``# (count, rows, out)`` for ``# (count, rows, seen)``."""
+        return torch.baddbmm(self.bias, values, self.weight)
+
+
 class Networks(nn.Module):
     """``count`` networks with ReLU between their layers, each with weights of its own.
 
@@ -29,15 +43,17 @@ class Networks(nn.Module):
             raise ShapeError(f"expected networks and layers of at least one unit, found {count} of {(*sizes,)}")
         self.count = count
         generator = torch.Generator().manual_seed(seed)
-        self.weights, self.biases = nn.ParameterList(), nn.ParameterList()
-        for seen, out in pairwise(sizes):
-            bound = (6.0 / seen) ** 0.5
-            self.weights.append(nn.Parameter(bound * (2 * torch.rand(count, seen, out, generator=generator) - 1)))
-            self.biases.append(nn.Parameter(torch.zeros(count, 1, out)))
+        self.layers = nn.ModuleList(Layer(seen, out, count, generator) for seen, out in pairwise(sizes))
+
+    @torch.no_grad()
+    def pairs(self) -> list[tuple[Tensor, Tensor]]:
+        """Weights ``# (count, in, out)`` and biases ``# (count, 1, out)`` of every layer, as they are."""
+        return [(layer.weight, layer.bias) for layer in self.layers if isinstance(layer, Layer)]
 
     def forward(self, values: Tensor) -> Tensor:
         """Outputs ``# (count, rows, out)`` for the same rows ``# (rows, seen)`` or each network's own."""
-        values = values.expand(self.count, -1, -1)
-        for place, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
-            values = torch.baddbmm(bias, torch.relu(values) if place else values, weight)
+        if values.dim() == 2:
+            values = values[None].expand(self.count, -1, -1)
+        for place, layer in enumerate(self.layers):
+            values = layer(values if place == 0 else torch.relu(values))
         return values

@@ -60,9 +60,9 @@ class Normal:
         layers[0] = (weight * self.scale[:, None], bias + self.mean @ weight)
         weight, bias = layers[-1]
         layers[-1] = (weight / self.output, bias / self.output)
-        for place, (weight, bias) in enumerate(layers):
-            networks.weights[place].copy_(weight.expand_as(networks.weights[place]))
-            networks.biases[place].copy_(bias.expand_as(networks.biases[place]))
+        for (weight, bias), (new_weight, new_bias) in zip(networks.pairs(), layers, strict=True):
+            weight.copy_(new_weight)
+            bias.copy_(new_bias)
 
     @torch.no_grad()
     def write(self, networks: Networks, chosen: int, residual: ResidualMLP, on: Tensor) -> None:
@@ -73,6 +73,6 @@ class Normal:
             "input_scale": self.scale,
             "output_scale": torch.where(on, self.output, 0.0),
         }
-        for place, (weight, bias) in enumerate(zip(networks.weights, networks.biases, strict=True)):
+        for place, (weight, bias) in enumerate(networks.pairs()):
             values |= {f"linears.{place}.weight": weight[chosen].T, f"linears.{place}.bias": bias[chosen, 0]}
         residual.load_state_dict(values)

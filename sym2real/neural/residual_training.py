@@ -24,15 +24,14 @@ from sym2real.errors import ModelError, ShapeError
 from sym2real.layout import Layouts
 from sym2real.neural.batch import Batch, Batches
 from sym2real.neural.blocks import Blocks, Run
-from sym2real.neural.composed import Composed
+from sym2real.neural.composed import Base, Composed, state_of
 from sym2real.neural.descent import Descent, descend, one_thread
-from sym2real.neural.leftover import leftover, state_of
+from sym2real.neural.leftover import leftover
 from sym2real.neural.multi_step import Scales
 from sym2real.neural.networks import Networks
 from sym2real.neural.normal import Normal
 from sym2real.neural.residual_mlp import ResidualMLP
 from sym2real.neural.switches import columns_that_help
-from sym2real.symbolic import Equations
 from sym2real.trajectory import Transitions
 
 PAPER = (200, 200, 200, 200)
@@ -92,12 +91,12 @@ class ResidualTraining:
                 f"training needs penalties above 0 and at least one step, found {(*self.penalties,)} and {self.steps}"
             )
 
-    def fit(self, transitions: Transitions, base: Equations, start: Composed | None = None) -> Composed:
+    def fit(self, transitions: Transitions, base: Base, start: Composed | None = None) -> Composed:
         """The base with a residual on top; see :meth:`fit_reported`."""
         return self.fit_reported(transitions, base, start)[0]
 
     def fit_reported(
-        self, transitions: Transitions, base: Equations, start: Composed | None = None
+        self, transitions: Transitions, base: Base, start: Composed | None = None
     ) -> tuple[Composed, TrainingReport]:
         """The base with a residual on top, and how that came about.
 
@@ -118,7 +117,7 @@ class ResidualTraining:
         return Composed(base, residual), TrainingReport(penalty if on else None, error, on, len(transitions), seconds)
 
     def _trained(
-        self, transitions: Transitions, base: Equations, start: Composed | None
+        self, transitions: Transitions, base: Base, start: Composed | None
     ) -> tuple[ResidualMLP, float, float]:
         """The residual, its λ, and its error on the validation blocks over the base's."""
         layouts = Layouts(state_of(base), base.layouts.action)
@@ -153,10 +152,9 @@ class ResidualTraining:
     def _first(self, residual: ResidualMLP, start: Composed | None) -> list[tuple[Tensor, Tensor]]:
         """Weights that every network begins with, over raw columns."""
         begin = residual if start is None else start.residual
-        layers = begin.layers()
-        if [weight.shape for weight, _ in layers] != [weight.shape for weight, _ in residual.layers()]:
-            raise ShapeError(
-                f"expected a start of widths {residual.widths} that sees {self.commands} past commands and "
-                f"{self.states} past states, found {begin.widths}, {begin.commands} and {begin.states}"
-            )
-        return layers
+        wanted = f"a start of widths {residual.widths} that sees {self.commands} past commands, {self.states} states"
+        if not isinstance(begin, ResidualMLP):
+            raise ShapeError(f"expected {wanted}, found one of expressions")
+        if (begin.widths, begin.commands, begin.states) != (residual.widths, self.commands, self.states):
+            raise ShapeError(f"expected {wanted}; found {begin.widths}, {begin.commands}, {begin.states}")
+        return begin.layers()

@@ -7,6 +7,8 @@ weights carry the hash of the equations they belong to: a folder mixed from two 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,6 +24,10 @@ from sym2real.symbolic.equations import Equations
 
 EQUATIONS, PARAMETERS, MODULE = "equations.json", "parameters.safetensors", "module.pt"
 PARTS = (EQUATIONS, PARAMETERS, MODULE)
+# Of a model with more than equations (sym2real.neural): what belongs together, what learned, an ensemble as base.
+INVENTORY, RESIDUALS, ENSEMBLE = "model.json", ("residual.safetensors", "residual.json"), "ensemble.safetensors"
+NEURAL = (INVENTORY, *RESIDUALS, ENSEMBLE)
+Writer = Callable[[Path], None]
 TRAINING = "training.json"  # what a learned model was learned from, beside it
 MOST_PROPOSED = 5  # models that an error names
 
@@ -37,25 +43,62 @@ def save_model(equations: Equations, folder: str | Path) -> Path:
         DataError: when there is no writing there.
     """
     folder = Path(folder)
-    source = equations.to_json()
-    model = compile_model(equations)
-    values = torch.tensor(list(equations.parameters.values()), dtype=torch.float64)
-    # Every file is written before the first one takes its place.
-    with whole(folder / EQUATIONS) as text, whole(folder / PARAMETERS) as weights, whole(folder / MODULE) as module:
-        torch.jit.save(model, str(module))
-        save_file({"parameters": values}, weights, {"equations": _digest(source)})
-        text.write_text(source, encoding="utf-8")
+    write_files(folder, equation_files(equations, compile_model(equations)))
+    remove_all(folder, NEURAL)
     return folder
+
+
+def equation_files(equations: Equations, module: torch.jit.ScriptModule) -> dict[str, Writer]:
+    """Name of every file of a model, with what writes it; ``module`` is the model that other programs open."""
+    source = equations.to_json()
+    values = torch.tensor(list(equations.parameters.values()), dtype=torch.float64)
+
+    def weights(path: Path) -> None:
+        save_file({"parameters": values}, path, {"equations": _digest(source)})
+
+    def text(path: Path) -> None:
+        path.write_text(source, encoding="utf-8")
+
+    return {MODULE: lambda path: torch.jit.save(module, str(path)), PARAMETERS: weights, EQUATIONS: text}
+
+
+def write_files(folder: Path, files: Mapping[str, Writer]) -> None:
+    """Write every file before the first one takes its place; the last one does so last.
+
+    Raises:
+        DataError: when there is no writing there.
+    """
+    with ExitStack() as stack:
+        places = {name: stack.enter_context(whole(folder / name)) for name in reversed([*files])}
+        for name, write in files.items():
+            write(places[name])
+
+
+def remove_all(folder: Path, names: Iterable[str]) -> None:
+    """Remove files of an earlier model that took no part in the new one.
+
+    Raises:
+        DataError: for one that cannot be removed.
+    """
+    for name in names:
+        try:
+            (folder / name).unlink(missing_ok=True)
+        except OSError as error:
+            raise DataError(folder / name, "a file that can be removed", reason(error)) from error
 
 
 def is_part_of_model(file: str | Path) -> bool:
     """Whether a file is one of those that a saved model consists of."""
     place = Path(file).resolve()
-    return place.name in (*PARTS, TRAINING) and (place.parent / EQUATIONS).exists()
+    return place.name in (*PARTS, *NEURAL, TRAINING) and any(map(Path.exists, _bases(place.parent)))
 
 
-def load_model(folder: str | Path) -> Equations:
+def load_model(folder: str | Path, *, below: bool = False) -> Equations:
     """The equations of a model folder, with the parameter values that stand beside them.
+
+    Args:
+        folder: of the model.
+        below: the equations below a residual, too; a model with one is refused else, as they are not the model.
 
     Raises:
         DataError: when a file is missing or cannot be read.
@@ -64,6 +107,9 @@ def load_model(folder: str | Path) -> Equations:
     folder = Path(folder)
     if not (folder / EQUATIONS).exists():
         raise _no_model(folder)
+    learned = [name for name in (INVENTORY, *RESIDUALS) if (folder / name).exists()]
+    if learned and not below:
+        raise ModelError(f"{folder} has a residual on its equations ({learned[-1]}): sym2real.neural opens the whole")
     try:
         source = (folder / EQUATIONS).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
@@ -99,6 +145,10 @@ def _no_model(folder: Path) -> DataError:
     found = "none in it" if folder.is_dir() else "no such folder"
     hint = f"; did you mean {' or '.join(models)}?" if models else ""
     return DataError(folder, f"a model folder, which holds {EQUATIONS}", found + hint)
+
+
+def _bases(folder: Path) -> tuple[Path, ...]:
+    return folder / EQUATIONS, folder / ENSEMBLE
 
 
 def _digest(source: str) -> str:

@@ -1,0 +1,134 @@
+"""A model as a folder, whatever it is made of: equations, an ensemble, or one of them with a residual on top.
+
+Beside the files of equations (:mod:`sym2real.symbolic.storage`) stand ``ensemble.safetensors``,
+``residual.safetensors`` or ``residual.json``, and ``model.json``, which names all files with their digests: a folder
+that is mixed from two models is refused. ``module.pt`` is the whole, for programs without this package. No pickle.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+import torch
+
+from sym2real.errors import DataError, ModelError, reason
+from sym2real.files import read_object
+from sym2real.neural.composed import Base, Composed
+from sym2real.neural.ensemble import Ensemble
+from sym2real.neural.residual_mlp import ResidualMLP
+from sym2real.neural.storage import (
+    load_ensemble,
+    load_residual,
+    load_symbolic,
+    write_ensemble,
+    write_residual,
+    write_symbolic,
+)
+from sym2real.neural.symbolic_residual import SymbolicResidual
+from sym2real.symbolic import Equations, load_model
+from sym2real.symbolic import save_model as save_equations
+from sym2real.symbolic.storage import (
+    ENSEMBLE,
+    EQUATIONS,
+    INVENTORY,
+    MODULE,
+    NEURAL,
+    PARAMETERS,
+    RESIDUALS,
+    Writer,
+    equation_files,
+    remove_all,
+    write_files,
+)
+
+Model = Equations | Composed | Ensemble
+NETWORK, EXPRESSIONS = RESIDUALS
+WHAT = "the parts of a model with their digests"
+
+
+def save_model(model: Model, folder: str | Path) -> Path:
+    """Write a model folder; other files that the folder holds are left alone.
+
+    Raises:
+        ModelError: when the model cannot be compiled; nothing is written then.
+        DataError: when there is no writing there.
+    """
+    folder = Path(folder)
+    if isinstance(model, Equations):
+        return save_equations(model, folder)
+    files = _files(model)
+    digests: dict[str, str] = {}
+
+    def noted(name: str, write: Writer) -> Writer:
+        def both(path: Path) -> None:
+            write(path)
+            digests[name] = _digest(path)
+
+        return both
+
+    def inventory(path: Path) -> None:
+        path.write_text(json.dumps({"files": digests}, indent=1) + "\n", encoding="utf-8")
+
+    write_files(folder, {**{name: noted(name, write) for name, write in files.items()}, INVENTORY: inventory})
+    remove_all(folder, ({EQUATIONS, PARAMETERS, *NEURAL} - {INVENTORY}) - files.keys())
+    return folder
+
+
+def _files(model: Composed | Ensemble) -> dict[str, Writer]:
+    composed = model if isinstance(model, Composed) else Composed(model, SymbolicResidual(model.layouts, {}))
+    below, residual = composed.below, composed.residual
+    if isinstance(below, Equations):
+        files = equation_files(below, composed.scripted)
+    else:
+        files = {
+            MODULE: lambda path: torch.jit.save(composed.scripted, str(path)),
+            ENSEMBLE: lambda path: write_ensemble(below, path),
+        }
+    if isinstance(model, Ensemble):
+        return files
+    if isinstance(residual, ResidualMLP):
+        return files | {NETWORK: lambda path: write_residual(residual, path)}
+    return files | {EXPRESSIONS: lambda path: write_symbolic(residual, path)}
+
+
+def open_model(folder: str | Path) -> Model:
+    """The model of a folder, whole.
+
+    Raises:
+        DataError: when a file is missing or cannot be read.
+        ModelError: when the files do not belong together.
+    """
+    folder = Path(folder)
+    if not (folder / INVENTORY).exists():
+        alone = [name for name in NEURAL if (folder / name).exists()]
+        if alone:
+            raise ModelError(f"{folder / alone[0]}: no {INVENTORY} beside it says which model it belongs to")
+        return load_model(folder)
+    listed = read_object(folder / INVENTORY, WHAT).get("files")
+    if not isinstance(listed, dict):
+        raise DataError(folder / INVENTORY, WHAT, repr(listed))
+    _require_parts(folder, listed)
+    base: Base = load_ensemble(folder / ENSEMBLE) if ENSEMBLE in listed else load_model(folder, below=True)
+    if NETWORK in listed:
+        return Composed(base, load_residual(folder))
+    if EXPRESSIONS in listed:
+        return Composed(base, load_symbolic(folder / EXPRESSIONS))
+    return base
+
+
+def _require_parts(folder: Path, listed: Mapping[str, object]) -> None:
+    for name, digest in listed.items():
+        if name not in (EQUATIONS, PARAMETERS, MODULE, *NEURAL):
+            raise DataError(folder / INVENTORY, "names of a model's files", repr(name))
+        if _digest(folder / name) != digest:
+            raise ModelError(f"{folder / name} is not the file that {INVENTORY} beside it names; save the model again")
+
+
+def _digest(file: Path) -> str:
+    try:
+        return hashlib.sha256(file.read_bytes()).hexdigest()
+    except OSError as error:
+        raise DataError(file, "a file of a saved model", reason(error)) from error

@@ -8,18 +8,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from noisy_flights import flights
+from sympy import sqrt
 
 from sym2real.data import example_flight
-from sym2real.diagnosis import ROWS, compare, predict_windows
+from sym2real.diagnosis import ROWS, compare, diagnose, predict_windows
 from sym2real.diagnosis.prediction_errors import off_the_mean
 from sym2real.diagnosis.start import noise_level, start_states
-from sym2real.errors import ShapeError
+from sym2real.errors import ModelError, ShapeError
 from sym2real.experiments.real_flight import motor_level_equations
 from sym2real.layout import Layout, Layouts
 from sym2real.logs import read_log
 from sym2real.plants import ModelPlant, run_episode
 from sym2real.robots import ROBOTS
-from sym2real.symbolic import Equations, compile_model
+from sym2real.symbolic import Equations, compile_model, symbol
 from sym2real.trajectory import Array, Dataset, Trajectory
 
 LINE = Layouts(Layout.of(["x", "vx"]), Layout.of(["speed"]))
@@ -35,6 +37,22 @@ def on_a_line(rows: int, position: Array, velocity: Array) -> Trajectory:
 def accelerated(rows: int = 120, acceleration: float = 0.6, speed: float = 0.3) -> Trajectory:
     time = DT * np.arange(rows)
     return on_a_line(rows, speed * time + acceleration * time**2 / 2, speed + acceleration * time)
+
+
+def test_predictions_that_are_no_numbers_are_said() -> None:
+    """A speed that becomes negative has no root: late in this log the model predicts nothing."""
+    braking = accelerated(acceleration=-0.6)
+    rooted = replace(FALLING, next={**FALLING.next, "x": FALLING.next["x"] + 1e-9 * sqrt(symbol("vx"))})
+    for model, lost in ((rooted, True), (FALLING, False)):
+        notes = compare(model, braking, horizons=(0.1, 0.4)).notes
+        assert any("predicts no number of position 0.02 s ahead" in note for note in notes) == lost
+
+
+def test_a_model_without_one_finite_prediction_cannot_be_diagnosed() -> None:
+    beyond = ROBOTS["crazyflie"].nominal()
+    beyond = beyond.substitute({"thrust": sqrt(-1 - symbol("thrust") ** 2)})
+    with pytest.raises(ModelError, match="finite"):
+        diagnose(beyond, flights())
 
 
 def test_the_shortest_log_is_one_window() -> None:

@@ -6,18 +6,21 @@ import numpy as np
 import pytest
 import torch
 from noisy_flights import LEFT_OUT, flights, flights_with
+from numpy.typing import NDArray
 
-from sym2real.diagnosis import calibrate, diagnose
+from sym2real.diagnosis import add, calibrate, diagnose
 from sym2real.diagnosis.candidates import candidates, library_for
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.overfit import lower_factor
 from sym2real.diagnosis.refine import refined
+from sym2real.diagnosis.segments import WARM_UP
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.weighing import whiten
 from sym2real.effects import effect
+from sym2real.effects.filters import with_hidden_start
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE
-from sym2real.symbolic import symbol
+from sym2real.symbolic import compile_model, rollout, symbol
 
 # What competes in these tests: the loop's gain, wind, centre of mass, delay.
 OTHERS = (*LEFT_OUT, "linear_drag", "added_mass", "mounting_tilt")
@@ -66,6 +69,27 @@ def test_segments_under_sets_of_their_own_are_those_of_one_set_for_all() -> None
     which = torch.arange(len(problem.segments)) % 2
     together, each = problem.states(sets), problem.states_by_segment(sets, which)
     torch.testing.assert_close(each, together[which, torch.arange(len(which))])
+
+
+@pytest.mark.parametrize(("key", "value"), [("motor_lag", 0.05), ("rotor_reaction", 5e-9)])
+def test_hidden_memory_begins_in_a_fit_where_it_begins_in_the_model(key: str, value: float) -> None:
+    """A free memory that began at zero would make a jump of every segment's first command."""
+    base, data = CRAZYFLIE.nominal(), flights()
+    problem = Problem(Library.of(base, [effect(key, base)]), data)
+    fitted = problem.states(problem.library.null[None] + value)[0]
+    model, segments = add(base, key, {"value": value}), problem.segments
+    compiled, rows = compile_model(model, dtype=torch.float64), segments.row[:, None]
+    known = tuple(torch.as_tensor(np.stack([getattr(one, name) for one in data])) for name in ("action", "inputs"))
+
+    def along(places: NDArray[np.int64]) -> tuple[torch.Tensor, torch.Tensor]:
+        sent, pushed = (values[segments.log[:, None], places] for values in known)
+        return sent, pushed
+
+    sent, pushed = along(rows + np.arange(-WARM_UP, 0))
+    rested = with_hidden_start(model, segments.before, sent[:, 0], pushed[:, 0])
+    memory = rollout(compiled, rested, sent, pushed)[:, -1, segments.start.shape[-1] :]
+    predicted = rollout(compiled, torch.cat([segments.start, memory], dim=-1), *along(segments.ahead()))
+    torch.testing.assert_close(fitted[:, 1:], predicted[..., : fitted.shape[-1]], rtol=1e-9, atol=1e-9)
 
 
 def test_rounding_leaves_a_curvature_with_a_factor() -> None:

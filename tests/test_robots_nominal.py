@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import functools
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 import torch
+from motor_flights import THRUST, motor_flights
 
 from sym2real import rotation
+from sym2real.diagnosis import compare
 from sym2real.effects import effect
 from sym2real.errors import ModelError
 from sym2real.layout import Layout, Layouts
 from sym2real.plants import MujocoPlant, random_push
 from sym2real.robots import CRAZYFLIE, MUSHR, PER_KILOGRAM, ROBOTS, Robot
+from sym2real.robots.crazyflie import ARM, MASS, TORQUE_PER_THRUST
 from sym2real.robots.motors import Motors
 from sym2real.robots.nominal_car import car
 from sym2real.robots.nominal_quadrotor import quadrotor
@@ -326,6 +330,19 @@ def test_the_thrust_of_a_log_is_found_from_its_first_seconds() -> None:
         fit_thrust_per_unit(still)
     with pytest.raises(ModelError, match="ten rows"):
         fit_thrust_per_unit(log, seconds=0.1)
+
+
+def test_speeds_of_a_flight_give_the_thrust_per_squared_speed() -> None:
+    """MuJoCo's forces at four sites, logged as the speeds of rotors that push with k ω²."""
+    per_squared_speed = 2.2e-8  # N s²/rad²: about the Crazyflie's
+    (log,) = motor_flights(names=["circle"], seconds=4.0)
+    speeds = np.sqrt(THRUST * log.action / per_squared_speed)
+    turning = replace(log, action=speeds)
+    found = fit_thrust_per_unit(turning, unit="rad/s") * MASS
+    assert found == pytest.approx(per_squared_speed, rel=0.02)
+    motors = Motors(found, "rad/s", torque_per_thrust=TORQUE_PER_THRUST, arm=ARM)
+    model = quadrotor(MASS, INERTIA, interface="motors", motors=motors, dt=log.dt)
+    assert compare(model, turning, horizons=(0.2,)).at(0.2).errors["velocity"].skill > 0.5
 
 
 def test_a_guess_is_written_down_and_a_given_number_is_not() -> None:

@@ -95,8 +95,10 @@ class NominalQuadrotor:
             return None
         thrust = self.motor_thrust
         if self.fit_thrust is not None:
-            thrust = thrust_of_log(self.fit_thrust, self.spec, self.dt) * (1.0 if self.mass is None else self.mass)
-            console.print(f"thrust per unit of command, fitted on the first two seconds: {thrust:.4g} N")
+            per_mass = thrust_of_log(self.fit_thrust, self.spec, self.dt, self.motor_unit)
+            thrust = per_mass * (1.0 if self.mass is None else self.mass)
+            what, unit = ("squared speed", "N s²/rad²") if self.motor_unit == "rad/s" else ("unit of command", "N")
+            console.print(f"thrust per {what}, fitted on the first two seconds: {thrust:.4g} {unit}", markup=False)
         if thrust is None:
             if chosen:
                 raise ModelError("--torque-per-thrust, --arm and --spin need --motor-thrust or --fit-thrust")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import isnan
 from typing import Any
 
 from sym2real.diagnosis.data_report import DataReport, data_report
@@ -129,6 +130,10 @@ def _notes(data: Dataset, left_out: Sequence[float], errors: Sequence[HorizonErr
     notes = [
         f"{'all logs' if len(names) == len(data) > 1 else ', '.join(names)}: {note}" for note, names in said.items()
     ]
+    lost = {name: one.horizon for one in errors[::-1] for name, error in one.errors.items() if isnan(error.value)}
+    if lost:
+        found = ", ".join(f"{name} {horizon:g} s ahead" for name, horizon in lost.items())
+        notes.append(f"the model predicts no number of {found}: check the units of its commands and its parameters")
     if left_out:
         notes.append(f"no log is long enough for horizons {left_out} s")
     few = [f"{one.windows} {one.horizon:g} s ahead" for one in errors if one.too_few]

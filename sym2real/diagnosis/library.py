@@ -18,8 +18,6 @@ from sym2real.effects.thrust import ACTING
 from sym2real.layout import WRENCH, Layout
 from sym2real.symbolic import Equations, compile_function, compile_model, symbol
 
-# Effects that bring hidden states, which do not matter where these are at their null value.
-HIDING = ("motor_lag",)
 # A phase that is a column has no frequency beside it.
 SWINGING: dict[str, dict[str, Expr | float]] = {"periodic_force": {"omega": 0.0, "phase": symbol(ANGLE)}}
 # Parameters that are a choice among few.
@@ -152,7 +150,8 @@ class Library:
         """Slots without whose effects hidden states do not matter; None where the base has hidden states itself."""
         if any(field.hidden for field in self.base.layouts.state.fields):
             return None
-        return tuple(i for i, slot in enumerate(self.slots) if slot.effect in HIDING)
+        hiding = {name for name, one in self.effects.items() if one.of.hidden}
+        return tuple(i for i, slot in enumerate(self.slots) if slot.effect in hiding)
 
     def busy(self, sets: Tensor, slots: Sequence[int] | None) -> Tensor:
         """Which parameter sets ``# (B, P)`` have any of the slots away from null; all for None."""

@@ -20,6 +20,7 @@ from sym2real.diagnosis.sanity import Checked, check
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.simulator import SWITCHED_OFF, flown_along, with_effects_of
 from sym2real.diagnosis.swing import Swing, find_swing
+from sym2real.diagnosis.unpredicted import unpredicted_said
 from sym2real.diagnosis.whitening import Spread, Whitening, estimate
 from sym2real.plants import MujocoPlant
 from sym2real.robots import PER_KILOGRAM
@@ -98,6 +99,7 @@ def weigh(
     base = model if flown is None else refined(library, flown, checked.data)
     searched = library if base is model else library_for(base, checked.data, exclude, include)
     tried, problem = candidates(searched, checked.data), Problem(searched, checked.data)
+    notes += unpredicted_said(problem)
     on_progress("weighing errors")
     spread, whitening, values = whiten(problem, tried)
     swing = None

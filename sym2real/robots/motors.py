@@ -19,6 +19,7 @@ from sympy import Expr
 
 from sym2real.errors import ModelError
 
+MotorUnit = Literal["command", "rad/s"]
 # Sign of x and y of each rotor, in units of arm/√2.
 FRONT = (1, -1, -1, 1)
 LEFT = (-1, -1, 1, 1)
@@ -39,7 +40,7 @@ class Motors:
     """
 
     thrust: float
-    unit: Literal["command", "rad/s"] = "command"
+    unit: MotorUnit = "command"
     quadratic: float = 0.0
     torque_per_thrust: float = 0.00596  # m: Crazyflie firmware, thrustToTorque
     arm: float = 0.046  # m: Crazyflie 2.1

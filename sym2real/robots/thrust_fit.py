@@ -7,17 +7,20 @@ import torch
 
 from sym2real.errors import ModelError
 from sym2real.layout import MOTORS
+from sym2real.robots.motors import MotorUnit
 from sym2real.robots.robot import GRAVITY
 from sym2real.rotation import rotate
 from sym2real.trajectory import Array, Trajectory
 
 
-def fit_thrust_per_unit(trajectory: Trajectory, seconds: float = 2.0) -> float:
+def fit_thrust_per_unit(trajectory: Trajectory, seconds: float = 2.0, unit: MotorUnit = "command") -> float:
     """Acceleration along body z per unit of command, m/s² per unit; times the mass it is N per unit.
 
+    Of motors in rad/s it is that per squared speed, m/rad² (k_f ω² is their thrust).
+
     Least squares over the first ``seconds`` of v(t) = v₀ + k ∫ u R e₃ dt - g t e₃ for k and v₀, which needs no
-    difference of noisy velocities. The unit u is what the log holds: ``thrust``, or the sum of ``motor1`` … ``motor4``
-    (for speeds in rad/s square them first).
+    difference of noisy velocities. The unit u is what the log holds: ``thrust``, or the sum of ``motor1`` … ``motor4``,
+    of speeds the sum of their squares.
 
     Raises:
         ModelError: when the log is shorter than ten rows of that time or nothing pushes.
@@ -28,7 +31,7 @@ def fit_thrust_per_unit(trajectory: Trajectory, seconds: float = 2.0) -> float:
     if len(first) < 10:
         raise ModelError(f"thrust per unit needs ten rows in the first {seconds:g} s, found {len(first)}")
     time = first.time - first.time[0]
-    push = _command(first)[:, None] * _body_z(first)  # (rows, 3)
+    push = _command(first, unit)[:, None] * _body_z(first)  # (rows, 3)
     impulse = np.concatenate([np.zeros((1, 3)), np.cumsum(push[:-1] * np.diff(time)[:, None], axis=0)])
     velocity = np.stack([first.column(name) for name in ("vx", "vy", "vz")], axis=1)
     velocity[:, 2] += GRAVITY * time
@@ -39,9 +42,10 @@ def fit_thrust_per_unit(trajectory: Trajectory, seconds: float = 2.0) -> float:
     return float((impulse * velocity).sum() / (impulse**2).sum())
 
 
-def _command(trajectory: Trajectory) -> Array:
+def _command(trajectory: Trajectory, unit: MotorUnit) -> Array:
     if MOTORS[0] in trajectory.layouts.action:
-        total: Array = np.sum([trajectory.column(name) for name in MOTORS], axis=0)
+        power = 2 if unit == "rad/s" else 1
+        total: Array = np.sum([trajectory.column(name) ** power for name in MOTORS], axis=0)
         return total
     return trajectory.column("thrust")
 

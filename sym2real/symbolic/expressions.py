@@ -7,7 +7,6 @@ factoring. :func:`product` keeps such products as they are; :func:`exchange` and
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from functools import lru_cache
 
 import sympy
 from sympy import Expr, Symbol
@@ -16,7 +15,7 @@ from sympy.printing.str import StrPrinter
 from sym2real.errors import ModelError
 from sym2real.layout import is_name
 from sym2real.registry import Registry
-from sym2real.symbolic.shared_parts import Exchange, distinct
+from sym2real.symbolic.shared_parts import Exchange, distinct, remembered
 
 FUNCTIONS: Registry[type] = Registry(
     "function",
@@ -41,8 +40,6 @@ FUNCTIONS: Registry[type] = Registry(
 )
 CONSTANTS: Mapping[str, Expr] = {"pi": sympy.pi, "E": sympy.E}
 NOT_FINITE_OR_REAL = frozenset({sympy.I, sympy.nan, sympy.oo, -sympy.oo, sympy.zoo})
-# Expressions that are known to be canonical: a chain of substitutions checks the same ones again and again.
-CHECKED = 4096
 
 
 def require_names(names: Sequence[str]) -> None:
@@ -106,13 +103,13 @@ def canonical(expression: Expr | float | int) -> Expr:
     return _canonical(expression)
 
 
-@lru_cache(maxsize=CHECKED)
+@remembered
 def names_in(expression: Expr) -> frozenset[str]:
     """Names of the symbols of an expression."""
     return frozenset(part.name for part in distinct(expression) if part.is_Symbol)
 
 
-@lru_cache(maxsize=CHECKED)
+@remembered
 def _canonical(expression: Expr) -> Expr:
     changes: dict[Expr, Expr] = {}
     for part in distinct(expression):

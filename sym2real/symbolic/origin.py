@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 from uuid import uuid4
@@ -37,16 +37,40 @@ def origin_of_equations(equations: Equations) -> str:
 
 
 def _all(expressions: Mapping[str, Expr]) -> str:
-    return "\n".join(f"{name} = {origin_of_expression(expression)}" for name, expression in expressions.items())
+    lines = _Lines()
+    roots = [f"{name} = {lines.number(expression)}" for name, expression in expressions.items()]
+    return "\n".join([*lines, *roots])
 
 
 def origin_of_expression(expression: Basic) -> str:
-    """The tree of an expression; numbers to the last bit, symbols by name."""
-    if expression.args:
-        return f"{type(expression).__name__}({','.join(map(origin_of_expression, expression.args))})"
-    if expression.is_Symbol:
-        return str(expression.name)
-    return repr(float(expression)) if expression.is_Float else sympy.srepr(expression)
+    """The graph of an expression, a line for every part; numbers to the last bit, symbols by name."""
+    lines = _Lines()
+    lines.number(expression)
+    return "\n".join(lines)
+
+
+class _Lines:
+    """Parts of expressions, each with the numbers of its arguments; equal ones are one line."""
+
+    def __init__(self) -> None:
+        self._numbers = dict[str, int]()
+        self._seen = dict[int, int]()  # by object
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._numbers)
+
+    def number(self, part: Basic) -> int:
+        """Of a part's line, which is added where there is none."""
+        if id(part) not in self._seen:
+            self._seen[id(part)] = self._numbers.setdefault(self._line(part), len(self._numbers))
+        return self._seen[id(part)]
+
+    def _line(self, part: Basic) -> str:
+        if part.args:
+            return f"{type(part).__name__}({','.join(str(self.number(argument)) for argument in part.args)})"
+        if part.is_Symbol:
+            return str(part.name)
+        return repr(float(part)) if part.is_Float else sympy.srepr(part)
 
 
 def generators() -> str:

@@ -22,7 +22,7 @@ class Compare:
     model: tyro.conf.Positional[str]
     """A model folder, or a robot's name (its base is learned once and cached)."""
     logs: tyro.conf.Positional[tuple[Path, ...]]
-    """Logs, CSV or Parquet."""
+    """Logs: CSV, Parquet, bags, MCAP, ULog."""
     spec: str | None = None
     """How the logs' columns are named: a shipped specification's name or a TOML file."""
     start: Literal["smoothed", "measured"] = "smoothed"

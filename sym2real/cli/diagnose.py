@@ -31,7 +31,7 @@ class Diagnose:
     model: tyro.conf.Positional[str]
     """A model folder, or a robot's name (its base is learned once and cached)."""
     logs: tyro.conf.Positional[tuple[Path, ...]]
-    """Logs, CSV or Parquet; several of different manoeuvres tell more than one."""
+    """Logs (CSV, Parquet, bags, MCAP, ULog); several of different manoeuvres tell more than one."""
     held_out: tuple[Path, ...] = ()
     """Logs that score the result; by default each log is scored by the fit without it."""
     spec: str | None = None

@@ -22,7 +22,7 @@ class Inspect:
     OUT_IS_FILE: ClassVar[bool] = True
 
     logs: tyro.conf.Positional[tuple[Path, ...]]
-    """Logs of one kind, CSV or Parquet."""
+    """Logs of one kind: CSV, Parquet, bags, MCAP, ULog."""
     out: Path | None = None
     """Write the proposed specification (TOML) here; printed otherwise."""
     json: Path | None = None

@@ -32,7 +32,7 @@ class Learn:
     out: Path
     """Folder of the model."""
     data: tuple[Path, ...] = ()
-    """Recorded logs (CSV or Parquet) to fit instead of a simulator."""
+    """Recorded logs (CSV, Parquet, bags, MCAP, ULog) to fit instead of a simulator."""
     spec: str | None = None
     """How the logs' columns are named: a shipped specification's name or a TOML file."""
     engine: str = "beam"

@@ -92,10 +92,16 @@ def logs_for(
     return long_enough(Dataset(logs))
 
 
+def _digest(log: Path) -> bytes:
+    """Of a log's content; a ROS 2 bag is a folder."""
+    files = sorted(log.iterdir()) if log.is_dir() else [log]
+    return sha256(b"".join(file.read_bytes() for file in files if file.is_file())).digest()
+
+
 def _require_different(files: Sequence[Path]) -> None:
     """A log that counts twice makes a diagnosis surer than it may be, and one that scores its own fit says nothing."""
     seen: dict[bytes, Path] = {}
     for file in files:
-        other = seen.setdefault(sha256(file.read_bytes()).digest(), file)
+        other = seen.setdefault(_digest(file), file)
         if other is not file:
             raise DataError(file, "every log once, and held-out logs that took no part in a fit", f"{other} again")

@@ -1,4 +1,4 @@
-"""Measured logs: read and written as CSV and Parquet, mapped by a log specification, looked into by inspection."""
+"""Measured logs: CSV and Parquet, recordings of others, mapped by a log specification, looked into by inspection."""
 
 from sym2real.logs.draft import Finding
 from sym2real.logs.inspection import Inspection, inspect_logs

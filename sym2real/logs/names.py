@@ -176,7 +176,7 @@ def _quaternion(name: _Words) -> Found:
 
 
 def _velocity(name: _Words) -> Found:
-    if not name.has(VELOCITY) or name.angle:
+    if not name.has(VELOCITY) or name.angle or name.has(STEER):
         return None
     return ("velocity", name.counted) if name.counted else ("speed", "") if not name.axis else None
 

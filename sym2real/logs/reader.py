@@ -14,10 +14,11 @@ from sym2real.errors import DataError, reason
 from sym2real.layout import Layouts
 from sym2real.logs.dropouts import CUT, without_dropouts
 from sym2real.logs.grouping import default_layouts, layouts_from_json, trajectory, visible
+from sym2real.logs.recordings import is_bag_folder
 from sym2real.logs.resample import COMMANDS, GAP_INTERVALS, gaps, is_regular, resample
 from sym2real.logs.specification import LogSpec, load_spec
 from sym2real.logs.standard import Standard, add_derived, own_specification, stamps, standardise, tidy
-from sym2real.logs.table import READERS, Table, read_table
+from sym2real.logs.table import READERS, Table, file_type, read_table
 from sym2real.trajectory import Array, Dataset, Trajectory
 
 SHORTEST = 2  # rows; a single row between two gaps holds no transition
@@ -33,7 +34,7 @@ def read_log(
     """One log as one trajectory.
 
     Args:
-        path: CSV or Parquet file.
+        path: CSV or Parquet file, or a recording (:mod:`sym2real.logs.recordings`).
         spec: what its columns mean: a specification, the name of a shipped one or a TOML file; None for a file
             with standard column names, which is taken as it stands.
         layouts: which columns the model has in which group; None for the groups of the vocabulary (a Parquet file
@@ -65,7 +66,7 @@ def read_logs(
     layouts: Layouts | None = None,
     dt: float | None = None,
 ) -> Dataset:
-    """Several logs; a folder stands for the CSV and Parquet files in it.
+    """Several logs; a folder stands for the logs in it, but a ROS 2 bag's for one log.
 
     Arguments and errors are those of :func:`read_log`, but a log with gaps is split at them into trajectories named
     ``file#1``, ``file#2`` …; pieces of a single row are left out.
@@ -93,10 +94,13 @@ def expand(paths: str | Path | Iterable[str | Path]) -> list[Path]:
     given = [Path(paths)] if isinstance(paths, str | Path) else [Path(path) for path in paths]
     files: list[Path] = []
     for path in given:
-        inside = sorted(file for file in path.iterdir() if file.suffix.lower() in READERS) if path.is_dir() else [path]
-        if not inside:
-            raise DataError(path, f"files that end in {', '.join(READERS)}", "none")
-        files += inside
+        if path.is_dir() and not is_bag_folder(path):
+            inside = sorted(file for file in path.iterdir() if file_type(file) in READERS)
+            if not inside:
+                raise DataError(path, f"files that end in {', '.join(READERS)}", "none")
+            files += inside
+        else:
+            files.append(path)
     if not files:
         raise DataError("logs", "one file or more", "none")
     return files
@@ -123,7 +127,7 @@ class _Opened:
     def open(cls, path: str | Path, spec: LogSpec | str | Path | None, dt: float | None) -> _Opened:
         """Read and name a file's columns; arguments and errors as of :func:`read_log`."""
         given = load_spec(spec) if isinstance(spec, str | Path) else spec
-        whole = read_table(path)
+        whole = read_table(path, given.sources if given else None)
         used = given or own_specification(whole)
         rows = len(whole) - used.drop_first - used.drop_last
         if rows < 1:

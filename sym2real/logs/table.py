@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 
 from sym2real.errors import DataError, UnknownNameError
 from sym2real.logs import csv_file, parquet_file
+from sym2real.logs.recordings import RECORDINGS, Recording, is_bag_folder, is_card_log
 from sym2real.registry import Registry
 from sym2real.trajectory import Array
 
 NO_NUMBER = frozenset({"", "nan", "na", "null", "none"})
-READERS = Registry("log file type", {".csv": csv_file.read, ".parquet": parquet_file.read, ".pq": parquet_file.read})
+TABLES = Registry("log file type", {".csv": csv_file.read, ".parquet": parquet_file.read, ".pq": parquet_file.read})
+READERS = (*TABLES, *RECORDINGS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,19 +99,28 @@ class Table:
         return DataError(self.path, expected, found, self.line(position), column)
 
 
-def read_table(path: str | Path) -> Table:
-    """Read a CSV or Parquet file.
+def read_table(path: str | Path, wanted: Collection[str] | None = None) -> Table:
+    """Read a CSV or Parquet file, or a recording.
+
+    Args:
+        path: of the file; of a ROS 2 bag its folder.
+        wanted: columns that a specification names, which decide which topics of a recording are taken; None for those
+            whose names are known.
 
     Raises:
         DataError: naming the file and, where it applies, row, column, what was expected and what was found.
+        MissingDependencyError: for a recording, without the extra ``recordings``.
     """
     file = Path(path)
-    if file.suffix.lower() not in READERS:
+    kind = file_type(file)
+    if kind not in READERS:
         raise DataError(file, f"a file that ends in {', '.join(READERS)}", repr(file.suffix))
-    if not file.is_file():
+    if not file.is_file() and not is_bag_folder(file):
         raise DataError(file, "a file", "a folder" if file.is_dir() else "nothing of that name")
     try:
-        names, cells, first_row, metadata = READERS[file.suffix.lower()](file)
+        if kind in RECORDINGS:
+            return _of_recording(file, RECORDINGS[kind](file), wanted)
+        names, cells, first_row, metadata = TABLES[kind](file)
     except OSError as error:
         raise DataError(file, "a readable file", error.strerror or type(error).__name__) from None
     _check_names(file, names, cells)
@@ -119,6 +130,19 @@ def read_table(path: str | Path) -> Table:
     columns = {name: numbers(table, name, values) for name, values in zip(names, cells, strict=True)}
     texts = tuple(name for name, values in columns.items() if values is None)
     return replace(table, columns={k: v for k, v in columns.items() if v is not None}, texts=texts)
+
+
+def file_type(file: Path) -> str:
+    """The ending that says how a file is read; a bag's folder and a card's ``log00`` have none of their own."""
+    if is_bag_folder(file):
+        return ".db3"
+    return ".usd" if is_card_log(file) else file.suffix.lower()
+
+
+def _of_recording(file: Path, recording: Recording, wanted: Collection[str] | None) -> Table:
+    if not recording.topics:
+        raise DataError(file, "a topic with numbers", "none")
+    return Table(file, recording.together(wanted), first_row=1)
 
 
 def numbers(table: Table, name: str, cells: Array | Sequence[str]) -> Array | None:

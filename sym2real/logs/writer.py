@@ -9,7 +9,7 @@ from sym2real.errors import DataError, ShapeError
 from sym2real.files import whole
 from sym2real.logs import csv_file, parquet_file
 from sym2real.logs.grouping import GROUPS, layouts_to_json
-from sym2real.logs.table import READERS
+from sym2real.logs.table import TABLES
 from sym2real.trajectory import Array, Trajectory
 
 TIME = "time"
@@ -27,8 +27,8 @@ def write_log(trajectory: Trajectory, path: str | Path) -> None:
         ShapeError: when two columns have one name.
     """
     target = Path(path)
-    if target.suffix.lower() not in READERS:
-        raise DataError(target, f"a file name that ends in {', '.join(READERS)}", repr(target.suffix))
+    if target.suffix.lower() not in TABLES:
+        raise DataError(target, f"a file name that ends in {', '.join(TABLES)}", repr(target.suffix))
     columns = _columns(trajectory)
     if not target.parent.is_dir():
         raise DataError(target, "a file that can be written", f"no folder {target.parent}")

@@ -1,0 +1,150 @@
+"""A recording of several sources, each at stamps of its own, and the table that they make together.
+
+Rows are the stamps of the fastest measured topic that is asked for. What another topic *measured* is interpolated on
+the line between the messages on both sides; what it *commanded* is held from its message on, as the robot holds it.
+Where a topic is silent for longer than :data:`SILENCE` of its periods, its measurements are NaN: nothing is made up.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from sym2real.logs.assignment import assign
+from sym2real.logs.names import read_name
+from sym2real.trajectory import Array
+
+TIME = "t"  # name of the column of stamps, s since the first message
+# Up to so many periods between messages are a short hole, as between rows of a file (docs/specification.md).
+SILENCE = 3.5
+ANGLES = frozenset({"roll", "pitch", "yaw"})
+ROUNDING = 0.1  # rad; headings are logged up to a full turn, and a little more after rounding
+
+
+@dataclass(frozen=True, eq=False)
+class Topic:
+    """What one source sent.
+
+    Args:
+        name: of the source.
+        stamps: s, of one clock for all topics ``# (messages,)``.
+        columns: by their names in the table, ``topic.field``, each ``# (messages,)``.
+    """
+
+    name: str
+    stamps: Array
+    columns: Mapping[str, Array]
+
+    def in_order(self) -> Topic:
+        """The messages by their stamps; of several with one stamp the last."""
+        order = np.argsort(self.stamps, kind="stable")
+        stamps = self.stamps[order]
+        last = np.append(np.diff(stamps) > 0, True)
+        columns = {name: values[order][last] for name, values in self.columns.items()}
+        return Topic(self.name, stamps[last], columns)
+
+    @property
+    def measured(self) -> bool:
+        """Whether a column is no command."""
+        return not all(is_command(name) for name in self.columns)
+
+    @property
+    def rate(self) -> float:
+        """Messages per second."""
+        lasts = self.stamps[-1] - self.stamps[0]
+        return float((len(self.stamps) - 1) / lasts) if lasts > 0 else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Topics of one file.
+
+    Args:
+        topics: each with a message at least.
+    """
+
+    topics: tuple[Topic, ...]
+
+    @property
+    def columns(self) -> list[str]:
+        """Names of all columns."""
+        return [name for topic in self.topics for name in topic.columns]
+
+    def together(self, wanted: Collection[str] | None = None) -> dict[str, Array]:
+        """Columns ``# (rows,)`` of the topics that hold one of the wanted columns, and :data:`TIME`.
+
+        Args:
+            wanted: names of columns; None for those whose names say that they belong to a robot's log. Where no topic
+                holds one, all topics are taken.
+        """
+        asked = set(_recognised(self.columns) if wanted is None else wanted)
+        used = [topic.in_order() for topic in self.topics if asked & topic.columns.keys()]
+        used = used or [topic.in_order() for topic in self.topics]
+        rows = max(used, key=lambda topic: (topic.measured, topic.rate))
+        start = min(topic.stamps[0] for topic in used)
+        table = {TIME: rows.stamps - start, **rows.columns}
+        for topic in used:
+            if topic is not rows:
+                table |= _at(topic, rows.stamps)
+        return table
+
+
+def is_command(column: str) -> bool:
+    """Whether a column's name says that it was sent or wanted, not measured."""
+    named = read_name(column)
+    return named is not None and named.role != "state"
+
+
+def _recognised(columns: list[str]) -> list[str]:
+    sorted_out = assign(columns)
+    parts = [*sorted_out.quaternions.values(), *sorted_out.angles.values(), sorted_out.columns]
+    return [column for part in parts for column in part.values()]
+
+
+def _at(topic: Topic, stamps: Array) -> dict[str, Array]:
+    """A topic's columns at other stamps ``# (rows,)``."""
+    before = np.searchsorted(topic.stamps, stamps, side="right") - 1
+    begun = before >= 0
+    held = {
+        name: np.where(begun, values[np.maximum(before, 0)], np.nan)
+        for name, values in topic.columns.items()
+        if is_command(name)
+    }
+    heard = _heard(topic.stamps, stamps)
+    measured = _without_jumps({name: values for name, values in topic.columns.items() if name not in held})
+    return held | {
+        name: np.where(heard, np.interp(stamps, topic.stamps, values), np.nan) for name, values in measured.items()
+    }
+
+
+def _heard(own: Array, stamps: Array) -> Array:
+    """Whether each stamp ``# (rows,)`` lies on a message, or between two that are close enough."""
+    after = np.searchsorted(own, stamps, side="left").clip(0, len(own) - 1)
+    before = (np.searchsorted(own, stamps, side="right") - 1).clip(0, len(own) - 1)
+    inside = (own[0] <= stamps) & (stamps <= own[-1])
+    period = float(np.median(np.diff(own))) if len(own) > 1 else 0.0
+    close: Array = inside & (own[after] - own[before] <= SILENCE * period)
+    return close
+
+
+def _without_jumps(columns: Mapping[str, Array]) -> dict[str, Array]:
+    """Angles without full turns and quaternions without changes of sign, so that lines between rows mean something."""
+    result = dict(columns)
+    quaternions: dict[str, list[str]] = {}
+    for name, values in columns.items():
+        named = read_name(name)
+        if named is not None and named.quantity in ANGLES:
+            turn = 2 * np.pi if np.nanmax(np.abs(values), initial=0.0) <= 2 * np.pi + ROUNDING else 360.0
+            result[name] = np.unwrap(values, period=turn)
+        elif named is not None and named.quantity == "quaternion":
+            quaternions.setdefault(re.sub(r"[^.\[_]*$", "", name.rstrip("]")), []).append(name)
+    for parts in quaternions.values():
+        if len(parts) == 4:
+            whole = np.stack([columns[name] for name in parts], axis=1)
+            turns = np.sum(whole[1:] * whole[:-1], axis=1) < 0
+            signs = np.concatenate([[1.0], np.where(np.cumsum(turns) % 2, -1.0, 1.0)])
+            result |= {name: signs * columns[name] for name in parts}
+    return result

@@ -28,7 +28,7 @@ def read(path: Path) -> Recording:
     encodings: set[str] = set()
     try:
         with path.open("rb") as file:
-            for _, channel, message in make_reader(file).iter_messages():
+            for _, channel, message in make_reader(file).iter_messages(log_time_order=False):
                 encodings.add(channel.message_encoding)
                 if channel.message_encoding == "json":
                     stamps[channel.topic].append(message.publish_time or message.log_time)

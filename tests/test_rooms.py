@@ -5,9 +5,9 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
+from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
-
-import pytest
 
 PACKAGE = Path(__file__).resolve().parent.parent / "sym2real"
 HARDWARE = PACKAGE.parent / "hardware"
@@ -50,47 +50,51 @@ def room_of(path: Path) -> str:
     return first.removesuffix(".py")
 
 
-def imported_modules(path: Path) -> set[str]:
+@cache
+def imported_modules(path: Path) -> frozenset[str]:
     modules: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
             modules.update(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
             modules.update(f"{node.module}.{alias.name}" for alias in node.names)
-    return modules
+    return frozenset(modules)
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(PACKAGE)))
-def test_imports_point_down(path: Path) -> None:
-    here = room_of(path)
-    if here == "__init__":
-        return
-    for module in imported_modules(path):
-        parts = module.split(".")
-        if parts[0] != "sym2real" or len(parts) < 2 or parts[1] not in FLOORS:
-            continue
-        there = parts[1]
-        allowed = there == here or FLOORS[there] < FLOORS[here] or (here, there) in SIBLINGS_ALLOWED
-        assert allowed or FLOORS[here] == FLOORS[there] == 0, f"{path.name}: {here} may not import {there}"
+def imports(files: list[Path]) -> Iterator[tuple[Path, str]]:
+    """Every module that each file imports."""
+    return ((path, module) for path in files for module in sorted(imported_modules(path)))
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(PACKAGE)))
-def test_heavy_libraries_have_one_owner(path: Path) -> None:
-    for module in imported_modules(path):
-        owners = OWNERS.get(module.split(".", maxsplit=1)[0])
-        assert owners is None or room_of(path) in owners, f"{path} may not import {module}"
+def may_import(here: str, there: str) -> bool:
+    return (
+        here in ("__init__", there)
+        or FLOORS[there] < FLOORS[here]
+        or (here, there) in SIBLINGS_ALLOWED
+        or FLOORS[here] == FLOORS[there] == 0
+    )
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(PACKAGE)))
-def test_hardware_imports_the_package_and_never_the_reverse(path: Path) -> None:
-    assert not {module for module in imported_modules(path) if module.split(".", maxsplit=1)[0] == "hardware"}
+def test_imports_point_down() -> None:
+    rooms = [(path, module.split(".")[1]) for path, module in imports(FILES) if module.startswith("sym2real.")]
+    wrong = [(str(path), room) for path, room in rooms if room in FLOORS and not may_import(room_of(path), room)]
+    assert wrong == []
 
 
-@pytest.mark.parametrize("path", HARDWARE_FILES, ids=lambda path: str(path.relative_to(HARDWARE)))
-def test_libraries_of_robots_have_one_owner(path: Path) -> None:
-    for module in imported_modules(path):
-        owner = HARDWARE_OWNERS.get(module.split(".", maxsplit=1)[0])
-        assert owner is None or HARDWARE / owner == path, f"{path} may not import {module}"
+def test_heavy_libraries_have_one_owner() -> None:
+    owned = [(path, module, OWNERS.get(module.split(".", maxsplit=1)[0])) for path, module in imports(FILES)]
+    assert [(str(path), module) for path, module, owners in owned if owners and room_of(path) not in owners] == []
+
+
+def test_hardware_imports_the_package_and_never_the_reverse() -> None:
+    assert [(path, module) for path, module in imports(FILES) if module.split(".", maxsplit=1)[0] == "hardware"] == []
+
+
+def test_libraries_of_robots_have_one_owner() -> None:
+    owned = [
+        (p, module, HARDWARE_OWNERS.get(module.split(".", maxsplit=1)[0])) for p, module in imports(HARDWARE_FILES)
+    ]
+    assert [(path, module) for path, module, owner in owned if owner and HARDWARE / owner != path] == []
 
 
 def test_hardware_is_packaged_and_loads_no_robot_library() -> None:

@@ -2,10 +2,11 @@
 
 A file appears under its name whole or not at all (compiled beside it, then renamed), so a killed compiler leaves
 nothing that could be mistaken for a library. Behind every library stands the checksum of its content, which the system
-ignores when it opens one: opening a file that was cut short afterwards would kill the process. A lock keeps two
+ignores when it opens one: opening a file that was cut short afterwards would kill the process. The folder and its
+files are the user's alone (:mod:`sym2real.native.private`): a library runs when it is opened. A lock keeps two
 processes from doing the same work; the operating system frees it when its holder dies. Whoever compiles removes what
-was asked for longest ago, beyond :data:`MOST` libraries. Where the cache cannot be written (read-only or full disk), a
-temporary folder of this process takes its place, which is said once.
+was asked for longest ago, beyond :data:`MOST` libraries. Where the cache cannot be written (read-only or full disk) or
+others may write to it, a temporary folder of this process takes its place, which is said once.
 """
 
 from __future__ import annotations
@@ -26,8 +27,9 @@ from pathlib import Path
 from filelock import FileLock
 from platformdirs import user_cache_path
 
-from sym2real.errors import CompilationError
+from sym2real.errors import CompilationError, reason
 from sym2real.native.compiler import Compiler, find_compiler
+from sym2real.native.private import is_own, private_folder
 
 LOGGER = logging.getLogger(__name__)
 WAIT = 180.0  # s, for another process that compiles the same text
@@ -76,16 +78,14 @@ def cache_folder() -> Path:
 def _own_folder() -> Path:
     folder = Path(tempfile.mkdtemp(prefix="sym2real-kernels-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    LOGGER.warning("the cache %s cannot be written; kernels are compiled anew in every process", cache_folder())
     return folder
 
 
 def _load(compiler: Compiler, write: Callable[[], str], name: str) -> ctypes.CDLL:
-    target = cache_folder() / name
     try:
+        target = private_folder(cache_folder()) / name
         opened = _opened(target)
         if opened is None:
-            target.parent.mkdir(parents=True, exist_ok=True)
             with FileLock(target.with_suffix(".lock"), timeout=WAIT):
                 opened = _opened(target)
                 if opened is None:
@@ -93,7 +93,10 @@ def _load(compiler: Compiler, write: Callable[[], str], name: str) -> ctypes.CDL
                     prune(target.parent)
                     opened = ctypes.CDLL(str(target))
         return opened
-    except OSError:  # also FileLock's time-out, or a file that somebody removed in between
+    except OSError as refused:  # also FileLock's time-out, or a file that somebody removed in between
+        if not _own_folder.cache_info().currsize:
+            said = "the cache %s cannot be used: %s; kernels are compiled anew in every process"
+            LOGGER.warning(said, cache_folder(), reason(refused))
         try:
             target = _own_folder() / name
             build(compiler, write(), target)
@@ -104,9 +107,9 @@ def _load(compiler: Compiler, write: Callable[[], str], name: str) -> ctypes.CDL
 
 def _opened(target: Path) -> ctypes.CDLL | None:
     """The library, asked for now; None where there is none, or what a crash of the machine left of one."""
-    if not target.exists() or not _whole(target):
+    if not target.exists() or not is_own(target) or not _whole(target):
         return None
-    with suppress(OSError):  # a folder that is only read is kept by somebody else
+    with suppress(OSError):  # a file system that is only read
         os.utime(target)
     try:
         return ctypes.CDLL(str(target))
@@ -177,4 +180,5 @@ def build(compiler: Compiler, text: str, target: Path) -> None:
             raise
         content = made.read_bytes()
         made.write_bytes(content + _checksum(content))
+        made.chmod(0o600)
         made.replace(target)

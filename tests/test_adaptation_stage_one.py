@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from sym2real.adaptation import EpisodeReport, Progress, StageOne, episode_error, stage_one, tracking_error
-from sym2real.adaptation.episode_report import one_step_error, settled
+from sym2real.adaptation.episode_report import settled
+from sym2real.adaptation.predictions import one_step_error
 from sym2real.errors import DataError, ModelError
 from sym2real.experiments.learning import training_tasks
 from sym2real.plants import MujocoPlant

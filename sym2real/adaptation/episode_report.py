@@ -1,4 +1,4 @@
-"""What an episode of Stage I showed: how well it was flown and predicted, and whether that still gets better."""
+"""What an episode showed: how well it was flown, and, in Stage I, predicted, and whether that still gets better."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ import numpy as np
 import torch
 
 from sym2real.robots import Robot
-from sym2real.symbolic import Equations, compile_model
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.tasks import Task
+from sym2real.tasks.cost import running_cost
+from sym2real.trajectory import Array, Trajectory
 
 # Settled: the newest episode was predicted about as well as those fitted, and flown about as well as the best.
 SETTLED_PREDICTION = 2.0
@@ -20,7 +21,7 @@ FEWEST_EPISODES = 3
 
 @dataclass(frozen=True)
 class EpisodeReport:
-    """One episode of the loop.
+    """One episode of Stage I.
 
     Args:
         number: counted from 0.
@@ -67,19 +68,16 @@ def episode_error(trajectory: Trajectory, robot: Robot, steps: int) -> float:
     return float(total / (len(trajectory) + missing))
 
 
-def one_step_error(equations: Equations, trajectories: Sequence[Trajectory]) -> float:
-    """One-step prediction error relative to how far states move, root mean square over state columns."""
-    transitions = Dataset(trajectories).transitions()
-    model = compile_model(equations, dtype=torch.float64)
-    with torch.no_grad():
-        predicted = model(
-            torch.as_tensor(transitions.state),
-            torch.as_tensor(transitions.action),
-            torch.as_tensor(transitions.inputs),
-        ).numpy()
-    error = ((predicted - transitions.next_state) ** 2).mean(axis=0)
-    moved = ((transitions.next_state - transitions.state) ** 2).mean(axis=0)
-    return float(np.sqrt(np.mean(error[moved > 0] / moved[moved > 0])))
+def episode_cost(trajectory: Trajectory, task: Task, robot: Robot, steps: int) -> float:
+    """Mean running cost of the task over an episode of so many steps; a missing row is the workspace's radius away."""
+    cost, layouts = running_cost(task, trajectory.layouts), trajectory.layouts
+    state, action = torch.as_tensor(trajectory.state[1:]), torch.as_tensor(trajectory.action[:-1])
+    reference = task.reference(torch.as_tensor(robot.dt * np.arange(steps), dtype=torch.float64))
+    lost = reference[len(trajectory) :].clone()
+    lost[:, layouts.state.slice("position").start] += robot.workspace_radius
+    rest = torch.as_tensor(robot.rest).expand(len(lost), -1)
+    flown = cost(state, action, reference[1 : len(trajectory)])
+    return float(torch.cat([flown, cost(lost, rest, reference[len(trajectory) :])]).mean())
 
 
 def settled(reports: Sequence[EpisodeReport]) -> bool:

@@ -1,4 +1,4 @@
-"""What Stage I leaves behind as it goes, so that an interrupted run continues where it stopped."""
+"""What a loop leaves behind as it goes, so that an interrupted run continues where it stopped."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from sym2real.logs import read_log, write_log
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Trajectory
 
+SETTINGS = "settings.json"
+
 
 @dataclass(frozen=True)
 class Record:
@@ -29,26 +31,28 @@ class Record:
     layouts: Layouts
 
     def claim(self, settings: dict[str, Any]) -> None:
-        """Note what the folder's run is, or check that it is the same run.
+        """Note what the folder's run is, or check that it is the same run; errors as of :meth:`require_same`."""
+        self.require_same(settings)
+        if self.folder is not None and not (self.folder / SETTINGS).exists():
+            write_text(self.folder / SETTINGS, json.dumps(settings, indent=1))
+
+    def require_same(self, settings: dict[str, Any]) -> None:
+        """Refuse a folder that holds another run; nothing is written.
 
         Raises:
             ModelError: when the folder holds a run with other settings.
             DataError: when its settings cannot be read.
         """
-        if self.folder is None:
+        if self.folder is None or not (self.folder / SETTINGS).exists():
             return
-        path = self.folder / "settings.json"
-        if path.exists():
-            found = read_object(path, "the settings of a run")
-            differing = sorted(key for key in settings | found if settings.get(key) != found.get(key))
-            if differing:
-                changes = ", ".join(f"{key}: {found.get(key)} there, {settings.get(key)} now" for key in differing)
-                raise ModelError(
-                    f"{self.folder} holds a run with other settings ({changes}); "
-                    "choose another folder, or delete this one to start over"
-                )
-        else:
-            write_text(path, json.dumps(settings, indent=1))
+        found = read_object(self.folder / SETTINGS, "the settings of a run")
+        differing = sorted(key for key in settings | found if settings.get(key) != found.get(key))
+        if differing:
+            changes = ", ".join(f"{key}: {found.get(key)} there, {settings.get(key)} now" for key in differing)
+            raise ModelError(
+                f"{self.folder} holds a run with other settings ({changes}); "
+                "choose another folder, or delete this one to start over"
+            )
 
     def episode(self, name: str, fly: Callable[[], Trajectory]) -> Trajectory:
         """The episode kept under this name, or a new one that is kept before it is returned."""

@@ -9,13 +9,15 @@ The wrench inputs are learned at the end, from as many pushed episodes again (DE
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from sym2real.adaptation.episode_report import EpisodeReport, one_step_error, settled, tracking_error
+from sym2real.adaptation.episode_report import EpisodeReport, settled, tracking_error
+from sym2real.adaptation.predictions import one_step_error
+from sym2real.adaptation.progress import OnProgress, Progress, silent
 from sym2real.adaptation.record import Record
 from sym2real.control import MPPI, RandomCommands
 from sym2real.errors import ModelError
@@ -63,16 +65,6 @@ class StageOne:
 
 
 @dataclass(frozen=True)
-class Progress:
-    """What is going on: ``done`` of ``total`` steps of ``what``; an episode's report when it is complete."""
-
-    what: str
-    done: int
-    total: int
-    report: EpisodeReport | None = None
-
-
-@dataclass(frozen=True)
 class BaseModel:
     """What Stage I found, and from what.
 
@@ -89,10 +81,6 @@ class BaseModel:
     reports: tuple[EpisodeReport, ...]
 
 
-def _silent(_: Progress) -> None:
-    pass
-
-
 def learn_base(
     plant: MujocoPlant,
     tasks: Sequence[Task],
@@ -100,7 +88,7 @@ def learn_base(
     settings: StageOne | None = None,
     *,
     folder: Path | None = None,
-    on_progress: Callable[[Progress], None] = _silent,
+    on_progress: OnProgress = silent,
 ) -> Equations:
     """The equations of :func:`stage_one`, for those who want nothing else."""
     return stage_one(plant, tasks, engine, settings, folder=folder, on_progress=on_progress).equations
@@ -113,7 +101,7 @@ def stage_one(
     settings: StageOne | None = None,
     *,
     folder: Path | None = None,
-    on_progress: Callable[[Progress], None] = _silent,
+    on_progress: OnProgress = silent,
 ) -> BaseModel:
     """Learn a base model in a plain simulator.
 
@@ -147,7 +135,7 @@ class _Loop:
     engine: SymbolicRegressor[Equations]
     settings: StageOne
     record: Record
-    on_progress: Callable[[Progress], None]
+    on_progress: OnProgress
 
     def run(self) -> BaseModel:
         """Episodes and fits in turn, the pushed episodes, and the last fit; errors as of :func:`stage_one`."""

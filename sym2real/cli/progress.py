@@ -1,4 +1,4 @@
-"""Progress of Stage I as a bar that says what is going on, with a line for every finished episode."""
+"""Progress as a bar that says what is going on, with a line for every finished episode or round."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def stage_one_progress(console: Console) -> Iterator[Callable[[adaptation.Progre
 
         def show(progress: adaptation.Progress) -> None:
             if progress.report is not None:
-                console.print(episode_line(progress.report))
+                console.print(finished_line(progress.report), markup=False)
             else:
                 bar.update(task, description=progress.what, completed=progress.done, total=progress.total or None)
 
@@ -42,6 +42,23 @@ def stages_progress(console: Console) -> Iterator[Callable[[str], None]]:
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("starting", total=None)
         yield lambda what: bar.update(task, description=what)
+
+
+def finished_line(report: adaptation.EpisodeReport | adaptation.RoundReport) -> str:
+    """One finished episode or round in words."""
+    return round_line(report) if isinstance(report, adaptation.RoundReport) else episode_line(report)
+
+
+def round_line(report: adaptation.RoundReport) -> str:
+    """One finished round of adaptation in words."""
+    how = report.learned
+    learned = f"learned from {how.rows} rows in {how.seconds:.1f} s" if report.number else "the model as it was given"
+    refused = f"; what was learned is not used: {how.refused}" if how.refused else ""
+    effects = f", with {', '.join(how.effects)}" if how.effects else ""
+    flown = f"crashed after {report.rows} rows, " if report.crashed else ""
+    error = "" if report.error != report.error else f"mean position error {number(report.error)} m, "
+    ahead = f"prediction {report.horizon:g} s ahead {number(report.prediction)} m off"
+    return f"round {report.number} on {report.log}: {learned}{effects}{refused}; {flown}{error}{ahead}"
 
 
 def episode_line(report: adaptation.EpisodeReport) -> str:

@@ -1,0 +1,241 @@
+"""Stages II and III of the paper: an episode in the target with the present model → train → repeat.
+
+The model of round k was trained on the logs of the rounds before and flies log k, so that every log is held out to the
+model that flew it, and to all before. On it the newest model is held against the best one so far. The run ends when two
+rounds in a row have brought no improvement beyond its interval (:mod:`sym2real.adaptation.improvement`). Round 0 is the
+model that was given, zero-shot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, is_dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from sym2real.adaptation.improvement import Improvement, improvement
+from sym2real.adaptation.predictions import STRIDE, horizon_errors, one_step_error
+from sym2real.adaptation.progress import OnProgress, Progress, silent
+from sym2real.adaptation.round_report import Learned, RoundReport, best_of, settled
+from sym2real.adaptation.rounds import Rounds, rounds_in
+from sym2real.adaptation.target import Flights, Recordings, Target, reference_errors
+from sym2real.adaptation.training import Inform, Training, digest_of
+from sym2real.errors import ModelError
+from sym2real.neural.model_folder import Model
+from sym2real.protocols import Learner, Plant
+from sym2real.robots import Robot
+from sym2real.tasks import Task
+from sym2real.trajectory import Dataset
+
+HORIZON = 0.8  # s, over which predictions of a robot that MPPI has no settings for are scored
+
+
+@dataclass(frozen=True)
+class Adapting:
+    """How the loop runs.
+
+    Args:
+        rounds: at most so many trajectories are learned from; one more tests the last model.
+        steps: control steps an episode at most (paper: 400).
+        samples: MPPI samples; the robot's own number by default.
+        until_settled: stop before ``rounds`` when another trajectory brings no improvement.
+        seed: of starts, MPPI's noise and the plant.
+
+    Raises:
+        ModelError: without a round, or with an episode too short to learn from.
+    """
+
+    rounds: int = 10
+    steps: int = 400
+    samples: int | None = None
+    until_settled: bool = True
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.rounds < 1 or self.steps < 2:
+            raise ModelError(
+                f"adapting needs at least one round of two steps, found {self.rounds} rounds of {self.steps}"
+            )
+
+
+@dataclass(frozen=True)
+class Adaptation:
+    """What an adaptation has led to.
+
+    Args:
+        models: of every round; the first is the one that was given.
+        logs: of every round.
+        reports: of every round.
+    """
+
+    models: tuple[Model, ...]
+    logs: tuple[Dataset, ...]
+    reports: tuple[RoundReport, ...]
+
+    @property
+    def best(self) -> int:
+        """Number of the round whose model is the best."""
+        return best_of(self.reports)
+
+    @property
+    def model(self) -> Model:
+        """The best model."""
+        return self.models[self.best]
+
+    @property
+    def settled(self) -> bool:
+        """Whether further trajectories brought no improvement."""
+        return settled(self.reports)
+
+
+def adapt(
+    base: Model,
+    target: Plant | Sequence[Dataset],
+    task: Task | None,
+    learner: Learner[Any, Any],
+    settings: Adapting | None = None,
+    *,
+    robot: Robot | None = None,
+    inform: Inform | None = None,
+    folder: Path | None = None,
+    on_progress: OnProgress = silent,
+) -> Adaptation:
+    """Adapt a model to a target, one trajectory at a time.
+
+    Args:
+        base: equations, or any model; it is never changed.
+        target: a plant to fly in, or recordings, one a round, with which nothing flies: training uses the first k and
+            recording k + 1 is scored.
+        task: what is flown; None with recordings.
+        learner: trains what the base leaves.
+        settings: of the loop.
+        robot: gives limits and MPPI's sampling; the plant's own by default. Without one, nothing is known of limits.
+        inform: gives equations with what the logs establish in them; the learner then trains on those.
+        folder: keeps every round as it happens; a second call continues there.
+        on_progress: told of every control step and every finished round.
+
+    Raises:
+        ModelError: without a task to fly, with fewer than two recordings, or when the folder holds another run.
+        DataError: when what the folder holds cannot be read, or nothing can be written there.
+    """
+    settings = settings or Adapting()
+    robot = robot or getattr(target, "robot", None)
+    source = source_of(target, task, robot, settings, on_progress)
+    rounds = Rounds(folder, source.layouts)
+    rounds.claim(settings_of_run(base, source, learner, settings, inform))
+    training = Training(learner, inform, robot, settings.seed, on_progress)
+    return _Loop(base, source, robot, training, settings, rounds, on_progress).run()
+
+
+def rounds_to_continue(
+    base: Model,
+    target: Plant | Sequence[Dataset],
+    task: Task | None,
+    learner: Learner[Any, Any],
+    settings: Adapting,
+    *,
+    folder: Path,
+    inform: Inform | None = None,
+) -> tuple[RoundReport, ...]:
+    """The rounds that :func:`adapt` would find in a folder, and continue; nothing flies and nothing is written.
+
+    Arguments and errors are those of :func:`adapt`.
+    """
+    source = source_of(target, task, getattr(target, "robot", None), settings, silent)
+    Rounds(folder, source.layouts).require_same(settings_of_run(base, source, learner, settings, inform))
+    return rounds_in(folder)
+
+
+def settings_of_run(
+    base: Model, target: Target, learner: Learner[Any, Any], settings: Adapting, inform: Inform | None
+) -> dict[str, Any]:
+    """What tells a run from another; with more rounds than before it is continued."""
+    return {
+        "model": digest_of(base),
+        "learner": repr(learner) if is_dataclass(learner) else type(learner).__name__,
+        "informed": inform is not None,
+        "seed": settings.seed,
+        **target.about,
+    }
+
+
+def source_of(
+    target: Plant | Sequence[Dataset],
+    task: Task | None,
+    robot: Robot | None,
+    settings: Adapting,
+    on_progress: OnProgress,
+) -> Target:
+    """Where logs come from; arguments and errors as of :func:`adapt`."""
+    if isinstance(target, Sequence):
+        if len(target) < 2:
+            raise ModelError(f"expected at least two logs, one to learn from and one that scores, found {len(target)}")
+        return Recordings(tuple(target))
+    if task is None or robot is None:
+        raise ModelError("expected a robot and a task to fly in a plant")
+    return Flights(target, robot, task, settings.steps, settings.samples, settings.seed, on_progress)
+
+
+@dataclass(frozen=True)
+class _Loop:
+    base: Model
+    target: Target
+    robot: Robot | None
+    training: Training
+    settings: Adapting
+    rounds: Rounds
+    on_progress: OnProgress
+
+    def run(self) -> Adaptation:
+        """Rounds until nothing gets better; errors as of :func:`adapt`."""
+        models: list[Model] = []
+        learned: list[Learned] = []
+        logs: list[Dataset] = []
+        reports: list[RoundReport] = []
+        for number in range(int(min(self.settings.rounds + 1, self.target.logs))):
+            model, how = self.rounds.model(number, partial(self.training.learn, self.base, models, learned, logs))
+            models.append(model)
+            learned.append(how)
+            logs.append(self._log(number, model))
+            reports.append(self.rounds.report(number, partial(self._score, models, logs, reports, how)))
+            self.rounds.put_on_top(models[best_of(reports)], reports)
+            self.on_progress(Progress("rounds", number + 1, self.settings.rounds + 1, reports[-1]))
+            if self.settings.until_settled and settled(reports):
+                break
+        return Adaptation(tuple(models), tuple(logs), tuple(reports))
+
+    def _log(self, number: int, model: Model) -> Dataset:
+        if self.target.recorded:
+            return self.target.log(number, model)
+        return self.rounds.log(number, partial(self.target.log, number, model))
+
+    def _score(
+        self, models: Sequence[Model], logs: Sequence[Dataset], reports: Sequence[RoundReport], how: Learned
+    ) -> RoundReport:
+        number, model, log = len(reports), models[-1], logs[-1]
+        horizon = HORIZON if self.robot is None else self.robot.mppi.horizon
+        steps = round(horizon / log.dt)
+        errors, best = horizon_errors(model, log, steps), best_of(reports) if reports else 0
+        gain = tracking = Improvement()
+        if number and not how.refused:
+            gain = improvement(horizon_errors(models[best], log, steps), errors, round(horizon / STRIDE))
+        if number and not how.refused and not self.target.recorded and logs[best].rows == log.rows:
+            tracking = improvement(reference_errors(logs[best]), reference_errors(log), steps)
+        crashed, error, cost = self.target.judged(log)
+        return RoundReport(
+            number=number,
+            log=log[0].name,
+            rows=log.rows,
+            flown=not self.target.recorded,
+            crashed=crashed,
+            error=error,
+            cost=cost,
+            one_step=one_step_error(model, log),
+            horizon=horizon,
+            prediction=float(errors.mean()) if len(errors) else float("nan"),
+            best_before=best,
+            gain=gain,
+            tracking=tracking,
+            learned=how,
+        )

@@ -1,0 +1,88 @@
+"""Whether a model may be flown: what it predicts around recorded flights must be what the robot can do.
+
+Commands are drawn as MPPI draws them, about those that were recorded; the model is rolled out over MPPI's horizon from
+recorded states. Rollouts in which the base does no better do not count: they are the place's doing, not the model's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from sym2real.adaptation.predictions import Predictor, Windows
+from sym2real.control.noise import covariance_factor, sample, smoothing
+from sym2real.neural.model_folder import Model
+from sym2real.robots import Robot
+from sym2real.trajectory import Trajectory
+
+ROLLOUTS = 512
+TOLERATED = 0.05  # share of rollouts: at the edge of what was recorded any fit is off, and MPPI weighs many
+
+
+def beyond_limits(model: Model, base: Model, logs: Sequence[Trajectory], robot: Robot, seed: int) -> str:
+    """Why a model must not be flown; empty where nothing speaks against it.
+
+    Args:
+        model: to be flown.
+        base: that is known to be sound.
+        logs: recorded; those that are longer than MPPI's horizon give the starts.
+        robot: gives limits and MPPI's sampling.
+        seed: of the commands.
+    """
+    steps = round(robot.mppi.horizon / robot.dt)
+    starts = [(log, row) for log in logs for row in range(len(log) - steps)]
+    if not starts:
+        return ""
+    chosen = [starts[place] for place in np.linspace(0, len(starts) - 1, ROLLOUTS).astype(int)]
+    noise = _noise(robot, steps, seed)
+    predicted, start = _rolled_out(model, chosen, noise, robot)
+    finite = predicted.isfinite().flatten(1).all(dim=1)
+    if not bool(finite.all()):
+        return f"{int((~finite).sum())} of {ROLLOUTS} predictions are not finite"
+    sound = _excesses(*_rolled_out(base, chosen, noise, robot), robot)
+    for what, beyond in _excesses(predicted, start, robot).items():
+        share = float((beyond & ~sound[what]).double().mean())
+        if share > TOLERATED:
+            return f"{share:.0%} of its predictions have a {what}"
+    return ""
+
+
+def _noise(robot: Robot, steps: int, seed: int) -> Tensor:
+    """Of the commands, as MPPI draws it ``# (rollouts, steps, action)``."""
+    factor = covariance_factor(robot.mppi.noise, len(robot.layouts.action))
+    return sample(ROLLOUTS, smoothing(steps, robot.dt, robot.mppi), factor, torch.Generator().manual_seed(seed))
+
+
+def _rolled_out(
+    model: Model, starts: Sequence[tuple[Trajectory, int]], noise: Tensor, robot: Robot
+) -> tuple[Tensor, Tensor]:
+    """Predictions ``# (rollouts, steps, state)`` from rows of logs, and the states that they start from."""
+    predictor, steps, parts = Predictor(model), noise.shape[1], []
+    for log in dict.fromkeys(log for log, _ in starts):
+        rows = np.array([row for other, row in starts if other is log])
+        parts.append(predictor.windows(log, rows, steps))
+    low, high = torch.as_tensor(robot.low), torch.as_tensor(robot.high)
+    start = torch.cat([part.start for part in parts])
+    action = torch.clamp(torch.cat([part.action for part in parts]) + noise, low, high)
+    inputs, past = (torch.cat([getattr(part, name) for part in parts]) for name in ("inputs", "past"))
+    return predictor.predict(Windows(start, action, inputs, past)), start
+
+
+def _excesses(predicted: Tensor, start: Tensor, robot: Robot) -> dict[str, Tensor]:
+    """What is beyond the robot's limits in each rollout, by what it is ``# (rollouts,)``."""
+    layout, limits = robot.layouts.state, robot.state_limits
+    excesses = {
+        f"{name} above {limit:.3g} {layout.field(name).unit}": _largest(predicted[..., layout.slice(name)]) > limit
+        for name, limit in limits.items()
+    }
+    gone = _largest(predicted[..., layout.slice("position")] - start[:, None, layout.slice("position")])
+    reach = limits["velocity"] * robot.mppi.horizon
+    return excesses | {f"position more than {reach:.3g} m from the start": gone > reach}
+
+
+def _largest(values: Tensor) -> Tensor:
+    largest: Tensor = torch.linalg.vector_norm(values, dim=-1).amax(dim=-1)
+    return largest

@@ -1,0 +1,136 @@
+"""What a round of adaptation showed: how well its model flew and predicted a log that it was not trained on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from sym2real.adaptation.improvement import Improvement
+from sym2real.errors import DataError
+
+PATIENCE = 2  # rounds without an improvement: a single one may be bad luck of its trajectory
+
+
+@dataclass(frozen=True)
+class Learned:
+    """How the model of a round came about.
+
+    Args:
+        rows: that it was trained on.
+        seconds: of the training.
+        base: digest of the equations or networks below what was trained.
+        effects: that the equations have.
+        penalty: λ, the weight of the residual's size in the loss; NaN where there is none.
+        refused: why what was trained is not used and the model is that of the round before; empty where it is used.
+    """
+
+    rows: int = 0
+    seconds: float = 0.0
+    base: str = ""
+    effects: tuple[str, ...] = ()
+    penalty: float = math.nan
+    refused: str = ""
+
+
+@dataclass(frozen=True)
+class RoundReport:
+    """One round: its model was trained on the logs of all rounds before, so its own log is held out to it.
+
+    Args:
+        number: counted from 0, the model that was given.
+        log: name of the trajectory that was flown, or of the recorded one.
+        rows: of that log.
+        flown: whether it was flown by the model of this round.
+        crashed: whether it ended early.
+        error: mean position error in m over all steps of the episode, NaN without a reference.
+        cost: mean running cost of the task over them, NaN without a task.
+        one_step: one-step prediction error on this log, relative to how far states move.
+        horizon: in s.
+        prediction: mean error in m of the position predicted that far ahead on this log.
+        best_before: round whose model was the best before this one; on this log the two are compared.
+        gain: by how much the prediction is better than with that model.
+        tracking: by how much the position error is, row by row.
+        learned: how its model came about.
+    """
+
+    number: int
+    log: str
+    rows: int
+    flown: bool
+    crashed: bool
+    error: float
+    cost: float
+    one_step: float
+    horizon: float
+    prediction: float
+    best_before: int
+    gain: Improvement
+    tracking: Improvement
+    learned: Learned
+
+    @property
+    def progress(self) -> Improvement:
+        """What tells whether another trajectory has helped."""
+        return self.tracking if self.flown else self.gain
+
+    def to_dict(self) -> dict[str, Any]:
+        """As JSON holds it; numbers that JSON lacks become null."""
+        return {
+            name: plain(value if not isinstance(value, Improvement | Learned) else asdict(value))
+            for name, value in self.__dict__.items()
+        }
+
+    @classmethod
+    def from_dict(cls, found: Mapping[str, Any], file: str) -> RoundReport:
+        """Inverse of :meth:`to_dict`.
+
+        Raises:
+            DataError: naming the file, for anything else.
+        """
+        try:
+            given: dict[str, Any] = {name: math.nan if value is None else value for name, value in found.items()}
+            for name in ("gain", "tracking"):
+                given[name] = Improvement(**{end: value for end, value in found[name].items() if value is not None})
+            given["learned"] = learned_from(found["learned"])
+            return cls(**given)
+        except (KeyError, TypeError, AttributeError) as error:
+            raise DataError(file, "a round of an adaptation", str(error)) from error
+
+
+def learned_from(found: Mapping[str, Any]) -> Learned:
+    """How a model came about, as JSON holds it."""
+    penalty = math.nan if found["penalty"] is None else found["penalty"]
+    return replace(Learned(**found), effects=tuple(found["effects"]), penalty=penalty)
+
+
+def plain(value: Any) -> Any:
+    """A value, or an object's, with null for the numbers that JSON lacks."""
+    if isinstance(value, dict):
+        return {name: plain(part) for name, part in value.items()}
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def best_of(reports: Sequence[RoundReport]) -> int:
+    """Number of the round whose model is the best so far.
+
+    A model takes the place of the best one where it predicts a log that neither was trained on better, unless it flew
+    that log worse beyond the interval, or crashed where the best did not.
+    """
+    best = 0
+    for report in reports[1:]:
+        crashed = report.crashed and not reports[best].crashed
+        if report.gain.value > 0.0 and not crashed and not report.tracking.surely_worse:
+            best = report.number
+    return best
+
+
+def settled(reports: Sequence[RoundReport]) -> bool:
+    """True when two rounds in a row have brought no improvement beyond its interval.
+
+    What counts is the position error of the episodes where they are flown, that of the predictions where nothing flies.
+    A round that a crash or a short log leaves without an answer is none of the two.
+    """
+    newest = reports[-PATIENCE:]
+    return len(reports) > PATIENCE and all(report.progress.stalled for report in newest)

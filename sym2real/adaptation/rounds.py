@@ -1,0 +1,151 @@
+"""The folder of an adaptation: every round as a model with its log, the best model at the top, and what happened.
+
+``rounds/NN/`` appears when its model is complete, ``log.parquet`` in it when the episode is, ``round.json`` when both
+are scored: an interrupted run continues behind the last of them.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from sym2real.adaptation.record import Record
+from sym2real.adaptation.round_report import Learned, RoundReport, best_of, learned_from, plain, settled
+from sym2real.errors import DataError, ModelError
+from sym2real.files import make_folder, read_object, whole, write_text
+from sym2real.layout import Layouts
+from sym2real.logs import read_log, write_log
+from sym2real.neural.model_folder import Model, open_model, save_model
+from sym2real.symbolic.storage import ENSEMBLE, EQUATIONS
+from sym2real.trajectory import Dataset
+
+ROUNDS, ANSWER = "rounds", "adaptation.json"
+LEARNED, LOG, REPORT = "learned.json", "log.parquet", "round.json"
+
+
+@dataclass(frozen=True)
+class Rounds:
+    """Models, logs and reports of one run in a folder; with no folder nothing is kept.
+
+    Args:
+        folder: where to keep them, or None.
+        layouts: columns of the logs.
+    """
+
+    folder: Path | None
+    layouts: Layouts
+
+    def claim(self, settings: dict[str, Any]) -> None:
+        """Note what the folder's run is, or check that it is the same run; errors as of :meth:`require_same`."""
+        self.require_same(settings)
+        if self.folder is not None:
+            Record(self.folder / ROUNDS, self.layouts).claim(settings)
+
+    def require_same(self, settings: dict[str, Any]) -> None:
+        """Refuse a folder that holds something else; nothing is written.
+
+        Raises:
+            ModelError: when the folder holds another run, or a model that no run has made.
+            DataError: when its settings cannot be read.
+        """
+        if self.folder is None:
+            return
+        if is_model(self.folder) and not (self.folder / ROUNDS).exists():
+            raise ModelError(f"{self.folder} holds a model that was not adapted there; choose another folder")
+        Record(self.folder / ROUNDS, self.layouts).require_same(settings)
+
+    def model(self, number: int, learn: Callable[[], tuple[Model, Learned]]) -> tuple[Model, Learned]:
+        """The model of a round and how it came about: as kept, or learned and kept."""
+        if self.folder is None:
+            return learn()
+        place = round_folder(self.folder, number)
+        if not place.exists():
+            model, learned = learn()
+            make_folder(place.parent)
+            with whole(place) as beside:
+                save_model(model, beside)
+                write_text(beside / LEARNED, json.dumps(plain(asdict(learned)), indent=1))
+        return open_model(place), learned_from(read_object(place / LEARNED, "how a model was learned"))
+
+    def log(self, number: int, fly: Callable[[], Dataset]) -> Dataset:
+        """The log of a round: as kept, or flown and kept."""
+        if self.folder is None:
+            return fly()
+        path = round_folder(self.folder, number) / LOG
+        if not path.exists():
+            write_log(fly()[0], path)
+        return Dataset([read_log(path, layouts=self.layouts)])
+
+    def report(self, number: int, score: Callable[[], RoundReport]) -> RoundReport:
+        """What a round showed: as kept, or scored and kept."""
+        if self.folder is None:
+            return score()
+        path = round_folder(self.folder, number) / REPORT
+        if not path.exists():
+            write_text(path, json.dumps(score().to_dict(), indent=1))
+        return report_of(path)
+
+    def put_on_top(self, model: Model, reports: Sequence[RoundReport]) -> None:
+        """The best model at the top of the folder, and beside it what happened in every round."""
+        if self.folder is None:
+            return
+        save_model(model, self.folder)
+        write_answer(self.folder, reports, best_of(reports))
+
+
+def is_model(folder: Path) -> bool:
+    """Whether a folder holds a model."""
+    return any((folder / name).exists() for name in (EQUATIONS, ENSEMBLE))
+
+
+def round_folder(folder: Path, number: int) -> Path:
+    """Where a round is kept."""
+    return folder / ROUNDS / f"{number:02d}"
+
+
+def report_of(path: Path) -> RoundReport:
+    """What a round showed, from its file.
+
+    Raises:
+        DataError: when it cannot be read.
+    """
+    return RoundReport.from_dict(read_object(path, "a round of an adaptation"), str(path))
+
+
+def write_answer(folder: Path, reports: Sequence[RoundReport], on_top: int) -> None:
+    """Write ``adaptation.json``: every round, the best one, and the one whose model lies at the top."""
+    answer = {
+        "best": best_of(reports),
+        "on_top": on_top,
+        "settled": settled(reports),
+        "rounds": [report.to_dict() for report in reports],
+    }
+    write_text(folder / ANSWER, json.dumps(answer, indent=1) + "\n")
+
+
+def rounds_in(folder: Path) -> tuple[RoundReport, ...]:
+    """The complete rounds that a folder holds."""
+    reports: list[RoundReport] = []
+    while (path := round_folder(folder, len(reports)) / REPORT).exists():
+        reports.append(report_of(path))
+    return tuple(reports)
+
+
+def undo(folder: Path, number: int) -> tuple[RoundReport, ...]:
+    """Put the model of an earlier round at the top; all rounds stay, and with them the way back.
+
+    Raises:
+        DataError: for a folder without a complete round.
+        ModelError: for a round that it does not hold.
+    """
+    reports = rounds_in(folder)
+    if not reports:
+        raise DataError(folder, "the folder of an adaptation", "no complete round in it")
+    if not 0 <= number < len(reports):
+        raise ModelError(f"{folder} holds the rounds 0 to {len(reports) - 1}, found {number}")
+    save_model(open_model(round_folder(folder, number)), folder)
+    write_answer(folder, reports, number)
+    return reports

@@ -1,0 +1,172 @@
+"""Where the logs of an adaptation come from: episodes in a plant, or recordings in the order of their making."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from sym2real.adaptation.episode_report import episode_cost, episode_error, position_errors
+from sym2real.adaptation.progress import OnProgress, Progress
+from sym2real.control import mppi_controller
+from sym2real.layout import Layouts
+from sym2real.neural.model_folder import Model
+from sym2real.plants import run_episode
+from sym2real.protocols import Plant
+from sym2real.robots import Robot
+from sym2real.tasks import Task
+from sym2real.trajectory import Array, Dataset
+
+
+class Target(Protocol):
+    """What a model is adapted to."""
+
+    @property
+    def about(self) -> dict[str, Any]:
+        """What tells this target from another, for the record."""
+        ...
+
+    @property
+    def layouts(self) -> Layouts:
+        """Columns of the logs."""
+        ...
+
+    @property
+    def logs(self) -> float:
+        """How many there can be."""
+        ...
+
+    @property
+    def recorded(self) -> bool:
+        """Whether its logs exist already, as files of their own."""
+        ...
+
+    def log(self, number: int, model: Model) -> Dataset:
+        """The log of a round: an episode with this model, or a recording."""
+        ...
+
+    def judged(self, log: Dataset) -> tuple[bool, float, float]:
+        """Whether a log's episode ended early, its position error in m and its cost, NaN where there is none."""
+        ...
+
+
+@dataclass(frozen=True)
+class Flights:
+    """Episodes in a plant, all from one start, so that they can be compared row by row.
+
+    Args:
+        plant: the target.
+        robot: that it is.
+        task: what is wanted.
+        steps: control steps an episode at most.
+        samples: of MPPI; the robot's own number by default.
+        seed: of the start; with a round's number, of MPPI's noise and of the plant.
+        on_progress: told of every step.
+    """
+
+    plant: Plant
+    robot: Robot
+    task: Task
+    steps: int
+    samples: int | None
+    seed: int
+    on_progress: OnProgress
+
+    logs = math.inf
+    recorded = False
+
+    @property
+    def layouts(self) -> Layouts:
+        """The plant's columns."""
+        return self.plant.layouts
+
+    @property
+    def about(self) -> dict[str, Any]:
+        """Robot, task, changes and description of the plant, and how episodes are flown."""
+        changes = [change.name for change in getattr(self.plant, "changes", ())]
+        description = hashlib.sha256((getattr(self.plant, "description", None) or "").encode()).hexdigest()
+        return {
+            "robot": self.robot.name,
+            "task": self.task.name,
+            "changes": changes,
+            "description": description,
+            "steps": self.steps,
+            "samples": self.samples,
+        }
+
+    def log(self, number: int, model: Model) -> Dataset:
+        """An episode with MPPI and this model."""
+        draw = np.random.default_rng([self.seed, number])
+        seeds = draw.integers(2**31, size=2).tolist()
+        controller = mppi_controller(model, self.robot, self.task, samples=self.samples, seed=seeds[0])
+        what = f"round {number}: {self.task.name} in the target"
+        episode = run_episode(
+            self.plant,
+            controller,
+            self.task,
+            seed=seeds[1],
+            start=self.task.start(np.random.default_rng(self.seed)),
+            steps=self.steps,
+            on_step=lambda step, *_: self.on_progress(Progress(what, step + 1, self.steps)),
+            name=f"round_{number:02d}",
+        )
+        return Dataset([episode])
+
+    def judged(self, log: Dataset) -> tuple[bool, float, float]:
+        """A crash ends an episode; position error and cost count the rows that it has taken."""
+        episode = log[0]
+        return (
+            len(episode) < self.steps,
+            episode_error(episode, self.robot, self.steps),
+            episode_cost(episode, self.task, self.robot, self.steps),
+        )
+
+
+@dataclass(frozen=True)
+class Recordings:
+    """Recorded logs in the order in which they were made; nothing flies.
+
+    Args:
+        recordings: one a round, each of one piece or, where it has gaps, of several.
+    """
+
+    recordings: Sequence[Dataset]
+
+    recorded = True
+
+    @property
+    def layouts(self) -> Layouts:
+        """Columns of the first recording, which all others share."""
+        return self.recordings[0].layouts
+
+    @property
+    def logs(self) -> float:
+        """How many there are."""
+        return len(self.recordings)
+
+    @property
+    def about(self) -> dict[str, Any]:
+        """The logs by name, and a digest of what they hold."""
+        digest, pieces = hashlib.sha256(), [piece for recording in self.recordings for piece in recording]
+        for piece in pieces:
+            digest.update(piece.state.tobytes() + piece.action.tobytes() + piece.inputs.tobytes())
+        return {"logs": [piece.name for piece in pieces], "content": digest.hexdigest()}
+
+    def log(self, number: int, model: Model) -> Dataset:
+        """The recording of that number, whatever the model."""
+        return self.recordings[number]
+
+    def judged(self, log: Dataset) -> tuple[bool, float, float]:
+        """The position error where the log holds a reference; crashes and costs are not known."""
+        errors = reference_errors(log)
+        return False, float(errors.mean()) if len(errors) else math.nan, math.nan
+
+
+def reference_errors(log: Dataset) -> Array:
+    """Distance in m from the reference, row by row ``# (rows,)``; none of pieces without."""
+    first = f"ref_{log.layouts.state.field('position').columns[0]}"
+    return np.concatenate([np.empty(0), *(position_errors(piece) for piece in log if first in piece.extra)])

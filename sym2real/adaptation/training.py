@@ -1,0 +1,114 @@
+"""The model of a round: the base, informed or as it is, with what a learner makes of all logs so far."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from torch import Tensor
+
+from sym2real.adaptation.model_limits import beyond_limits
+from sym2real.adaptation.progress import OnProgress, Progress
+from sym2real.adaptation.round_report import Learned
+from sym2real.errors import ModelError
+from sym2real.neural.composed import Base, Composed
+from sym2real.neural.model_folder import Model
+from sym2real.protocols import Learner
+from sym2real.robots import Robot
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Dataset
+
+Inform = Callable[[Dataset, Equations], Equations]
+
+
+@dataclass(frozen=True)
+class Training:
+    """How the model of a round is made.
+
+    Args:
+        learner: trains what the base leaves.
+        inform: puts into equations what logs establish; None leaves them as they are.
+        robot: gives the limits that predictions must keep; None for no limits.
+        seed: of the commands with which that is checked.
+        on_progress: told that learning begins.
+    """
+
+    learner: Learner[Any, Any]
+    inform: Inform | None
+    robot: Robot | None
+    seed: int
+    on_progress: OnProgress
+
+    def learn(
+        self, given: Model, models: Sequence[Model], learned: Sequence[Learned], logs: Sequence[Dataset]
+    ) -> tuple[Model, Learned]:
+        """The model of the next round and how it came about.
+
+        Args:
+            given: the model of round 0; what it learned elsewhere is not learned from again.
+            models: of the rounds so far.
+            learned: how they came about.
+            logs: of the rounds so far, all of which are learned from.
+
+        Returns:
+            What was trained, or the model of the round before with the reason why.
+        """
+        base = below(given)
+        if not models:
+            return given, Learned(base=digest_of(base), effects=effects_of(base))
+        data = Dataset(piece for log in logs for piece in log)
+        number, started = len(models), time.perf_counter()
+        self.on_progress(Progress(f"round {number}: learning from {data.rows} rows", 0, 0))
+        if self.inform is not None and isinstance(base, Equations):
+            base = self.inform(data, base)
+        digest = digest_of(base)
+        warm = digest == learned[-1].base and digest_of(models[-1]) != digest
+        model, penalty, refused = self._trained(data, base, models[-1] if warm and number > 1 else None)
+        seconds = time.perf_counter() - started
+        if model is None:
+            return models[-1], replace(learned[-1], rows=data.rows, seconds=seconds, refused=refused)
+        return model, Learned(data.rows, seconds, digest, effects_of(base), penalty)
+
+    def _trained(self, data: Dataset, base: Base, start: Model | None) -> tuple[Model | None, float, str]:
+        """What the learner makes of the logs, λ, and why it must not be flown."""
+        fit = getattr(self.learner, "fit_reported", None)
+        penalty = float("nan")
+        try:
+            if fit is None:
+                model = self.learner.fit(data.transitions(), base, start)
+            else:
+                model, report = fit(data.transitions(), base, start)
+                penalty = float("nan") if report.penalty is None else report.penalty
+        except ModelError as error:
+            return None, penalty, str(error)
+        if self.robot is None:
+            return model, penalty, ""
+        refused = beyond_limits(model, base, list(data), self.robot, self.seed)
+        return None if refused else model, penalty, refused
+
+
+def below(model: Model) -> Base:
+    """The frozen base below what was trained; any other model itself."""
+    return model.below if isinstance(model, Composed) else model
+
+
+def effects_of(model: Model) -> tuple[str, ...]:
+    """Keys of the effects that the equations of a model have."""
+    return tuple(key for key, _ in model.effects) if isinstance(model, Equations) else ()
+
+
+def digest_of(model: Model) -> str:
+    """What tells a model from another: of its equations and its weights."""
+    digest = hashlib.sha256()
+    base = below(model)
+    if isinstance(base, Equations):
+        digest.update(base.to_json().encode())
+    if not isinstance(model, Equations):
+        weights: dict[str, Tensor] = model.state_dict()
+        for name, weight in weights.items():
+            digest.update(name.encode() + np.ascontiguousarray(weight.detach().cpu().numpy()).tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,79 @@
+"""What an adaptation has led to: a table for the terminal, and the errors of every round as a figure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from matplotlib.figure import Figure
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+from sym2real.adaptation import RoundReport
+from sym2real.report.figures import MEASURED, PREDICTED
+from sym2real.report.tables import compact_table, number
+
+
+def rounds_table(reports: Sequence[RoundReport], on_top: int, settled: bool) -> Group:
+    """One row per round, and what the figures mean.
+
+    Args:
+        reports: of every round.
+        on_top: round whose model is the one that the folder's verbs open.
+        settled: whether the run ended because nothing got better.
+    """
+    ahead = f"{reports[0].horizon:g} s m"
+    table = compact_table("rounds: the model of each has learned from the logs of those before it")
+    for heading in ("round", "learned rows", "error m", "cost", "1 step", ahead, "better by", "λ", "s", ""):
+        table.add_column(heading, justify="left" if not heading else "right")
+    for report in reports:
+        _add_row(table, report, report.number == on_top)
+    best = reports[on_top]
+    lines = [
+        f"error: mean distance from the reference; 1 step: prediction error over motion; {reports[0].horizon:g} s: "
+        "position predicted that far ahead, on the round's own log, which its model has not seen",
+        f"better by: against the best model before, on that log, with its 95 % interval; on top: round {best.number}",
+    ]
+    lines += [f"round {one.number}: kept the model before: {one.learned.refused}" for one in reports if _refused(one)]
+    effects = best.learned.effects
+    lines += [f"effects in the equations: {', '.join(effects)}"] if effects else []
+    lines += ["ended: two rounds in a row brought nothing beyond the interval"] if settled else []
+    return Group(table, *(Text(line) for line in lines))
+
+
+def _refused(report: RoundReport) -> bool:
+    return bool(report.learned.refused)
+
+
+def _add_row(table: Table, report: RoundReport, on_top: bool) -> None:
+    gain, known = report.gain, math.isfinite(report.gain.low)
+    better = f"{gain.value:.0%} ({gain.low:.0%}…{gain.high:.0%})" if known else "–"
+    remarks = ["on top"] * on_top + ["crashed"] * report.crashed + ["kept"] * _refused(report)
+    table.add_row(
+        str(report.number),
+        str(report.learned.rows),
+        number(report.error),
+        number(report.cost),
+        number(report.one_step, 2),
+        number(report.prediction, 2),
+        better,
+        number(report.learned.penalty, 1),
+        f"{report.learned.seconds:.1f}",
+        ", ".join(remarks),
+    )
+
+
+def rounds_figure(reports: Sequence[RoundReport], on_top: int) -> Figure:
+    """Position error of the episodes and of the predictions, by round; the model on top is marked."""
+    figure = Figure(figsize=(6.4, 4.0), layout="constrained")
+    axis = figure.subplots()
+    rounds = [report.number for report in reports]
+    flown, predicted = ([getattr(one, name) for one in reports] for name in ("error", "prediction"))
+    if not all(math.isnan(error) for error in flown):
+        axis.plot(rounds, flown, "o-", color=MEASURED, label="mean distance from the reference")
+    axis.plot(rounds, predicted, "s--", color=PREDICTED, label=f"prediction {reports[0].horizon:g} s ahead")
+    axis.axvline(on_top, color="0.8", zorder=0, label="on top")
+    axis.set(xlabel="trajectories learned from", ylabel="position error in m", yscale="log", xticks=rounds)
+    axis.legend()
+    return figure

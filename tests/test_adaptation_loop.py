@@ -1,0 +1,295 @@
+"""Stages II and III: a target with a hidden effect, interrupted, undone and misled; and recordings in its place."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from adaptation_runs import NARROW, SMALL, adapted_to_wind, windy
+
+from sym2real.adaptation import Adaptation, Adapting, Improvement, NoResidual, adapt, improvement, undo
+from sym2real.adaptation.episode_report import episode_cost
+from sym2real.adaptation.predictions import horizon_errors, one_step_error
+from sym2real.adaptation.round_report import Learned, RoundReport, best_of, settled
+from sym2real.control import geometric_controller
+from sym2real.effects import compose, effect
+from sym2real.errors import DataError, ModelError
+from sym2real.logs import read_log, read_logs
+from sym2real.neural import Composed, ResidualMLP
+from sym2real.plants import MujocoPlant, run_episode
+from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.symbolic import Equations
+from sym2real.tasks import make_task
+from sym2real.trajectory import Dataset, Transitions
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("adapted") / "to_wind"
+
+
+@pytest.fixture(scope="module")
+def adapted(folder: Path) -> Adaptation:
+    return adapted_to_wind(folder)
+
+
+def test_errors_fall_with_the_first_trajectory(adapted: Adaptation) -> None:
+    zero_shot, first, _ = adapted.reports
+    assert first.error < 0.5 * zero_shot.error
+    assert first.cost < zero_shot.cost
+    assert first.one_step < 0.5 * zero_shot.one_step
+    assert first.gain.low > 0.5
+    assert not any(report.crashed or report.learned.refused for report in adapted.reports)
+    assert [report.learned.rows for report in adapted.reports] == [0, SMALL.steps, 2 * SMALL.steps]
+    assert adapted.best > 0
+
+
+def test_every_log_is_held_out_to_the_model_that_flew_it(adapted: Adaptation) -> None:
+    """The same episodes again, one by one: a model knows the logs before its own and no others."""
+    again = NARROW.fit(adapted.logs[0].transitions(), CRAZYFLIE.nominal())
+    log, rows = adapted.logs[1], np.array([0, 30, 60])
+    state, action = (torch.as_tensor(values[rows]).float() for values in (log[0].state, log[0].action))
+    kept = adapted.models[1](state, action, torch.zeros(3, 6))  # type: ignore[operator]
+    torch.testing.assert_close(again(state, action, torch.zeros(3, 6)), kept, atol=1e-6, rtol=0)
+
+
+def contents(folder: Path) -> dict[str, Any]:
+    """Every file below a folder: its bytes, what JSON says but for the seconds, what ``module.pt`` computes.
+
+    TorchScript numbers the classes of a process, so that its files hold names that nobody chose.
+    """
+    found: dict[str, Any] = {}
+    for path in sorted(folder.rglob("*")):
+        name = path.relative_to(folder).as_posix()
+        if path.name == "module.pt":
+            module = torch.jit.load(str(path))
+            state, action = torch.linspace(-1.0, 1.0, 13), torch.linspace(0.1, 0.5, 4)
+            found[name] = module(state, action, torch.zeros(6)).tolist()
+        elif path.suffix == ".json":
+            found[name] = comparable(json.loads(path.read_text()))
+        elif path.is_file():
+            found[name] = path.read_bytes()
+    return found
+
+
+def comparable(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: comparable(part) for name, part in value.items() if name not in ("seconds", "module.pt")}
+    return [comparable(part) for part in value] if isinstance(value, list) else value
+
+
+@pytest.mark.parametrize("where", ["round 1: circle", "round 2: learning"])
+def test_a_killed_run_goes_on_to_the_same_bytes(where: str, folder: Path, adapted: Adaptation, tmp_path: Path) -> None:
+    script = Path(__file__).with_name("adaptation_runs.py")
+    killed = subprocess.run([sys.executable, str(script), str(tmp_path / "run"), where], check=False)
+    assert killed.returncode == -9
+    assert not (tmp_path / "run" / "rounds" / "02" / "round.json").exists()
+    kept = (tmp_path / "run" / "rounds" / "00" / "log.parquet").stat().st_mtime_ns
+    continued = adapted_to_wind(tmp_path / "run")
+    assert (tmp_path / "run" / "rounds" / "00" / "log.parquet").stat().st_mtime_ns == kept
+    assert contents(tmp_path / "run") == contents(folder)
+    assert continued.best == adapted.best
+
+
+def test_logs_and_models_of_rounds_open_by_themselves(folder: Path, adapted: Adaptation) -> None:
+    log = read_log(folder / "rounds" / "01" / "log.parquet")
+    np.testing.assert_array_equal(log.state, adapted.logs[1][0].state)
+    answer = json.loads((folder / "adaptation.json").read_text())
+    assert answer["best"] == answer["on_top"] == adapted.best
+    assert [entry["error"] for entry in answer["rounds"]] == [report.error for report in adapted.reports]
+    on_top = folder / "residual.safetensors"
+    assert on_top.read_bytes() == (folder / "rounds" / f"{adapted.best:02d}" / on_top.name).read_bytes()
+
+
+def test_undo_leads_to_any_round_and_back(adapted: Adaptation, tmp_path: Path) -> None:
+    adapted_to_wind(tmp_path)
+    before = contents(tmp_path)
+    undo(tmp_path, 0)
+    assert not (tmp_path / "residual.safetensors").exists()
+    assert json.loads((tmp_path / "adaptation.json").read_text())["on_top"] == 0
+    undo(tmp_path, adapted.best)
+    assert contents(tmp_path) == before
+    with pytest.raises(ModelError, match="holds the rounds 0 to 2, found 3"):
+        undo(tmp_path, 3)
+    with pytest.raises(DataError, match="no complete round"):
+        undo(tmp_path / "elsewhere", 0)
+
+
+@dataclass(frozen=True)
+class Misled:
+    """A residual whose training has diverged: its weights are too large by this factor."""
+
+    factor: float
+
+    def fit(self, transitions: Transitions, base: Equations, start: object = None) -> Composed:
+        residual = ResidualMLP(transitions.layouts, (8,))
+        with torch.no_grad():
+            for weight in residual.parameters():
+                weight.uniform_(-self.factor, self.factor, generator=torch.Generator().manual_seed(1))
+        return Composed(base, residual)
+
+
+@pytest.mark.parametrize(("factor", "said"), [(0.3, "of its predictions have a"), (1e30, "not finite")])
+def test_a_wild_model_does_not_fly(factor: float, said: str, tmp_path: Path) -> None:
+    settings = replace(SMALL, rounds=1, steps=80)
+    task = make_task("hover", CRAZYFLIE)
+    found = adapt(CRAZYFLIE.nominal(), windy(), task, Misled(factor), settings, folder=tmp_path)
+    refused = found.reports[1].learned.refused
+    assert found.reports[1].gain == Improvement()
+    assert said in refused
+    assert found.best == 0
+    assert not found.reports[1].crashed
+    # The model that flew instead is the one before, and so is the one on top.
+    assert isinstance(found.models[1], Equations)
+    assert found.models[1].to_json() == found.models[0].to_json()
+    assert not (tmp_path / "residual.safetensors").exists()
+
+
+def test_a_log_too_short_to_learn_from_ends_nothing() -> None:
+    """Upside down on the ground in no time: training has too few rows, the next round flies again."""
+    plant = MujocoPlant(CRAZYFLIE, [effect("gain:thrust", CRAZYFLIE).inject(value=0.05)])
+    task = make_task("hover", CRAZYFLIE)
+    found = adapt(CRAZYFLIE.nominal(), plant, task, NARROW, replace(SMALL, rounds=1, steps=120))
+    assert found.reports[0].crashed
+    assert found.reports[0].error > 0.5 * CRAZYFLIE.workspace_radius * (1.0 - found.reports[0].rows / 120)
+    assert found.reports[0].cost > found.reports[0].error * 0.5
+    assert not settled(found.reports)
+
+
+def recordings(count: int) -> list[Dataset]:
+    """Circles in the wind, flown by a controller that needs no model."""
+    task = make_task("circle", CRAZYFLIE)
+    controller = geometric_controller(CRAZYFLIE, task.reference)
+    return [Dataset([run_episode(windy(), controller, task, steps=220, seed=k, name=f"f{k}")]) for k in range(count)]
+
+
+def test_recordings_take_the_place_of_flights(tmp_path: Path) -> None:
+    logs = recordings(3)
+    found = adapt(CRAZYFLIE.nominal(), logs, None, NARROW, Adapting(rounds=9), robot=CRAZYFLIE, folder=tmp_path)
+    assert [report.log for report in found.reports] == ["f0", "f1", "f2"][: len(found.reports)]
+    assert found.reports[1].prediction < 0.3 * found.reports[0].prediction
+    assert found.reports[1].gain.low > 0.0
+    assert found.reports[1].error == pytest.approx(found.reports[0].error, rel=0.2)  # nobody flew any better
+    assert not (tmp_path / "rounds" / "00" / "log.parquet").exists()
+    with pytest.raises(ModelError, match="at least two logs"):
+        adapt(CRAZYFLIE.nominal(), logs[:1], None, NARROW)
+
+
+def test_measured_drives_are_predicted_better_with_every_trajectory(shared_data: Path) -> None:
+    folder = shared_data / "mushr_steering_offset"
+    base = MUSHR.nominal()
+    paths = sorted(folder.glob("*.csv"))[:3]
+    logs = [read_logs([path], spec=folder.name, layouts=base.layouts, dt=base.dt) for path in paths]
+    found = adapt(base, logs, None, NARROW, Adapting(rounds=2), robot=MUSHR)
+    assert found.best > 0
+    assert found.reports[1].gain.low > 0.0
+
+
+def test_effects_go_below_the_residual() -> None:
+    """The callable adds the true wind: nothing is left, and the base that was given stays as it is."""
+    base, seen = CRAZYFLIE.nominal(), []
+
+    def inform(logs: Dataset, equations: Equations) -> Equations:
+        seen.append(len(logs))
+        return compose(equations, [(effect("wind", equations), {"fx": 0.03, "fy": -0.02})])
+
+    task = make_task("circle", CRAZYFLIE)
+    found = adapt(base, windy(), task, NoResidual(), SMALL, inform=inform)
+    assert seen == [1, 2]
+    assert found.reports[1].learned.effects == ("wind",)
+    assert found.reports[1].one_step < 0.05 * found.reports[0].one_step
+    assert found.reports[1].error < found.reports[0].error
+    assert "wind" not in dict(base.effects)
+    assert settled([found.reports[0], *[replace(found.reports[2], tracking=Improvement(0.0, -0.1, 0.1))] * 2])
+
+
+def test_another_run_or_model_in_the_folder_is_refused(folder: Path, adapted: Adaptation, tmp_path: Path) -> None:
+    task = make_task("circle", CRAZYFLIE)
+    with pytest.raises(ModelError, match=r"changes: .*wind.* there, .* now"):
+        adapt(CRAZYFLIE.nominal(), MujocoPlant(CRAZYFLIE), task, NARROW, SMALL, folder=folder)
+    with pytest.raises(ModelError, match="steps: 200 there, 130 now"):
+        adapt(CRAZYFLIE.nominal(), windy(), task, NARROW, replace(SMALL, steps=130), folder=folder)
+    (tmp_path / "equations.json").write_text("{}")
+    with pytest.raises(ModelError, match="holds a model that was not adapted there"):
+        adapt(CRAZYFLIE.nominal(), windy(), task, NARROW, SMALL, folder=tmp_path)
+    with pytest.raises(ModelError, match="a robot and a task"):
+        adapt(CRAZYFLIE.nominal(), windy(), None, NARROW)
+    with pytest.raises(ModelError, match="at least one round"):
+        Adapting(rounds=0)
+
+
+def test_the_interval_covers_the_truth_although_neighbours_are_alike() -> None:
+    """Errors with a time constant of ten rows, and a true improvement by 30 %."""
+    rng, inside = np.random.default_rng(5), 0
+    for _ in range(300):
+        common, own = (np.empty(400), np.empty(400))
+        for values in (common, own):
+            noise = rng.standard_normal(400)
+            values[0] = noise[0]
+            for k in range(1, 400):
+                values[k] = 0.9 * values[k - 1] + math.sqrt(1.0 - 0.81) * noise[k]
+        before = 1.0 + 0.2 * common
+        after = 0.7 * (1.0 + 0.2 * common + 0.1 * own)
+        found = improvement(before, after, 40)
+        inside += found.low <= 0.3 <= found.high
+    assert inside / 300 > 0.88
+    same = improvement(before, before, 40)
+    assert (same.value, same.low, same.high) == (0.0, 0.0, 0.0)
+    assert same.stalled
+    assert not improvement(before[:50], after[:50], 40).stalled  # too short to say anything
+    assert improvement(before, 1.5 * before, 40).surely_worse
+
+
+def round_of(number: int, **changes: Any) -> RoundReport:
+    fields: Mapping[str, Any] = {
+        "log": "log", "rows": 100, "flown": True, "crashed": False, "error": 0.1, "cost": 0.2, "one_step": 0.1,
+        "horizon": 0.8, "prediction": 0.1, "best_before": 0, "gain": Improvement(0.1, 0.0, 0.2),
+        "tracking": Improvement(0.1, 0.05, 0.2), "learned": Learned(),
+    }  # fmt: skip
+    return RoundReport(number=number, **{**fields, **changes})
+
+
+def test_the_best_model_predicts_better_and_flies_no_worse() -> None:
+    first = round_of(0, gain=Improvement(), tracking=Improvement())
+    assert best_of([first]) == 0
+    assert best_of([first, round_of(1)]) == 1
+    assert best_of([first, round_of(1), round_of(2, gain=Improvement(-0.1, -0.3, 0.1))]) == 1
+    assert best_of([first, round_of(1, crashed=True)]) == 0
+    assert best_of([replace(first, crashed=True), round_of(1, crashed=True)]) == 1
+    assert best_of([first, round_of(1, tracking=Improvement(-0.5, -0.8, -0.2))]) == 0
+    assert best_of([first, round_of(1, gain=Improvement())]) == 0  # nothing to compare
+
+
+def test_the_loop_stops_when_nothing_gets_better() -> None:
+    still = Improvement(0.02, -0.05, 0.09)
+    rounds = [round_of(0), round_of(1), round_of(2, tracking=still), round_of(3, tracking=still)]
+    assert settled(rounds)
+    assert not settled(rounds[:3])
+    assert not settled([*rounds[:3], round_of(3)])
+    assert not settled([*rounds[:3], round_of(3, tracking=Improvement())])  # a crash says nothing
+    assert settled([round_of(number, flown=False, gain=still) for number in range(3)])
+    assert RoundReport.from_dict(json.loads(json.dumps(rounds[2].to_dict())), "here") == rounds[2]
+    with pytest.raises(DataError, match=r"here: expected a round of an adaptation"):
+        RoundReport.from_dict({"number": 1}, "here")
+
+
+def test_the_true_equations_predict_what_is_measured_through_their_sensors() -> None:
+    """A tilted board and late commands: equations that know both are right about the log, those that do not are not."""
+    plain = CRAZYFLIE.nominal()
+    keys: dict[str, dict[str, float]] = {"mounting_tilt": {"roll": 0.05, "pitch": -0.03}, "delay": {"value": 0.04}}
+    plant = MujocoPlant(CRAZYFLIE, [effect(key, CRAZYFLIE).inject(**values) for key, values in keys.items()])
+    informed = compose(plain, [(effect(key, plain), values) for key, values in keys.items()])
+    task = make_task("circle", CRAZYFLIE)
+    log = run_episode(plant, geometric_controller(CRAZYFLIE, task.reference), task, steps=200)
+    assert one_step_error(informed, [log]) < 0.1 * one_step_error(plain, [log])
+    assert horizon_errors(informed, [log], 20).mean() < 0.1 * horizon_errors(plain, [log], 20).mean()
+    assert episode_cost(log, task, CRAZYFLIE, 400) > episode_cost(log, task, CRAZYFLIE, 200)

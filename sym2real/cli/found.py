@@ -16,12 +16,16 @@ if TYPE_CHECKING:
 
 
 def plain_simulator(equations: Equations) -> MujocoPlant | None:
-    """The simulator that a model was learned from, or that its numbers describe; None for robots that have none."""
+    """The simulator that a model was learned from, or that its numbers describe; None for robots that have none.
+
+    None too for a model that was fitted to logs of a real robot: it is not the plain simulator's.
+    """
     from sym2real.effects.visible import visible_state
+    from sym2real.experiments.learning import FROM_LOGS
     from sym2real.plants import MujocoPlant
     from sym2real.robots import ROBOTS
 
-    if equations.robot not in ROBOTS:
+    if equations.robot not in ROBOTS or FROM_LOGS in equations.notes:
         return None
     robot = ROBOTS[equations.robot]
     same = visible_state(equations) == robot.layouts.state and equations.layouts.action == robot.layouts.action

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,7 @@ from sym2real.cli.numbers import Count, OptionalCount, OptionalSamples, Seed
 
 if TYPE_CHECKING:
     from sym2real.adaptation import StageOne
+    from sym2real.robots import Robot
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,8 @@ class Learn:
     """Recorded logs (CSV, Parquet, bags, MCAP, ULog) to fit instead of a simulator."""
     spec: str | None = None
     """How the logs' columns are named: a shipped specification's name or a TOML file."""
+    numbers: tuple[str, ...] = ()
+    """Numbers of the robot that --data was measured on, NAME=VALUE in SI units (mass=0.032); else the registered."""
     engine: str = "beam"
     """Search engine: beam (built in), operon or pysr (extras)."""
     episodes: OptionalCount = None
@@ -59,8 +63,9 @@ class Learn:
         from sym2real.robots import ROBOTS
 
         robot = ROBOTS[self.robot]
+        numbers = self._numbers(robot)
         if self.data:
-            learned = learn_from_logs(robot, self.data, self.spec, self.engine)
+            learned = learn_from_logs(robot, self.data, self.spec, self.engine, numbers)
         else:
             with stage_one_progress(console) as on_progress:
                 learned = learn_in_simulation(robot, self.engine, self._settings(), self.out / "episodes", on_progress)
@@ -82,6 +87,27 @@ class Learn:
             "dependence": [asdict(row) for row in learned.dependence],
         }
 
+    def _numbers(self, robot: Robot) -> dict[str, float]:
+        """The numbers that were typed, by name.
+
+        Raises:
+            UnknownNameError: for a number that the robot does not have.
+            ModelError: for what is not NAME=VALUE with a finite value.
+        """
+        from sym2real.errors import ModelError, UnknownNameError
+
+        if self.numbers and not self.data:
+            raise ModelError("--numbers: expected --data with it, found none: the plain simulator has its own numbers")
+        found = {}
+        for typed in self.numbers:
+            name, _, value = typed.partition("=")
+            if name not in robot.numbers:
+                raise UnknownNameError(f"number of {robot.name}", name, robot.numbers)
+            if not _is_finite(value):
+                raise ModelError(f"--numbers: expected {name}=VALUE with a finite number, found {typed!r}")
+            found[name] = float(value)
+        return found
+
     def _settings(self) -> StageOne:
         from sym2real.adaptation import StageOne
         from sym2real.experiments.learning import MOST_EPISODES
@@ -94,3 +120,10 @@ class Learn:
             until_settled=self.episodes is None,
             seed=self.seed,
         )
+
+
+def _is_finite(text: str) -> bool:
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False

@@ -10,11 +10,12 @@ from functools import lru_cache
 import numpy as np
 import torch
 
+from sym2real.diagnosis.competing import competing
 from sym2real.diagnosis.library import SWINGING, Library
 from sym2real.effects import Effect, applicable, effect
 from sym2real.effects.catalogue import require_patterns
 from sym2real.effects.filters import spelled_out
-from sym2real.effects.groups import Group, holding, others_of, unnamed
+from sym2real.effects.groups import Group, holding, others_of
 from sym2real.effects.inputs import ANGLE
 from sym2real.effects.manoeuvres import one_circle
 from sym2real.effects.voltage import voltage_at_start, with_voltage
@@ -22,38 +23,7 @@ from sym2real.symbolic import Equations, compile_function
 from sym2real.symbolic.expressions import names_in
 from sym2real.trajectory import Array, Dataset, Trajectory
 
-# Settled by the checks of the data before the search, or without a meaning for a fit of their own.
-NOT_SEARCHED = (
-    "sensor_*",
-    "time_shift*",
-    "payload",
-    "rotor_reaction",
-    "rate_limit:w*",
-    "rate_limit:thrust",
-    "dead_band:w*",
-    "dead_band:thrust",
-    "rate_limit",
-    "dead_band",
-    "limit:w*",
-    "limit:motor*",
-    "rate_limit:motor*",
-    "dead_band:motor*",
-    "rate_damping",
-    "lag:motor*",
-    "delay:motor*",
-    "gain:motor*",
-    "offset:motor*",
-    "*:q?_cmd",
-)
-# Equal to another on every flight: the other stands for them.
-STANDS_FOR = {
-    "added_mass": ("gain:thrust",),
-    "torque_bias": ("offset:w?_cmd",),
-    "wind": ("slope",),
-    "gain:steer": ("wheelbase",),
-}
 PAIR = ("wx_cmd", "wy_cmd")
-STILL = 1e-9
 GRIDS: dict[str, tuple[float, ...]] = {
     "delay": (1.0, 2.0, 4.0),
     "lag": (2.5,),
@@ -103,33 +73,22 @@ def library_for(
     Logs with the battery's voltage give the equations that input, so that thrust may sag with it.
     """
     require_patterns(exclude)
+    equations = with_inputs_of(equations, data)
+    return _library(equations, tuple(dict.fromkeys((*competing(equations, data, exclude)[0], *include))))
+
+
+def with_inputs_of(equations: Equations, data: Dataset) -> Equations:
+    """The equations with the battery's voltage as an input where the logs have it, so that thrust may sag with it."""
     reference = voltage_at_start(data)
-    if reference is not None and "thrust" in (*equations.layouts.action, *equations.quantities):
-        equations = with_voltage(equations, reference)
-    found = [one for one in applicable(equations) if not _skipped(one, data, exclude)]
-    keys = {one.key for one in found}
-    for key, others in STANDS_FOR.items():
-        if key in keys:
-            found = [one for one in found if not any(fnmatch(one.key, other) for other in others)]
-    dropped = unnamed({one.key for one in found}, data)
-    chosen = tuple(dict.fromkeys((*(one.key for one in found if one.key not in dropped), *include)))
-    return _library(equations, chosen)
+    if reference is None or "thrust" not in (*equations.layouts.action, *equations.quantities):
+        return equations
+    return with_voltage(equations, reference)
 
 
 @lru_cache(maxsize=4)
 def _library(equations: Equations, keys: tuple[str, ...]) -> Library:
     """Kept, because composing and compiling takes longer than a search in which many logs are diagnosed."""
     return Library.of(equations, [effect(key, equations) for key in keys])
-
-
-def _skipped(one: Effect, data: Dataset, exclude: Collection[str]) -> bool:
-    if any(fnmatch(one.key, pattern) for pattern in (*NOT_SEARCHED, *exclude)):
-        return True
-    if one.column and one.column in data.layouts.action:
-        values = np.concatenate([trajectory.column(one.column) for trajectory in data])
-        # Commands are as sent, without noise: one that never varies shows nothing of its map.
-        return float(np.std(values)) < STILL
-    return False
 
 
 def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
@@ -139,7 +98,7 @@ def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
     exclusive = [group for group in groups if group.one_of]
     for key, one in library.effects.items():
         slots = library.indices(key)
-        if not slots or one.column == PAIR[1] or (one.kind in SWINGING and not _swings(data)):
+        if not slots or one.column == PAIR[1] or (one.kind in SWINGING and not swings(data)):
             continue
         keys: tuple[str, ...] = (key,)
         free: tuple[tuple[int, ...], ...] = tuple((slot,) for slot in slots)
@@ -163,7 +122,7 @@ def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
     return tuple(found)
 
 
-def _swings(data: Dataset) -> bool:
+def swings(data: Dataset) -> bool:
     """Whether a swing has been found in the logs."""
     return any(ANGLE in log.extra for log in data)
 

@@ -7,6 +7,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from sym2real.diagnosis.competing import NotTried
 from sym2real.diagnosis.constant import find_constants
 from sym2real.diagnosis.dependence import find_dependence
 from sym2real.diagnosis.features import Region
@@ -48,6 +49,7 @@ class Diagnosis:
         gate: whether free runs on them become better by as much as they must.
         seconds: time it took.
         tried: number of hypotheses that competed.
+        not_tried: effects that did not compete, and why.
         notes: remarks on data and method.
         misfit: whitened squares per degree of freedom, of the base and of the result; 1 is fully explained.
     """
@@ -65,6 +67,7 @@ class Diagnosis:
     gate: Gate = field(default_factory=Gate)
     seconds: float = 0.0
     tried: int = 0
+    not_tried: tuple[NotTried, ...] = ()
     notes: tuple[str, ...] = ()
     misfit: tuple[float, float] = field(default=(float("nan"), float("nan")))
 
@@ -107,6 +110,7 @@ class Diagnosis:
             "gate": self.gate.to_dict(),
             "seconds": self.seconds,
             "tried": self.tried,
+            "not_tried": [one.to_dict() for one in self.not_tried],
             "notes": list(self.notes),
         }
 
@@ -179,6 +183,7 @@ def _unscored(weighed: Weighed, selection: Selection) -> Diagnosis:
         faults=faults,
         findings=found,
         tried=selection.tried,
+        not_tried=weighed.not_tried,
         notes=weighed.notes,
         misfit=_misfit(weighed, selection),
     )
@@ -243,6 +248,7 @@ def _answer(
         held_out=steps.names_of(scored),
         gate=gate,
         tried=selection.tried,
+        not_tried=weighed.not_tried,
         notes=(*weighed.notes, *cut_said(horizons, horizon)),
         misfit=_misfit(weighed, selection),
     )

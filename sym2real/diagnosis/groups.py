@@ -6,7 +6,7 @@ from fnmatch import fnmatch
 
 import torch
 
-from sym2real.diagnosis.candidates import STANDS_FOR
+from sym2real.diagnosis.competing import STANDS_FOR
 from sym2real.diagnosis.select import GAIN, Selection
 from sym2real.effects import applicable
 from sym2real.symbolic import Equations

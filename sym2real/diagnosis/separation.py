@@ -14,7 +14,8 @@ from fnmatch import fnmatch
 
 import numpy as np
 
-from sym2real.diagnosis.candidates import STANDS_FOR, Candidate, candidates
+from sym2real.diagnosis.candidates import Candidate, candidates
+from sym2real.diagnosis.competing import STANDS_FOR
 from sym2real.diagnosis.findings import Finding
 from sym2real.diagnosis.fit import REFIT_STEPS, Hypothesis, Problems
 from sym2real.diagnosis.flying import fly

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import torch
 
 from sym2real.diagnosis.calibrate import Calibration, calibrated
-from sym2real.diagnosis.candidates import Candidate, candidates, library_for
+from sym2real.diagnosis.candidates import Candidate, candidates, library_for, swings, with_inputs_of
+from sym2real.diagnosis.competing import NotTried, competing
 from sym2real.diagnosis.fit import Problems
 from sym2real.diagnosis.lengths import long_enough
 from sym2real.diagnosis.library import SWINGING, Library
@@ -28,6 +29,7 @@ from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset, Trajectory
 
 OnProgress = Callable[[str], None]
+NO_SWING = "nothing in these logs swings at a frequency that is not the path's"
 
 # Times that variances are estimated from over-fitted residuals, each over-fit weighed by the last estimate.
 ROUNDS = 3
@@ -49,6 +51,7 @@ class Weighed:
         notes: remarks on data and method.
         plant: the plain simulator with the effects that the model has already, if there is one.
         swing: frequency and phases of a force that swings, if one was found.
+        not_tried: effects that do not compete, and why.
     """
 
     model: Equations
@@ -62,6 +65,7 @@ class Weighed:
     notes: tuple[str, ...]
     plant: MujocoPlant | None = None
     swing: Swing | None = None
+    not_tried: tuple[NotTried, ...] = ()
 
     @property
     def whitening(self) -> Whitening:
@@ -112,7 +116,18 @@ def weigh(
     calibration = None if flown is None else calibrated(searched, tried, flown, whitening)
     origin = searched.null if calibration is None else calibration.origin
     problems = Problems.of(problem, whitening, nuisance_of(searched, origin))
-    return Weighed(model, checked, library, tried, problems, spread, origin, calibration, tuple(notes), plant, swing)
+    not_tried = _not_tried(model, checked.data, exclude, include)
+    return Weighed(
+        model, checked, library, tried, problems, spread, origin, calibration, tuple(notes), plant, swing, not_tried
+    )
+
+
+def _not_tried(
+    model: Equations, data: Dataset, exclude: Collection[str], include: Sequence[str]
+) -> tuple[NotTried, ...]:
+    keys, others = competing(with_inputs_of(model, data), data, exclude)
+    calm = [NotTried(key, NO_SWING) for key in keys if key in SWINGING and not swings(data)]
+    return (*(one for one in others if one.effect not in include), *calm)
 
 
 def units_said(model: Equations) -> list[str]:

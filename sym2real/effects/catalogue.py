@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from fnmatch import fnmatch
 
 from sym2real.effects.added_mass import ADDED_MASS
@@ -122,16 +122,20 @@ def effect(key: str, described: Describable) -> Effect:
     return Effect(kind, body, tuple(one for one in equivalents(key) if EFFECTS[one.partition(":")[0]].fits(body)))
 
 
-def applicable(equations: Equations) -> tuple[Effect, ...]:
-    """Every effect that the equations can be given, one per column where a kind has columns."""
-    found: list[Effect] = []
+def known(equations: Equations) -> Iterator[Effect]:
+    """Every effect of such a robot, one per column where a kind has columns, whether the equations can be given it."""
+    body = Body.of(equations)
     for name, kind in EFFECTS.items():
         columns = columns_of(kind, equations)
         keys = [f"{name}:{column}" for column in columns]
-        if not columns or not kind.column_needed:
+        if not kind.columns or (columns and not kind.column_needed):
             keys.insert(0, name)
-        found += [effect(key, equations) for key in keys]
-    return tuple(one for one in found if one.applies(equations))
+        yield from (effect(key, equations) for key in keys if kind.fits(body))
+
+
+def applicable(equations: Equations) -> tuple[Effect, ...]:
+    """Every effect that the equations can be given."""
+    return tuple(one for one in known(equations) if one.applies(equations))
 
 
 def require_patterns(patterns: Iterable[str]) -> None:

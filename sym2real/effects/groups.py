@@ -91,11 +91,11 @@ def others_of(key: str, groups: Iterable[Group]) -> tuple[str, ...]:
     return tuple(member for member in found if member != key)
 
 
-def unnamed(keys: Collection[str], logs: Iterable[Trajectory]) -> set[str]:
-    """Keys that another one, which is among these, stands for in these logs."""
+def unnamed(keys: Collection[str], logs: Iterable[Trajectory]) -> dict[str, tuple[str, str]]:
+    """Keys that another one, which is among these, stands for in these logs, with that one and the condition."""
     logs = list(logs)
     found = (group for group in NAMED if group.members[0] in keys and group.holds is not None and group.holds(logs))
-    return {member for group in found for member in group.members[1:]}
+    return {member: (group.members[0], group.while_) for group in found for member in group.members[1:]}
 
 
 def same_group(one: str, other: str) -> bool:

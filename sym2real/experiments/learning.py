@@ -31,6 +31,8 @@ TRAINING_TASKS: dict[str, tuple[tuple[str, dict[str, Any]], ...]] = {
 # The most episodes that the paper's bases took.
 MOST_EPISODES = {"crazyflie": 10, "mushr": 20}
 DRIVES_SEED, PUSHED_DRIVES = 1, 3
+# What a model notes that has the robot's own faults in it already, so that no plain simulator can calibrate it.
+FROM_LOGS = "fitted to recorded logs: what was wrong with the robot there is in the equations"
 
 
 @dataclass(frozen=True)
@@ -113,8 +115,17 @@ def learn_from_drives(count: int) -> Learned:
     return _learned(replace(fitted, robot=MUSHR.name, numbers=MUSHR.numbers), drives, MUSHR, ())
 
 
-def learn_from_logs(robot: Robot, paths: Sequence[Path], spec: str | None, engine: str) -> Learned:
+def learn_from_logs(
+    robot: Robot, paths: Sequence[Path], spec: str | None, engine: str, numbers: Mapping[str, float] | None = None
+) -> Learned:
     """Equations fitted to recorded logs; ``dependence`` shows what control cannot rely on.
+
+    Args:
+        robot: whose columns the logs have.
+        paths: of the logs.
+        spec: how their columns are named.
+        engine: of the search.
+        numbers: of the robot that was measured (mass in kg, …), where they are not the registered one's.
 
     Raises:
         DataError: when a log cannot be read or lacks a column of the robot, or all are too short.
@@ -125,7 +136,10 @@ def learn_from_logs(robot: Robot, paths: Sequence[Path], spec: str | None, engin
     if (steps := data.rows - len(data)) < FEWEST_ROWS:
         raise DataError(", ".join(map(str, paths)), f"at least {FEWEST_ROWS} steps to learn from", f"{steps}")
     equations = ENGINES[engine](angles=robot.angles).fit(data.transitions())
-    return _learned(equations, data, robot, ())
+    own = replace(
+        equations, robot=robot.name, numbers={**robot.numbers, **(numbers or {})}, notes=(*equations.notes, FROM_LOGS)
+    )
+    return _learned(own, data, robot, ())
 
 
 def _learned(equations: Equations, data: Dataset, robot: Robot, reports: tuple[EpisodeReport, ...]) -> Learned:

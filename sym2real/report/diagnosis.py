@@ -10,6 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from sym2real.diagnosis import Diagnosis, Fall, Fault, Finding, Term, Tried, Where
+from sym2real.diagnosis.competing import not_tried_said
 from sym2real.diagnosis.leftover import MISFIT
 from sym2real.report.ladder import ladder_table
 from sym2real.report.tables import number
@@ -42,6 +43,7 @@ def diagnosis_report(diagnosis: Diagnosis, told: Collection[str] = ()) -> Render
     base, explained = diagnosis.misfit
     misfit = f"misfit per degree of freedom {number(base)} → {number(explained)}; 1 is fully explained"
     parts += _remarks([note for note in diagnosis.notes if note not in told])
+    parts += [f"[dim]not tried: {escape(line)}[/]" for line in not_tried_said(diagnosis.not_tried)]
     parts.append(f"[dim]{misfit}; {diagnosis.tried} hypotheses competed; {diagnosis.seconds:.0f} s[/]")
     return Group(*parts)
 

@@ -1,0 +1,106 @@
+"""What a diagnosis did not try is listed with the reason: an effect that was left out is not refuted."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from noisy_flights import flights
+
+from sym2real.cli import main
+from sym2real.diagnosis.candidates import candidates, library_for
+from sym2real.diagnosis.competing import EXCLUDED, NotTried, competing, not_tried_said
+from sym2real.effects.catalogue import known
+from sym2real.layout import Layouts
+from sym2real.logs import write_log
+from sym2real.robots import CRAZYFLIE
+from sym2real.symbolic import Equations, load_model
+from sym2real.trajectory import Dataset
+
+BASE = CRAZYFLIE.nominal()
+
+
+def reasons(equations: Equations, data: Dataset, exclude: tuple[str, ...] = ()) -> dict[str, str]:
+    return {one.effect: one.reason for one in competing(equations, data, exclude)[1]}
+
+
+def test_every_effect_of_the_robot_competes_or_has_a_reason() -> None:
+    keys, others = competing(BASE, flights(), ["wind"])
+    left_out = {one.effect: one.reason for one in others}
+    assert all(left_out.values())
+    assert not left_out.keys() & set(keys)
+    assert left_out.keys() | set(keys) == {one.key for one in known(BASE)}
+    assert left_out["wind"] == EXCLUDED
+    assert left_out["sensor_scale:wx"].startswith("settled")
+    assert "added_mass stands for it" in left_out["gain:thrust"]
+    library = library_for(BASE, flights(), ["wind"])
+    # What the list does not name has a candidate, of its own or as one of a pair; a swing has one where one is found.
+    tried = {library.key(key) for one in candidates(library, flights()) for key in one.keys}
+    assert set(keys) - tried <= {"periodic_force"}
+
+
+def test_a_command_that_never_varies_is_named() -> None:
+    still = Dataset(replace(log, action=log.action * [1, 1, 1, 0]) for log in flights())
+    found = reasons(BASE, still)
+    assert "wz_cmd never varies" in found["gain:wz_cmd"]
+    assert "gain:wx_cmd" not in found
+
+
+@pytest.mark.parametrize(("missing", "lost"), [("mass", "wind"), ("jx", "torque_bias"), ("jx", "com_offset")])
+def test_a_number_that_is_missing_is_a_reason_and_not_an_error(missing: str, lost: str) -> None:
+    """Equations without wrench inputs, as logs give them: a push needs the mass, a torque the inertia."""
+    inputs = replace(BASE.substitute(dict.fromkeys(BASE.layouts.inputs, 0.0)), layouts=without_inputs(BASE))
+    assert lost not in reasons(inputs, flights())
+    bare = replace(inputs, numbers={name: value for name, value in BASE.numbers.items() if name != missing})
+    assert missing in reasons(bare, flights())[lost]
+    assert lost not in library_for(bare, flights()).effects
+
+
+def without_inputs(equations: Equations) -> Layouts:
+    return Layouts(equations.layouts.state, equations.layouts.action)
+
+
+def test_a_line_holds_all_effects_of_a_reason() -> None:
+    alike = [NotTried(f"lag:motor{i}", "a") for i in (1, 2)] + [NotTried("wind", "b"), NotTried("payload", "a")]
+    assert list(not_tried_said(alike)) == ["lag:{motor1,motor2}, payload: a", "wind: b"]
+
+
+def test_a_model_learned_from_logs_keeps_robot_and_numbers_and_is_diagnosed(tmp_path: Path) -> None:
+    """It has no wrench inputs and is the measured robot's own: nothing is calibrated, everything competes."""
+    logs = [str(tmp_path / f"{number}.csv") for number in range(2)]
+    for number, log in enumerate(logs):
+        main(["simulate", "crazyflie", "circle", "--seed", str(number), "--seconds", "4", "--noise", "--out", log])
+    model, found = str(tmp_path / "base"), tmp_path / "found"
+    with pytest.raises(SystemExit):  # two short circles do not show what the thrust does, which is said
+        main(["learn", "crazyflie", "--data", *logs, "--numbers", "mass=0.03", "--out", model])
+    learned = load_model(model)
+    assert learned.robot == "crazyflie"
+    assert learned.numbers == {**CRAZYFLIE.numbers, "mass": 0.03}
+    main(["diagnose", model, *logs, "--exclude", "com_offset", "--out", str(found)])
+    answer = json.loads((found / "diagnosis.json").read_text())
+    left_out = {one["effect"]: one["reason"] for one in answer["not_tried"]}
+    assert left_out["com_offset"] == EXCLUDED
+    assert not left_out.keys() & {"wind", "linear_drag", "motor_lag", "torque_bias"}
+    assert any("no plain simulator" in note for note in answer["notes"])
+
+
+@pytest.mark.parametrize("typed", ["mass=heavy", "mass", "mass=nan", "weight=1"])
+def test_a_number_that_the_robot_does_not_have_or_nobody_can_read_is_refused(typed: str, tmp_path: Path) -> None:
+    log, out = str(tmp_path / "log.csv"), tmp_path / "model"
+    write_log(flights()[0], log)
+    with pytest.raises(SystemExit):
+        main(
+            [
+                "learn",
+                "crazyflie",
+                "--data",
+                str(tmp_path / "log.csv"),
+                "--numbers",
+                typed,
+                "--out",
+                str(tmp_path / "m"),
+            ]
+        )
+    assert not (tmp_path / "m").exists()

@@ -103,4 +103,4 @@ def test_a_number_that_the_robot_does_not_have_or_nobody_can_read_is_refused(typ
                 str(tmp_path / "m"),
             ]
         )
-    assert not (tmp_path / "m").exists()
+    assert not out.exists()

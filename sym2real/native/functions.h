@@ -56,5 +56,17 @@ BY_LANES(arc_cosine, acos)
 BY_LANES(arc_tangent, atan)
 BY_LANES(logarithm, log)
 BY_LANES(hyperbolic_tangent, tanh)
+BY_LANES(hyperbolic_sine, sinh)
+BY_LANES(hyperbolic_cosine, cosh)
+BY_LANES(inverse_hyperbolic_sine, asinh)
+BY_LANES(inverse_hyperbolic_cosine, acosh)
+BY_LANES(inverse_hyperbolic_tangent, atanh)
+BY_LANES(rounded_down, floor)
+BY_LANES(rounded_up, ceil)
 BY_LANES_2(arc_tangent_2, atan2)
 BY_LANES_2(raised, pow)
+BY_LANES_2(what_is_left, fmod)
+INLINE v remainder_of(v a, v b) { /* with the sign of the divisor */
+    const v zero = splat(R(0.0)), r = what_is_left(a, b), other = r + b;
+    return select(r < zero, select(zero < b, other, r), select(zero < r, select(b < zero, other, r), r));
+}

@@ -78,6 +78,9 @@ RULES: dict[str, Callable[..., tuple[float, ...]]] = {
     "cos": _sine_slope,
     "exp": lambda a, r: (r.magnitude,),
     "tanh": lambda *_: (1.0,),
+    "sinh": lambda a, r: (math.hypot(1.0, r.magnitude),),  # cosh² is 1 + sinh²
+    "cosh": lambda a, r: (r.magnitude,),
+    "asinh": lambda *_: (1.0,),
     "atan": lambda *_: (1.0,),
     "abs": lambda *_: (1.0,),
     "minimum": lambda *_: (1.0, 1.0),

@@ -28,6 +28,7 @@ class Interval(NamedTuple):
 
 EVERYTHING = Interval(-math.inf, math.inf)
 TRUTH = Interval(0.0, 1.0)
+SINGLE = 1e-6  # relative error of a few operations in single precision
 
 
 def bounds(program: Program, inputs: Mapping[str, Interval], longest_reciprocal: float = math.inf) -> list[Interval]:
@@ -120,6 +121,17 @@ def _rising(function: Callable[[float], float], low: float = -math.inf) -> Calla
     return apply
 
 
+def _rounded(function: Callable[[float], int]) -> Callable[[Interval], Interval]:
+    """Rule of rounding to whole numbers, of an argument that has been rounded to single precision before."""
+
+    def apply(a: Interval) -> Interval:
+        if not math.isfinite(a.magnitude):
+            return EVERYTHING
+        return Interval(float(function(a.low - SINGLE * abs(a.low))), float(function(a.high + SINGLE * abs(a.high))))
+
+    return apply
+
+
 def _absolute(a: Interval) -> Interval:
     return Interval(0.0 if a.low <= 0.0 <= a.high else min(abs(a.low), abs(a.high)), a.magnitude)
 
@@ -141,11 +153,19 @@ RULES: dict[str, Callable[..., Interval]] = {
     "acos": lambda a: Interval(0.0, math.pi),
     "atan": _rising(math.atan),
     "atan2": lambda a, b: Interval(-math.pi, math.pi),
+    "remainder": lambda a, b: Interval(min(b.low, 0.0), max(b.high, 0.0)),  # its sign is the divisor's
     "exp": _rising(math.exp),
     "log": _rising(math.log, low=5e-324),
     "abs": _absolute,
     "sign": lambda a: Interval(-1.0, 1.0),
     "tanh": _rising(math.tanh),
+    "sinh": _rising(math.sinh),
+    "cosh": lambda a: _rising(math.cosh)(_absolute(a)),
+    "asinh": _rising(math.asinh),
+    "acosh": _rising(math.acosh, low=1.0),
+    "atanh": lambda a: _rising(math.atanh)(a) if a.magnitude < 1.0 else EVERYTHING,
+    "floor": _rounded(math.floor),
+    "ceil": _rounded(math.ceil),
     "minimum": lambda a, b: Interval(min(a.low, b.low), min(a.high, b.high)),
     "maximum": lambda a, b: Interval(max(a.low, b.low), max(a.high, b.high)),
     "select": lambda condition, a, b: Interval(min(a.low, b.low), max(a.high, b.high)),

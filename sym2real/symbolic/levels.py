@@ -25,12 +25,19 @@ UNARY = (
     "exp",
     "log",
     "tanh",
+    "sinh",
+    "cosh",
+    "asinh",
+    "acosh",
+    "atanh",
+    "floor",
+    "ceil",
     "asin",
     "acos",
     "atan",
     "sign",
 )
-BINARY = ("divide", "minimum", "maximum", "power", "atan2")
+BINARY = ("divide", "minimum", "maximum", "power", "atan2", "remainder")
 KINDS = (FUSED, *UNARY, *BINARY)
 Operand = int | float  # number of a value, or a constant
 Operation = tuple[str, tuple[Operand, ...]]

@@ -23,6 +23,29 @@ UNARY: Mapping[type, tuple[str, Callable[[float], float]]] = {
     sympy.Abs: ("abs", abs),
     sympy.sign: ("sign", lambda value: float((value > 0) - (value < 0))),
     sympy.tanh: ("tanh", math.tanh),
+    sympy.sinh: ("sinh", math.sinh),
+    sympy.cosh: ("cosh", math.cosh),
+    sympy.asinh: ("asinh", math.asinh),
+    sympy.acosh: ("acosh", math.acosh),
+    sympy.atanh: ("atanh", math.atanh),
+    sympy.floor: ("floor", math.floor),
+    sympy.ceiling: ("ceil", math.ceil),
+}
+BINARY: Mapping[type, tuple[str, Callable[[float, float], float]]] = {
+    sympy.atan2: ("atan2", math.atan2),
+    sympy.Mod: ("remainder", lambda a, b: a % b),
+}
+WRITTEN_OUT: Mapping[type, Callable[..., Expr]] = {  # by the functions above
+    sympy.sec: lambda x: 1 / sympy.cos(x),
+    sympy.csc: lambda x: 1 / sympy.sin(x),
+    sympy.cot: lambda x: 1 / sympy.tan(x),
+    sympy.acot: lambda x: sympy.atan(1 / x),
+    sympy.sech: lambda x: 1 / sympy.cosh(x),
+    sympy.csch: lambda x: 1 / sympy.sinh(x),
+    sympy.coth: lambda x: 1 / sympy.tanh(x),
+    sympy.frac: lambda x: x - sympy.floor(x),
+    sympy.sinc: lambda x: sympy.Piecewise((sympy.sin(x) / x, sympy.Ne(x, 0)), (1, True)),
+    sympy.Heaviside: lambda x, at_0: sympy.Piecewise((0, x < 0), (at_0, sympy.Eq(x, 0)), (1, True)),
 }
 COMPARE: Mapping[type, tuple[str, bool]] = {  # operation, operands exchanged
     sympy.StrictLessThan: ("less", False),
@@ -122,12 +145,16 @@ class Lowering:
         unary = UNARY.get(type(expression))
         if unary is not None:
             return self.graph.function(*unary, self.lower(expression.args[0]))
-        if isinstance(expression, sympy.atan2):
-            return self.graph.function("atan2", math.atan2, *(self.lower(argument) for argument in expression.args))
+        binary = BINARY.get(type(expression))
+        if binary is not None:
+            return self.graph.function(*binary, *(self.lower(argument) for argument in expression.args))
         if isinstance(expression, sympy.Min | sympy.Max):
             return self._extremum(expression)
         if isinstance(expression, sympy.Piecewise):
             return self._piecewise(expression)
+        written_out = WRITTEN_OUT.get(type(expression))
+        if written_out is not None:
+            return self.lower(written_out(*expression.args))
         raise ModelError(f"function {type(expression).__name__} is not supported in equations: {expression}")
 
     def _extremum(self, expression: Expr) -> Lowered:

@@ -19,7 +19,7 @@ from sym2real.symbolic.expressions import CONSTANTS, FUNCTIONS, product, symbol
 LONGEST_TEXT = 200_000
 LARGEST_NUMBER_BITS = 1100  # as large as a float gets; a tower of powers would never end
 
-ARITY = {"atan2": (2, 2), "Min": (1, math.inf), "Max": (1, math.inf)}
+ARITY = {"atan2": (2, 2), "Mod": (2, 2), "Heaviside": (1, 2), "Min": (1, math.inf), "Max": (1, math.inf)}
 COMPARISONS: dict[type[ast.cmpop], Callable[[Expr, Expr], Expr]] = {
     ast.Lt: sympy.Lt,
     ast.LtE: sympy.Le,
@@ -47,7 +47,7 @@ def parse_expression(text: str, names: Collection[str] | None = None) -> Expr:
     try:
         tree = ast.parse(text.strip(), mode="eval")
         expression = _Reader(names).read(tree.body)
-    except (SyntaxError, ValueError, TypeError) as error:  # SymPy's of a comparison with what is not real
+    except (SyntaxError, ValueError, TypeError, ArithmeticError) as error:  # SymPy's of what is not real or finite
         raise ModelError(f"expected an expression, found {_short(text)}: {error}") from error
     except (RecursionError, MemoryError) as error:
         raise ModelError(f"expected an expression, found one that is nested too deeply: {_short(text)}") from error

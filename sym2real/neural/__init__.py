@@ -3,6 +3,7 @@
 from sym2real.neural.composed import Composed
 from sym2real.neural.descent import Descent
 from sym2real.neural.ensemble import Ensemble
+from sym2real.neural.memory_length import MemoryLength, memory_length
 from sym2real.neural.model_folder import Model, open_model, save_model
 from sym2real.neural.residual_mlp import ResidualMLP
 from sym2real.neural.residual_training import PAPER, ResidualTraining, TrainingReport
@@ -14,12 +15,14 @@ __all__ = [
     "Composed",
     "Descent",
     "Ensemble",
+    "MemoryLength",
     "Model",
     "ResidualMLP",
     "ResidualTraining",
     "SymbolicResidual",
     "TrainingReport",
     "load_residual",
+    "memory_length",
     "open_model",
     "save_model",
     "save_residual",

@@ -2,11 +2,11 @@
 
 In tangents of the measured states (``Layout.difference``), to first order in errors e and residual r::
 
-    e_0 = 0,   e_k+1 = A_k e_k + d_k + G_k r(s_k, a_k),   d_k = f(s_k, a_k) ⊖ s_k+1
+    e_0 = 0,   e_k+1 = A_k e_k + d_k + G_k r(s_k, a_k),   d_k = f(s_k, a_k) ⊖ s_k+1,   B_k = ∂f/∂a
 
 A, d and G follow from the base and the log alone, so that a rollout over many steps costs a training step hardly more
 than a single one: the base is never called again. What is neglected is of second order in e, and vanishes as the
-residual learns. A and G are central differences through the base in double precision.
+residual learns. A, B and G are central differences through the base in double precision.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from sym2real.trajectory import Array, Transitions
 
 STEP = 1e-5  # of central differences, in the columns' units: error about 1e-10 relative
 TIME = "t"
-Step = Callable[[Tensor], Tensor]
+Step = Callable[[Tensor, Tensor], Tensor]
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +44,7 @@ class Leftover:
         error: d, the base's one-step error ``# (rows, t)``, float32.
         moved: G ``# (rows, t, n)``, float32.
         carried: A ``# (rows, t, t)``, float32.
+        driven: B, how the next state follows the command ``# (rows, t, m)``, float32.
         change: of the measured state in a step ``# (rows, t)``, float32.
         runs: first and last-but-one row of every stretch of consecutive rows.
     """
@@ -53,6 +54,7 @@ class Leftover:
     error: Tensor
     moved: Tensor
     carried: Tensor
+    driven: Tensor
     change: Tensor
     runs: tuple[tuple[int, int], ...]
 
@@ -78,15 +80,16 @@ def leftover(transitions: Transitions, base: Base, commands: int = 0, states: in
     runs = runs_of(transitions)
     action = _reached(transitions, base, runs)
     step = _base_step(base, state, action, _inputs(transitions, base), runs)
-    predicted = step(state)
+    predicted = step(state, action)
     tangents = torch.eye(layout.tangent_size, dtype=torch.float64) * STEP
     columns = torch.eye(len(layout), dtype=torch.float64) * STEP
+    commanded = torch.eye(action.shape[-1], dtype=torch.float64) * STEP
 
     def away(prediction: Tensor) -> Tensor:
         return layout.difference(layout.normalise(prediction), following)
 
     def carried(move: Tensor) -> Tensor:
-        return away(step(layout.retract(state, move.expand(len(state), -1))))
+        return away(step(layout.retract(state, move.expand(len(state), -1)), action))
 
     past = torch.as_tensor(replace(transitions, state=state.numpy(), action=action.numpy()).past(commands, states))
     return Leftover(
@@ -95,6 +98,7 @@ def leftover(transitions: Transitions, base: Base, commands: int = 0, states: in
         error=away(predicted).float(),
         moved=_slopes(lambda move: away(predicted + move), columns),
         carried=_slopes(carried, tangents),
+        driven=_slopes(lambda move: away(step(state, action + move)), commanded),
         change=layout.difference(following, state).float(),
         runs=runs,
     )
@@ -158,13 +162,13 @@ def _inputs(transitions: Transitions, base: Base) -> Tensor | None:
 def _base_step(
     base: Base, state: Tensor, action: Tensor, inputs: Tensor | None, runs: tuple[tuple[int, int], ...]
 ) -> Step:
-    """The base's step from states ``# (rows, n)``, commands and inputs being those of the rows."""
+    """The base's step from states ``# (rows, n)`` under commands ``# (rows, m)``, inputs being those of the rows."""
     if isinstance(base, Ensemble):
-        frozen = copy.deepcopy(base).double().requires_grad_(False)
-        return lambda values: frozen(values, action)
+        frozen: Ensemble = copy.deepcopy(base).double().requires_grad_(False)
+        return frozen
     module, size = build_module(base).double(), state.shape[-1]
     hidden = _hidden_along(base, state, action, inputs, runs) if base.start else state[:, :0]
-    return lambda values: module(torch.cat([values, hidden], dim=-1), action, inputs)[..., :size]
+    return lambda values, commands: module(torch.cat([values, hidden], dim=-1), commands, inputs)[..., :size]
 
 
 def _hidden_along(

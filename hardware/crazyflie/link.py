@@ -1,0 +1,208 @@
+"""A Crazyflie as a robot link: position from motion capture, attitude and rates from it, thrust and rates to it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hardware.clock import Clock, SystemClock
+from hardware.crazyflie.connection import Connection
+from hardware.crazyflie.routes import ROUTES, Packet, wire_rates
+from hardware.crazyflie.sender import NewestOnly
+from hardware.crazyflie.telemetry import PERIOD_MS, Telemetry, block_for, read
+from hardware.crazyflie.thrust_map import ThrustMap
+from hardware.errors import LinkError
+from hardware.interfaces import MotionCapture, Reading
+from hardware.velocity import Velocity
+from sym2real.errors import ShapeError
+from sym2real.robots import CRAZYFLIE, Robot
+from sym2real.trajectory import Array
+
+SET_POINT, REQUEST, POSITION = "set-point", "request", "position"
+CONNECTING, ARMING, STOPPING = 20.0, 3.0, 0.5  # s
+# The Kalman filter is the estimator that takes positions; it starts where it is now told to be.
+ESTIMATOR = {"stabilizer.estimator": 2}
+
+
+class CrazyflieLink:
+    """A :class:`~hardware.interfaces.RobotLink`.
+
+    The robot stands with its front along the world's x axis when it is switched on: its yaw is its own estimate.
+
+    Args:
+        uri: of the Crazyflie.
+        capture: sees it; connected first, because some clients hold Python still while they connect.
+        thrust_map: of its firmware and motors.
+        route: key of :data:`~hardware.crazyflie.routes.ROUTES`.
+        robot: its columns and limits.
+        clock: the computer's by default.
+        cache: folder for tables of contents.
+        dry: everything but arming and set-points.
+
+    Raises:
+        MissingDependencyError: without cflib.
+        UnknownNameError: for a route that does not exist.
+    """
+
+    def __init__(
+        self,
+        uri: str,
+        capture: MotionCapture,
+        thrust_map: ThrustMap,
+        *,
+        route: str = "packet",
+        robot: Robot = CRAZYFLIE,
+        clock: Clock | None = None,
+        cache: Path | None = None,
+        dry: bool = False,
+    ) -> None:
+        self.robot, self.thrust_map, self.route, self.dry = robot, thrust_map, ROUTES[route], dry
+        self._clock, self._capture = clock or SystemClock(), capture
+        self.connection = Connection(uri, cache)
+        self._sender: NewestOnly | None = None
+        self._telemetry: Telemetry | None = None
+        self._velocity = Velocity()
+        self._told = 0.0  # stamp of the last position that the robot was told
+        self._count, self._saturated = 0, False
+
+    def connect(self) -> None:
+        """Motion capture, then the robot, then its log.
+
+        Raises:
+            LinkError: naming what did not answer, or what the firmware is too old for.
+        """
+        self._capture.connect()
+        self.connection.open(CONNECTING)
+        protocol = self.connection.protocol
+        if protocol < self.route.protocol:
+            raise LinkError(
+                f"route {self.route.name!r} needs CRTP protocol {self.route.protocol}, the firmware speaks {protocol}: "
+                "update it, or take the route 'commander'"
+            )
+        self.connection.set_parameters(ESTIMATOR, required=False)
+        self.connection.set_parameters(self.route.parameters)
+        self._block = block_for(self.connection.logged)
+        self._sender = NewestOnly(SET_POINT, REQUEST, POSITION)
+        self.connection.log(self._block.variables, PERIOD_MS, self._receive)
+        self._await(lambda: self._telemetry is not None, CONNECTING, "the first log packet")
+        self._await(lambda: bool(np.isfinite(self.state().state).all()), CONNECTING, "a whole state")
+
+    def arm(self) -> None:
+        """Unlock and arm; nothing turns yet.
+
+        Raises:
+            LinkError: when the robot does not say that it is armed, with what it says.
+        """
+        if self.dry:
+            return
+        if self.route.unlocked_by_zero:
+            self._put(self._setpoint(np.zeros(3), 0))
+            self._require_sent()  # nothing newer may take its place
+        self._put(lambda: self.connection.arm(True), REQUEST)
+        wanted = "armed" if self._block.arming else "can_fly"
+        said = ", ".join(sorted(self.state().flags)) or "nothing"
+        self._await(lambda: wanted in self.state().flags, ARMING, f"the flag {wanted!r} (the robot says: {said})")
+
+    def state(self) -> Reading:
+        """Position and velocity of motion capture, attitude and rates of the robot; the robot is told its position."""
+        now, pose, told = self._clock.now(), self._capture.latest(), self._telemetry
+        state = np.full(self.robot.layouts.state.size, math.nan)
+        ages = {"pose": math.inf, "attitude": math.inf}
+        extra = {"thrust_count": float(self._count), "saturated": float(self._saturated)}
+        if pose is not None:
+            state[0:3], state[7:10] = pose.position, self._velocity.add(pose.stamp, pose.position)
+            ages["pose"], extra["pose_stamp"] = now - pose.arrival, pose.stamp
+            self._tell_position(pose.stamp, pose.position)
+        if told is None:
+            return Reading(now, state, ages, extra=extra)
+        state[3:7], state[10:13] = told.attitude, told.rates
+        ages["attitude"], extra["robot_stamp"] = now - told.arrival, told.stamp
+        return Reading(now, state, ages, told.battery, told.flags, extra)
+
+    def send(self, action: ArrayLike) -> Array:
+        """Thrust in N and body rates in rad/s ``# (4,)``; the same as the robot is told them.
+
+        Raises:
+            ShapeError: for an action that is not finite or has other columns; nothing is sent then.
+        """
+        wanted = np.asarray(action, dtype=np.float64)
+        if wanted.shape != (4,) or not np.isfinite(wanted).all():
+            raise ShapeError(f"expected four finite numbers, thrust and rates, found {wanted.tolist()}")
+        battery = math.nan if self._telemetry is None else self._telemetry.battery
+        counts = self.thrust_map.counts(float(wanted[0]), battery)
+        self._count = self.route.reachable(counts.value)
+        self._saturated = counts.saturated or self._count != counts.value
+        degrees, rates = wire_rates(wanted[1:4])
+        if not self.dry:
+            self._put(self._setpoint(degrees, self._count))
+        return np.array([self.thrust_map.newtons(self._count, battery), *rates])
+
+    def stop(self, *, emergency: bool = False) -> None:
+        """Motors off and disarmed; after an emergency stop until the robot is restarted."""
+        if self._sender is not None and not self.dry:
+            self._put(self._stop_and_lock if emergency else self._stop)
+            self._sender.flush(STOPPING)
+
+    def close(self) -> None:
+        """Stop, and close both links."""
+        if self._sender is not None:
+            self.stop()
+            self._sender.close()
+            self._sender = None
+            self.connection.close()
+        self._capture.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _stop(self) -> None:
+        self.connection.crazyflie.commander.send_stop_setpoint()
+        self.connection.arm(False)
+
+    def _stop_and_lock(self) -> None:
+        self.connection.emergency_stop()
+
+    def _setpoint(self, rates_deg: Array, counts: int) -> Callable[[], None]:
+        return lambda: self.route.tell(self.connection.crazyflie, self._send_packet, rates_deg, counts)
+
+    def _send_packet(self, packet: Packet) -> None:
+        self.connection.send(packet)
+
+    def _put(self, send: Callable[[], None], kind: str = SET_POINT) -> None:
+        if self._sender is None:
+            raise LinkError("expected an open link: connect first")
+        self._sender.put(kind, send)
+
+    def _require_sent(self) -> None:
+        if self._sender is None or not self._sender.flush(ARMING):
+            raise LinkError(f"{self.connection.uri}: the radio takes no packets")
+
+    def _tell_position(self, stamp: float, position: Array) -> None:
+        if self._sender is not None and stamp != self._told:
+            self._told, place = stamp, position.tolist()
+            self._sender.put(POSITION, lambda: self.connection.crazyflie.extpos.send_extpos(*place))
+
+    def _receive(self, stamp_ms: int, values: dict[str, Any]) -> None:
+        arrival, unpack = self._clock.now(), self.connection.unpack_quaternion
+        self._telemetry = read(self._block, values, unpack, stamp_ms, arrival)
+
+    def _await(self, ready: Callable[[], bool], seconds: float, what: str) -> None:
+        """Wait, telling the robot its position meanwhile."""
+        start = due = self._clock.now()
+        while not ready():
+            if self.connection.lost or due - start > seconds:
+                raise LinkError(f"{self.connection.uri}: {self.connection.lost or f'no {what} in {seconds:g} s'}")
+            due += self.robot.dt
+            self._clock.sleep_until(due)
+            self.state()

@@ -1,0 +1,74 @@
+"""From a motion capture system's axes to the world's: x forward, y left, z up, in m."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+
+from sym2real.errors import ShapeError
+from sym2real.rotation import multiply
+from sym2real.trajectory import Array
+
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Which of the system's axes are the world's x, y and z, then a turn about z and a shift.
+
+    Args:
+        axes: each "x", "y" or "z", with a minus where it is turned round; ("x", "-z", "y") where y points upward.
+        yaw: of the system's turned axes in the world, rad.
+        origin: of the system in the world, m.
+        scale: m per unit of the system.
+
+    Raises:
+        ShapeError: for axes that are no right-handed frame, or numbers that are not finite.
+    """
+
+    axes: tuple[str, str, str] = ("x", "y", "z")
+    yaw: float = 0.0
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    scale: float = 1.0
+
+    def __post_init__(self) -> None:
+        rows = [_axis(name) for name in self.axes]
+        if None in rows or not math.isclose(float(np.linalg.det(np.array(rows, dtype=np.float64))), 1.0):
+            raise ShapeError(
+                f"expected three axes of a right-handed frame, such as x -z y, found {' '.join(self.axes)}"
+            )
+        if not np.isfinite([self.yaw, *self.origin]).all() or not 0.0 < self.scale < math.inf:
+            raise ShapeError("expected a finite yaw and origin, and a scale > 0")
+
+    @property
+    def rotation(self) -> Array:
+        """Matrix ``# (3, 3)`` that turns a vector of the system into the world."""
+        cosine, sine = math.cos(self.yaw), math.sin(self.yaw)
+        about_z = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+        turned: Array = about_z @ np.array([_axis(name) for name in self.axes])
+        return turned
+
+    def position(self, seen: Array) -> Array:
+        """A point of the system ``# (3,)`` in the world, m."""
+        placed: Array = self.rotation @ (self.scale * seen) + np.array(self.origin)
+        return placed
+
+    def attitude(self, seen: Array) -> Array:
+        """A body's attitude in the system, quaternion w x y z ``# (4,)``, in the world."""
+        turned: Array = multiply(torch.from_numpy(_quaternion(self.rotation)), torch.from_numpy(seen)).numpy()
+        return turned
+
+
+def _axis(name: str) -> tuple[float, ...] | None:
+    along = AXES.get(name.removeprefix("-"))
+    return None if along is None else tuple((-1.0 if name.startswith("-") else 1.0) * value for value in along)
+
+
+def _quaternion(matrix: Array) -> Array:
+    from scipy.spatial.transform import Rotation  # noqa: PLC0415 — it loads slowly and is asked for once
+
+    turned: Array = np.roll(Rotation.from_matrix(matrix).as_quat(), 1)
+    return turned

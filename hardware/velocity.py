@@ -1,0 +1,40 @@
+"""Velocity from the stamps of consecutive positions."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+import numpy as np
+
+from sym2real.trajectory import Array
+
+WINDOW = 0.018  # s: over a control period at 50 Hz, jitter of the stamps counts half as much as over one frame
+LONGEST = 0.1  # s: over more the mean velocity is no velocity
+
+
+class Velocity:
+    """Difference quotient over about a control period; NaN until there are two positions, and after a gap."""
+
+    def __init__(self) -> None:
+        self._seen: deque[tuple[float, Array]] = deque(maxlen=16)
+        self._value = np.full(3, math.nan)
+
+    def add(self, stamp: float, position: Array) -> Array:
+        """The velocity ``# (3,)`` in m/s with a position ``# (3,)`` in m at a stamp in s.
+
+        A stamp that has been seen changes nothing; one that goes back begins anew.
+        """
+        if self._seen and stamp == self._seen[-1][0]:
+            return self._value
+        if self._seen and not stamp > self._seen[-1][0]:
+            self._seen.clear()
+        self._seen.append((stamp, position))
+        while len(self._seen) > 2 and self._seen[1][0] <= stamp - WINDOW:
+            self._seen.popleft()
+        first, start = self._seen[0]
+        elapsed = stamp - first
+        self._value = (position - start) / elapsed if 0.0 < elapsed <= LONGEST else np.full(3, math.nan)
+        if elapsed > LONGEST:
+            self._seen.popleft()
+        return self._value

@@ -1,0 +1,310 @@
+"""The real cflib client against the fake Crazyflie on UDP: signs, telemetry, arming, watchdogs, whole flights.
+
+Nothing here is timed: waits end when what they wait for has come, or after generous limits.
+"""
+
+from __future__ import annotations
+
+import struct
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+from hardware.crazyflie.connection import Connection
+from hardware.crazyflie.link import CrazyflieLink
+from hardware.crazyflie.routes import ROUTES
+from hardware.crazyflie.telemetry import BLOCKS, block_for, read
+from hardware.crazyflie.thrust_map import THRUST_MAPS
+from hardware.errors import LinkError
+from hardware.fakes.capture import FakeCapture
+from hardware.fakes.crazyflie import FakeCrazyflie
+from hardware.fakes.tables import compressed
+from hardware.fakes.vehicle import Truth, Vehicle
+from hardware.frame import Frame
+from hardware.interfaces import Pose
+from hardware.motion_capture import LaboratoryCapture
+from hardware.pilot import FlightPilot
+from hardware.plant import HardwarePlant
+from hardware.safety import Limits
+from sym2real.control import geometric_controller
+from sym2real.errors import ShapeError
+from sym2real.plants import run_episode
+from sym2real.robots import CRAZYFLIE
+from sym2real.rotation import from_euler
+from sym2real.tasks import make_task
+from sym2real.trajectory import Array
+
+MAP = THRUST_MAPS["2025.02"]
+HOVER = CRAZYFLIE.rest[0]
+PATIENCE = 20.0  # s
+# On a machine that others use, data may come late: a test of what happens is not one of how fast.
+PATIENT = Limits(pose_age=2.0, attitude_age=2.0, late=2.0, overruns=1000)
+
+
+def until(holds: Callable[[], bool], then: Callable[[], object] = lambda: None) -> None:
+    """Wait until something holds, doing something all the while."""
+    start = time.monotonic()
+    while not holds():
+        then()
+        time.sleep(0.01)
+        assert time.monotonic() - start < PATIENCE
+
+
+@contextmanager
+def connected(route: str = "packet", **of_the_fake: Any) -> Iterator[tuple[CrazyflieLink, FakeCrazyflie]]:
+    capture = FakeCapture()
+    with FakeCrazyflie(poses_to=capture.address, **of_the_fake) as fake:
+        link = CrazyflieLink(fake.uri, capture, MAP, route=route)
+        with link:
+            link.connect()
+            yield link, fake
+
+
+@pytest.mark.parametrize("route", ROUTES)
+def test_each_route_turns_the_robot_as_it_is_told(route: str) -> None:
+    """A command about forward, left or up turns the simulated body about that axis, and the robot says so."""
+    with connected(route) as (link, fake):
+        link.arm()
+        for axis, sign in ((0, 1.0), (1, -1.0), (1, 1.0), (2, 1.0), (2, -1.0)):
+            action = np.array([1.1 * HOVER, 0.0, 0.0, 0.0])
+            action[1 + axis] = sign * 2.0
+            fake.do(lambda vehicle: vehicle.plant.reset([0.0, 0.0, 5.0, 1.0, *[0.0] * 9]))
+            until(lambda a=axis, s=sign: fake.vehicle.state[10 + a] * s > 1.0, lambda w=action: link.send(w))
+            turning = fake.vehicle.state[10:13]
+            assert np.abs(np.delete(turning, axis)).max() < 0.5 * abs(turning[axis])
+            until(lambda a=axis, s=sign: link.state().state[10 + a] * s > 0.5, lambda w=action: link.send(w))
+
+
+@pytest.mark.parametrize("route", ROUTES)
+def test_each_route_sends_the_thrust_that_it_says(route: str) -> None:
+    """What `send` answers is what the vehicle's motors give, where its firmware is the map's."""
+    with connected(route) as (link, fake):
+        link.arm()
+        for thrust in (0.25, 0.1, 0.0, 0.45):
+            sent = link.send([thrust, 0.0, 0.0, 0.0])
+            count = round(sent[0] * MAP.per_newton)
+            until(lambda count=count: _held(fake) == count, lambda thrust=thrust: link.send([thrust, 0, 0, 0]))
+            assert link.state().extra["thrust_count"] == count
+        least = {"packet": 0.0, "manual": 10001 / MAP.per_newton, "commander": 0.0}[route]
+        assert link.send(np.zeros(4))[0] == pytest.approx(least)
+        assert link.state().extra["saturated"] == (route == "manual")
+
+
+def _held(fake: FakeCrazyflie) -> int:
+    held = fake.vehicle._set_point
+    return -1 if held is None else held.counts
+
+
+@pytest.mark.parametrize("counts", [10001, 10002, 34567, 59999, 60000])
+def test_the_manual_route_arrives_at_the_count(counts: int) -> None:
+    """cflib takes a percentage and rounds down; what arrives is the count that was meant."""
+    told: list[bytes] = []
+    connection = Connection("udp://127.0.0.1:1")
+    connection.crazyflie.send_packet = lambda packet: told.append(bytes(packet.data))
+    ROUTES["manual"].tell(connection.crazyflie, connection.send, np.array([1.0, 2.0, 3.0]), counts)
+    assert struct.unpack("<BfffHB", told[0]) == (11, 1.0, -2.0, 3.0, counts, 1)
+
+
+def test_the_commander_route_needs_its_unlocking() -> None:
+    """Without the packet of no thrust the firmware keeps the motors still; `arm` sends it."""
+    with connected("commander") as (link, fake):
+        link.connection.arm(True)
+        until(lambda: fake.vehicle.supervisor.armed)
+        for _ in range(20):
+            link.send([0.2, 0.0, 0.0, 0.0])
+            time.sleep(0.01)
+        assert fake.vehicle.thrust == 0.0
+        assert all(fake.firmware.parameters[name] == 0 for name in ROUTES["commander"].parameters)
+        link.arm()
+        until(lambda: fake.vehicle.thrust > 0.15, lambda: link.send([0.2, 0.0, 0.0, 0.0]))
+
+
+@pytest.mark.parametrize("protocol", [9, 10, 12])
+def test_state_arrives_in_world_axes_whatever_the_firmware(protocol: int) -> None:
+    route = "packet" if protocol >= 10 else "commander"
+    with connected(route, protocol=protocol) as (link, fake):
+        turned = [0.5, -0.3, 1.0, *_attitude(0.2, -0.3, 0.7), 0, 0, 0, 0.4, 0.3, -0.2]
+        fake.do(lambda vehicle: _floating(vehicle, turned))
+        until(lambda: np.abs(link.state().state[:3] - turned[:3]).max() < 0.01)
+        until(lambda: np.abs(link.state().state[10:13] - turned[10:13]).max() < 0.12)
+        assert set(link.connection.logged) > set(link._block.variables)
+        assert (link._block is BLOCKS[0]) == (protocol >= 10)
+        until(lambda: abs(abs(link.state().state[3:7] @ fake.vehicle.state[3:7]) - 1.0) < 1e-3)
+        assert link.state().battery == pytest.approx(4.1, abs=0.01)
+        until(lambda: np.abs(np.array(fake.firmware.position) - fake.vehicle.state[:3]).max() < 0.01, link.state)
+
+
+def _floating(vehicle: Vehicle, state: list[float]) -> None:
+    """Without weight: it stays where it is, and turns on."""
+    vehicle.plant.reset(state)
+    vehicle.plant.mj_model.opt.gravity[:] = 0.0
+
+
+def _attitude(roll: float, pitch: float, yaw: float) -> list[float]:
+    return from_euler(*(torch.tensor(angle, dtype=torch.float64) for angle in (roll, pitch, yaw))).tolist()
+
+
+def test_a_compressed_quaternion_reads_back_in_any_attitude() -> None:
+    """The fake packs, cflib unpacks: within the 9 bits of the format, whichever component is the greatest."""
+    connection, rng = Connection("udp://127.0.0.1:1"), np.random.default_rng(0)
+    values = dict.fromkeys(BLOCKS[0].variables, 0.0)
+    for _ in range(200):
+        attitude = rng.standard_normal(4)
+        attitude /= np.linalg.norm(attitude)
+        values["stateEstimateZ.quat"] = compressed(attitude)
+        told = read(BLOCKS[0], values, connection.unpack_quaternion, 0, 0.0)
+        assert abs(told.attitude @ attitude) > 1.0 - 1e-5
+
+
+def test_firmware_that_logs_too_little_is_refused() -> None:
+    with pytest.raises(LinkError, match=r"gyro\.x"):
+        block_for({"pm.vbat"})
+    garbled = read(BLOCKS[1], dict.fromkeys(BLOCKS[1].variables, 0.0), lambda _: np.zeros(4), 0, 0.0)
+    assert np.isnan(garbled.attitude).all()
+
+
+def test_an_old_firmware_is_refused_by_the_routes_that_it_does_not_know() -> None:
+    with pytest.raises(LinkError, match="'commander'"), connected("packet", protocol=9):
+        pass
+
+
+def test_a_port_where_nobody_answers_is_one_error() -> None:
+    """cflib alone would wait for ever."""
+    with pytest.raises(LinkError, match=r"udp://127\.0\.0\.1:1"):
+        Connection("udp://127.0.0.1:1").open(2.0)
+    with FakeCrazyflie() as fake:
+        fake.deaf = True
+        with pytest.raises(LinkError, match="switched on"):
+            Connection(fake.uri).open(1.0)
+
+
+def test_a_locked_robot_does_not_arm() -> None:
+    with connected() as (link, fake):
+        link.stop(emergency=True)
+        until(lambda: fake.vehicle.supervisor.locked)
+        with pytest.raises(LinkError, match="armed"):
+            link.arm()
+
+
+@pytest.mark.parametrize("protocol", [9, 10, 12])
+def test_stop_and_emergency_stop_reach_every_firmware(protocol: int) -> None:
+    with connected("packet" if protocol >= 10 else "commander", protocol=protocol) as (link, fake):
+        link.arm()
+        until(lambda: fake.vehicle.thrust > 0.1, lambda: link.send([0.2, 0, 0, 0]))
+        link.stop()
+        until(lambda: fake.vehicle.thrust == 0.0 and not fake.vehicle.supervisor.armed)
+        link.stop(emergency=True)
+        until(lambda: fake.vehicle.supervisor.locked)
+
+
+def test_what_is_no_action_is_not_sent() -> None:
+    with connected() as (link, fake):
+        link.arm()
+        before = fake.firmware.commands
+        for wrong in ([0.2, 0.0, np.nan, 0.0], [0.2, 0.0], [np.inf, 0, 0, 0]):
+            with pytest.raises(ShapeError, match="finite"):
+                link.send(wrong)
+        assert fake.firmware.commands == before
+
+
+def test_the_watchdog_turns_level_and_then_off() -> None:
+    """On a clock that the test sets: level half a second after the last set-point, off after two, then locked."""
+    vehicle = Vehicle(Truth(), now=0.0)
+    vehicle.plant.reset([0.0, 0.0, 20.0, *_attitude(0.5, 0.0, 0.0), *[0.0] * 6])
+    vehicle.supervisor.arm(True, 0.0)
+    vehicle.command(round(HOVER * 111342), np.zeros(3))
+    vehicle.advance(0.49)
+    assert vehicle.state[4] == pytest.approx(np.sin(0.25), abs=0.01)
+    vehicle.advance(1.5)
+    assert abs(vehicle.state[4]) < 0.01
+    assert vehicle.thrust > 0.2
+    vehicle.advance(2.01)
+    assert vehicle.thrust == 0.0
+    assert vehicle.supervisor.locked
+
+
+def test_an_armed_robot_that_does_not_take_off_disarms() -> None:
+    vehicle = Vehicle(Truth(), now=0.0)
+    vehicle.supervisor.arm(True, 0.0)
+    vehicle.advance(29.0)
+    assert vehicle.supervisor.armed
+    vehicle.advance(31.0)
+    assert not vehicle.supervisor.armed
+
+
+def test_a_tumbled_robot_stops_its_motors() -> None:
+    vehicle = Vehicle(Truth(), now=0.0)
+    vehicle.plant.reset([0.0, 0.0, 20.0, *_attitude(3.0, 0.0, 0.0), *[0.0] * 6])
+    vehicle.supervisor.arm(True, 0.0)
+    vehicle.command(30000, np.zeros(3))
+    vehicle.advance(0.3)
+    assert vehicle.supervisor.tumbled
+    assert vehicle.thrust == 0.0
+
+
+def test_a_load_pulls_the_voltage_down_and_flying_empties_the_battery() -> None:
+    vehicle = Vehicle(Truth(), now=0.0)
+    vehicle.supervisor.arm(True, 0.0)
+    vehicle.command(40000, np.zeros(3))
+    vehicle.advance(0.1)
+    loaded = vehicle.battery
+    assert loaded < 4.0
+    vehicle.stop()
+    vehicle.advance(0.2)
+    assert loaded < vehicle.battery < 4.1
+
+
+@pytest.mark.parametrize(("protocol", "route"), [(12, "packet"), (9, "commander")])
+def test_a_whole_flight_over_udp(protocol: int, route: str) -> None:
+    """Take-off, a second of a task by the simulator's own loop, landing: disarmed on the ground."""
+    task = make_task("hover", CRAZYFLIE, goal=(0.2, 0.0, 0.5), start=(0.0, 0.0, 0.5))
+    with (
+        connected(route, protocol=protocol) as (link, fake),
+        HardwarePlant(link, FlightPilot(CRAZYFLIE, PATIENT)) as plant,
+    ):
+        controller = geometric_controller(CRAZYFLIE, task.reference)
+        trajectory = run_episode(plant, controller, task, steps=100)
+        assert len(trajectory) == 100
+        assert np.linalg.norm(trajectory.state[-1, :3] - [0.2, 0.0, 0.5]) < 0.1
+        plant.land()
+        assert plant.ended == "the task is over"
+        until(lambda: not fake.vehicle.supervisor.armed)
+        assert fake.vehicle.state[2] < 0.06
+
+
+def test_a_drone_out_of_reach_ends_the_flight() -> None:
+    limits = Limits(late=5.0, overruns=1000)
+    with connected() as (link, fake), HardwarePlant(link, FlightPilot(CRAZYFLIE, limits)) as plant:
+        plant.reset(_place(0.4))
+        fake.muted = fake.deaf = True
+        until(lambda: plant.crashed, lambda: plant.step(CRAZYFLIE.rest))
+        assert "attitude" in plant.ended
+        until(lambda: fake.vehicle.supervisor.locked)  # its own watchdog
+
+
+def _place(height: float) -> Array:
+    place = CRAZYFLIE.start.copy()
+    place[2] = height
+    return place
+
+
+def test_motion_capture_by_the_real_client() -> None:
+    """The library's own mock: the pose that it was told, in the world's axes."""
+    settings = {"rigid_bodies": "cf1(1,2,3,1,0,0,0);other(0,0,0,1,0,0,0)", "frequency": "100"}
+    capture = LaboratoryCapture("mock", "cf1", settings, Frame(("x", "-z", "y")))
+    capture.connect()
+    first = capture.latest()
+    assert isinstance(first, Pose)
+    assert first.position == pytest.approx([1.0, -3.0, 2.0])
+    until(lambda: capture.latest().arrival > first.arrival)  # type: ignore[union-attr]
+    capture.close()
+    missing = LaboratoryCapture("mock", "cf2", settings)
+    with pytest.raises(LinkError, match="cf1"):
+        missing.connect()
+    with pytest.raises(LinkError, match="no such system"):
+        LaboratoryCapture("no such system", "cf1", {}).connect()

@@ -1,0 +1,78 @@
+"""Real ROS 1 beside the tests: rosmaster, and scripts on rospy, in processes of the system's Python."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from hardware.errors import LinkError
+from hardware.ros1 import Node
+
+SYSTEM_PYTHON = "/usr/bin/python3"  # Debian's rospy belongs to it
+STARTING = 20.0  # s; a busy machine takes its time
+PACKAGES = "python3-rospy python3-rosmaster python3-geometry-msgs python3-rosbag"
+
+
+def require_ros() -> None:
+    """Skip where ROS 1 is not installed."""
+    if shutil.which("rosmaster") is None:
+        pytest.skip(f"ROS 1 is not here: apt-get install --no-install-recommends {PACKAGES}")
+
+
+@contextmanager
+def master() -> Iterator[str]:
+    """A rosmaster on a free port: its address."""
+    require_ros()
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    uri = f"http://127.0.0.1:{port}"
+    process = subprocess.Popen(
+        ["rosmaster", "--core", "-p", str(port)], env=environment(uri), stdout=subprocess.DEVNULL
+    )
+    try:
+        wait_for(lambda: answers(uri))
+        yield uri
+    finally:
+        process.terminate()
+        process.wait(10)
+
+
+def environment(uri: str) -> dict[str, str]:
+    """For processes of ROS: without this Python's paths."""
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "VIRTUAL_ENV"))}
+    return {**kept, "ROS_MASTER_URI": uri, "ROS_IP": "127.0.0.1", "PATH": f"/usr/bin:{kept.get('PATH', '')}"}
+
+
+def answers(uri: str) -> bool:
+    """Whether a master answers there."""
+    try:
+        Node("/probe", uri, "127.0.0.1").close()
+    except LinkError:
+        return False
+    return True
+
+
+def rospy_script(uri: str, text: str, *arguments: str | Path) -> subprocess.Popen[str]:
+    """A script on the system's Python with rospy; its words come by the pipe."""
+    command = [SYSTEM_PYTHON, "-u", "-c", text, *map(str, arguments)]
+    return subprocess.Popen(command, env=environment(uri), stdout=subprocess.PIPE, stderr=sys.stderr, text=True)
+
+
+def wait_for(done: object, seconds: float = STARTING) -> None:
+    """Wait until a call is true; fail after some seconds."""
+    assert callable(done)
+    end = time.monotonic() + seconds
+    while not done():
+        if time.monotonic() > end:
+            pytest.fail(f"waited {seconds:g} s in vain")
+        time.sleep(0.02)

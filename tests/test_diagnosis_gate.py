@@ -12,7 +12,9 @@ from sym2real.diagnosis.held_out import LAST_THIRD, makes_worse
 from sym2real.diagnosis.ladder import Stage, StageError, windows_of
 from sym2real.diagnosis.leftover import find_misfit
 from sym2real.diagnosis.library import Library
+from sym2real.diagnosis.sanity import Fault
 from sym2real.diagnosis.sensitivity import Problem
+from sym2real.diagnosis.significance import FEWEST_BLOCKS
 from sym2real.diagnosis.verdict import summary, verdict
 from sym2real.diagnosis.whitening import Spread
 from sym2real.robots import CRAZYFLIE
@@ -54,7 +56,7 @@ def test_rounding_does_not_decide_what_is_dropped(position: float, attitude: flo
 
 def test_findings_that_improve_no_prediction_are_no_answer() -> None:
     gate = Gate(stage("base", 1.0, 1.0), stage("+ wind", 0.95, 0.99))
-    problems = problems_of(220)
+    problems = problems_of(800)
     found = (Finding("wind", {}, 1.0),)
     assert verdict((), found, (), gate, problems) == "CANNOT_TELL"
     said = summary("CANNOT_TELL", (), found, (), gate=gate, stages=())
@@ -69,6 +71,34 @@ def test_what_is_left_of_a_second_or_two_is_no_answer(steps: int, answer: str) -
     said = summary(answer, (), (), misfit, gate=Gate(), stages=())  # type: ignore[arg-type]
     assert ("too little data" in said) == (answer == "CANNOT_TELL")
     assert "1.22 times that of noise" in said
+
+
+@pytest.mark.parametrize("faults", [(), (Fault("sensor_sign:wy", "reversed"),)])
+def test_fewer_than_ten_pieces_are_no_answer_whatever_was_found(faults: tuple[Fault, ...]) -> None:
+    gate = Gate(stage("base", 1.0, 1.0), stage("+ wind", 0.5, 1.0))
+    found = (Finding("wind", {}, 1.0, provisional=True),)
+    few = problems_of(300)
+    assert few.block_count < FEWEST_BLOCKS
+    assert verdict(faults, found, (), gate, few) == "CANNOT_TELL"
+    said = summary("CANNOT_TELL", faults, found, (), gate=gate, stages=())
+    assert "erhaps missing: wind" in said
+    assert "no finding can be tested" in said
+    assert verdict(faults, (), (), Gate(), few) == "CANNOT_TELL"
+
+
+@pytest.mark.parametrize(("misfit", "answer"), [(975.0, "UNEXPLAINED"), (1.02, "EFFECT")])
+def test_a_fault_alone_is_an_answer_only_where_noise_is_left(misfit: float, answer: str) -> None:
+    fault = Fault("sensor_sign:wy", "reversed")
+    assert verdict((fault,), (), find_misfit(misfit), Gate(), problems_of(800)) == answer
+
+
+def test_a_block_is_a_second_and_half_a_second_from_the_next() -> None:
+    problems = problems_of(800)
+    segments, dt = problems.problem.segments, CRAZYFLIE.dt
+    inside = [segments.row[problems.blocks == block] for block in range(problems.block_count)]
+    first, last = [rows.min() for rows in inside], [rows.max() + segments.length for rows in inside]
+    assert all((end - begin) * dt >= 1.0 for begin, end in zip(first, last, strict=True))
+    assert all((begin - end) * dt >= 0.5 - 1e-9 for begin, end in zip(first[1:], last[:-1], strict=True))
 
 
 def test_a_single_log_is_scored_behind_its_fit() -> None:

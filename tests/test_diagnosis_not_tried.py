@@ -91,16 +91,5 @@ def test_a_number_that_the_robot_does_not_have_or_nobody_can_read_is_refused(typ
     log, out = str(tmp_path / "log.csv"), tmp_path / "model"
     write_log(flights()[0], log)
     with pytest.raises(SystemExit):
-        main(
-            [
-                "learn",
-                "crazyflie",
-                "--data",
-                str(tmp_path / "log.csv"),
-                "--numbers",
-                typed,
-                "--out",
-                str(tmp_path / "m"),
-            ]
-        )
+        main(["learn", "crazyflie", "--data", log, "--numbers", typed, "--out", str(out)])
     assert not out.exists()

@@ -45,8 +45,9 @@ def _files(base: Equations, data: Dataset, found: Diagnosis, out: Path, console:
     if informed is not None and found.established:
         yield from write_model_and_simulator(informed, out, console)
     elif informed is not None:
-        said = "held-out predictions do not bear it out: no model or simulator was written; `sym2real add` makes one"
-        console.print(said, markup=False)
+        few = any(finding.provisional for finding in found.findings)
+        why = "too little data to test it" if few else "held-out predictions do not bear it out"
+        console.print(f"{why}: no model or simulator was written; `sym2real add` makes one", markup=False)
     yield from write_figures(base, informed, data, found, out)
 
 

@@ -28,14 +28,18 @@ def verdict(
 ) -> Verdict:
     """Which of the four answers the parts make; findings that do not improve long predictions are no answer.
 
-    An unfinished search cannot say that nothing is missing, or that no effect explains what is left.
+    Fewer than ten independent blocks leave no test, and an unfinished search cannot say that nothing is missing, or
+    that no effect explains what is left. A fault alone is the answer only where nothing is left once it is undone.
     """
-    if faults or (found and gate.passed):
-        return "EFFECT"
-    if problems.block_count < FEWEST_BLOCKS or not finished:
+    established = bool(found) and gate.passed
+    if problems.block_count < FEWEST_BLOCKS or not (finished or established):
         return "CANNOT_TELL"
+    if established:
+        return "EFFECT"
     if leftovers:
         return "UNEXPLAINED"
+    if faults:
+        return "EFFECT"
     return "CANNOT_TELL" if found else "NOTHING_MISSING"
 
 
@@ -53,8 +57,10 @@ def summary(
     parts = []
     if faults:
         parts.append("the data show " + ", ".join(fault.name for fault in faults))
+    provisional = any(finding.provisional for finding in found)
     if found:
-        parts.append("missing: " + "; ".join(_one(finding) for finding in found))
+        missing = "perhaps missing: " if provisional else "missing: "
+        parts.append(missing + "; ".join(_one(finding) for finding in found))
         fall = fall_of_error(stages)
         if fall is not None:
             parts.append(f"with it the {fall[0]} error on held-out pieces changes from {fall[1]:.3g} to {fall[2]:.3g}")
@@ -63,8 +69,9 @@ def summary(
         parts.append("nothing is missing beyond noise and small disturbances")
     if found and gate.best is not None and not gate.passed:
         parts.append(f"but {_failed(gate.best)}")
-    elif answer == "CANNOT_TELL" and not interrupted:
-        parts.append(f"too little data: fewer than {FEWEST_BLOCKS} independent pieces of a second")
+    if provisional or (answer == "CANNOT_TELL" and not found and not interrupted):
+        tested = ", so that no finding can be tested" if found else ""
+        parts.append(f"too little data: fewer than {FEWEST_BLOCKS} independent pieces of a second{tested}")
     if interrupted:
         parts.append(f"{interrupted} was interrupted before it ended")
     sentence = "; ".join(parts)

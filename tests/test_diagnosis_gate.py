@@ -7,16 +7,20 @@ import torch
 from noisy_flights import LEFT_OUT, flights_with
 
 from sym2real.diagnosis import Finding, Gate, diagnose
+from sym2real.diagnosis.candidates import candidates
 from sym2real.diagnosis.fit import Problems
+from sym2real.diagnosis.groups import groups_of
 from sym2real.diagnosis.held_out import LAST_THIRD, makes_worse
 from sym2real.diagnosis.ladder import Stage, StageError, windows_of
-from sym2real.diagnosis.leftover import find_misfit
+from sym2real.diagnosis.leftover import Leftover, find_misfit
 from sym2real.diagnosis.library import Library
 from sym2real.diagnosis.sanity import Fault
+from sym2real.diagnosis.select import Selection
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.significance import FEWEST_BLOCKS
 from sym2real.diagnosis.verdict import summary, verdict
 from sym2real.diagnosis.whitening import Spread
+from sym2real.effects import effect
 from sym2real.robots import CRAZYFLIE
 from sym2real.trajectory import Dataset
 
@@ -99,6 +103,36 @@ def test_a_block_is_a_second_and_half_a_second_from_the_next() -> None:
     first, last = [rows.min() for rows in inside], [rows.max() + segments.length for rows in inside]
     assert all((end - begin) * dt >= 1.0 for begin, end in zip(first, last, strict=True))
     assert all((begin - end) * dt >= 0.5 - 1e-9 for begin, end in zip(first[1:], last[:-1], strict=True))
+
+
+def test_asking_for_rivals_changes_no_answer() -> None:
+    """A rival that is better was put in behind the ladder's back, which then named another effect than the findings."""
+    base, data = CRAZYFLIE.nominal(), flights_with("wind", {"fx": 0.02, "fy": -0.01})
+    library = Library.of(base, [effect(key, base) for key in ("wind", "linear_drag")])
+    problem = Problem(library, data)
+    spread = Spread.of(problem, library.null)
+    variances = torch.as_tensor(problem.segments.noise).square(), torch.ones(len(spread.names), dtype=torch.float64)
+    tried = candidates(library, data)
+    selection = Selection(Problems.of(problem, spread.whitening(*variances)), tried, library.null)
+    (wrong,) = (one for one in tried if one.name == "linear_drag")
+    (scored,) = selection.ranked([], library.null, [wrong])
+    selection.put([wrong], scored.fit)
+    assert "wind" in groups_of(selection)["linear_drag"]
+    assert selection.chosen == [wrong]
+    selection.swap()
+    assert [one.name for one in selection.chosen] == ["wind"]
+
+
+@pytest.mark.parametrize(
+    ("left", "said"),
+    [
+        (Leftover("time", "fx", 0.3, ""), "a push along fx that depends on time"),
+        (Leftover("time", "wx_cmd", 0.3, ""), "a change of wx_cmd that depends on time"),
+        (Leftover("constant", "steer", 0.3, "", 0.05, "rad"), "a constant change of steer by 0.05 rad"),
+    ],
+)
+def test_only_forces_and_torques_push_along_something(left: Leftover, said: str) -> None:
+    assert left.statement == said
 
 
 def test_a_single_log_is_scored_behind_its_fit() -> None:

@@ -34,6 +34,12 @@ def stage(name: str, error: float) -> Stage:
 FLOOR = [Floor(horizon, {channel: (1.23e-5, unit) for channel, unit in CHANNELS.items()}) for horizon in HORIZONS]
 
 
+@pytest.mark.parametrize(("apart", "said"), [(True, "kept aside"), (False, "each left out once")])
+def test_the_title_says_whether_logs_were_kept_aside(apart: bool, said: str) -> None:
+    table = ladder_table([stage("base", 1.0)], FLOOR, [f"trial_{i}" for i in range(19)], apart=apart)
+    assert str(table.title).endswith(f"19 logs, {said}")
+
+
 @pytest.mark.parametrize("error", [1.234, 0.01234, 0.0001234])
 def test_four_channels_fit_80_columns(error: float) -> None:
     console = Console(width=200, file=io.StringIO())

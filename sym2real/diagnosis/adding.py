@@ -114,6 +114,7 @@ def try_effect(
         ladder=stages,
         floor=no_higher_than_reached(floor, stages),
         held_out=steps.names_of(scored_logs),
+        apart=held_out is not None,
         notes=(*weighed.notes, *cut_said(horizons, horizon)),
         seconds=time.perf_counter() - started,
     )

@@ -80,7 +80,7 @@ def _why_not(one: Effect, equations: Equations, data: Dataset, exclude: Collecti
     if any(fnmatch(one.key, pattern) for pattern in exclude):
         return EXCLUDED
     reason = next((why for pattern, why in NOT_SEARCHED.items() if fnmatch(one.key, pattern)), "")
-    reason = reason or one.why_not(equations)
+    reason = reason or one.why_not(equations).removeprefix(f"{one.key} ")
     if not reason and one.column in data.layouts.action:
         values = np.concatenate([trajectory.column(one.column) for trajectory in data])
         # Commands are as sent, without noise: one that never varies shows nothing of its map.
@@ -93,7 +93,7 @@ def _refused(one: Effect, equations: Equations) -> str:
     try:
         Library.of(equations, [one])
     except ModelError as error:
-        return f"{one.key}: {error}"
+        return str(error)
     return ""
 
 

@@ -206,7 +206,7 @@ def exactness(exact: int, logs: int) -> list[str]:
     if not exact:
         return []
     some = "" if exact == logs else f" in {exact} of {logs} logs"
-    return [f"no sensor noise{some}: errors of any size count; simulate with --noise"]
+    return [f"no sensor noise{some}, as of a simulation without --noise or behind a low-pass: errors of any size count"]
 
 
 def excitation(logs: Sequence[Trajectory]) -> dict[str, Excitation]:

@@ -46,6 +46,7 @@ class Diagnosis:
         ladder: errors of the base and of the first k findings, on held-out data.
         floor: errors of a fully explained model.
         held_out: names of the logs that scored the ladder.
+        apart: whether these took no part in any fit; else each is scored by the fit of the others.
         gate: whether free runs on them become better by as much as they must.
         seconds: time it took.
         tried: number of hypotheses that competed.
@@ -64,6 +65,7 @@ class Diagnosis:
     ladder: tuple[Stage, ...] = ()
     floor: tuple[Floor, ...] = ()
     held_out: tuple[str, ...] = ()
+    apart: bool = False
     gate: Gate = field(default_factory=Gate)
     seconds: float = 0.0
     tried: int = 0
@@ -107,6 +109,7 @@ class Diagnosis:
             "ladder": [stage.to_dict() for stage in self.ladder],
             "floor": [one.to_dict() for one in self.floor],
             "held_out": list(self.held_out),
+            "held_out_apart": self.apart,
             "gate": self.gate.to_dict(),
             "seconds": self.seconds,
             "tried": self.tried,
@@ -246,6 +249,7 @@ def _answer(
         ladder=stages,
         floor=no_higher_than_reached(floor, stages),
         held_out=steps.names_of(scored),
+        apart=held_out is not None,
         gate=gate,
         tried=selection.tried,
         not_tried=weighed.not_tried,

@@ -20,11 +20,11 @@ def groups_of(selection: Selection) -> dict[str, tuple[str, ...]]:
     """Per chosen effect, the rivals that explain the data as well, and those that always do."""
     if not selection.chosen:
         return {}
-    rivals, equations = selection.swap(), selection.problems.problem.library.equations
+    rivals, equations = selection.rivals(), selection.problems.problem.library.equations
     found = {}
     for one in selection.chosen:
         members = [*one.alike, *always_alike(one.name, equations)]
-        for scored, share, difference in rivals.get(one.name, []):
+        for scored, share, difference in rivals[one.name]:
             name = scored.candidate.name
             if name in {other.name for other in selection.chosen}:
                 continue

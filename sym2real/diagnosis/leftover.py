@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from sym2real import rotation
 from sym2real.diagnosis.sensitivity import Problem
 from sym2real.diagnosis.whitening import PIECES, Spread, Whitening
+from sym2real.layout import WRENCH
 from sym2real.trajectory import Array, Trajectory
 
 DEPENDS, SUSPECT = 0.10, 0.03
@@ -58,9 +59,11 @@ class Leftover:
         """What is left, for a sentence."""
         if self.explained_by == MISFIT:
             return f"an error {(1 - self.r2) ** -0.5:.2f} times that of noise and disturbances"
+        pushed = self.channel in WRENCH
         if self.size is not None:
-            return f"a constant push along {self.channel} of {self.size:.3g} {self.unit}"
-        return f"a push along {self.channel} that depends on {self.explained_by}"
+            how = f"push along {self.channel} of" if pushed else f"change of {self.channel} by"
+            return f"a constant {how} {self.size:.3g} {self.unit}"
+        return f"a {'push along' if pushed else 'change of'} {self.channel} that depends on {self.explained_by}"
 
     @property
     def measure(self) -> str:

@@ -217,23 +217,29 @@ class Selection:
             self.put(self.chosen, best)
         return better
 
-    def swap(self) -> dict[str, list[tuple[Scored, float, Tensor]]]:
-        """Exchange what a rival explains better; returns each finding's rivals with their share of its gain."""
-        rivals: dict[str, list[tuple[Scored, float, Tensor]]] = {}
+    def swap(self) -> None:
+        """Exchange what a rival explains better."""
         for one in list(self.chosen):
-            present = one
-            rest, fit = self.without(one)
-            without = self.problems.held_out(fit)
-            ranking = [scored for scored in self.ranked(rest, fit.values) if scored.candidate is not one]
+            rest, _, ranking = self._in_place_of(one)
             if ranking and ranking[0].loss < self.loss * (1 - 0.002):
                 best = ranking[0]
                 if self.significant(best.fit, best.candidate):
                     self.put([*rest, best.candidate], best.fit)
-                    present = best.candidate
-            gain = float((without - self.held_out).sum())
-            rivals[present.name] = [
-                (scored, float((without - scored.held_out).sum()) / max(gain, 1e-12), scored.held_out - self.held_out)
+
+    def rivals(self) -> dict[str, list[tuple[Scored, float, Tensor]]]:
+        """What else would do in each finding's place, with its share of the gain and its losses less the finding's."""
+        found = {}
+        for one in self.chosen:
+            _, without, ranking = self._in_place_of(one)
+            gain = max(float((without - self.held_out).sum()), 1e-12)
+            found[one.name] = [
+                (scored, float((without - scored.held_out).sum()) / gain, scored.held_out - self.held_out)
                 for scored in ranking
-                if scored.candidate.name != present.name
             ]
-        return rivals
+        return found
+
+    def _in_place_of(self, one: Candidate) -> tuple[list[Candidate], Tensor, list[Scored]]:
+        """The other findings, their held-out loss without it ``# (folds,)``, and its rivals beside them."""
+        rest, fit = self.without(one)
+        ranking = [scored for scored in self.ranked(rest, fit.values) if scored.candidate is not one]
+        return rest, self.problems.held_out(fit), ranking

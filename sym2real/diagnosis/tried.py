@@ -45,7 +45,7 @@ class Tried:
         gain: relative fall of the held-out whitened loss.
         rivals: other effects in its place, the best first.
         faults: of the data, undone before the fit.
-        ladder, floor, held_out, notes, seconds: as of :class:`~sym2real.diagnosis.Diagnosis`.
+        ladder, floor, held_out, apart, notes, seconds: as of :class:`~sym2real.diagnosis.Diagnosis`.
     """
 
     finding: Finding
@@ -56,6 +56,7 @@ class Tried:
     ladder: tuple[Stage, ...]
     floor: tuple[Floor, ...]
     held_out: tuple[str, ...]
+    apart: bool
     notes: tuple[str, ...]
     seconds: float
 

@@ -31,7 +31,7 @@ def diagnosis_report(diagnosis: Diagnosis, told: Collection[str] = ()) -> Render
     if diagnosis.findings:
         parts += ["", "[bold]what the model lacks[/]", findings_list(diagnosis.findings), ""]
     if diagnosis.ladder:
-        parts.append(ladder_table(diagnosis.ladder, diagnosis.floor, diagnosis.held_out))
+        parts.append(ladder_table(diagnosis.ladder, diagnosis.floor, diagnosis.held_out, apart=diagnosis.apart))
     if diagnosis.gate.best is not None:
         parts.append(gate_line(diagnosis.gate.best, passed=diagnosis.gate.passed))
     for left in diagnosis.leftovers:
@@ -74,7 +74,7 @@ def tried_report(tried: Tried) -> RenderableType:
     if tried.rivals:
         parts.append(rivals_table(tried))
     if tried.ladder:
-        parts.append(ladder_table(tried.ladder, tried.floor, tried.held_out))
+        parts.append(ladder_table(tried.ladder, tried.floor, tried.held_out, apart=tried.apart))
     parts += _remarks(tried.notes)
     parts.append(f"[dim]{tried.seconds:.0f} s[/]")
     return Group(*parts)

@@ -20,15 +20,22 @@ LOWEST = "noise and\ndisturbances"
 TOGETHER = "Where the error rises, that effect helps only together with one below it."
 
 
-def ladder_table(stages: Sequence[Stage], floor: Sequence[Floor], held_out: Sequence[str]) -> Table:
+def ladder_table(
+    stages: Sequence[Stage], floor: Sequence[Floor], held_out: Sequence[str], *, apart: bool = False
+) -> Table:
     """Held-out errors near 0.8 s ahead, root mean square per channel.
 
     The first channel is followed by its 95 % interval, and by how it grows with the horizon.
+
+    Args:
+        stages, floor: what is shown.
+        held_out: names of the logs that are scored.
+        apart: whether they took no part in any fit; else each is scored by the fit of the others.
     """
     horizon = stages[0].nearest(SHOWN_HORIZON)
     channels = stages[0].horizons[horizon]
     main = next(iter(channels))
-    title = f"the ladder: error {horizon:g} s ahead on {_names(held_out)}"
+    title = f"the ladder: error {horizon:g} s ahead on {_names(held_out, apart)}"
     table = compact_table(title)
     table.padding = (0, 0)  # the box parts columns by one space: four channels and long intervals stay within 80
     table.add_column("model", overflow="fold", min_width=13)
@@ -55,7 +62,9 @@ def ladder_table(stages: Sequence[Stage], floor: Sequence[Floor], held_out: Sequ
     return table
 
 
-def _names(held_out: Sequence[str]) -> str:
+def _names(held_out: Sequence[str], apart: bool) -> str:
     if not held_out:
         return "held-out pieces"
-    return ", ".join(held_out) if len(held_out) <= 3 else f"{len(held_out)} logs, each left out once"
+    if len(held_out) <= 3:
+        return ", ".join(held_out)
+    return f"{len(held_out)} logs, {'kept aside' if apart else 'each left out once'}"

@@ -26,6 +26,11 @@ def read(path: Path) -> tuple[list[str], list[Array | Sequence[str]], int, dict[
         table = pq.ParquetFile(path).read()
     except (pa.ArrowException, OSError) as error:
         raise DataError(path, "a whole Parquet file", str(error).split("\n", maxsplit=1)[0]) from None
+    return parts(table)
+
+
+def parts(table: pa.Table) -> tuple[list[str], list[Array | Sequence[str]], int, dict[str, str]]:
+    """The same of a table in memory."""
     metadata = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
     own = {key.removeprefix(PREFIX): value for key, value in metadata.items() if key.startswith(PREFIX)}
     return table.column_names, [_cells(column) for column in table.columns], FIRST_ROW, own
@@ -50,3 +55,8 @@ def write(path: Path, columns: Mapping[str, Array], metadata: Mapping[str, str])
     """Write columns ``# (rows,)`` as float64, with texts by name as metadata."""
     table = pa.table({name: pa.array(values, pa.float64()) for name, values in columns.items()})
     pq.write_table(table.replace_schema_metadata({PREFIX + key: value for key, value in metadata.items()}), path)
+
+
+def write_table(table: pa.Table, path: Path) -> None:
+    """Write a table as it is."""
+    pq.write_table(table, path)

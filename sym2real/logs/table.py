@@ -10,14 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sym2real.errors import DataError, UnknownNameError
-from sym2real.logs import csv_file, parquet_file
+from sym2real.logs import arrow_file, csv_file, parquet_file
 from sym2real.logs.recordings import RECORDINGS, Recording, is_bag_folder, is_card_log
 from sym2real.registry import Registry
 from sym2real.trajectory import Array
 
 NO_NUMBER = frozenset({"", "nan", "na", "null", "none"})
 TABLES = Registry("log file type", {".csv": csv_file.read, ".parquet": parquet_file.read, ".pq": parquet_file.read})
-READERS = (*TABLES, *RECORDINGS)
+GROWING = Registry("growing log file type", {**TABLES, ".arrow": arrow_file.read})
+READERS = (*GROWING, *RECORDINGS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +101,7 @@ class Table:
 
 
 def read_table(path: str | Path, wanted: Collection[str] | None = None) -> Table:
-    """Read a CSV or Parquet file, or a recording.
+    """Read a CSV or Parquet file, an Arrow stream, or a recording.
 
     Args:
         path: of the file; of a ROS 2 bag its folder.
@@ -120,7 +121,7 @@ def read_table(path: str | Path, wanted: Collection[str] | None = None) -> Table
     try:
         if kind in RECORDINGS:
             return _of_recording(file, RECORDINGS[kind](file), wanted)
-        names, cells, first_row, metadata = TABLES[kind](file)
+        names, cells, first_row, metadata = GROWING[kind](file)
     except OSError as error:
         raise DataError(file, "a readable file", error.strerror or type(error).__name__) from None
     _check_names(file, names, cells)

@@ -1,0 +1,29 @@
+"""What a flight was flown with: the model's hash and the revision of the code."""
+
+from __future__ import annotations
+
+import hashlib
+import subprocess
+from pathlib import Path
+
+import sym2real
+
+
+def hash_of(path: Path) -> str:
+    """SHA-256 of a file, or of the names and contents of a folder's files (those of earlier rounds are left out)."""
+    files = [path] if path.is_file() else sorted(file for file in path.iterdir() if file.is_file())
+    together = hashlib.sha256()
+    for file in files:
+        together.update(file.name.encode() + b"\0" + hashlib.sha256(file.read_bytes()).digest())
+    return together.hexdigest()
+
+
+def revision() -> str:
+    """The git revision of this code, with "+" where files have been changed since; the version outside a checkout."""
+    folder = Path(__file__).resolve().parent.parent
+    try:
+        asked = ["git", "-C", str(folder), "describe", "--always", "--dirty=+", "--abbrev=12"]
+        told = subprocess.run(asked, capture_output=True, text=True, check=True, timeout=10.0)
+    except (OSError, subprocess.SubprocessError):
+        return f"sym2real {sym2real.__version__}"
+    return told.stdout.strip()

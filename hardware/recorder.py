@@ -1,0 +1,197 @@
+"""One run, one file: every control period as a row, written while it is flown.
+
+``flight.arrow`` grows by a batch twenty times a second and becomes ``flight.parquet`` when the run ends; a ``.csv``
+grows by rows. A killed process loses less than a tenth of a second. Beside it ``flight.yaml`` says what was flown.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import queue
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Protocol, Self
+
+import numpy as np
+
+from hardware.plant import Row
+from sym2real.errors import DataError, MissingDependencyError, reason
+from sym2real.files import make_folder, write_text
+from sym2real.logs import arrow_file, read_log
+from sym2real.logs.grouping import layouts_to_json
+from sym2real.robots import Robot
+from sym2real.trajectory import Trajectory
+
+BATCH = 0.05  # s between two writes
+STAGES = {"way to the start": 0.0, "task": 1.0, "landing": 2.0}
+TEXTS = ("phase", "reason", "flags")
+NONE = "-"  # an empty cell would be a missing number to a reader
+Cells = dict[str, float | str]
+
+
+class Appended(Protocol):
+    """A file that rows are appended to."""
+
+    def append(self, rows: Sequence[Mapping[str, float | str]]) -> None:
+        """Rows by column, safe with the operating system when this returns."""
+        ...
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...
+
+
+class Recorder:
+    """Writes what a plant reports from a thread of its own: a slow disk does not hold up a flight.
+
+    Args:
+        path: new file, .parquet (an Arrow stream beside it until the end) or .csv.
+        robot: whose columns they are.
+        about: what the YAML file says besides: thrust map, limits, model, revision.
+
+    Raises:
+        DataError: for another ending, a file that is there already, or no place to write to.
+        MissingDependencyError: without PyYAML.
+    """
+
+    def __init__(self, path: str | Path, robot: Robot, about: Mapping[str, Any]) -> None:
+        self.path, self._robot, self._about = Path(path), robot, dict(about)
+        if self.path.suffix not in (".parquet", ".csv"):
+            raise DataError(self.path, "a file name that ends in .parquet, .csv", repr(self.path.suffix))
+        self.growing = self.path.with_suffix(".arrow") if self.path.suffix == ".parquet" else self.path
+        for file in (self.path, self.growing):
+            if file.exists():
+                raise DataError(file, "a name that is free: no flight is written over another", "a file")
+        make_folder(self.path.parent)
+        self._rows: queue.SimpleQueue[Row | None] = queue.SimpleQueue()
+        self._failure: Exception | None = None
+        self._written, self._first = 0, math.nan
+        self._describe({"started": time.strftime("%Y-%m-%dT%H:%M:%S%z"), "ended": "still running, or killed"})
+        self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
+        self._thread.start()
+
+    def add(self, row: Row) -> None:
+        """Take a row; it never waits."""
+        self._rows.put(row)
+
+    def close(self, ended: str = "") -> None:
+        """Write what is left; the stream becomes Parquet, the YAML file says how the run ended.
+
+        Raises:
+            DataError: when rows could not be written.
+        """
+        self._rows.put(None)
+        self._thread.join()
+        if self._failure is not None:
+            raise DataError(self.growing, "a file that can be written", reason(self._failure)) from self._failure
+        if self.growing != self.path and self._written:
+            arrow_file.to_parquet(self.growing, self.path)
+            self.growing.unlink()
+        self._describe({"ended": ended or "closed", "rows": self._written})
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close("" if kind is None else f"{kind.__name__}: {error}")
+
+    def _run(self) -> None:
+        first = self._rows.get()
+        if first is None:
+            return
+        self._first = first.reading.time
+        try:
+            with self._file(self._cells(first)) as file:
+                self._append_all(file, first)
+        except Exception as error:
+            self._failure = error
+
+    def _append_all(self, file: Appended, first: Row) -> None:
+        waiting: list[Row | None] = [first]
+        while True:
+            rows = [self._cells(row) for row in waiting if row is not None]
+            file.append(rows)
+            self._written += len(rows)
+            if None in waiting:
+                return
+            waiting = [self._rows.get()]
+            if waiting[0] is not None:
+                time.sleep(BATCH)
+            while not self._rows.empty():
+                waiting.append(self._rows.get())
+
+    def _file(self, cells: Cells) -> Appended:
+        if self.growing == self.path:
+            return _CsvFile(self.path, list(cells))
+        metadata = {"layouts": layouts_to_json(self._robot.layouts), "name": self.path.stem, "notes": "[]"}
+        return arrow_file.ArrowStream(self.growing, {name: name in TEXTS for name in cells}, metadata)
+
+    def _cells(self, row: Row) -> Cells:
+        reading, layouts = row.reading, self._robot.layouts
+        cells: Cells = {"time": reading.time - self._first}
+        cells |= dict(zip(layouts.state, reading.state.tolist(), strict=True))
+        cells |= dict(zip(layouts.action, row.sent.tolist(), strict=True))
+        cells |= {f"asked_{name}": value for name, value in zip(layouts.action, row.asked.tolist(), strict=True)}
+        cells |= {f"age_{name}": age for name, age in reading.ages.items()}
+        cells |= {"vbat": reading.battery, "clock": reading.time, "late": row.late, "taken": row.taken}
+        cells |= {"missed": float(row.missed), "stage": STAGES[row.stage], "verdict": float(row.command.verdict)}
+        flags = " ".join(sorted(reading.flags))
+        cells |= {"phase": row.command.phase, "reason": row.command.reason or NONE, "flags": flags or NONE}
+        return cells | dict(reading.extra)
+
+    def _describe(self, known: Mapping[str, Any]) -> None:
+        try:
+            import yaml  # noqa: PLC0415 — it comes with the extras of robots
+        except ImportError as error:
+            raise MissingDependencyError("a recorder needs pip install 'sym2real[crazyflie]'") from error
+        self._about |= {"robot": self._robot.name, "dt": self._robot.dt, **known}
+        write_text(self.path.with_suffix(".yaml"), yaml.safe_dump(self._about, sort_keys=False, allow_unicode=True))
+
+
+class _CsvFile:
+    """Rows as lines of text."""
+
+    def __init__(self, path: Path, columns: Sequence[str]) -> None:
+        self._file = path.open("x", encoding="utf-8", newline="")
+        self._writer = csv.DictWriter(self._file, columns, restval="nan", extrasaction="ignore")
+        self._writer.writeheader()
+
+    def append(self, rows: Sequence[Mapping[str, float | str]]) -> None:
+        self._writer.writerows(rows)
+        self._file.flush()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._file.close()
+
+
+def task_of(path: str | Path, robot: Robot, name: str = "") -> Trajectory:
+    """The part of a recorded run in which the task was flown, by the controller: its stamps are the true ones.
+
+    Args:
+        path: of a recorder's file, closed or not.
+        robot: whose run it is.
+        name: of the trajectory; the file's by default.
+
+    Raises:
+        DataError: when there are not two such rows.
+    """
+    whole = read_log(path, layouts=robot.layouts)
+    flown = np.flatnonzero((whole.extra["stage"] == STAGES["task"]) & (whole.extra["verdict"] == 0.0))
+    if len(flown) < 2:
+        raise DataError(path, "two rows or more in which the task was flown", f"{len(flown)}")
+    task = whole.rows(int(flown[0]), int(flown[-1]) + 1)
+    return replace(task, time=task.time - task.time[0], name=name or whole.name)

@@ -1,0 +1,142 @@
+"""One run, one file: what was asked and sent, readable at once, and after the process was killed."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from hardware.interfaces import Verdict
+from hardware.pilot import FlightPilot
+from hardware.plant import HardwarePlant, Row
+from hardware.provenance import hash_of, revision
+from hardware.recorder import Recorder, task_of
+from sym2real.errors import DataError
+from sym2real.logs import read_log
+from sym2real.robots import CRAZYFLIE
+from tests.hardware_link import SimulatedLink, TestClock
+
+PLACE = np.array([0.0, 0.0, 0.5, 1.0, *[0.0] * 9])
+
+
+def fly(recorder: Recorder, steps: int = 60) -> list[Row]:
+    """A start, a task of so many steps, a landing; the rows that were recorded."""
+    clock, rows = TestClock(), []
+
+    def record(row: Row) -> None:
+        rows.append(row)
+        recorder.add(row)
+
+    link = SimulatedLink(clock)
+    with HardwarePlant(link, FlightPilot(CRAZYFLIE), clock=clock, record=record, guard=False) as plant:
+        plant.reset(PLACE)
+        for _ in range(steps):
+            plant.step(CRAZYFLIE.rest)
+        plant.land()
+    return rows
+
+
+@pytest.mark.parametrize("ending", [".parquet", ".csv"])
+def test_a_run_reads_back_as_it_was_flown(tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"flight{ending}"
+    with Recorder(path, CRAZYFLIE, {"thrust_map": {"name": "x"}}) as recorder:
+        rows = fly(recorder)
+    log = read_log(path, layouts=CRAZYFLIE.layouts)
+    assert len(log) == len(rows)
+    assert (log.state == np.array([row.reading.state for row in rows])).all()
+    assert (log.action == np.array([row.sent for row in rows])).all()
+    asked = np.array([row.asked for row in rows])
+    assert np.array_equal(log.extra["asked_thrust"], asked[:, 0], equal_nan=True)
+    assert log.action[5, 0] == pytest.approx(0.99 * log.extra["asked_thrust"][5])
+    assert (log.extra["clock"] == [row.reading.time for row in rows]).all()
+    assert (log.extra["vbat"] == 4.0).all()
+    assert log.time[0] == 0.0
+    about = yaml.safe_load(path.with_suffix(".yaml").read_text())
+    assert about["thrust_map"] == {"name": "x"}
+    assert (about["rows"], about["robot"]) == (len(rows), "crazyflie")
+    assert sorted(file.name for file in tmp_path.iterdir()) == [f"flight{ending}", "flight.yaml"]
+
+
+def test_the_task_is_cut_out_with_its_true_stamps(tmp_path: Path) -> None:
+    path = tmp_path / "flight.parquet"
+    with Recorder(path, CRAZYFLIE, {}) as recorder:
+        rows = fly(recorder)
+    task = task_of(path, CRAZYFLIE)
+    flown = [row for row in rows if row.stage == "task" and row.command.verdict is Verdict.GO]
+    assert len(task) == len(flown) == 60
+    assert task.time == pytest.approx([row.reading.time - flown[0].reading.time for row in flown])
+    assert (task.action == np.array([row.sent for row in flown])).all()
+
+
+def test_a_stream_is_readable_while_it_grows_and_where_it_is_cut_off(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path / "flight.parquet", CRAZYFLIE, {})
+    rows = fly(recorder)
+    recorder._rows.put(None)
+    recorder._thread.join()  # the process ends here: nobody closes the recorder
+    assert len(read_log(recorder.growing)) == len(rows)
+    content = recorder.growing.read_bytes()
+    cut = tmp_path / "cut.arrow"
+    cut.write_bytes(content[: len(content) * 2 // 3])
+    part = read_log(cut)
+    assert 0 < len(part) < len(rows)
+    assert (part.state == np.array([row.reading.state for row in rows[: len(part)]])).all()
+    cut.write_bytes(content[:100])
+    with pytest.raises(DataError, match="Arrow stream"):
+        read_log(cut)
+
+
+KILLED = """
+import sys, time
+sys.path.insert(0, {root!r})
+from hardware.recorder import Recorder
+from sym2real.robots import CRAZYFLIE
+from tests.test_hardware_recorder import fly
+recorder = Recorder({path!r}, CRAZYFLIE, {{}})
+rows = fly(recorder)
+time.sleep(1.0)
+print(len(rows), flush=True)
+time.sleep(60.0)
+"""
+
+
+@pytest.mark.parametrize("ending", [".parquet", ".csv"])
+def test_a_killed_process_leaves_its_rows(tmp_path: Path, ending: str) -> None:
+    """kill -9 a second after the last row: a batch is written within a tenth of that, and all of them are there."""
+    path = tmp_path / f"flight{ending}"
+    root = str(Path(__file__).resolve().parent.parent)
+    code = KILLED.format(root=root, path=str(path))
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    rows = int(process.stdout.readline())
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    growing = path.with_suffix(".arrow") if ending == ".parquet" else path
+    assert len(read_log(growing, layouts=CRAZYFLIE.layouts)) == rows
+    assert "killed" in yaml.safe_load(path.with_suffix(".yaml").read_text())["ended"]
+
+
+def test_no_flight_is_written_over_another(tmp_path: Path) -> None:
+    (tmp_path / "flight.arrow").write_bytes(b"left behind by a killed run")
+    with pytest.raises(DataError, match="written over"):
+        Recorder(tmp_path / "flight.parquet", CRAZYFLIE, {})
+    with pytest.raises(DataError, match="ends in"):
+        Recorder(tmp_path / "flight.txt", CRAZYFLIE, {})
+
+
+def test_a_run_without_a_row_leaves_its_description(tmp_path: Path) -> None:
+    with Recorder(tmp_path / "flight.parquet", CRAZYFLIE, {}):
+        pass
+    assert [file.name for file in tmp_path.iterdir()] == ["flight.yaml"]
+
+
+def test_the_hash_is_of_the_content(tmp_path: Path) -> None:
+    (tmp_path / "equations.json").write_text("{}")
+    before = hash_of(tmp_path)
+    (tmp_path / "equations.json").write_text("{ }")
+    assert before != hash_of(tmp_path)
+    assert revision()

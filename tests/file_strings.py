@@ -91,7 +91,6 @@ def write(file: Path, content: Any) -> None:
     match file.suffix:
         case ".json":
             file.write_text(json.dumps(content))
-            _sign(file)
         case ".toml":
             file.write_text("\n".join(f"{json.dumps(key)} = {_inline(value)}" for key, value in content.items()))
         case ".xml":
@@ -110,12 +109,20 @@ def write(file: Path, content: Any) -> None:
             with safe_open(file, framework="pt") as opened:
                 weights = {name: opened.get_tensor(name) for name in opened.keys()}  # noqa: SIM118
             save_file(weights, file, content)
+    _sign(file)
 
 
 def _sign(file: Path) -> None:
-    weights = file.parent / "parameters.safetensors"
+    weights, inventory = file.parent / "parameters.safetensors", file.parent / "model.json"
     if file.name == "equations.json" and weights.exists():
-        write(weights, {"equations": hashlib.sha256(file.read_bytes()).hexdigest()})
+        write(weights, {"equations": _digest(file)})
+    if inventory.exists() and file != inventory:
+        listed = json.loads(inventory.read_text())["files"]
+        inventory.write_text(json.dumps({"files": {name: _digest(file.parent / name) for name in listed}}))
+
+
+def _digest(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
 def _inline(value: Any) -> str:

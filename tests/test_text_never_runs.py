@@ -31,8 +31,10 @@ from sym2real.experiments.learning import Learned, trained_dependence
 from sym2real.experiments.models import open_model
 from sym2real.layout import Field, Layout, Layouts
 from sym2real.logs import LogSpec, inspect_logs, read_logs, write_log
-from sym2real.neural import ResidualMLP
-from sym2real.neural.storage import load_residual, save_residual
+from sym2real.neural import Composed, Ensemble, ResidualMLP
+from sym2real.neural.model_folder import open_model as open_whole
+from sym2real.neural.model_folder import save_model as save_whole
+from sym2real.neural.symbolic_residual import SymbolicResidual
 from sym2real.plants import load_plant, save_plant
 from sym2real.regression import Dependence
 from sym2real.regression.hall_of_fame import read_hall_of_fame
@@ -64,6 +66,7 @@ PAYLOADS = {
     "an absolute place": "/tmp/RAN-by-a-test-of-sym2real",
 }
 payload_of_each_kind = pytest.mark.parametrize("payload", PAYLOADS.values(), ids=PAYLOADS)
+VISIBLE = ("x", "y", "sin_yaw", "cos_yaw", "vx", "vy")
 SETTINGS = {"engine": "beam", "episodes": 3}
 CONSOLE = Console(file=io.StringIO(), width=200)
 
@@ -71,11 +74,19 @@ CONSOLE = Console(file=io.StringIO(), width=200)
 def equations_with_everything() -> Equations:
     """Nothing that a file of equations can hold is empty."""
     hidden = Field("lagged", ("lagged",), "m/s", "world", hidden=True)
-    layouts = Layouts(Layout.of(("x", "y", "vx", "vy")) + Layout((hidden,)), Layout.of(("steer", "speed")))
+    layouts = Layouts(Layout.of(VISIBLE) + Layout((hidden,)), Layout.of(("steer", "speed")))
     layouts = replace(layouts, inputs=Layout.of(("fx", "vbat")))
     return Equations.parse(
         layouts,
-        {"x": "x + 0.1*vx", "y": "y + 0.1*vy", "vx": "vx + fx", "vy": "vy + k*push", "lagged": "vx*steer*vbat"},
+        {
+            "x": "x + 0.1*vx",
+            "y": "y + 0.1*vy",
+            "vx": "vx + fx",
+            "vy": "vy + k*push",
+            "sin_yaw": "sin_yaw",
+            "cos_yaw": "cos_yaw",
+            "lagged": "vx*steer*vbat",
+        },
         0.1,
         output={"x": "x + 0.01"},
         quantities={"push": "speed*lagged"},
@@ -97,7 +108,10 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     report = EpisodeReport(0, "circle", 10, 0, 0.1, 0.1, 0.1, 1.0)
     learned = Learned(equations, (Dependence("x", "speed", 1.0, 0.1, True),), {"x": (0.0, 1.0)}, (report,))
     learned.save(folder / "model")
-    save_residual(ResidualMLP(MUSHR.layouts, (4,)), folder / "model")
+    visible = Layouts(Layout.of(VISIBLE), equations.layouts.action, equations.layouts.inputs)
+    ensemble = Ensemble(visible, 2, (4,), dt=0.1, robot="buggy")
+    save_whole(Composed(equations, ResidualMLP(visible, (4,))), folder / "network")
+    save_whole(Composed(ensemble, SymbolicResidual(visible, {"vx": 0.1 * symbol("speed")})), folder / "expressions")
     save_plant(MUSHR, [("slope", {"gx": 0.1}), ("lag:steer", {"value": 0.1})], folder / "plant")
     log = drive()
     (folder / "logs").mkdir()
@@ -172,7 +186,9 @@ USES: dict[str, Callable[[Path], object]] = {
     "model/equations.json": use_model,
     "model/parameters.safetensors": use_model,
     "model/training.json": use_training,
-    "model/residual.safetensors": load_residual,
+    "network/model.json": open_whole,
+    "network/residual.safetensors": open_whole,
+    **{f"expressions/{name}": open_whole for name in ("model.json", "ensemble.safetensors", "residual.json")},
     "plant/plant.toml": use_plant,
     "plant/robot.xml": use_plant,
     "logs/spec.toml": use_specification,
@@ -198,8 +214,8 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 def test_every_file_that_the_package_writes_is_walked(written: Path) -> None:
-    found = {file.relative_to(written).as_posix() for file in written.rglob("*") if file.is_file()}
-    assert {name for name in found if not name.endswith(NOT_READ)} == set(USES)
+    found = {file.name for file in written.rglob("*") if file.is_file() and file.suffix not in NOT_READ}
+    assert found == {Path(name).name for name in USES}
     equations = json.loads((written / "model" / "equations.json").read_text())
     assert not [key for key, value in equations.items() if not value]  # what is empty has no place for a text
     assert all(equations["layouts"].values())

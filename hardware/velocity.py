@@ -14,10 +14,16 @@ LONGEST = 0.1  # s: over more the mean velocity is no velocity
 
 
 class Velocity:
-    """Difference quotient over about a control period; NaN until there are two positions, and after a gap."""
+    """Difference quotient over about a control period; NaN until there are two positions, and after a gap.
 
-    def __init__(self) -> None:
-        self._seen: deque[tuple[float, Array]] = deque(maxlen=16)
+    Args:
+        window: s that the quotient goes back.
+        longest: s between two positions, over which it is no velocity any more.
+    """
+
+    def __init__(self, window: float = WINDOW, longest: float = LONGEST) -> None:
+        self._window, self._longest = window, longest
+        self._seen: deque[tuple[float, Array]] = deque(maxlen=64)
         self._value = np.full(3, math.nan)
 
     def add(self, stamp: float, position: Array) -> Array:
@@ -30,11 +36,11 @@ class Velocity:
         if self._seen and not stamp > self._seen[-1][0]:
             self._seen.clear()
         self._seen.append((stamp, position))
-        while len(self._seen) > 2 and self._seen[1][0] <= stamp - WINDOW:
+        while len(self._seen) > 2 and self._seen[1][0] <= stamp - self._window:
             self._seen.popleft()
         first, start = self._seen[0]
         elapsed = stamp - first
-        self._value = (position - start) / elapsed if 0.0 < elapsed <= LONGEST else np.full(3, math.nan)
-        if elapsed > LONGEST:
+        self._value = (position - start) / elapsed if 0.0 < elapsed <= self._longest else np.full(3, math.nan)
+        if elapsed > self._longest:
             self._seen.popleft()
         return self._value

@@ -1,0 +1,148 @@
+"""A MuSHR racecar as a robot link: poses from motion capture, Ackermann commands by ROS, zeros on every way out."""
+
+from __future__ import annotations
+
+import math
+import time
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hardware.clock import Clock, SystemClock
+from hardware.errors import LinkError
+from hardware.interfaces import MotionCapture, Pose, Reading
+from hardware.mushr.limits import CarLimits
+from hardware.mushr.pose_filter import PoseFilter
+from hardware.ros1 import ACKERMANN, Message, Node
+from hardware.ros1.publisher import Publisher
+from sym2real.errors import ShapeError
+from sym2real.robots import MUSHR, Robot
+from sym2real.trajectory import Array
+
+COMMANDS = "/car/mux/ackermann_cmd_mux/input/navigation"  # lowest priority but one: a person's joystick comes before
+CONNECTING = 10.0  # s
+ZEROS = 5  # periods of zeros on the way out: the mux holds a command for 0.2 s
+
+
+class MushrLink:
+    """A :class:`~hardware.interfaces.RobotLink`.
+
+    Args:
+        node: of ROS; it is closed with this link.
+        capture: sees the car.
+        limits: of what is sent.
+        topic: of the commands.
+        robot: its columns and control period.
+        clock: the computer's by default.
+        dry: everything but sending.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        capture: MotionCapture,
+        *,
+        limits: CarLimits | None = None,
+        topic: str = COMMANDS,
+        robot: Robot = MUSHR,
+        clock: Clock | None = None,
+        dry: bool = False,
+    ) -> None:
+        self.robot, self.limits, self.topic, self.dry = robot, limits or CarLimits(), topic, dry
+        self._node, self._capture, self._clock = node, capture, clock or SystemClock()
+        self._filter = PoseFilter()
+        self._publisher: Publisher | None = None
+        self._sent, self._sent_at = np.zeros(2), -math.inf
+        self._locked = False
+
+    def connect(self) -> None:
+        """Hear poses until the state is whole, then wait for the car to listen.
+
+        Raises:
+            LinkError: naming what did not answer.
+        """
+        self._capture.connect()
+        self._await(lambda: bool(np.isfinite(self.state().state).all()), "a whole state: poses with stamps that go on")
+        publisher = self._publisher = self._node.advertise(self.topic, ACKERMANN)
+        if not self.dry:
+            self._await(lambda: publisher.subscribers > 0, f"subscriber of {self.topic}: is the car's mux running?")
+
+    def arm(self) -> None:
+        """Zeros: the car stands. Autonomy itself is the button that a person holds.
+
+        Raises:
+            LinkError: after an emergency stop.
+        """
+        if self._locked:
+            raise LinkError("expected a new link after an emergency stop")
+        self._tell(np.zeros(2))
+
+    def state(self) -> Reading:
+        """State of the filtered poses."""
+        now, pose = self._clock.now(), self._capture.latest()
+        state, age = (self._filter.state, math.inf) if pose is None else (self._filter.add(pose), now - pose.arrival)
+        return Reading(now, state.copy(), {"pose": age}, extra=_stamp(pose))
+
+    def send(self, action: ArrayLike) -> Array:
+        """Steering in rad and speed in m/s ``# (2,)``; the same as the car is told them, within :class:`CarLimits`.
+
+        Raises:
+            ShapeError: for an action that is not finite or has other columns; nothing is sent then.
+        """
+        wanted = np.asarray(action, dtype=np.float64)
+        if wanted.shape != (2,) or not np.isfinite(wanted).all():
+            raise ShapeError(f"expected two finite numbers, steering and speed, found {wanted.tolist()}")
+        if self._locked:
+            return self._tell(np.zeros(2))
+        # After a pause the car stands, or the mux has given the wheel to somebody else.
+        seconds = min(self._clock.now() - self._sent_at, self.robot.dt)
+        return self._tell(self.limits.reachable(wanted, self._sent, seconds))
+
+    def stop(self, *, emergency: bool = False) -> None:
+        """Zeros at once, whatever the acceleration; after an emergency stop nothing else is sent any more."""
+        self._locked = self._locked or emergency
+        if self._publisher is not None:
+            self._tell(np.zeros(2))
+
+    def close(self) -> None:
+        """Zeros for a moment, so that one of them arrives, and goodbye to the master."""
+        if self._publisher is not None:
+            for _ in range(0 if self.dry else ZEROS):
+                self.stop()
+                self._clock.sleep_until(self._clock.now() + self.robot.dt)
+            self._publisher = None
+            self._capture.close()
+            self._node.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _tell(self, action: Array) -> Array:
+        if self._publisher is None:
+            raise LinkError("expected an open link: connect first")
+        told = action.astype(np.float32).astype(np.float64)  # as the message holds them
+        if not self.dry:
+            steer, speed = told.tolist()
+            self._publisher.publish(Message(time.time(), "", (), (steer, 0.0, speed, 0.0, 0.0)))
+        self._sent, self._sent_at = told, self._clock.now()
+        return told.copy()
+
+    def _await(self, ready: object, what: str) -> None:
+        assert callable(ready)
+        start = due = self._clock.now()
+        while not ready():
+            if due - start > CONNECTING:
+                raise LinkError(f"{self._node.master}: no {what} ({CONNECTING:g} s)")
+            due += self.robot.dt / 2
+            self._clock.sleep_until(due)
+
+
+def _stamp(pose: Pose | None) -> dict[str, float]:
+    return {} if pose is None else {"pose_stamp": pose.stamp}

@@ -142,6 +142,8 @@ def ratios(name: str, found: list[Contestant]) -> list[Figure]:
     figures += ratio(
         "residual 2×64: pytorch-mppi over ours", "pytorch-mppi, residual 2×64", "c, residual 2×64", ">= 10"
     )
+    memory = "residual 2×64, 10 past commands"
+    figures += ratio(f"{memory}: pytorch-mppi over ours", f"pytorch-mppi, {memory}", f"c, {memory}", ">= 8")
     networks = [value for key, value in by_name.items() if key.startswith("ensemble")]
     figures.append(
         Figure(f"{name}: fastest ensemble over SR", min(networks) / by_name["c"], "×", ">= 100" if counted else "")

@@ -16,6 +16,7 @@ from mppi_rivals import (
     Step,
     own_module,
     plain_module,
+    remembering,
     stepped,
     sympytorch_dynamics,
     with_jax,
@@ -30,6 +31,7 @@ from sym2real.symbolic import compile_model, rollout
 CONSOLE = Console(stderr=True)
 TOLERANCE = 1e-3  # of float32 rivals, relative to the largest state, over 40 steps
 LIMIT = "multiply-adds"
+COMMANDS = 10  # past ones that a residual with memory sees
 
 
 @dataclass
@@ -82,6 +84,7 @@ def checked(one: Subject, name: str, roll: Rollout, exact: Rollout) -> None:
 def ours(one: Subject, model: object, **options: object) -> Step:
     """Our controller's ``act``, at one step after another."""
     mppi = MPPI(model, one.robot, one.task, **options)
+    mppi.remember(one.robot.rest)
     steps = iter(range(1 << 30))
     return lambda: mppi.act(one.start, next(steps))
 
@@ -97,7 +100,9 @@ def contestants(one: Subject, samples: int, others: bool) -> list[Contestant]:
         Contestant("torch", ours(here, module, backend="torch"), 2),
     ]
     small = Composed(one.equations, residual(one.robot, (64, 64)))
+    late = Composed(one.equations, residual(one.robot, (64, 64), COMMANDS))
     found += [Contestant("c, residual 2×64", ours(here, small, backend="c", threads=1), 5)]
+    found += [Contestant("c, residual 2×64, 10 past commands", ours(here, late, backend="c", threads=1), 5)]
     if not others:
         return found
     reference: Rollout = lambda state, actions: rollout(exact, state, actions)  # noqa: E731
@@ -115,17 +120,20 @@ def contestants(one: Subject, samples: int, others: bool) -> list[Contestant]:
         _, roll = with_jax(one, 64)
         checked(one, "JAX scan", roll, reference)
         found.append(Contestant("JAX scan", with_jax(here, samples)[0]))
-    return [*found, *_networks(here, samples, small)]
+    return [*found, *_networks(here, samples, small, late)]
 
 
-def _networks(here: Subject, samples: int, small: Composed) -> list[Contestant]:
+def _networks(here: Subject, samples: int, small: Composed, late: Composed) -> list[Contestant]:
     """Ensembles instead of equations, and residuals on top of them."""
     ensemble = Ensemble(here.robot.layouts).eval()
     wide = Composed(here.equations, residual(here.robot, (200,) * 4))
     checked(here, "residual 2×64", small.rollout, _in_double(here, (64, 64)))
+    checked(here, "residual 2×64, 10 past commands", late.rollout, _in_double(here, (64, 64), COMMANDS))
+    with_past = with_pytorch_mppi(here, remembering(late, here), samples, past=COMMANDS)
     found = [
         Contestant("torch, residual 2×64", ours(here, small, backend="torch")),
         Contestant("pytorch-mppi, residual 2×64", with_pytorch_mppi(here, small, samples)),
+        Contestant("pytorch-mppi, residual 2×64, 10 past commands", with_past),
         Contestant("c, residual 4×200", ours(here, wide, backend="c", threads=1)),
         Contestant("torch, residual 4×200", ours(here, wide, backend="torch")),
         Contestant("ensemble, torch", ours(here, ensemble, backend="torch")),
@@ -136,18 +144,15 @@ def _networks(here: Subject, samples: int, small: Composed) -> list[Contestant]:
     return found
 
 
-def _in_double(one: Subject, widths: tuple[int, ...]) -> Rollout:
-    return Composed(one.equations, residual(one.robot, widths), dtype=torch.float64).rollout
+def _in_double(one: Subject, widths: tuple[int, ...], commands: int = 0) -> Rollout:
+    return Composed(one.equations, residual(one.robot, widths, commands), dtype=torch.float64).rollout
 
 
 def _one_dnn(ensemble: Ensemble, one: Subject) -> Callable[..., torch.Tensor]:
     """The ensemble through oneDNN's linear layers, weights laid out for it beforehand."""
     members = [
-        [
-            (w[m].T.contiguous().to_mkldnn(), b[m, 0].to_mkldnn())
-            for w, b in zip(ensemble.weights.parameters(), ensemble.biases.parameters(), strict=True)
-        ]
-        for m in range(len(ensemble.weights[0]))
+        [(w[m].T.contiguous().to_mkldnn(), b[m, 0].to_mkldnn()) for w, b in ensemble.networks.pairs()]
+        for m in range(ensemble.networks.count)
     ]
 
     def model(state: torch.Tensor, action: torch.Tensor) -> torch.Tensor:

@@ -48,9 +48,9 @@ def subject(name: str, file: Path) -> Subject:
     return Subject(robot, equations, make_task(GOALS[name], robot), robot.layouts.state.normalise(start).numpy())
 
 
-def residual(robot: Robot, widths: tuple[int, ...]) -> ResidualMLP:
-    """A residual with random weights: only its cost matters here."""
-    network = ResidualMLP(robot.layouts, widths)
+def residual(robot: Robot, widths: tuple[int, ...], commands: int = 0) -> ResidualMLP:
+    """A residual with random weights that sees so many past commands: only its cost matters here."""
+    network = ResidualMLP(robot.layouts, widths, commands=commands)
     with torch.no_grad():
         network.linears[-1].weight.normal_(0.0, 0.1, generator=torch.Generator().manual_seed(0))
         network.output_scale.fill_(1e-3)

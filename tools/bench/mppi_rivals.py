@@ -16,6 +16,7 @@ import torch
 from mppi_models import HORIZON, Subject
 from torch import Tensor, nn
 
+from sym2real.neural import Composed
 from sym2real.symbolic import build_module, compile_function, compile_model, symbol
 from sym2real.symbolic.compile import build_function
 
@@ -37,15 +38,16 @@ def stepped(dynamics: Callable[[Tensor, Tensor], Tensor]) -> Rollout:
 
 
 def with_pytorch_mppi(
-    subject: Subject, dynamics: Callable[[Tensor, Tensor], Tensor], samples: int, compiled: bool = False
+    subject: Subject, dynamics: Callable[[Tensor, Tensor], Tensor], samples: int, compiled: bool = False, past: int = 0
 ) -> Step:
-    """One ``command`` of pytorch-mppi with these dynamics and the task's cost."""
+    """One ``command`` of pytorch-mppi with these dynamics and the task's cost; states end in so many past commands."""
     robot, settings = subject.robot, subject.robot.mppi
     cost, goal = _cost(subject, compiled), subject.task.reference(torch.zeros(1)).float()
+    size = len(robot.layouts.state)
     planner = pytorch_mppi.MPPI(
         dynamics,
-        lambda state, action: cost(state, action, goal)[..., 0],
-        len(robot.layouts.state),
+        lambda state, action: cost(state[..., :size], action, goal)[..., 0],
+        size + past * len(robot.layouts.action),
         torch.diag(torch.tensor(settings.noise).float() ** 2),
         num_samples=samples,
         horizon=HORIZON,
@@ -56,8 +58,20 @@ def with_pytorch_mppi(
     )
     if compiled:
         planner.compile()
-    start = torch.from_numpy(subject.start).float()
+    start = torch.cat([torch.from_numpy(subject.start), torch.from_numpy(robot.rest).repeat(past)]).float()
     return lambda: planner.command(start)
+
+
+def remembering(model: Composed, subject: Subject) -> Callable[[Tensor, Tensor], Tensor]:
+    """A model that sees past commands as dynamics for others: they go along in the state, newest first."""
+    size, actions = len(subject.robot.layouts.state), len(subject.robot.layouts.action)
+
+    def dynamics(state: Tensor, action: Tensor) -> Tensor:
+        past = state[..., size:]
+        following = model(state[..., :size], action, past=past)
+        return torch.cat([following, action, past[..., :-actions]], dim=-1)
+
+    return dynamics
 
 
 def _cost(subject: Subject, plain: bool) -> nn.Module:
@@ -168,10 +182,7 @@ def _jax_network(subject: Subject, ensemble: Any) -> Callable[[Any, Any], Any]:
     import jax
     import jax.numpy as jnp
 
-    layers = [
-        (jnp.asarray(w.detach().numpy()), jnp.asarray(b.detach().numpy()))
-        for w, b in zip(ensemble.weights, ensemble.biases, strict=True)
-    ]
+    layers = [(jnp.asarray(w.detach().numpy()), jnp.asarray(b.detach().numpy())) for w, b in ensemble.networks.pairs()]
 
     def dynamics(state: Any, action: Any) -> Any:
         values = jnp.concatenate([state, action], axis=-1)[None]

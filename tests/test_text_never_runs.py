@@ -71,6 +71,7 @@ SETTINGS = {"engine": "beam", "episodes": 3}
 CONSOLE = Console(file=io.StringIO(), width=200)
 
 
+@cache
 def equations_with_everything() -> Equations:
     """Nothing that a file of equations can hold is empty."""
     hidden = Field("lagged", ("lagged",), "m/s", "world", hidden=True)

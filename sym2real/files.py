@@ -6,14 +6,52 @@ import json
 import os
 import tempfile
 import tomllib
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
 from sym2real.errors import DataError, reason
 
 LONGEST_NAME = 60  # letters, of up to four bytes; file systems have room for 255 bytes, and there is an ending to come
+
+# By what marks it on the disk, or by its name: who reads a file or folder.
+_READ: ContextVar[dict[object, str]] = ContextVar("what is read")
+
+
+@contextmanager
+def reading(places: Mapping[str, Iterable[Path]]) -> Iterator[None]:
+    """While it lasts nothing is written over these files, or over those that lie in these folders now.
+
+    Args:
+        places: files and folders that exist, by the name of what reads them.
+    """
+    read: dict[object, str] = {}
+    for reader, paths in places.items():
+        for path in paths:
+            inside = [file for file in path.iterdir() if file.is_file()] if path.is_dir() else []
+            read |= {mark: reader for one in (path, *inside) for mark in _marks(one)}
+    token = _READ.set(read)
+    try:
+        yield
+    finally:
+        _READ.reset(token)
+
+
+def read_by(path: str | Path) -> str:
+    """The name of what reads this very file or folder, under :func:`reading`; empty where nothing does."""
+    read = _READ.get({})
+    return next((read[mark] for mark in _marks(Path(path)) if mark in read), "")
+
+
+def _marks(path: Path) -> list[object]:
+    """The name of a file or folder, links above it followed, and its number on the disk, which links of it share."""
+    marks: list[object] = [path.parent.resolve() / path.name if path.name else path.resolve()]
+    with suppress(OSError):
+        status = path.stat()
+        marks.append((status.st_dev, status.st_ino))
+    return marks
 
 
 @contextmanager
@@ -24,36 +62,32 @@ def whole(path: str | Path) -> Iterator[Path]:
         path: the file's place; its folder is made where it is missing.
 
     Raises:
-        DataError: when there is no writing there.
+        DataError: when there is no writing there, or something that is read lies there (see :func:`reading`).
     """
     target = Path(path)
+    if reader := read_by(target):
+        raise DataError(target, "a file that is not read", f"what {reader} names, which would be lost")
+    made = [one for one in target.parents if not one.exists()]
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=target.parent, prefix=".writing-") as folder:
             beside = Path(folder) / target.name
             yield beside
             beside.replace(target)
-    except OSError as error:
-        raise DataError(target, "a file that can be written", reason(error)) from error
-
-
-def make_folder(path: str | Path) -> Path:
-    """Make a folder, and those above it, where it is missing.
-
-    Raises:
-        DataError: when it cannot be made.
-    """
-    try:
-        Path(path).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise DataError(path, "a folder that can be written to", reason(error)) from error
-    return Path(path)
+    except BaseException as error:
+        for one in made:
+            with suppress(OSError):
+                one.rmdir()
+        if isinstance(error, OSError):
+            raise DataError(target, "a file that can be written", reason(error)) from error
+        raise
 
 
 def write_text(path: str | Path, text: str) -> None:
     """Write a text in UTF-8, whole or not at all; arguments and errors as of :func:`whole`."""
     with whole(path) as beside:
-        beside.write_text(text, encoding="utf-8")
+        # A file's name may hold bytes that are no text.
+        beside.write_text(text, encoding="utf-8", errors="backslashreplace")
 
 
 def read_object(path: str | Path, what: str) -> dict[str, Any]:

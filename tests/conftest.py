@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+os.environ.setdefault("SYM2REAL_TRACEBACK", "1")  # an error that nobody foresaw is to fail a test with its traceback
 BESIDE_THE_CHECKOUT = Path(__file__).resolve().parents[2] / "shared" / "data"
 
 

@@ -63,7 +63,7 @@ def test_an_interrupted_run_goes_on_and_another_is_refused(learned: Path, capsys
     with pytest.raises(SystemExit) as stopped:
         main(["learn", "mushr", "--out", str(learned), *options, "--seed", "3"])
     assert stopped.value.code == 2
-    assert "seed: 0 there, 3 now" in capsys.readouterr().out.replace("\n", " ")
+    assert "seed: 0 there, 3 now" in capsys.readouterr().err.replace("\n", " ")
 
 
 def test_simulated_drive_against_first_principles(bicycle: Path, tmp_path: Path) -> None:
@@ -172,7 +172,7 @@ def test_bad_input_gets_one_clear_error(  # noqa: PLR0917 — pytest's fixtures
     with pytest.raises(SystemExit) as stopped:
         main(filled)
     assert stopped.value.code == 2
-    printed = capsys.readouterr().out.replace("\n", " ")
+    printed = capsys.readouterr().err.replace("\n", " ")
     assert printed.count("error:") == 1
     assert message in printed
     assert not list(tmp_path.iterdir())
@@ -186,7 +186,7 @@ def test_a_broken_record_of_the_training_is_one_clear_error(
     (model / "training.json").write_text("{broken")
     with pytest.raises(SystemExit):
         main(["show", str(model)])
-    assert "training.json: expected what a model was learned from" in capsys.readouterr().out.replace("\n", " ")
+    assert "training.json: expected what a model was learned from" in capsys.readouterr().err.replace("\n", " ")
 
 
 def test_json_has_standard_output_to_itself(bicycle: Path) -> None:
@@ -204,7 +204,7 @@ def test_help_teaches_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
         assert len(capsys.readouterr().out) > 300
     with pytest.raises(SystemExit):
         main(["comparre"])
-    assert "did you mean 'compare'" in capsys.readouterr().out
+    assert "did you mean 'compare'" in capsys.readouterr().err
 
 
 def test_noisy_logs_lose_the_dependence_and_say_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -217,5 +217,5 @@ def test_noisy_logs_lose_the_dependence_and_say_so(tmp_path: Path, capsys: pytes
     with pytest.raises(SystemExit) as stopped:
         main(["learn", "crazyflie", "--data", str(log), "--out", str(tmp_path / "model")])
     assert stopped.value.code == 2
-    assert "cannot fly" in capsys.readouterr().out
+    assert "cannot fly" in capsys.readouterr().err
     assert load_model(tmp_path / "model").layouts.action.columns[0] == "thrust"

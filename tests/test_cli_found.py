@@ -147,7 +147,7 @@ def test_a_sag_per_volt_is_neither_simulated_nor_flown_there(
     save_model(informed, tmp_path / "model")
     with pytest.raises(SystemExit):
         main(["run", str(tmp_path / "model"), "hover"])
-    assert "no simulator gives vbat" in capsys.readouterr().out.replace("\n", " ")
+    assert "no simulator gives vbat" in capsys.readouterr().err.replace("\n", " ")
 
 
 def test_a_wrong_hypothesis_is_refused_and_a_better_one_named(folder: Path, logs: list[str]) -> None:
@@ -196,7 +196,7 @@ def test_bad_hypotheses_get_one_clear_error(
     with pytest.raises(SystemExit) as stopped:
         main(["add", str(folder / "base"), *filled, "--out", str(folder / "unused")])
     assert stopped.value.code == 2
-    assert message in capsys.readouterr().out.replace("\n", " ")
+    assert message in capsys.readouterr().err.replace("\n", " ")
     assert not (folder / "unused").exists()
 
 

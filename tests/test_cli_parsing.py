@@ -121,9 +121,12 @@ def test_the_most_samples_are_those_of_mppi() -> None:
     assert numbers.MOST_SAMPLES == robot.MOST_SAMPLES
 
 
-def test_an_error_is_wrapped_between_words(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_error_is_wrapped_between_words(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setenv("NO_COLOR", "1")
     with pytest.raises(SystemExit):
         main(["show", "x" * 100])
-    lines = capsys.readouterr().out.splitlines()
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) > 1
     assert "x" * 100 in "".join(lines)
     assert all(len(line) <= 80 or " " not in line for line in lines)

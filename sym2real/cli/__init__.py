@@ -5,14 +5,13 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import reduce
 from operator import or_
 from pathlib import Path
 from typing import Annotated, Any, NoReturn, Protocol
 
 import tyro
-from rich.console import Console
-from rich.markup import escape
 
 from sym2real import __version__
 from sym2real.cli.add import Add
@@ -25,12 +24,15 @@ from sym2real.cli.inspect import Inspect
 from sym2real.cli.learn import Learn
 from sym2real.cli.loading import loading
 from sym2real.cli.nominal import NominalCar, NominalQuadrotor
-from sym2real.cli.output import console_for, require_places, write_json
-from sym2real.cli.parsing import fitted, parse
+from sym2real.cli.output import STANDARD_OUTPUT, report_for, show_json, write_json
+from sym2real.cli.parsing import parse
+from sym2real.cli.places import kept_apart
 from sym2real.cli.plan import PlanFlight
 from sym2real.cli.run import Run
 from sym2real.cli.show import Show
 from sym2real.cli.simulate import Simulate
+from sym2real.cli.terminal import Report, put, say_error
+from sym2real.cli.unforeseen import net_is_off, told_of
 from sym2real.errors import DataError, Sym2RealError, UnknownNameError, reason
 
 DESCRIPTION = """\
@@ -93,38 +95,55 @@ class Runnable(Protocol):
         """Where the result goes as JSON."""
         ...
 
-    def run(self, console: Console) -> dict[str, Any]:
+    def run(self, console: Report) -> dict[str, Any]:
         """Do the work, tell the console; what ``--json`` writes."""
         ...
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run one verb; exit with 2 and one clear message on bad input, with 130 on Ctrl-C."""
+    """Run one verb.
+
+    Exits with 2 and one clear message on bad input, with 130 on Ctrl-C, and with 70 and the place of a report on an
+    error that nobody foresaw. Results go to standard output, errors and progress to standard error.
+    """
     given = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        _main(given)
+    except Sym2RealError as error:
+        _stop(f"error: {error}", 2)
+    except OSError as error:
+        _stop(f"error: {DataError(error.filename or 'a file', 'one that can be used', reason(error))}", 2)
+    except KeyboardInterrupt:
+        _stop("interrupted: files that were already written stay", 130)
+    except Exception as error:
+        if net_is_off():
+            raise
+        _stop(f"error: {told_of(error, given)}", 70)
+
+
+def _main(given: list[str]) -> None:
     if given == ["--version"]:
-        print(f"sym2real {__version__}")
+        put(sys.stdout, f"sym2real {__version__}\n")
         return
     if given and not given[0].startswith("-") and given[0] not in VERBS:
-        _stop(Console(), UnknownNameError("verb", given[0], VERBS))
+        raise UnknownNameError("verb", given[0], VERBS)
     # The tensors are small: threads that wait for each other make an action five times slower. Set it to override.
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     verb: Runnable = parse(Verb, "sym2real", DESCRIPTION, given)
-    console = console_for(verb.json)
+    report = report_for(verb.json)
     try:
-        with loading(given[0], console):
-            require_places(verb)
-            result = verb.run(console)
-        write_json(result, verb.json)
-    except Sym2RealError as error:
-        _stop(console, error)
-    except OSError as error:
-        _stop(console, DataError(error.filename or "a file", "one that can be used", reason(error)))
-    except KeyboardInterrupt:
-        console.print("interrupted; files that were already written stay")
-        sys.exit(130)
+        with loading(given[0]), kept_apart(verb):
+            result = verb.run(report)
+            write_json(result, verb.json)
+    except BaseException:
+        with suppress(DataError):  # what went wrong first is what the user is told
+            report.release()
+        raise
+    report.release()
+    if verb.json == STANDARD_OUTPUT:
+        show_json(result)
 
 
-def _stop(console: Console, error: Sym2RealError) -> NoReturn:
-    text = fitted(f"error: {error}", console.width)
-    console.print(escape(text).replace("error:", "[bold red]error:[/]", 1), soft_wrap=True)
-    sys.exit(2)
+def _stop(text: str, status: int) -> NoReturn:
+    say_error(" ".join(text.split()))  # names of files and the words of libraries may hold ends of lines
+    sys.exit(status)

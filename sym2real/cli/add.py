@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import tyro
 from rich.console import Console
 
 from sym2real.cli.numbers import OptionalPositive
+from sym2real.cli.places import Place
 
 if TYPE_CHECKING:
     from sym2real.diagnosis import Tried
@@ -32,7 +33,9 @@ class Add:
       sym2real add runs/base "term:fz=0.02*vx*vx" --out runs/term
     """
 
-    model: tyro.conf.Positional[str]
+    FOLDERS: ClassVar = ("simulator", "figures")
+
+    model: tyro.conf.Positional[Place]
     """A model folder, or a robot's name (its base is learned once and cached)."""
     effects: tyro.conf.Positional[tuple[str, ...]]
     """Each effect as KIND or KIND:COLUMN, then its PARAMETER=VALUE in the unit that the catalogue gives; or a term of
@@ -43,7 +46,7 @@ class Add:
     """Logs that the one effect's values are fitted to."""
     held_out: tuple[Path, ...] = ()
     """Logs that score the fit; by default each log is scored by the fit without it."""
-    spec: str | None = None
+    spec: Place | None = None
     """How the logs' columns are named: a shipped specification's name or a TOML file."""
     exclude: tuple[str, ...] = ()
     """Effects that are not to be tried in its place (KIND or KIND:COLUMN)."""
@@ -65,7 +68,7 @@ class Add:
         from sym2real.symbolic import save_model
 
         require_another_folder(self.model, self.out)
-        base = open_with_progress(self.model, console)
+        base = open_with_progress(self.model)
         terms = [text.removeprefix(TERM).partition("=") for text in self.effects if text.startswith(TERM)]
         named = [text for text in self.effects if not text.startswith(TERM)]
         effects = chosen_effects(named, base)
@@ -110,7 +113,7 @@ class Add:
 
         data = logs_for(base, self.fit, self.spec)
         held_out = logs_for(base, self.held_out, self.spec, apart_from=self.fit) if self.held_out else None
-        with stages_progress(console) as on_progress:
+        with stages_progress() as on_progress:
             tried = try_effect(
                 base,
                 key,

@@ -9,6 +9,8 @@ from typing import Any, Literal
 import tyro
 from rich.console import Console
 
+from sym2real.cli.places import Place
+
 
 @dataclass(frozen=True)
 class Compare:
@@ -19,11 +21,11 @@ class Compare:
     Example: sym2real compare runs/base flight.csv --spec flight.toml --out runs/compare
     """
 
-    model: tyro.conf.Positional[str]
+    model: tyro.conf.Positional[Place]
     """A model folder, or a robot's name (its base is learned once and cached)."""
     logs: tyro.conf.Positional[tuple[Path, ...]]
     """Logs: CSV, Parquet, bags, MCAP, ULog."""
-    spec: str | None = None
+    spec: Place | None = None
     """How the logs' columns are named: a shipped specification's name or a TOML file."""
     start: Literal["smoothed", "measured"] = "smoothed"
     """Start windows from the last ten rows, smoothed, or from the measured row."""
@@ -38,7 +40,7 @@ class Compare:
         from sym2real.diagnosis import compare, training_region
         from sym2real.report.comparison import comparison_report
 
-        equations = open_with_progress(self.model, console)
+        equations = open_with_progress(self.model)
         data = logs_for(equations, self.logs, self.spec)
         comparison = compare(equations, data, start=self.start, region=training_region(folder_of(self.model)))
         console.print(comparison_report(comparison))

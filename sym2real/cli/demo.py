@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 
 from sym2real.cli.numbers import OptionalSamples, Seed
+from sym2real.cli.terminal import Report
 
 if TYPE_CHECKING:
     from sym2real.symbolic import Equations
@@ -37,14 +38,18 @@ class Demo:
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
 
-    def run(self, console: Console) -> dict[str, Any]:
+    def run(self, console: Report) -> dict[str, Any]:
         """Run the four acts."""
         from sym2real.cli.story import Story
 
         started = time.perf_counter()
-        robots = {name: self._robot(name, console) for name in EPISODES}
+        robots = {}
+        for name in EPISODES:
+            robots[name] = self._robot(name, console)
+            console.release()  # what an act says stands beside files that are written
         story = Story(self.out, self.samples, self.seed, SECONDS)
         hidden = story.simulated(self.out / "crazyflie" / "model", console)
+        console.release()
         real = story.real(console)
         seconds = time.perf_counter() - started
         console.print(f"\neverything is in {self.out}; {seconds:.0f} s")
@@ -61,7 +66,7 @@ class Demo:
         console.rule(f"{robot.title}: from description file to equations")
         settings = StageOne(EPISODES[name], STEPS, samples=self.samples, until_settled=False, seed=self.seed)
         folder = self.out / name / "model"
-        with stage_one_progress(console) as on_progress:
+        with stage_one_progress() as on_progress:
             learned = learn_in_simulation(robot, "beam", settings, folder / "episodes", on_progress)
         learned.save(folder)
         console.print(equation_table(learned.equations), dependence_table(learned.dependence))
@@ -82,7 +87,7 @@ class Demo:
         for task_name in FLOWN[name]:
             task = make_task(task_name, robot)
             controller = mppi_controller(equations, robot, task, samples=self.samples, seed=self.seed)
-            with steps_progress(console, f"flying {task_name}", round(SECONDS / robot.dt)) as on_step:
+            with steps_progress(f"flying {task_name}", round(SECONDS / robot.dt)) as on_step:
                 plant = MujocoPlant(robot)
                 flights.append(
                     fly(plant, controller, task, seconds=SECONDS, seed=self.seed, on_step=on_step, name=task_name)

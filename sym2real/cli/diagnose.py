@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import tyro
 from rich.console import Console
 
 from sym2real.cli.numbers import OptionalPositive
+from sym2real.cli.places import Place
 
 
 @dataclass(frozen=True)
@@ -28,13 +29,15 @@ class Diagnose:
     Example: sym2real diagnose runs/base flight1.csv flight2.csv --spec flight.toml --out runs/diagnosis
     """
 
-    model: tyro.conf.Positional[str]
+    FOLDERS: ClassVar = ("model", "simulator")
+
+    model: tyro.conf.Positional[Place]
     """A model folder, or a robot's name (its base is learned once and cached)."""
     logs: tyro.conf.Positional[tuple[Path, ...]]
     """Logs (CSV, Parquet, bags, MCAP, ULog); several of different manoeuvres tell more than one."""
     held_out: tuple[Path, ...] = ()
     """Logs that score the result; by default each log is scored by the fit without it."""
-    spec: str | None = None
+    spec: Place | None = None
     """How the logs' columns are named: a shipped specification's name or a TOML file."""
     exclude: tuple[str, ...] = ()
     """Effects that are not to be tried (KIND or KIND:COLUMN)."""
@@ -58,13 +61,13 @@ class Diagnose:
 
         if self.out:
             require_another_folder(self.model, self.out / "model")
-        base = open_with_progress(self.model, console)
+        base = open_with_progress(self.model)
         data = logs_for(base, self.logs, self.spec)
         held_out = logs_for(base, self.held_out, self.spec, apart_from=self.logs) if self.held_out else None
         about_data = data_report(data, base).lines()
         for line in about_data:
             console.print(f"data: {line}", style="dim", markup=False)
-        with stages_progress(console) as on_progress:
+        with stages_progress() as on_progress:
             found = diagnose(
                 base,
                 data,

@@ -27,6 +27,7 @@ def write_diagnosis(base: Equations, data: Dataset, found: Diagnosis, out: Path,
     remove_earlier(out)
     written: list[str] = []
     result = {**found.to_dict(), FILES: written}
+    write_json(result, out / ANSWER)  # what took minutes, before what takes seconds
     try:
         for file in _files(base, data, found, out, console):
             written.append(file.relative_to(out).as_posix())
@@ -52,9 +53,9 @@ def _files(base: Equations, data: Dataset, found: Diagnosis, out: Path, console:
 
 
 def remove_earlier(out: Path) -> None:
-    """Remove the files that the diagnosis in a folder says it wrote, and folders that are empty then; no others."""
+    """Remove the files that the diagnosis in a folder says it wrote, and folders then empty; nothing that is read."""
     from sym2real.errors import DataError
-    from sym2real.files import read_object
+    from sym2real.files import read_by, read_object
 
     try:
         names = read_object(out / ANSWER, "an earlier diagnosis").get(FILES, [])
@@ -62,7 +63,7 @@ def remove_earlier(out: Path) -> None:
         return
     for name in names if isinstance(names, list) else []:
         file = out / str(name)
-        if file.resolve().is_relative_to(out.resolve()) and file.is_file():
+        if file.resolve().is_relative_to(out.resolve()) and file.is_file() and not read_by(file):
             file.unlink()
             if file.parent != out and not any(file.parent.iterdir()):
                 file.parent.rmdir()

@@ -9,6 +9,8 @@ from typing import Any, ClassVar, Literal
 import tyro
 from rich.console import Console
 
+from sym2real.cli.places import Place
+
 
 @dataclass(frozen=True)
 class Export:
@@ -22,7 +24,7 @@ class Export:
 
     OUT_IS_FILE: ClassVar[bool] = True
 
-    model: tyro.conf.Positional[str]
+    model: tyro.conf.Positional[Place]
     """A model folder, or a robot's name (its base is learned once and cached)."""
     format: tyro.conf.Positional[Literal["torchscript", "torch-export", "python", "latex"]]
     """What to write."""
@@ -36,7 +38,7 @@ class Export:
         from sym2real.cli.model import open_with_progress
         from sym2real.symbolic import export
 
-        equations = open_with_progress(self.model, console)
+        equations = open_with_progress(self.model)
         export(equations, self.format, self.out)
         console.print(f"{self.format} in {self.out}")
         return {"format": self.format, "file": self.out}

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import tyro
 from rich.console import Console
 
 from sym2real.cli.numbers import Count, OptionalCount, OptionalSamples, Seed
+from sym2real.cli.places import Place
 
 if TYPE_CHECKING:
     from sym2real.adaptation import StageOne
@@ -29,13 +30,15 @@ class Learn:
     Example: sym2real learn crazyflie --out runs/base
     """
 
+    FOLDERS: ClassVar = ("episodes",)
+
     robot: tyro.conf.Positional[str]
     """Name of the robot: crazyflie or mushr."""
     out: Path
     """Folder of the model."""
     data: tuple[Path, ...] = ()
     """Recorded logs (CSV, Parquet, bags, MCAP, ULog) to fit instead of a simulator."""
-    spec: str | None = None
+    spec: Place | None = None
     """How the logs' columns are named: a shipped specification's name or a TOML file."""
     numbers: tuple[str, ...] = ()
     """Numbers of the robot that --data was measured on, NAME=VALUE in SI units (mass=0.032); else the registered."""
@@ -67,7 +70,7 @@ class Learn:
         if self.data:
             learned = learn_from_logs(robot, self.data, self.spec, self.engine, numbers)
         else:
-            with stage_one_progress(console) as on_progress:
+            with stage_one_progress() as on_progress:
                 learned = learn_in_simulation(robot, self.engine, self._settings(), self.out / "episodes", on_progress)
         learned.save(self.out)
         if learned.reports:

@@ -9,25 +9,26 @@ from rich.console import Console, ConsoleRenderable, RenderHook
 from rich.control import Control
 from rich.segment import ControlType
 
+from sym2real.cli.terminal import progress_console
+
 
 @contextmanager
-def loading(verb: str, console: Console) -> Iterator[None]:
-    """Show the line until the verb's first words; nothing where standard error is no terminal.
+def loading(verb: str) -> Iterator[None]:
+    """Show the line until progress is drawn or the verb is done; nothing where standard error is no terminal.
 
     Args:
         verb: what the line names.
-        console: where the verb's words and progress go.
     """
-    terminal = Console(stderr=True, highlight=False)
+    terminal = progress_console()
     if not terminal.is_terminal or terminal.is_dumb_terminal:
         yield
         return
     line = _Line(terminal, f"{verb}: loading libraries")
-    console.push_render_hook(line)
+    terminal.push_render_hook(line)
     try:
         yield
     finally:
-        console.pop_render_hook()
+        terminal.pop_render_hook()
         line.erase()
 
 

@@ -7,8 +7,6 @@ from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 
-from rich.console import Console
-
 from sym2real.cli.progress import stage_one_progress
 from sym2real.diagnosis.lengths import long_enough
 from sym2real.diagnosis.start import ROWS
@@ -22,9 +20,9 @@ from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset, Trajectory
 
 
-def open_with_progress(name: str, console: Console) -> Equations:
+def open_with_progress(name: str) -> Equations:
     """The model of that name; a robot's base is learned under a progress bar when it is not cached yet."""
-    with stage_one_progress(console) as on_progress:
+    with stage_one_progress() as on_progress:
         return open_model(name, on_progress)
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from rich.console import Console
 
 from sym2real.cli.numbers import NotNegative, OptionalPositive, OptionalThreePositive, Positive, ThreePositive
+from sym2real.cli.places import Place
 
 if TYPE_CHECKING:
     from sym2real.robots import Motors
@@ -57,7 +58,7 @@ class NominalQuadrotor:
     """Sign of each rotor's reaction torque about body z (motors); the Crazyflie's by default."""
     fit_thrust: Path | None = None
     """Fit the thrust per unit on the first two seconds of this log (motors, or mass-normalised thrust)."""
-    spec: str | None = None
+    spec: Place | None = None
     """How that log's columns are named: a shipped specification's name or a TOML file."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""

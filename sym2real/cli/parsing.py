@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import os
 import re
 import shutil
 import sys
@@ -17,6 +16,7 @@ import tyro
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
 from sym2real.cli.numbers import option
+from sym2real.cli.terminal import put, say_error
 
 WIDTH = 80
 BOX = "╭│╰"  # what tyro wraps itself
@@ -41,21 +41,22 @@ def parse(verbs: Any, prog: str, description: str, arguments: Sequence[str]) -> 
     Raises:
         SystemExit: with 2 and a message for what cannot be read, with 0 after help.
     """
-    help_text = _Captured(sys.stdout)
+    help_text, error_text = _Captured(sys.stdout), io.StringIO()
     try:
-        with _registry(), contextlib.redirect_stdout(help_text):
+        with _registry(), contextlib.redirect_stdout(help_text), contextlib.redirect_stderr(error_text):
             return tyro.cli(verbs, prog=prog, description=description, args=arguments)
     finally:
-        _tell(help_text.getvalue())
+        if help_text.getvalue():
+            put(sys.stdout, fitted(help_text.getvalue(), min(WIDTH, shutil.get_terminal_size().columns)) + "\n")
+        if error_text.getvalue():
+            say_error(f"error: {_unboxed(error_text.getvalue()).removeprefix('Error parsing ')}")
 
 
-def _tell(text: str) -> None:
-    if not text:
-        return
-    try:
-        print(fitted(text, min(WIDTH, shutil.get_terminal_size().columns)), flush=True)
-    except BrokenPipeError:  # whoever reads, such as `head`, has enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def _unboxed(text: str) -> str:
+    """What tyro says in a box: a line for what is wrong, one for what may have been meant, one for where help is."""
+    lines = [line.strip("│╭╮╰╯| ") for line in text.splitlines() if line[:1] in "│|"]
+    parts = [" ".join(part.split()) for part in re.split(r"\s─{3,}\s|\s-{5,}\s", "\n".join(lines))]
+    return "\n".join([parts[0], *parts[1:-1][:1], *parts[1:][-1:]]) if lines else " ".join(text.split())
 
 
 def fitted(text: str, width: int) -> str:

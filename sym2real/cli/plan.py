@@ -11,6 +11,7 @@ import tyro
 from rich.console import Console
 
 from sym2real.cli.numbers import NotNegative, Seconds, steps_in
+from sym2real.cli.places import Place
 
 if TYPE_CHECKING:
     from sym2real.diagnosis import Plan
@@ -33,9 +34,9 @@ class PlanFlight:
       sym2real plan flight1.csv flight2.csv --spec flight.toml --model runs/nominal
     """
 
-    what: tyro.conf.Positional[tuple[str, ...]]
+    what: tyro.conf.Positional[tuple[Place, ...]]
     """A robot's name and manoeuvres (its usual ones by default), or logs."""
-    model: str | None = None
+    model: Place | None = None
     """A model folder; by default the first-principles equations of the robot, or of the one whose columns logs have."""
     seconds: Seconds = 8.0
     """Length of each manoeuvre in s."""
@@ -43,7 +44,7 @@ class PlanFlight:
     """Of a quadrotor's heading in rad/s."""
     dither: NotNegative = 1.0
     """Noise on the commands: 1 is thrust 5 mN and rates 0.15 rad/s, or steering 0.03 rad and speed 0.1 m/s."""
-    spec: str | None = None
+    spec: Place | None = None
     """How logs' columns are named: a shipped specification's name or a TOML file."""
     exclude: tuple[str, ...] = ()
     """Effects that are not looked at (KIND or KIND:COLUMN)."""
@@ -72,13 +73,13 @@ class PlanFlight:
         from sym2real.robots import ROBOTS
 
         robot = ROBOTS[self.what[0]]
-        equations = robot.nominal() if self.model is None else open_with_progress(self.model, console)
+        equations = robot.nominal() if self.model is None else open_with_progress(self.model)
         if (visible_state(equations), equations.layouts.action) != (robot.layouts.state, robot.layouts.action):
             other = f"one of a {equations.robot}" if equations.robot not in ("", robot.name) else "other columns"
             raise ModelError(f"{self.model}: expected a model with the columns of a {robot.name}, found {other}")
         chosen = manoeuvres_of(self.what[1:], robot)
         steps_in(self.seconds, robot.dt)
-        with stages_progress(console) as on_progress:
+        with stages_progress() as on_progress:
             on_progress("flying in the plain simulator")
             runs = planned_runs(robot, chosen, seconds=self.seconds, yaw_rate=self.yaw_rate, dither=self.dither)
             on_progress("weighing what every effect would change")
@@ -99,9 +100,9 @@ class PlanFlight:
             console.print(f"the logs have the columns of a {robot.title}: its first-principles equations are taken")
             equations = robot.nominal()
         else:
-            equations = open_with_progress(self.model, console)
+            equations = open_with_progress(self.model)
         data = logs_for(equations, paths, self.spec)
-        with stages_progress(console) as on_progress:
+        with stages_progress() as on_progress:
             on_progress("weighing errors")
             return plan(equations, data, exclude=self.exclude)
 

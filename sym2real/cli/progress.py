@@ -1,34 +1,36 @@
-"""Progress as a bar that says what is going on, with a line for every finished episode or round."""
+"""Progress on standard error: a bar on a terminal, now and then a line in a file or a pipe."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from rich.console import Console
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
     Progress,
-    ProgressColumn,
     SpinnerColumn,
     TextColumn,
     TimeElapsedColumn,
 )
 
 from sym2real import adaptation
+from sym2real.cli.terminal import progress_console
 from sym2real.report.tables import number
+
+SECONDS_BETWEEN_LINES = 10.0  # where there is no terminal
 
 
 @contextmanager
-def stage_one_progress(console: Console) -> Iterator[Callable[[adaptation.Progress], None]]:
-    """A callback for :func:`sym2real.adaptation.learn_base` that draws on ``console``."""
-    with Progress(*_columns(), console=console, transient=True) as bar:
+def stage_one_progress() -> Iterator[Callable[[adaptation.Progress], None]]:
+    """A callback for :func:`sym2real.adaptation.learn_base`."""
+    with _bar() as bar:
         task = bar.add_task("starting", total=None)
 
         def show(progress: adaptation.Progress) -> None:
             if progress.report is not None:
-                console.print(finished_line(progress.report), markup=False)
+                progress_console().print(finished_line(progress.report), markup=False)
             else:
                 bar.update(task, description=progress.what, completed=progress.done, total=progress.total or None)
 
@@ -36,10 +38,13 @@ def stage_one_progress(console: Console) -> Iterator[Callable[[adaptation.Progre
 
 
 @contextmanager
-def stages_progress(console: Console) -> Iterator[Callable[[str], None]]:
+def stages_progress() -> Iterator[Callable[[str], None]]:
     """A callback that is told what is being done, with the time that has passed."""
+    if not progress_console().is_terminal:
+        yield _lines()
+        return
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
+    with Progress(*columns, console=progress_console(), transient=True) as bar:
         task = bar.add_task("starting", total=None)
         yield lambda what: bar.update(task, description=what)
 
@@ -61,6 +66,21 @@ def round_line(report: adaptation.RoundReport) -> str:
     return f"round {report.number} on {report.log}: {learned}{effects}{refused}; {flown}{error}{ahead}"
 
 
+def _lines() -> Callable[[str], None]:
+    """Print a line where another kind of work begins, and every ten seconds while it goes on."""
+    started = time.monotonic()
+    printed, kind = -SECONDS_BETWEEN_LINES, ""
+
+    def show(what: str) -> None:
+        nonlocal printed, kind
+        passed, first = time.monotonic() - started, what.partition(" ")[0]
+        if first != kind or passed - printed >= SECONDS_BETWEEN_LINES:
+            progress_console().print(f"{passed:.0f} s: {what}", markup=False, soft_wrap=True)
+            printed, kind = passed, first
+
+    return show
+
+
 def episode_line(report: adaptation.EpisodeReport) -> str:
     """One finished episode in words."""
     crashed = f", {report.crashes} crashes" if report.crashes else ""
@@ -70,12 +90,20 @@ def episode_line(report: adaptation.EpisodeReport) -> str:
 
 
 @contextmanager
-def steps_progress(console: Console, what: str, steps: int) -> Iterator[Callable[[int], None]]:
-    """A callback that takes the number of steps done, drawn as a bar on ``console``."""
-    with Progress(*_columns(), console=console, transient=True) as bar:
+def steps_progress(what: str, steps: int) -> Iterator[Callable[[int], None]]:
+    """A callback that takes the number of steps done."""
+    with _bar() as bar:
         task = bar.add_task(what, total=steps)
         yield lambda done: bar.update(task, completed=done)
 
 
-def _columns() -> tuple[ProgressColumn, ...]:
-    return (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+def _bar() -> Progress:
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
+    console = progress_console()
+    return Progress(*columns, console=console, transient=True, disable=not console.is_terminal)

@@ -10,6 +10,7 @@ import tyro
 from rich.console import Console
 
 from sym2real.cli.numbers import OptionalSamples, OptionalSeconds, Seed, steps_in
+from sym2real.cli.places import Place
 
 if TYPE_CHECKING:
     from sym2real.experiments.flying import Flight
@@ -30,11 +31,11 @@ class Run:
       sym2real run runs/found/model circle --plant runs/found/simulator
     """
 
-    model: tyro.conf.Positional[str]
+    model: tyro.conf.Positional[Place]
     """A model folder, or a robot's name (its base is learned once and cached)."""
     task: tyro.conf.Positional[str]
     """hover, circle, lemniscate, track, park or reverse_circle."""
-    plant: str = "simulator"
+    plant: Place = "simulator"
     """What is flown: the plain MuJoCo simulator, the model itself ("model"), or the folder of a simulator."""
     seconds: OptionalSeconds = None
     """Length of the episode; the task's own by default."""
@@ -58,7 +59,7 @@ class Run:
         from sym2real.report.tables import flight_table
         from sym2real.tasks import make_task
 
-        equations = open_with_progress(self.model, console)
+        equations = open_with_progress(self.model)
         robot = robot_of(equations, self.model)
         self._require_inputs(equations, robot)
         task = make_task(self.task, robot)
@@ -66,7 +67,7 @@ class Run:
         controller = mppi_controller(equations, robot, task, samples=self.samples, seed=self.seed, period=period)
         plant = self._plant(equations, robot)
         steps = steps_in(self.seconds or task.duration, robot.dt)
-        with steps_progress(console, f"{self.task} with {controller.samples} samples", steps) as on_step:
+        with steps_progress(f"{self.task} with {controller.samples} samples", steps) as on_step:
             flight = fly(plant, controller, task, seconds=self.seconds, seed=self.seed, on_step=on_step, name=self.task)
         console.print(flight_table([flight], self.plant if self.plant in PLAIN else f"simulator of {self.plant}"))
         result = flight_result(flight) | {"samples": controller.samples}
@@ -113,11 +114,9 @@ def flight_result(flight: Flight) -> dict[str, Any]:
 
 def write_flight(flight: Flight, folder: Path) -> dict[str, Any]:
     """Write a flight's log and a figure of its path; where they are."""
-    from sym2real.files import make_folder
     from sym2real.logs import write_log
     from sym2real.report.figures import path_figure, save
 
-    make_folder(folder)
     name = flight.trajectory.name
     write_log(flight.trajectory, folder / f"{name}.csv")
     return {"log": folder / f"{name}.csv", "figure": save(path_figure(flight.trajectory), folder / f"{name}.png")}

@@ -9,6 +9,8 @@ from typing import Any
 import tyro
 from rich.console import Console
 
+from sym2real.cli.places import Place
+
 
 @dataclass(frozen=True)
 class Show:
@@ -17,7 +19,7 @@ class Show:
     Example: sym2real show runs/base --latex
     """
 
-    model: tyro.conf.Positional[str]
+    model: tyro.conf.Positional[Place]
     """A model folder, or a robot's name (its base is learned once and cached)."""
     latex: bool = False
     """Print LaTeX too."""
@@ -31,7 +33,7 @@ class Show:
         from sym2real.experiments.learning import trained_dependence
         from sym2real.report.tables import dependence_table, equation_table, readable
 
-        equations = open_with_progress(self.model, console)
+        equations = open_with_progress(self.model)
         dependence = trained_dependence(folder_of(self.model))
         effects = noted(equations)
         console.print(f"physical effects put into it: {'; '.join(effects) or 'none that it notes'}", markup=False)

@@ -10,6 +10,7 @@ import tyro
 from rich.console import Console
 
 from sym2real.cli.numbers import OptionalSeconds, Seed, steps_in
+from sym2real.cli.places import Place
 
 
 @dataclass(frozen=True)
@@ -26,8 +27,9 @@ class Simulate:
     """
 
     OUT_IS_FILE: ClassVar[bool] = True
+    OUT_IS_LOG: ClassVar[bool] = True
 
-    robot: tyro.conf.Positional[str]
+    robot: tyro.conf.Positional[Place]
     """Name of the robot, crazyflie or mushr, or the folder of a simulator."""
     task: tyro.conf.Positional[str]
     """hover, circle, lemniscate, track, park or reverse_circle."""
@@ -55,7 +57,6 @@ class Simulate:
         from sym2real.control import RandomCommands, geometric_controller
         from sym2real.errors import ModelError
         from sym2real.experiments.standard_conditions import sensors
-        from sym2real.files import make_folder
         from sym2real.logs import write_log
         from sym2real.plants import MujocoPlant, load_plant, run_episode
         from sym2real.robots import ROBOTS
@@ -80,7 +81,6 @@ class Simulate:
         controller = geometric_controller(robot, task.reference) if geometric else RandomCommands(robot, seed=self.seed)
         steps = steps_in(self.seconds or task.duration, robot.dt)
         trajectory = run_episode(plant, controller, task, seed=self.seed, steps=steps, name=self.out.stem)
-        make_folder(self.out.parent)
         write_log(trajectory, self.out)
         error = tracking_error(trajectory)
         crashed = len(trajectory) < steps

@@ -32,6 +32,7 @@ class Story:
 
     def simulated(self, model: Path, console: Console) -> dict[str, Any]:
         """The learned quadrotor against a plant with an effect that nothing in the logs names."""
+        from sym2real.cli.progress import stages_progress
         from sym2real.diagnosis import add
         from sym2real.experiments.hidden import flown_with, hidden_case, write_flights
         from sym2real.report.tables import flight_table
@@ -39,7 +40,8 @@ class Story:
 
         console.rule("A hidden effect: which one, how much, and does it help to know?")
         case = hidden_case("crazyflie", self.seed)
-        with console.status("flying the changed robot"):
+        with stages_progress() as on_progress:
+            on_progress("flying the changed robot")
             logs = write_flights(case, self.out / "hidden" / "logs", FLIGHTS, ROWS)
         used, kept = logs[: FLIGHTS - KEPT], logs[FLIGHTS - KEPT :]
         compared = self._compare(model, used, None, self.out / "hidden" / "compare", console)
@@ -48,7 +50,8 @@ class Story:
         models = {"base": base, "that knows the truth": add(base, case.effects)}
         if informed.is_dir():
             models = {"base": base, "with what was found": load_model(informed), **models}
-        with console.status("flying the changed robot with MPPI"):
+        with stages_progress() as on_progress:
+            on_progress("flying the changed robot with MPPI")
             flights = flown_with(case, models, [TASK], seconds=self.seconds, samples=self.samples, seed=self.seed)
         console.print(flight_table(flights))
         truth = [{"effect": key, "values": dict(values)} for key, values in case.effects]

@@ -13,7 +13,6 @@ from sym2real.effects import effect
 from sym2real.experiments.flying import Flight, fly
 from sym2real.experiments.standard_cases import standard_cases
 from sym2real.experiments.standard_set import Case, simulate_case
-from sym2real.files import make_folder
 from sym2real.logs import write_log
 from sym2real.plants import MujocoPlant
 from sym2real.robots import ROBOTS
@@ -30,7 +29,6 @@ def hidden_case(robot: str, seed: int) -> Case:
 
 def write_flights(case: Case, folder: Path, flights: int, rows: int) -> list[Path]:
     """Simulate the case and write a CSV log per flight; nothing in them names the effect."""
-    make_folder(folder)
     paths = []
     for trajectory in simulate_case(case, flights, rows):
         paths.append(folder / f"{trajectory.name}.csv")

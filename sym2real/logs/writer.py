@@ -23,15 +23,13 @@ def write_log(trajectory: Trajectory, path: str | Path) -> None:
     in its metadata. The raw rows of the log it came from are not written.
 
     Raises:
-        DataError: when the ending is neither, or there is no folder to write to.
+        DataError: when the ending is neither, or there is no writing there.
         ShapeError: when two columns have one name.
     """
     target = Path(path)
     if target.suffix.lower() not in TABLES:
         raise DataError(target, f"a file name that ends in {', '.join(TABLES)}", repr(target.suffix))
     columns = _columns(trajectory)
-    if not target.parent.is_dir():
-        raise DataError(target, "a file that can be written", f"no folder {target.parent}")
     with whole(target) as beside:
         if target.suffix.lower() == ".csv":
             csv_file.write(beside, columns)

@@ -12,8 +12,6 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
-import torch
-
 from sym2real.errors import DataError, ModelError, reason
 from sym2real.files import read_object
 from sym2real.neural.composed import Base, Composed
@@ -42,6 +40,7 @@ from sym2real.symbolic.storage import (
     equation_files,
     remove_all,
     write_files,
+    write_script,
 )
 
 Model = Equations | Composed | Ensemble
@@ -84,7 +83,7 @@ def _files(model: Composed | Ensemble) -> dict[str, Writer]:
         files = equation_files(below, composed.scripted)
     else:
         files = {
-            MODULE: lambda path: torch.jit.save(composed.scripted, str(path)),
+            MODULE: lambda path: write_script(composed.scripted, path),
             ENSEMBLE: lambda path: write_ensemble(below, path),
         }
     if isinstance(model, Ensemble):

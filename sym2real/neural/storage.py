@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from safetensors import SafetensorError, safe_open
-from safetensors.torch import save_file
+from safetensors.torch import save
 from torch import Tensor, nn
 
 from sym2real.errors import DataError, Sym2RealError, reason
@@ -119,7 +119,7 @@ def _layouts(about: dict[str, Any]) -> Layouts:
 
 def _write(module: nn.Module, path: Path, about: dict[str, Any]) -> None:
     weights = {name: tensor.contiguous() for name, tensor in module.state_dict().items()}
-    save_file(weights, path, {"about": json.dumps(about)})
+    path.write_bytes(save(weights, {"about": json.dumps(about)}))
 
 
 def _read(file: Path) -> tuple[dict[str, Any], dict[str, Tensor]]:

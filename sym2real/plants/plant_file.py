@@ -18,7 +18,7 @@ import mujoco
 
 from sym2real.effects import effect
 from sym2real.errors import DataError, ModelError, Sym2RealError, reason
-from sym2real.files import read_toml, write_text
+from sym2real.files import read_toml, whole
 from sym2real.plants.mujoco_plant import MujocoPlant, edited
 from sym2real.robots import ROBOTS, Robot
 
@@ -55,8 +55,9 @@ def save_plant(robot: Robot, effects: Chosen, folder: str | Path) -> tuple[Path,
         lines += [f"{name} = {value!r}" for name, value in values.items()]
     description = edited(robot, changes)
     description.compile()  # MuJoCo writes only what it has compiled
-    write_text(folder / DESCRIPTION, description.to_xml())
-    write_text(folder / PLANT, "\n".join(lines) + "\n")
+    with whole(folder / DESCRIPTION) as body, whole(folder / PLANT) as plant:
+        body.write_text(description.to_xml(), encoding="utf-8")
+        plant.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return folder / DESCRIPTION, folder / PLANT
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from sym2real.registry import Registry
 from sym2real.symbolic.compile import build_module, compile_model
 from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.source import model_source
+from sym2real.symbolic.storage import write_script
 
 
 def python_source(equations: Equations) -> str:
@@ -46,11 +48,13 @@ def _name(column: str) -> str:
 
 
 def _save_script(equations: Equations, path: Path) -> None:
-    torch.jit.save(compile_model(equations), str(path))
+    write_script(compile_model(equations), path)
 
 
 def _save_program(equations: Equations, path: Path) -> None:
-    torch.export.save(exported_program(equations), path)
+    memory = io.BytesIO()  # as of write_script
+    torch.export.save(exported_program(equations), memory)
+    path.write_bytes(memory.getbuffer())
 
 
 def _save_source(equations: Equations, path: Path) -> None:

@@ -7,6 +7,7 @@ weights carry the hash of the equations they belong to: a folder mixed from two 
 from __future__ import annotations
 
 import hashlib
+import io
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
@@ -15,7 +16,7 @@ from typing import Any
 
 import torch
 from safetensors import SafetensorError, safe_open
-from safetensors.torch import save_file
+from safetensors.torch import save
 
 from sym2real.errors import DataError, ModelError, Sym2RealError, reason
 from sym2real.files import read_object, whole
@@ -54,12 +55,19 @@ def equation_files(equations: Equations, module: torch.jit.ScriptModule) -> dict
     values = torch.tensor(list(equations.parameters.values()), dtype=torch.float64)
 
     def weights(path: Path) -> None:
-        save_file({"parameters": values}, path, {"equations": _digest(source)})
+        path.write_bytes(save({"parameters": values}, {"equations": _digest(source)}))
 
     def text(path: Path) -> None:
         path.write_text(source, encoding="utf-8")
 
-    return {MODULE: lambda path: torch.jit.save(module, str(path)), PARAMETERS: weights, EQUATIONS: text}
+    return {MODULE: lambda path: write_script(module, path), PARAMETERS: weights, EQUATIONS: text}
+
+
+def write_script(module: torch.jit.ScriptModule, path: Path) -> None:
+    """Write a module for ``torch.jit.load``; torch's own writing to a path ends the process where the disk is full."""
+    memory = io.BytesIO()
+    torch.jit.save(module, memory)
+    path.write_bytes(memory.getbuffer())
 
 
 def write_files(folder: Path, files: Mapping[str, Writer]) -> None:

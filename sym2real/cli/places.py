@@ -1,0 +1,112 @@
+"""What a verb reads is kept: nothing is written over it, whichever option names the place.
+
+A verb's fields say what it reads and what it writes: ``out`` and ``json`` are written, every other :class:`Path` and
+every :data:`Place` is read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import fields
+from pathlib import Path
+from typing import Annotated, Any, get_args, get_type_hints
+
+from sym2real.cli.output import STANDARD_OUTPUT
+from sym2real.errors import DataError, ModelError
+from sym2real.files import read_by, reading, require_place
+
+IS_PLACE = "may name a file or a folder that is read"
+Place = Annotated[str, IS_PLACE]
+WRITTEN = ("out", "json")
+LOG_ENDINGS = (".csv", ".parquet", ".pq")
+
+
+@contextmanager
+def kept_apart(verb: Any) -> Iterator[None]:
+    """Refuse ``--out`` and ``--json`` before the work where nothing may be written, and while it lasts.
+
+    Args:
+        verb: with ``json`` and perhaps ``out``, a folder unless ``OUT_IS_FILE``, a log where ``OUT_IS_LOG``;
+            ``FOLDERS`` are those inside it that get files too.
+
+    Raises:
+        DataError: naming the place, which cannot be written to, or is read by the same command.
+        ModelError: for a file that a saved model consists of.
+    """
+    with reading(places_read(verb)):
+        _require_places(verb)
+        yield
+
+
+def places_read(verb: Any) -> dict[str, list[Path]]:
+    """The files and folders that a verb is given to read, by the name of the field that names them."""
+    hints = get_type_hints(type(verb), include_extras=True)
+    found: dict[str, list[Path]] = {}
+    for name in (
+        field.name for field in fields(verb) if field.name not in WRITTEN and _names_places(hints[field.name])
+    ):
+        value = getattr(verb, name)
+        given = value if isinstance(value, tuple) else (value,)
+        found[name] = [Path(one) for one in given if one is not None and _exists(Path(one))]
+    return found
+
+
+def _names_places(hint: Any) -> bool:
+    """Whether a type is that of places: a path, a place, or holds either."""
+    inside = (*get_args(hint), *getattr(hint, "__metadata__", ()))
+    return hint is Path or IS_PLACE in inside or any(_names_places(one) for one in inside if not isinstance(one, str))
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):  # too long for a file's name, or with a zero byte: it is a name of something else
+        return False
+
+
+def _require_places(verb: Any) -> None:
+    files = {} if verb.json in (None, STANDARD_OUTPUT) else {"--json": verb.json}
+    out = getattr(verb, "out", None)
+    if out is not None and getattr(verb, "OUT_IS_FILE", False):
+        files["--out"] = out
+    elif out is not None:
+        require_place(out, folder=True)
+        for inside in getattr(verb, "FOLDERS", ()):
+            _require_unread("--out", out / inside)
+        _require_unread("--out", out)
+    for option, file in files.items():
+        require_place(file, folder=False)
+        _require_unread(option, file)
+        if file.exists():
+            _require_no_log(option, file, verb)
+            _require_no_part_of_a_model(option, file)
+    if len(files) == 2 and files["--json"].resolve() == files["--out"].resolve():
+        raise DataError(files["--json"], "a file of its own for --json", "the file that --out names")
+    if "--json" in files and out is not None and files["--json"].parent.resolve() == out.resolve():
+        _require_no_name_of_a_model(files["--json"])
+
+
+def _require_unread(option: str, place: Path) -> None:
+    if reader := read_by(place):
+        raise DataError(place, f"a place for {option} that is not read", f"what {reader} names, which would be lost")
+
+
+def _require_no_log(option: str, file: Path, verb: Any) -> None:
+    """A measurement cannot be made again: only another log takes its place."""
+    if file.suffix.lower() in LOG_ENDINGS and not (option == "--out" and getattr(verb, "OUT_IS_LOG", False)):
+        raise DataError(file, f"a place for {option} that is no log's", "a log, which would be lost")
+
+
+def _require_no_part_of_a_model(option: str, file: Path) -> None:
+    from sym2real.symbolic.storage import is_part_of_model
+
+    if is_part_of_model(file):
+        raise ModelError(f"{option}: {file} is a part of a model, which would be lost; name another file")
+
+
+def _require_no_name_of_a_model(file: Path) -> None:
+    from sym2real.symbolic.storage import PARTS, TRAINING
+
+    if file.name in (*PARTS, TRAINING):
+        raise DataError(file, "a name for --json that no file of a model has", repr(file.name))

@@ -1,0 +1,104 @@
+"""What a verb says: held back until its files are written, and fit for whatever stream it goes to."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import sys
+import textwrap
+from functools import cache
+from typing import TextIO
+
+from rich.console import Console
+
+from sym2real.errors import DataError, reason
+
+
+class Report(Console):
+    """A console whose words wait for :meth:`release`: what cannot be shown must not keep anything from being saved.
+
+    Args:
+        stream: where they go; None, as Python gives a closed one, for nowhere.
+    """
+
+    def __init__(self, stream: TextIO | None) -> None:
+        self._held = _Held(stream)
+        super().__init__(file=self._held, highlight=False)
+
+    def release(self) -> None:
+        """Say what has been held.
+
+        Raises:
+            DataError: when the stream takes nothing for another reason than that its reader has gone.
+        """
+        put(self._held.stream, self._held.taken())
+
+
+class _Held(io.StringIO):
+    """Text on its way to a stream; rich asks it what the stream could show."""
+
+    def __init__(self, stream: TextIO | None) -> None:
+        super().__init__()
+        self.stream = stream
+
+    @property
+    def encoding(self) -> str:  # type: ignore[override]
+        return encoding_of(self.stream)
+
+    def isatty(self) -> bool:
+        return self.stream is not None and self.stream.isatty()
+
+    def taken(self) -> str:
+        """The text so far, which is gone then."""
+        text = self.getvalue()
+        self.seek(0)
+        self.truncate()
+        return text
+
+
+def encoding_of(stream: TextIO | None) -> str:
+    """Encoding of a stream; UTF-8 where it has none."""
+    return getattr(stream, "encoding", None) or "utf-8"
+
+
+def put(stream: TextIO | None, text: str) -> None:
+    """Write to a stream: what it cannot show becomes ``?``, and nothing is written where nobody reads any more.
+
+    Raises:
+        DataError: when the stream takes nothing for another reason, such as a full disk.
+    """
+    if stream is None or not text:
+        return
+    encoding = encoding_of(stream)
+    try:
+        stream.write(text.encode(encoding, "replace").decode(encoding))
+        stream.flush()
+    except OSError as error:
+        # What is left in the stream's buffer would fail again when Python ends.
+        with contextlib.suppress(OSError, ValueError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+        if not isinstance(error, BrokenPipeError):
+            raise DataError("standard output", "a place that takes the report", reason(error)) from error
+
+
+@cache
+def progress_console() -> Console:
+    """Where progress is drawn: standard error, so that a pipe gets reports alone."""
+    return Console(stderr=True, highlight=False)
+
+
+def say_error(text: str) -> None:
+    """Say on standard error what went wrong; a terminal gets lines between words, a file gets the line as it is."""
+    report = Report(sys.stderr)
+    if report.is_terminal:
+        wrapped = (
+            textwrap.wrap(line, report.width, break_on_hyphens=False, break_long_words=False)
+            for line in text.splitlines()
+        )
+        text = "\n".join(part for parts in wrapped for part in parts)
+    head, colon, rest = text.partition(":")
+    report.print(head + colon, style="bold red", end="", markup=False)
+    report.print(rest, soft_wrap=True, markup=False)
+    with contextlib.suppress(DataError):
+        report.release()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import os
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -59,7 +60,9 @@ def reason(error: Exception) -> str:
         return f"no {error}"
     if isinstance(error, RecursionError):
         return "values that are nested too deeply"
-    return (isinstance(error, OSError) and error.strerror) or str(error) or type(error).__name__
+    if isinstance(error, OSError) and error.errno:
+        return os.strerror(error.errno)  # pyarrow puts words of its own in place of the system's
+    return str(error) or type(error).__name__
 
 
 class ShapeError(Sym2RealError, ValueError):

@@ -83,6 +83,19 @@ def whole(path: str | Path) -> Iterator[Path]:
         raise
 
 
+def make_folder(path: str | Path) -> Path:
+    """Make a folder, and those above it, where it is missing.
+
+    Raises:
+        DataError: when it cannot be made.
+    """
+    try:
+        Path(path).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise DataError(path, "a folder that can be written to", reason(error)) from error
+    return Path(path)
+
+
 def write_text(path: str | Path, text: str) -> None:
     """Write a text in UTF-8, whole or not at all; arguments and errors as of :func:`whole`."""
     with whole(path) as beside:
@@ -121,6 +134,20 @@ def safe_name(text: str) -> str:
     """A name from elsewhere as the name of one file: no way out of its folder, no hidden file, not too long."""
     kept = "".join(letter if letter.isprintable() and letter not in '/\\:*?"<>|' else "_" for letter in text)
     return kept.lstrip(".")[:LONGEST_NAME] or "_"
+
+
+def require_file(path: str | Path) -> None:
+    """Refuse what is not there, and what never ends or blocks: a folder, a pipe, a device.
+
+    Raises:
+        DataError: naming what is there.
+    """
+    place = Path(path)
+    if place.is_file():
+        return
+    kinds = {"a folder": place.is_dir, "a pipe": place.is_fifo, "a device": place.is_char_device}
+    there = next((words for words, holds in kinds.items() if holds()), "nothing of that name")
+    raise DataError(place, "a file", there)
 
 
 def require_place(path: str | Path, *, folder: bool) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from sym2real.errors import DataError
-from sym2real.files import read_object, require_place, whole, write_text
+from sym2real.files import make_folder, read_object, require_place, whole, write_text
 
 
 def names(folder: Path) -> list[str]:
@@ -57,6 +57,8 @@ def test_places_where_no_file_can_be_are_named(tmp_path: Path) -> None:
     (tmp_path / "folder").mkdir()
     with pytest.raises(DataError, match=r"folder: expected a file that can be written, found Is a directory"):
         write_text(tmp_path / "folder", "")
+    with pytest.raises(DataError, match="taken: expected a folder that can be written to, found File exists"):
+        make_folder(tmp_path / "taken")
     assert names(tmp_path) == ["folder", "taken"]
 
 

@@ -18,13 +18,14 @@ from sym2real.errors import DataError, ShapeError
 from sym2real.layout import VOCABULARY, Layout, Layouts
 from sym2real.logs import LogSpec, read_log, read_logs, write_log
 from sym2real.logs.grouping import layouts_from_json, layouts_to_json
+from sym2real.logs.table import LARGEST
 from sym2real.trajectory import Trajectory
 
 CAR = Layouts(Layout.of(["x", "y", "sin_yaw", "cos_yaw", "vx", "vy", "wz"]), Layout.of(["steer", "speed"]))
 PUSHED = Layouts(CAR.state, CAR.action, Layout.of(["fx", "fy", "tz", "vbat", "t"]))
 # A model that measures the attitude: the vocabulary alone would call it a state.
 MEASURED = Layouts(Layout.of(["x", "y", "z"]), Layout.of(["thrust"]), Layout.of(["qw", "qx", "qy", "qz", "t"]))
-ANY = st.floats(allow_nan=False, allow_infinity=False, width=64)
+ANY = st.floats(-LARGEST, LARGEST)  # what is larger is refused as damage
 
 
 @st.composite
@@ -182,8 +183,9 @@ def test_two_columns_of_one_name_are_not_written(tmp_path: Path) -> None:
 def test_unwritable_targets(tmp_path: Path) -> None:
     with pytest.raises(DataError, match=r"ends in \.csv"):
         write_log(small(), tmp_path / "run.xlsx")
+    (tmp_path / "taken").write_text("a file")
     with pytest.raises(DataError, match="can be written"):
-        write_log(small(), tmp_path / "nowhere" / "run.csv")
+        write_log(small(), tmp_path / "taken" / "run.csv")
 
 
 HEADER = "t,x,y,vx"

@@ -56,7 +56,7 @@ def test_shipped_by_name_or_by_path(tmp_path: Path) -> None:
     assert load_spec(tmp_path / "mine.toml").name == "mine"
     with pytest.raises(UnknownNameError, match="did you mean 'quadrotor_wind'"):
         load_spec("quadrotor_winds")
-    with pytest.raises(DataError, match=r"none\.toml: expected a readable TOML file"):
+    with pytest.raises(DataError, match=r"none\.toml: expected a file, found nothing of that name"):
         load_spec(tmp_path / "none.toml")
 
 
@@ -134,9 +134,11 @@ def test_units_flips_scale_and_mass(tmp_path: Path) -> None:
         x = { column = "p", unit = "mm" }
         wx = { column = "g", unit = "deg/s" }
         thrust = { column = "a", unit = "m/s^2" }
-        motor1 = { column = "p", scale = 0.5 }
+        motor1 = { column = "pwm", scale = 0.5 }
     """
-    found = read(tmp_path, {**STAMPS, "p": [1500, 2], "g": [180, 0], "a": [9, 10], "note": [7, 8]}, toml)
+    found = read(
+        tmp_path, {**STAMPS, "p": [1500, 2], "g": [180, 0], "a": [9, 10], "pwm": [1500, 2], "note": [7, 8]}, toml
+    )
     assert np.allclose(found["x"], [1.5, 0.002])
     assert np.allclose(found["wx"], [-pi, 0])
     assert np.allclose(found["thrust"], [18, 20])
@@ -215,8 +217,9 @@ def test_body_velocities_turn_into_the_world(tmp_path: Path) -> None:
 
 
 def test_north_east_down_turns_about_x(tmp_path: Path) -> None:
-    toml = 'frames = "ned_frd"\n[columns]\nx = "n"\ny = "e"\nz = "d"\nwz = "r"\nref_z = "d"\nyaw = "h"'
-    found = read(tmp_path, {**STAMPS, "n": [1, 1], "e": [2, 2], "d": [-3, -3], "r": [0.5, 0.5], "h": [0.2, 0.3]}, toml)
+    toml = 'frames = "ned_frd"\n[columns]\nx = "n"\ny = "e"\nz = "d"\nwz = "r"\nref_z = "k"\nyaw = "h"'
+    columns = {"n": [1, 1], "e": [2, 2], "d": [-3, -3], "r": [0.5, 0.5], "k": [-3, -3], "h": [0.2, 0.3]}
+    found = read(tmp_path, {**STAMPS, **columns}, toml)
     assert [found[name][0] for name in ("x", "y", "z", "wz", "ref_z")] == [1, -2, 3, -0.5, 3]
     assert np.allclose(np.arctan2(found["sin_yaw"], found["cos_yaw"]), [-0.2, -0.3])
 

@@ -19,7 +19,7 @@ from sym2real.files import read_by, reading, require_place
 IS_PLACE = "may name a file or a folder that is read"
 Place = Annotated[str, IS_PLACE]
 WRITTEN = ("out", "json")
-LOG_ENDINGS = (".csv", ".parquet", ".pq")
+LOG_ENDINGS = (".csv", ".parquet", ".pq", ".arrow", ".bag", ".db3", ".mcap", ".ulg", ".usd")
 
 
 @contextmanager

@@ -25,7 +25,7 @@ def read(path: Path) -> tuple[list[str], list[Array | Sequence[str]], int, dict[
     Raises:
         DataError: when the file is no Arrow stream.
     """
-    return parquet_file.parts(_whole_batches(path))
+    return parquet_file.parts(_whole_batches(path), path)
 
 
 class ArrowStream:

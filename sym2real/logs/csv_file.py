@@ -13,6 +13,8 @@ from sym2real.trajectory import Array
 
 OTHER_DELIMITERS = {";": "semicolons", "\t": "tabs", "|": "bars"}
 FIRST_ROW = 2  # the header is line 1
+SHOWN = 60  # letters of a line in an error
+LONGEST_NAME = 200  # letters of a column's name
 
 
 def read(path: Path) -> tuple[list[str], list[Array | Sequence[str]], int, None]:
@@ -25,18 +27,31 @@ def read(path: Path) -> tuple[list[str], list[Array | Sequence[str]], int, None]
     """
     lines = _lines(path)
     names = _header(path, lines[0])
-    _check_lengths(path, lines, len(names))
-    rows = [line.split(",") if '"' not in line else next(csv.reader([line])) for line in lines[1:]]
+    rows = [_cells(path, line, FIRST_ROW + i) for i, line in enumerate(lines[1:])]
+    _check_lengths(path, lines, rows, len(names))
     cells = [list(column) for column in zip(*rows, strict=True)] if rows else [[] for _ in names]
-    return names, [_as_numbers(column) for column in cells], FIRST_ROW, None
+    # Python takes 1_0 for ten, which no other program writes or reads.
+    underscored = any("_" in line for line in lines[1:])
+    return names, [_as_numbers(column, underscored) for column in cells], FIRST_ROW, None
 
 
-def _as_numbers(cells: list[str]) -> Array | list[str]:
+def _cells(path: Path, line: str, row: int, *, skip_spaces: bool = False) -> list[str]:
+    if '"' not in line:
+        return line.split(",")
+    try:
+        return next(csv.reader([line], strict=True, skipinitialspace=skip_spaces), [])
+    except csv.Error as error:
+        words = f"{error} ({line[:SHOWN]!r})"
+        raise DataError(path, "quotes that are closed in the same line, and short cells", words, row) from None
+
+
+def _as_numbers(cells: list[str], underscored: bool) -> Array | list[str]:
     try:
         # float() reads to the nearest float64, so that nothing is lost.
-        return np.array(list(map(float, cells)), dtype=np.float64)
+        values = np.array(list(map(float, cells)), dtype=np.float64)
     except ValueError:
         return cells
+    return cells if underscored and any("_" in cell for cell in cells) else values
 
 
 def _lines(path: Path) -> list[str]:
@@ -58,25 +73,26 @@ def _lines(path: Path) -> list[str]:
 
 def _header(path: Path, line: str) -> list[str]:
     # ROS and NumPy mark the header as a comment.
-    names = [name.strip() for name in next(csv.reader([line.lstrip("%# ")], skipinitialspace=True), [])]
+    names = [name.strip() for name in _cells(path, line.lstrip("%# "), 1, skip_spaces=True)]
     if len(names) < 2:
         for delimiter, title in OTHER_DELIMITERS.items():
             if delimiter in line:
                 raise DataError(path, "columns separated by commas", title, row=1)
-        raise DataError(path, "two or more columns separated by commas", repr(line[:60]), row=1)
+        raise DataError(path, "two or more columns separated by commas", repr(line[:SHOWN]), row=1)
+    if too_long := next((name for name in names if len(name) > LONGEST_NAME), ""):
+        found = f"{len(too_long)} ({too_long[:SHOWN]!r} …)"
+        raise DataError(path, f"column names of at most {LONGEST_NAME} letters", found, row=1)
     if all(_is_number(name) for name in names):
-        raise DataError(path, "column names in the first line", f"numbers ({line[:60]!r})", row=1)
+        raise DataError(path, "column names in the first line", f"numbers ({line[:SHOWN]!r})", row=1)
     return names
 
 
-def _check_lengths(path: Path, lines: Sequence[str], wanted: int) -> None:
-    for position, line in enumerate(lines[1:]):
-        count = line.count(",") + 1
-        if count != wanted and '"' in line:
-            count = len(next(csv.reader([line])))
-        if count != wanted or not line.strip():
-            last = " (the last line: the file may be cut off)" if position == len(lines) - 2 else ""
-            found = f"{count} values" if line.strip() else "an empty line"
+def _check_lengths(path: Path, lines: Sequence[str], rows: Sequence[list[str]], wanted: int) -> None:
+    for position, cells in enumerate(rows):
+        empty = not lines[position + 1].strip()
+        if len(cells) != wanted or empty:
+            last = " (the last line: the file may be cut off)" if position == len(rows) - 1 else ""
+            found = "an empty line" if empty else f"{len(cells)} values"
             raise DataError(path, f"{wanted} values, one per column", found + last, FIRST_ROW + position)
 
 

@@ -14,6 +14,7 @@ from sym2real.trajectory import Array
 
 FIRST_ROW = 1  # a Parquet file has no header line: the first row of data is row 1
 PREFIX = "sym2real."
+SHOWN = 200  # letters of a library's words in an error
 
 
 def read(path: Path) -> tuple[list[str], list[Array | Sequence[str]], int, dict[str, str]]:
@@ -23,17 +24,27 @@ def read(path: Path) -> tuple[list[str], list[Array | Sequence[str]], int, dict[
         DataError: when the file is no Parquet file, or is cut off.
     """
     try:
-        table = pq.ParquetFile(path).read()
-    except (pa.ArrowException, OSError) as error:
-        raise DataError(path, "a whole Parquet file", str(error).split("\n", maxsplit=1)[0]) from None
-    return parts(table)
+        return parts(pq.ParquetFile(path, page_checksum_verification=True).read(), path)
+    except (pa.ArrowException, OSError, ValueError) as error:
+        found = str(error).split("\n", maxsplit=1)[0][:SHOWN]
+        raise DataError(path, "a whole Parquet file", found or type(error).__name__) from None
 
 
-def parts(table: pa.Table) -> tuple[list[str], list[Array | Sequence[str]], int, dict[str, str]]:
-    """The same of a table in memory."""
-    metadata = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
-    own = {key.removeprefix(PREFIX): value for key, value in metadata.items() if key.startswith(PREFIX)}
-    return table.column_names, [_cells(column) for column in table.columns], FIRST_ROW, own
+def parts(table: pa.Table, path: Path) -> tuple[list[str], list[Array | Sequence[str]], int, dict[str, str]]:
+    """The same of a table in memory; ``path`` is where it is from."""
+    cells: list[Array | Sequence[str]] = [_cells(column) for column in table.columns]
+    return table.column_names, cells, FIRST_ROW, _own(path, table.schema.metadata or {})
+
+
+def _own(path: Path, metadata: Mapping[bytes, bytes]) -> dict[str, str]:
+    """What this package wrote about the columns; other programs' metadata may be anything."""
+    prefix = PREFIX.encode()
+    own = {key.removeprefix(prefix): value for key, value in metadata.items() if key.startswith(prefix)}
+    try:
+        return {key.decode(): value.decode() for key, value in own.items()}
+    except UnicodeDecodeError as error:
+        found = f"bytes that are no UTF-8 (0x{error.object[error.start]:02x})"
+        raise DataError(path, f"metadata under {PREFIX!r} in UTF-8", found) from None
 
 
 def _cells(column: pa.ChunkedArray) -> Array | list[str]:
@@ -54,7 +65,11 @@ def _cells(column: pa.ChunkedArray) -> Array | list[str]:
 def write(path: Path, columns: Mapping[str, Array], metadata: Mapping[str, str]) -> None:
     """Write columns ``# (rows,)`` as float64, with texts by name as metadata."""
     table = pa.table({name: pa.array(values, pa.float64()) for name, values in columns.items()})
-    pq.write_table(table.replace_schema_metadata({PREFIX + key: value for key, value in metadata.items()}), path)
+    pq.write_table(
+        table.replace_schema_metadata({PREFIX + key: value for key, value in metadata.items()}),
+        path,
+        write_page_checksum=True,
+    )
 
 
 def write_table(table: pa.Table, path: Path) -> None:

@@ -52,7 +52,7 @@ def read_log(
         row = log.gaps[0]
         interval = log.standard.time[row] - log.standard.time[row - 1]
         raise log.table.error(
-            f"stamps at most {GAP_INTERVALS} steps apart (read_logs would make two logs of it)",
+            f"stamps at most {GAP_INTERVALS} steps apart in one log (what lies between gaps are logs of their own)",
             f"a gap of {interval:.4g} s before this row, at {log.standard.time[row]:.4g} s",
             row,
             log.spec.time.column,

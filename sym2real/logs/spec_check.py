@@ -64,7 +64,20 @@ class SpecChecker:
         self._one_of("frames", values.get("frames", "z_up"), FRAMES)
         self._units(keywords["columns"])
         self._flips(keywords)
+        self._once(keywords)
         return keywords
+
+    def _once(self, keywords: Mapping[str, Any]) -> None:
+        """Refuse a column of the log that stands for two things."""
+        uses = [(source.column, f"columns.{name}") for name, source in keywords["columns"].items()]
+        uses += [(keywords["time"].column, "time.column")] if keywords["time"].column else []
+        for name in ATTITUDES:
+            uses += [(column, name) for column in keywords.get(name, Attitude()).sources]
+        first: dict[str, str] = {}
+        for column, use in uses:
+            if column in first:
+                raise DataError(self.file, "every column of the log once", f"{column!r} for {first[column]} and {use}")
+            first[column] = use
 
     def _time(self, values: Mapping[str, Any]) -> TimeBase:
         self._keys("key of [time]", values, TimeBase.__dataclass_fields__)

@@ -32,7 +32,7 @@ from pathlib import Path
 from typing import Literal
 
 from sym2real.errors import DataError, UnknownNameError, reason
-from sym2real.files import write_text
+from sym2real.files import require_file, write_text
 from sym2real.logs import spec_text
 from sym2real.logs.parts import Attitude, Derived, Frames, Source, TimeBase
 from sym2real.logs.spec_check import SpecChecker
@@ -109,6 +109,7 @@ class LogSpec:
         Raises:
             DataError: when the file is not there or its content cannot be used.
         """
+        require_file(path)
         try:
             text = Path(path).read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:

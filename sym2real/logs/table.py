@@ -10,11 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sym2real.errors import DataError, UnknownNameError
+from sym2real.files import require_file
 from sym2real.logs import arrow_file, csv_file, parquet_file
 from sym2real.logs.recordings import RECORDINGS, Recording, is_bag_folder, is_card_log
 from sym2real.registry import Registry
 from sym2real.trajectory import Array
 
+SHOWN = 40  # letters of a cell in an error
+# What physical quantities, counters and stamps in ns stay far below; its fourth power is still a number.
+LARGEST = 1e30
 NO_NUMBER = frozenset({"", "nan", "na", "null", "none"})
 TABLES = Registry("log file type", {".csv": csv_file.read, ".parquet": parquet_file.read, ".pq": parquet_file.read})
 GROWING = Registry("growing log file type", {**TABLES, ".arrow": arrow_file.read})
@@ -73,7 +77,7 @@ class Table:
         """One column ``# (rows,)`` of finite numbers.
 
         Raises:
-            DataError: when there is no such column, or a cell is not a finite number.
+            DataError: when there is no such column, or a cell is not a finite number of a size that is measured.
         """
         if name in self.texts:
             raise DataError(self.path, "numbers", "text", self.first_row, name)
@@ -85,7 +89,7 @@ class Table:
         return values
 
     def check_finite(self, name: str, values: Array) -> None:
-        """Refuse values ``# (rows,)`` that are not finite, naming the first.
+        """Refuse values ``# (rows,)`` that are not finite or beyond all measure, naming the first.
 
         Raises:
             DataError: with row and column.
@@ -94,6 +98,8 @@ class Table:
             empty = "an empty cell or NaN (such rows may be left out of the file)"
             found = empty if np.isnan(values[bad[0]]) else str(values[bad[0]])
             raise self.error("a finite number", found, int(bad[0]), name)
+        if len(bad := np.flatnonzero(np.abs(values) > LARGEST)):
+            raise self.error(f"a number of at most {LARGEST:g}", f"{values[bad[0]]:g}", int(bad[0]), name)
 
     def error(self, expected: str, found: str, position: int, column: str | None = None) -> DataError:
         """An error at the row that stands at ``position`` of this table."""
@@ -116,8 +122,8 @@ def read_table(path: str | Path, wanted: Collection[str] | None = None) -> Table
     kind = file_type(file)
     if kind not in READERS:
         raise DataError(file, f"a file that ends in {', '.join(READERS)}", repr(file.suffix))
-    if not file.is_file() and not is_bag_folder(file):
-        raise DataError(file, "a file", "a folder" if file.is_dir() else "nothing of that name")
+    if not is_bag_folder(file):
+        require_file(file)
     try:
         if kind in RECORDINGS:
             return _of_recording(file, RECORDINGS[kind](file), wanted)
@@ -158,14 +164,34 @@ def numbers(table: Table, name: str, cells: Array | Sequence[str]) -> Array | No
     bad = []
     for position, cell in enumerate(cells):
         try:
-            values[position] = np.nan if cell.strip().lower() in NO_NUMBER else float(cell)
+            values[position] = np.nan if cell.strip().lower() in NO_NUMBER else _number(cell)
         except ValueError:
             bad.append(position)
+    if bad and all(_has_decimal_comma(cells[position]) for position in bad):
+        raise table.error("a number with a decimal point", f"{_short(cells[bad[0]])}, a decimal comma", bad[0], name)
     if len(bad) > len(cells) // 2:
         return None
     if bad:
-        raise table.error("a number", repr(cells[bad[0]]), bad[0], name)
+        raise table.error("a number", _short(cells[bad[0]]), bad[0], name)
     return values
+
+
+def _number(cell: str) -> float:
+    if "_" in cell:  # Python takes 1_0 for ten, which no other program writes or reads
+        raise ValueError(cell)
+    return float(cell)
+
+
+def _has_decimal_comma(cell: str) -> bool:
+    try:
+        float(cell.replace(",", ".", 1))
+    except ValueError:
+        return False
+    return "," in cell
+
+
+def _short(cell: str) -> str:
+    return repr(cell) if len(cell) <= SHOWN else f"{cell[:SHOWN]!r} … ({len(cell)} letters)"
 
 
 def _check_names(file: Path, names: Sequence[str], cells: Sequence[object]) -> None:

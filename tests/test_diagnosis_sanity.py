@@ -12,7 +12,7 @@ from noisy_flights import flights_with
 
 from sym2real import rotation
 from sym2real.control import geometric_controller
-from sym2real.diagnosis import add
+from sym2real.diagnosis import Diagnosis, add, compare
 from sym2real.diagnosis.candidates import library_for
 from sym2real.diagnosis.sanity import check
 from sym2real.diagnosis.segments import component_noise
@@ -21,6 +21,7 @@ from sym2real.diagnosis.sensor_faults import readings
 from sym2real.experiments import standard_conditions
 from sym2real.experiments.flying import fly
 from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.layout import Layout
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.tasks import make_task
@@ -107,6 +108,51 @@ def test_a_column_in_the_wrong_unit_or_sign_is_settled(
     for mine, original in zip(checked.data, data, strict=True):
         scatter = np.std(original.state[:, place])
         np.testing.assert_allclose(mine.state[:, place], original.state[:, place], atol=0.05 * max(scatter, 0.2))
+
+
+@pytest.mark.parametrize("seed", [10, 20])
+def test_a_rate_that_swings_between_the_rows_of_a_thinned_log_has_no_scale(seed: int) -> None:
+    """Every second row of a rate that chatters from row to row is slow and turns nothing: it told scales of 800."""
+    logs = [chattering(seed + number) for number in range(8)]
+    for every in (1, 2, 3):
+        assert check(MUSHR.nominal(), Dataset(thinned(log, every) for log in logs)).faults == ()
+
+
+def chattering(seed: int) -> Trajectory:
+    rng, time = np.random.default_rng(seed), 0.02 * np.arange(400)
+    first, second = rng.uniform(0.0, 2.0 * np.pi, 2)
+    yaw = 0.01 * np.sin(0.9 * time + first)
+    chatter = 0.5 * np.sin(0.7 * time + second) * (-1.0) ** np.arange(400)
+    state = np.zeros((400, MUSHR.layouts.state.size))
+    measured = yaw + rng.normal(0.0, 0.003, 400)
+    state[:, 2], state[:, 3] = np.sin(measured), np.cos(measured)
+    state[:, 6] = np.gradient(yaw, time) + chatter + rng.normal(0.0, 0.02, 400)
+    return Trajectory(time, state, np.zeros((400, 2)), np.zeros((400, 0)), replace(MUSHR.layouts, inputs=Layout.of(())))
+
+
+def thinned(log: Trajectory, every: int) -> Trajectory:
+    rows = slice(None, None, every)
+    return replace(log, time=log.time[rows], state=log.state[rows], action=log.action[rows], inputs=log.inputs[rows])
+
+
+def test_a_scale_is_told_as_a_factor_of_the_sensor_and_not_as_a_unit() -> None:
+    (fault,) = check(CRAZYFLIE.nominal(), flights_with("sensor_scale:wy", {"value": 1.2})).faults
+    assert "deg" not in fault.fix
+    assert "mm" not in fault.fix
+    assert "calibrate" in fault.fix
+
+
+def test_sensors_that_were_found_wrong_are_in_the_model() -> None:
+    """It predicts what they report: the same logs then show no fault, with a bias and a scale of one sensor too."""
+    base, raw = CRAZYFLIE.nominal(), changed(changed(plain(), "wy", lambda w: 1.3 * w + 0.2), "wx", lambda w: -w)
+    checked = check(base, raw)
+    informed = Diagnosis("EFFECT", "", faults=checked.faults).apply(base)
+    assert {key for key, _ in informed.effects} == {"sensor_sign:wx", "sensor_bias:wy", "sensor_scale:wy"}
+    assert check(informed, raw).faults == ()
+    errors = [compare(model, raw, horizons=(0.1,)).at(0.1).errors["rate"].value for model in (base, informed)]
+    right = compare(base, plain(), horizons=(0.1,)).at(0.1).errors["rate"].value
+    assert errors[1] == pytest.approx(right, rel=0.3)
+    assert errors[0] > 3.0 * right
 
 
 def test_a_cars_gyro_is_settled_from_its_heading() -> None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from effects_cases import CASES, nominal, one_key_per_kind
 
 from sym2real.effects import EFFECTS, GROUPS, applicable, effect, equivalents, same_group
 from sym2real.effects.catalogue import require_patterns
 from sym2real.errors import ModelError, UnknownNameError
-from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot, quadrotor
+from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Motors, Robot, quadrotor
 from sym2real.symbolic import Equations
 
 COMMAND = {"gain", "offset", "limit", "rate_limit", "delay", "lag", "dead_band"}
@@ -35,6 +36,19 @@ def test_the_registry_has_the_names_of_the_design() -> None:
     assert set(EFFECTS) == COMMAND | QUADROTOR | CAR | BOTH | SENSOR
     for name, kind in EFFECTS.items():
         assert kind.name == name
+
+
+@pytest.mark.parametrize("kind", ["offset", "limit", "dead_band", "rate_limit"])
+def test_bounds_of_motors_go_by_their_unit(kind: str) -> None:
+    """Motors that hover at half command, and the same ones in rad/s: as wide, beside what carries the robot."""
+    share = 0.027 * 9.81 / 4
+    commands, speeds = Motors(share / 0.5), Motors(2.2e-8, "rad/s")
+    widths = []
+    for motors, hover in ((commands, 0.5), (speeds, (share / 2.2e-8) ** 0.5)):
+        one = effect(f"{kind}:motor1", quadrotor(0.027, interface="motors", motors=motors))
+        widths.append([(parameter.high / hover, parameter.scale / hover) for parameter in one.parameters])
+        assert one.parameters[0].unit.startswith("rad/s") == (motors is speeds)
+    np.testing.assert_allclose(widths[1], widths[0], rtol=1e-6)
 
 
 @pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)

@@ -18,7 +18,7 @@ from sym2real.diagnosis.held_out import Gate, without_harm
 from sym2real.diagnosis.ladder import Stage, cut_said, require_step
 from sym2real.diagnosis.leftover import Leftover, Rest, find_leftovers, find_misfit
 from sym2real.diagnosis.locate import Where, locate
-from sym2real.diagnosis.sanity import Fault
+from sym2real.diagnosis.sanity import Fault, with_sensors_of
 from sym2real.diagnosis.search import search
 from sym2real.diagnosis.select import Selection
 from sym2real.diagnosis.separation import with_advice
@@ -84,8 +84,11 @@ class Diagnosis:
         return self.verdict == "EFFECT" and bool(self.findings) and self.gate.passed
 
     def apply(self, equations: Equations) -> Equations:
-        """The equations with every finding in them."""
-        return applied(equations, self.findings)
+        """The equations with every finding in them, and with the sensors that were found wrong.
+
+        What is wrong with how a log is written (a unit, an order of columns, a time stamp) is no part of a model.
+        """
+        return with_sensors_of(applied(equations, self.findings), self.faults)
 
     def _leftover(self) -> dict[str, Any] | None:
         """The strongest, with where the push changes in words, and the proposed expression as its term."""

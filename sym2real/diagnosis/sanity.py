@@ -36,7 +36,7 @@ from sym2real.diagnosis.prepared import DT_TOLERANCE
 from sym2real.diagnosis.quaternion_order import scalar_last
 from sym2real.diagnosis.scaled import divided
 from sym2real.diagnosis.sensor_faults import readings
-from sym2real.effects import EFFECTS
+from sym2real.effects import EFFECTS, compose, effect
 from sym2real.effects.sensors import Sensors
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset
@@ -46,6 +46,8 @@ SAID = {
     "sensor_bias": "the logged {column} is off by {0:.3g} from what the {other} changes by",
     "time_shift": "the logged {column} is {1:.0f} ms behind the {other}",
 }
+# Faults that a model can have and a controller can undo; a time shift is neither.
+OF_SENSORS = ("sensor_scale", "sensor_bias")
 
 
 @dataclass(frozen=True)
@@ -57,12 +59,14 @@ class Fault:
         evidence: what shows it, one sentence; without an effect "what is wrong: what shows it".
         fix: what to change in the log, the driver or the sensor.
         value: of the effect's parameter; None where there is no effect.
+        sensor: whether a sensor is so, which a model of the robot has too; false for how a log is written, or when.
     """
 
     effect: str
     evidence: str
     fix: str = ""
     value: float | None = None
+    sensor: bool = False
 
     @property
     def name(self) -> str:
@@ -72,7 +76,7 @@ class Fault:
         told = self.value is None or self.effect.startswith("sensor_sign")
         return self.effect if told else f"{self.effect} ({self.value:.3g})"
 
-    def to_dict(self) -> dict[str, str | float | None]:
+    def to_dict(self) -> dict[str, str | float | bool | None]:
         """The entry of ``faults`` in DESIGN.md, "Names that stay"."""
         return dict(vars(self))
 
@@ -117,6 +121,19 @@ def check(model: Equations, data: Dataset) -> Checked:
 
 
 Settled = tuple[Sequence[Fault], Dataset]
+
+
+def with_sensors_of(equations: Equations, faults: Sequence[Fault]) -> Equations:
+    """The equations with the sensors that were found wrong: they predict what these report.
+
+    Args:
+        equations: whose sensors are right, or report what the data were corrected to.
+        faults: in the order in which they were undone.
+    """
+    for fault in reversed(faults):
+        if fault.sensor and fault.value is not None:
+            equations = compose(equations, [(effect(fault.effect, equations), {"value": fault.value})])
+    return equations
 
 
 def _breached(look: Look) -> Callable[[Dataset], Settled]:
@@ -202,6 +219,7 @@ def wrong_signs(data: Dataset) -> tuple[Fault, ...]:
             f"the logged {column} and the {_measured_by(column)}'s derivative correlate by {found:.3f}",
             EFFECTS["sensor_sign"].fix,
             -1.0,
+            sensor=True,
         )
         for column, agreement in judged.items()
         if (found := agreement.correlation) is not None and found < REVERSED
@@ -215,7 +233,7 @@ def _sensors(data: Dataset) -> Settled:
         data = Dataset(one.undone(log) for log in data)
         for kind, value in one.faulty.items():
             said = SAID[kind].format(value, 1e3 * value, column=one.column, other=_measured_by(one.column))
-            faults.append(Fault(f"{kind}:{one.column}", said, EFFECTS[kind].fix, value))
+            faults.append(Fault(f"{kind}:{one.column}", said, EFFECTS[kind].fix, value, sensor=kind in OF_SENSORS))
     return faults, data
 
 

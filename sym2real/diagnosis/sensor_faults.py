@@ -12,6 +12,11 @@ White noise of the sensor makes 1/k too small by the part that it has of the var
 "Measurement Error Models", 1987, section 1.1), and the rate's mean then looks like a bias: on one circle, where a rate
 hardly changes, that is most of it. What noise may have done in this way is no fault.
 
+Where the sensor misses more than white noise (a rate that changes between two rows), the same happens to a degree that
+nobody knows. So a scale is one only where the two go together beyond chance, and where the other regression, of the
+sensor on the angle, says so as well: noise makes the one slope too small and the other's inverse too large, and the true
+one lies between (C. Gini, Metron 1, 1921).
+
 A controller that sees a noisy angle answers the noise: the rate follows it a row later, as if the sensor were early. So
 a shift is one only where the angle's changes miss more without it than the angle's own noise.
 """
@@ -55,8 +60,8 @@ class Reading:
 
     @property
     def faulty(self) -> dict[str, float]:
-        """What is wrong, by kind of effect."""
-        wrong = {"sensor_scale": (self.scale, 1.0), "sensor_bias": (self.bias, 0.0), "time_shift": (self.shift, 0.0)}
+        """What is wrong, by kind of effect, in the order in which it is undone."""
+        wrong = {"time_shift": (self.shift, 0.0), "sensor_bias": (self.bias, 0.0), "sensor_scale": (self.scale, 1.0)}
         return {kind: value for kind, (value, null) in wrong.items() if value != null}
 
     def undone(self, log: Trajectory) -> Trajectory:
@@ -100,7 +105,7 @@ def _reading(logs: Sequence[Trajectory], column: str, changes: Sequence[Array]) 
     left = {rows: float(_fit(table)[2].var()) for rows, table in tables.items() if len(table) >= FEWEST}
     rows = min(left, key=lambda one: left[one])
     # A likelihood ratio, which must be as far beyond chance as the rest.
-    if len(tables[0]) * np.log(left[0] / max(left[rows], 1e-300)) < SURE**2:
+    if len(tables[0]) * np.log(max(left[0], 1e-300) / max(left[rows], 1e-300)) < SURE**2:
         rows = 0
     values, covariance, _ = _fit(tables[rows])
     inverse, constant, late = values
@@ -112,8 +117,12 @@ def _reading(logs: Sequence[Trajectory], column: str, changes: Sequence[Array]) 
     weakened = _attenuation(tables[rows], noise)
     turned_by = weakened * abs(tables[rows][:, 1].sum() / tables[rows][:, 2].sum())
     scale, bias, shift = 1.0 / inverse, -constant / inverse, rows * dt + late / inverse
+    least, most = _slopes(tables[rows])
     sure = {
-        "scale": abs(inverse - 1.0) > SURE * spread[0] + weakened and abs(np.log(scale)) > SCALE,
+        "scale": abs(inverse - 1.0) > SURE * spread[0] + weakened
+        and abs(np.log(scale)) > SCALE
+        and inverse > SURE * spread[0]
+        and not least <= 1.0 <= most,
         "bias": abs(constant) > SURE * spread[1] + turned_by and abs(bias) > BIAS * max(1.0, scale),
         "shift": abs(shift) > SURE * spread[2] / inverse
         and abs(shift) > SHIFT * dt
@@ -158,6 +167,17 @@ def _misses_more(table: Array, variance: float) -> bool:
     """Whether scale and bias alone leave more than noise of this variance, beyond chance."""
     _, _, left = _fit(table[:, :3])
     return float(np.square(left).mean()) > variance * (1.0 + SURE * sqrt(2.0 / len(left)))
+
+
+def _slopes(table: Array) -> tuple[float, float]:
+    """Slope of Δθ on ∫w, and the inverse of that of ∫w on Δθ, both beyond what time and Δw explain.
+
+    Noise of ∫w makes the first too small, noise of Δθ the second too large.
+    """
+    both, others = table[:, :2], table[:, 2:]
+    turned, whole = (both - others @ np.linalg.lstsq(others, both, rcond=None)[0]).T
+    together = float(turned @ whole)
+    return together / max(float(whole @ whole), 1e-300), float(turned @ turned) / max(together, 1e-300)
 
 
 def _attenuation(table: Array, noise: float) -> float:

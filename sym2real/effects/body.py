@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import sqrt
 from typing import Protocol
 
 from sym2real.errors import ModelError
-from sym2real.layout import Layouts
+from sym2real.layout import MOTORS, Layouts
 
 GRAVITY = 9.81  # m/s²
 
-# How far a column of that unit may be expected to be off; forces go by the robot's weight.
+# How far a column of that unit may be expected to be off; forces go by the robot's weight, motors by what carries it.
 SCALES = {"rad/s": 0.5, "rad": 0.05, "m/s": 0.1, "m": 0.05, "1": 0.05}
 
 
@@ -81,16 +82,25 @@ class Body:
         """Unit of the column that an effect is bound to."""
         if self.column in self.quantities:
             return "N"
+        if self._turning:
+            return "rad/s"
         for group in (self.layouts.action, self.layouts.state):
             if self.column in group:
                 return group.units[self.column]
         return "1"
 
     @property
+    def _turning(self) -> bool:
+        """Whether the column is a rotor's speed: of such motors the thrust per squared speed is known."""
+        return self.column in MOTORS and "rotor_thrust" in self.numbers
+
+    @property
     def scale(self) -> float:
         """How large a deviation of the column is to be expected beforehand, in its unit."""
         if self.unit == "N":
             return 0.1 * GRAVITY * self.numbers.get("mass", 0.1)
+        if self._turning:
+            return 0.1 * sqrt(GRAVITY * self.numbers.get("mass", 0.1) / 4.0 / self.numbers["rotor_thrust"])
         return SCALES.get(self.unit, 0.1)
 
     def number(self, name: str) -> float:

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import torch
+from cli_results import result_of
 from sympy import besselj
 
+from sym2real.effects import compose, effect
+from sym2real.effects.clock import with_time
 from sym2real.errors import DataError, ModelError, UnknownNameError
 from sym2real.layout import Layout, Layouts
+from sym2real.robots import MUSHR
 from sym2real.symbolic import Equations, compile_model, export, load_model, rollout, save_model, symbol
 
 LAYOUTS = Layouts(Layout.of(["x", "vx"]), Layout.of(["thrust"]), Layout.of(["fx"]))
@@ -126,3 +132,37 @@ def test_an_unknown_symbol_names_the_file(tmp_path: Path) -> None:
     file.write_text(file.read_text().replace("u + x", "u + y").replace("x + u", "y + u"))
     with pytest.raises(ModelError, match=r"equations\.json: .*'y'"):
         load_model(tmp_path)
+
+
+@pytest.mark.parametrize("format", ["torchscript", "torch-export", "python", "latex"])
+def test_what_acts_outside_a_step_is_beside_an_export_and_told(format: str, tmp_path: Path) -> None:
+    """A filter's memory is the controller's and the time is an input: both were lost without a word."""
+    base = MUSHR.nominal()
+    timed, time = with_time(lagged(base))
+    timed = replace(timed, next={**timed.next, "vx": timed.next["vx"] + 0.1 * time})
+    save_model(timed, tmp_path / "model")
+    file = tmp_path / "exported"
+    result = result_of(["export", str(tmp_path / "model"), format, "--out", str(file)], tmp_path)
+    about = json.loads((tmp_path / "exported.json").read_text())
+    assert [one["effect"] for one in about["filters"]] == ["lag:steer"]
+    assert float(about["filters"][0]["values"]["value"]) == 0.1
+    assert [one["column"] for one in about["inputs"]] == list(timed.layouts.inputs)
+    assert about["state"][0] == {"column": "x", "unit": "m"}
+    assert any(note.startswith("lag:steer is not in it") for note in result["notes"])
+    assert any(note.startswith("t must be given") for note in result["notes"])
+
+
+def test_the_time_is_an_input_of_an_exported_module(tmp_path: Path) -> None:
+    timed, time = with_time(MUSHR.nominal())
+    timed = replace(timed, next={**timed.next, "vx": timed.next["vx"] + time})
+    script = torch.jit.load(str(export(timed, "torchscript", tmp_path / "model.pt")))
+    state, action = torch.zeros(MUSHR.layouts.state.size), torch.zeros(2)
+    inputs = torch.zeros(len(timed.layouts.inputs))
+    later = inputs.clone()
+    later[timed.layouts.inputs.index("t")] = 3.0
+    moved = script(state, action, later) - script(state, action, inputs)
+    assert float(moved[MUSHR.layouts.state.index("vx")]) == pytest.approx(3.0)
+
+
+def lagged(base: Equations) -> Equations:
+    return compose(base, [(effect("lag:steer", base), {"value": 0.1})])

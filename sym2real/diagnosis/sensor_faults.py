@@ -14,8 +14,8 @@ hardly changes, that is most of it. What noise may have done in this way is no f
 
 Where the sensor misses more than white noise (a rate that changes between two rows), the same happens to a degree that
 nobody knows. So a scale is one only where the two go together beyond chance, and where the other regression, of the
-sensor on the angle, says so as well: noise makes the one slope too small and the other's inverse too large, and the true
-one lies between (C. Gini, Metron 1, 1921).
+sensor on the angle, says so as well: noise makes the one slope too small and the other's inverse too large, and the
+true one lies between (C. Gini, Metron 1, 1921).
 
 A controller that sees a noisy angle answers the noise: the rate follows it a row later, as if the sensor were early. So
 a shift is one only where the angle's changes miss more without it than the angle's own noise.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from sym2real.files import whole
 from sym2real.registry import Registry
 from sym2real.symbolic.compile import build_module, compile_model
 from sym2real.symbolic.equations import Equations
+from sym2real.symbolic.interface import interface
 from sym2real.symbolic.source import model_source
 from sym2real.symbolic.storage import write_script
 
@@ -72,7 +74,9 @@ EXPORTS: Registry[Callable[[Equations, Path], None]] = Registry(
 
 
 def export(equations: Equations, format: str, path: str | Path) -> Path:
-    """Write the model in a format of :data:`EXPORTS`; the file appears whole or not at all.
+    """Write the model in a format of :data:`EXPORTS`, and its columns, filters and starts beside it as JSON.
+
+    Both files appear whole or not at all; the second has ``.json`` behind the first one's name.
 
     Raises:
         UnknownNameError: when there is no such format.
@@ -80,6 +84,12 @@ def export(equations: Equations, format: str, path: str | Path) -> Path:
         DataError: when there is no writing there.
     """
     write, path = EXPORTS[format], Path(path)
-    with whole(path) as beside:
+    with whole(path) as beside, whole(interface_of(path)) as about:
         write(equations, beside)
+        about.write_text(json.dumps(interface(equations), indent=1) + "\n", encoding="utf-8")
     return path
+
+
+def interface_of(path: Path) -> Path:
+    """Where the columns, filters and starts of an exported model stand."""
+    return path.with_name(f"{path.name}.json")

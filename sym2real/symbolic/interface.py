@@ -1,0 +1,48 @@
+"""What a program that opens an exported model must know beside it: its columns, and what of it acts outside a step."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sym2real.layout import WRENCH, Layout
+from sym2real.symbolic.equations import Equations
+from sym2real.symbolic.expressions import text
+
+
+def interface(equations: Equations) -> dict[str, Any]:
+    """Columns with units in their order, time step in s, and what acts outside the step: filters, first hidden values.
+
+    Expressions are texts over the columns; ``inputs`` that are not given count as zero.
+    """
+    layouts = equations.layouts
+    return {
+        "dt": equations.dt,
+        **{name: _columns(getattr(layouts, name)) for name in ("state", "action", "inputs")},
+        "parameters": dict(equations.parameters),
+        "filters": [
+            {"effect": key, "values": {name: text(value) for name, value in values.items()}}
+            for key, values in equations.filters
+        ],
+        "start": {column: text(value) for column, value in equations.start.items()},
+        "measured": {column: text(value) for column, value in equations.output.items()},
+    }
+
+
+def outside_said(equations: Equations) -> tuple[str, ...]:
+    """A sentence for everything of the equations that a step of the exported model leaves to its caller."""
+    filters = [key for key, _ in equations.filters]
+    inputs = [name for name in equations.layouts.inputs if name not in WRENCH]
+    said = []
+    if filters:
+        said.append(f"{', '.join(filters)} is not in it: the memory of a filter belongs to whoever sends the commands")
+    if inputs:
+        said.append(f"{', '.join(inputs)} must be given with every step: inputs that are left out count as zero")
+    if equations.start:
+        said.append(f"{', '.join(equations.start)} is a state that no sensor reports: it begins where `start` says")
+    if equations.output:
+        said.append(f"{', '.join(equations.output)} is reported other than it is, as `measured` says; states are true")
+    return tuple(said)
+
+
+def _columns(layout: Layout) -> list[dict[str, str]]:
+    return [{"column": column, "unit": layout.units[column]} for column in layout]

@@ -40,6 +40,12 @@ def test_the_title_says_whether_logs_were_kept_aside(apart: bool, said: str) -> 
     assert str(table.title).endswith(f"19 logs, {said}")
 
 
+def test_a_dash_has_a_reason() -> None:
+    table = ladder_table([stage("base", 1.0), stage("+ delay", float("nan")), stage("+ lag", 2.0)], FLOOR, ["trial"])
+    assert "predictions there are no numbers" in str(table.caption)
+    assert ladder_table([stage("base", 1.0)], FLOOR, ["trial"]).caption is None
+
+
 @pytest.mark.parametrize("error", [1.234, 0.01234, 0.0001234])
 def test_four_channels_fit_80_columns(error: float) -> None:
     console = Console(width=200, file=io.StringIO())

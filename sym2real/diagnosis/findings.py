@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
+from itertools import pairwise
 from typing import Any
 
 import torch
@@ -170,11 +171,9 @@ def findings(
     fit = cleaned(problems, selection.fit, own)
     ordered = by_importance(selection)
     base = float(problems.whitening.loss(problems.problem.residuals(selection.origin[None])).sum())
-    losses = [base, *(stage.total for _, stage in ordered)]
-    excess = max(base - min(freedom, losses[-1]), 1e-9)
+    shares = shares_of([base, *(stage.total for _, stage in ordered)], freedom)
     found = []
-    for number, (one, _) in enumerate(ordered):
-        share = max(0.0, (losses[number] - losses[number + 1]) / excess)
+    for (one, _), share in zip(ordered, shares, strict=True):
         logs = spread_over_logs(selection, one, fit)
         for key, parameters in estimates(selection, one, fit).items():
             of = library.effects[key]
@@ -193,6 +192,17 @@ def findings(
                 )
             )
     return found
+
+
+def shares_of(losses: Sequence[float], freedom: float) -> list[float]:
+    """Part of the excess loss that each finding removes in its order.
+
+    Args:
+        losses: whitened squares without findings, then with one more each.
+        freedom: squares that nobody can explain.
+    """
+    excess = max(losses[0] - min(freedom, losses[-1]), 1e-9)
+    return [max(0.0, (before - after) / excess) for before, after in pairwise(losses)]
 
 
 def told(found: Sequence[Finding], library: Library, swing: Swing | None, logs: Dataset) -> tuple[Finding, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -18,6 +19,9 @@ SHOWN_HORIZON = 0.8  # s
 LOWEST = "noise and\ndisturbances"
 # Said where a step of the ladder leads up, beyond the interval of the one before.
 TOGETHER = "Where the error rises, that effect helps only together with one below it."
+
+# Said where a dash stands for an error.
+DIVERGED = "–: predictions there are no numbers; that model diverges, or its commands are in another unit."
 
 
 def ladder_table(
@@ -52,8 +56,11 @@ def ladder_table(
         first, *others = [number(error.value) for error in here.values()]
         table.add_row(escape(stage.model), first, interval, sparkline(over, highest=top), *others)
     errors = [stage.horizons[horizon][main] for stage in stages]
-    if any(after.value > before.high for before, after in pairwise(errors)):
-        table.caption, table.caption_justify = TOGETHER, "left"
+    rises = any(after.value > before.high for before, after in pairwise(errors))
+    diverged = any(math.isnan(error.value) for one in stages for error in one.horizons[horizon].values())
+    remarks = [said for said, holds in ((TOGETHER, rises), (DIVERGED, diverged)) if holds]
+    if remarks:
+        table.caption, table.caption_justify = "\n".join(remarks), "left"
     lowest = {one.horizon: one.errors for one in floor}
     if horizon in lowest:
         first, *others = [number(lowest[horizon].get(channel, (float("nan"), ""))[0], 2) for channel in channels]

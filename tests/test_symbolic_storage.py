@@ -164,5 +164,13 @@ def test_the_time_is_an_input_of_an_exported_module(tmp_path: Path) -> None:
     assert float(moved[MUSHR.layouts.state.index("vx")]) == pytest.approx(3.0)
 
 
+def test_what_is_written_beside_an_export_replaces_no_model(tmp_path: Path) -> None:
+    save_model(EQUATIONS, tmp_path)
+    before = (tmp_path / "equations.json").read_bytes()
+    with pytest.raises(ModelError, match="part of a model"):
+        export(EQUATIONS, "python", tmp_path / "equations")
+    assert (tmp_path / "equations.json").read_bytes() == before
+
+
 def lagged(base: Equations) -> Equations:
     return compose(base, [(effect("lag:steer", base), {"value": 0.1})])

@@ -10,13 +10,14 @@ from pathlib import Path
 import torch
 from torch.export import Dim, ExportedProgram
 
+from sym2real.errors import ModelError
 from sym2real.files import whole
 from sym2real.registry import Registry
 from sym2real.symbolic.compile import build_module, compile_model
 from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.interface import interface
 from sym2real.symbolic.source import model_source
-from sym2real.symbolic.storage import write_script
+from sym2real.symbolic.storage import is_part_of_model, write_script
 
 
 def python_source(equations: Equations) -> str:
@@ -80,10 +81,14 @@ def export(equations: Equations, format: str, path: str | Path) -> Path:
 
     Raises:
         UnknownNameError: when there is no such format.
-        ModelError: when the equations cannot be compiled.
+        ModelError: when the equations cannot be compiled, or a file of a saved model would be written over.
         DataError: when there is no writing there.
     """
     write, path = EXPORTS[format], Path(path)
+    if is_part_of_model(interface_of(path)):
+        raise ModelError(
+            f"{interface_of(path)} would be written beside {path} and is part of a model; name another file"
+        )
     with whole(path) as beside, whole(interface_of(path)) as about:
         write(equations, beside)
         about.write_text(json.dumps(interface(equations), indent=1) + "\n", encoding="utf-8")

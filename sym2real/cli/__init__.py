@@ -14,6 +14,7 @@ from typing import Annotated, Any, NoReturn, Protocol
 import tyro
 
 from sym2real import __version__
+from sym2real.cli.adapt import Adapt
 from sym2real.cli.add import Add
 from sym2real.cli.compare import Compare
 from sym2real.cli.demo import Demo
@@ -58,6 +59,10 @@ From a model and your logs to what is missing:
   sym2real plan crazyflie hover circle
       what a manoeuvre can show, before you fly it
 
+From a model and a target to a model that has learned it:
+  sym2real adapt runs/base runs/heavier/simulator circle --out runs/adapted
+      an episode, training on it, and again; or from a folder of logs
+
 A robot that is neither of the two starts from numbers alone: sym2real nominal quadrotor --help
 
 Every verb answers --help, and --json FILE writes its result (- is standard output). sym2real --version says which one
@@ -78,6 +83,7 @@ VERBS: dict[str, Any] = {
     "diagnose": Diagnose,
     "effects": Effects,
     "add": Add,
+    "adapt": Adapt,
     "plan": PlanFlight,
 }
 OF_SEVERAL = {"nominal": "Rigid-body equations from numbers alone."}  # verbs whose words are in no class

@@ -99,6 +99,10 @@ OptionalSeconds = Annotated[float | None, _seconds(optional=True)]
 Count = Annotated[int, _count(optional=False)]
 OptionalCount = Annotated[int | None, _count(optional=True)]
 OptionalSamples = Annotated[int | None, _count(optional=True, most=MOST_SAMPLES)]
+OptionalRound = Annotated[
+    int | None,
+    option(int, "INT", "a whole number from 0 on", optional=True, fits=lambda value: value >= 0),
+]
 Seed = Annotated[
     int,
     option(

@@ -10,7 +10,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from sym2real.adaptation import RoundReport
+from sym2real.adaptation import Improvement, RoundReport
 from sym2real.report.figures import MEASURED, PREDICTED
 from sym2real.report.tables import compact_table, number
 
@@ -23,22 +23,25 @@ def rounds_table(reports: Sequence[RoundReport], on_top: int, settled: bool) -> 
         on_top: round whose model is the one that the folder's verbs open.
         settled: whether the run ended because nothing got better.
     """
-    ahead = f"{reports[0].horizon:g} s m"
-    table = compact_table("rounds: the model of each has learned from the logs of those before it")
-    for heading in ("round", "learned rows", "error m", "cost", "1 step", ahead, "better by", "λ", "s", ""):
+    ahead = f"{reports[0].horizon:g} s"
+    table = compact_table("rounds: the model of each has learned from the logs of those before")
+    headings = ("round", "rows", "error m", "% better", "cost", f"{ahead} m", "% better", "λ", "s", "")
+    for heading in headings:
         table.add_column(heading, justify="left" if not heading else "right")
     for report in reports:
         _add_row(table, report, report.number == on_top)
     best = reports[on_top]
     lines = [
-        f"error: mean distance from the reference; 1 step: prediction error over motion; {reports[0].horizon:g} s: "
-        "position predicted that far ahead, on the round's own log, which its model has not seen",
-        f"better by: against the best model before, on that log, with its 95 % interval; on top: round {best.number}",
+        f"error: mean distance from the reference; {ahead}: error of the position predicted that far ahead, on the "
+        "round's own log, which its model has not seen",
+        "% better: than the best model before, with its 95 % interval, row by row and on the same log",
+        f"on top, where verbs open it: the model of round {best.number}",
     ]
     lines += [f"round {one.number}: kept the model before: {one.learned.refused}" for one in reports if _refused(one)]
     effects = best.learned.effects
     lines += [f"effects in the equations: {', '.join(effects)}"] if effects else []
-    lines += ["ended: two rounds in a row brought nothing beyond the interval"] if settled else []
+    what = "position error" if reports[0].flown else "prediction"
+    lines += [f"ended: two rounds in a row have not improved the {what} beyond its interval"] if settled else []
     return Group(table, *(Text(line) for line in lines))
 
 
@@ -47,21 +50,25 @@ def _refused(report: RoundReport) -> bool:
 
 
 def _add_row(table: Table, report: RoundReport, on_top: bool) -> None:
-    gain, known = report.gain, math.isfinite(report.gain.low)
-    better = f"{gain.value:.0%} ({gain.low:.0%}…{gain.high:.0%})" if known else "–"
-    remarks = ["on top"] * on_top + ["crashed"] * report.crashed + ["kept"] * _refused(report)
+    remarks = ["top"] * on_top + ["crash"] * report.crashed + ["kept"] * _refused(report)
     table.add_row(
         str(report.number),
         str(report.learned.rows),
         number(report.error),
+        _percent(report.tracking),
         number(report.cost),
-        number(report.one_step, 2),
         number(report.prediction, 2),
-        better,
+        _percent(report.gain),
         number(report.learned.penalty, 1),
-        f"{report.learned.seconds:.1f}",
-        ", ".join(remarks),
+        f"{report.learned.seconds:.0f}",
+        " ".join(remarks),
     )
+
+
+def _percent(gain: Improvement) -> str:
+    if not math.isfinite(gain.low):
+        return "–"
+    return f"{100 * gain.value:.0f} ({100 * gain.low:.0f}…{100 * gain.high:.0f})"
 
 
 def rounds_figure(reports: Sequence[RoundReport], on_top: int) -> Figure:

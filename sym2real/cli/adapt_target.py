@@ -1,0 +1,104 @@
+"""What ``adapt`` is given as TARGET: a robot's simulator, the folder of one, or a folder of logs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from sym2real.neural.composed import Base
+    from sym2real.protocols import Plant
+    from sym2real.robots import Robot
+    from sym2real.tasks import Task
+    from sym2real.trajectory import Dataset
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """A target, ready for :func:`sym2real.adaptation.adapt`.
+
+    Args:
+        target: a plant, or recordings.
+        task: what is flown; None with recordings.
+        robot: None where the model names none that is registered.
+        words: what it is, for a person.
+    """
+
+    target: Plant | tuple[Dataset, ...]
+    task: Task | None
+    robot: Robot | None
+    words: str
+
+
+def chosen_target(base: Base, model: str, target: str, task: str | None, *, spec: str | None, noise: bool) -> Chosen:
+    """What a user means by TARGET and TASK.
+
+    Args:
+        base: the model's equations or networks.
+        model: as the user names it, for errors.
+        target: a robot's name, the folder of a simulator, or a folder of logs.
+        task: to be flown.
+        spec: how the logs' columns are named.
+        noise: put sensor noise into the simulator.
+
+    Raises:
+        UnknownNameError: for a target or a task that does not exist.
+        ModelError: for the plant of another robot, without a task to fly, or with an option that does not fit.
+        DataError: for a log that cannot be read as one of this model's.
+    """
+    from sym2real.errors import ModelError
+    from sym2real.plants.plant_file import PLANT
+    from sym2real.robots import ROBOTS
+
+    folder = Path(target)
+    if folder.is_dir() and not (folder / PLANT).exists():
+        for given, option in ((task, "TASK"), (noise, "--noise")):
+            if given:
+                raise ModelError(f"{option}: nothing flies with the logs of {target}, found {given}")
+        return _recordings(base, folder, spec)
+    if spec is not None:
+        raise ModelError(f"--spec is for logs; {target} is a simulator")
+    if task is None:
+        raise ModelError(f"TASK: expected what to fly in {target}, such as circle, found nothing")
+    if base.robot not in ROBOTS:
+        raise ModelError(
+            f"{model} names no registered robot ({', '.join(ROBOTS)}), so it cannot fly in {target}; "
+            "give a folder of logs to adapt it to them"
+        )
+    return _simulator(base, target, task, noise)
+
+
+def _recordings(base: Base, folder: Path, spec: str | None) -> Chosen:
+    """Logs in the order of their names, one a round."""
+    from sym2real.cli.model import logs_for
+    from sym2real.errors import ModelError
+    from sym2real.logs.reader import expand
+    from sym2real.robots import ROBOTS
+    from sym2real.symbolic import Equations
+
+    if not isinstance(base, Equations):
+        raise ModelError(f"logs have the time step of equations; expected a model of some for {folder}, found networks")
+    files = expand([folder])
+    logs_for(base, files, spec)  # no log may be there twice
+    logs = tuple(logs_for(base, [file], spec) for file in files)
+    rows = ", ".join(f"{file.name} ({log.rows} rows)" for file, log in zip(files, logs, strict=True))
+    return Chosen(logs, None, ROBOTS.get(base.robot), f"{len(logs)} logs: {rows}")
+
+
+def _simulator(base: Base, target: str, name: str, noise: bool) -> Chosen:
+    """The plain simulator of a robot, or the one of a folder."""
+    from sym2real.errors import ModelError, UnknownNameError
+    from sym2real.experiments.noisy_plant import NoisyPlant
+    from sym2real.plants import MujocoPlant, load_plant
+    from sym2real.robots import ROBOTS
+    from sym2real.tasks import make_task
+
+    if not Path(target).is_dir() and target not in ROBOTS:
+        raise UnknownNameError("target: neither a folder nor a robot", target, ROBOTS)
+    plant = load_plant(target) if Path(target).is_dir() else MujocoPlant(ROBOTS[target])
+    if plant.robot.name != base.robot:
+        raise ModelError(f"{target} is a {plant.robot.name}; the model is of a {base.robot}")
+    changes = ", ".join(change.name for change in plant.changes) or "nothing beyond the description"
+    words = f"the simulator of {target}: {changes}{', with sensor noise' if noise else ''}"
+    return Chosen(NoisyPlant(plant) if noise else plant, make_task(name, plant.robot), plant.robot, words)

@@ -1,0 +1,68 @@
+"""Learners by the name that a user types, with settings that train in seconds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from sym2real.adaptation import NoResidual
+from sym2real.neural import PAPER, Composed, ResidualTraining, TrainingReport, memory_length
+from sym2real.neural.composed import Base
+from sym2real.protocols import Learner
+from sym2real.registry import Registry
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Transitions
+
+FEWEST_ROWS = 100  # that tell how long a memory is
+
+
+@dataclass(frozen=True)
+class Remembering:
+    """A :class:`~sym2real.protocols.Learner`: a residual that sees as many past commands as the logs ask for.
+
+    Args:
+        training: of the residual; how far back it sees is found anew with every fit.
+    """
+
+    training: ResidualTraining
+
+    def fit(self, transitions: Transitions, base: Base, start: Composed | None = None) -> Composed:
+        """The base with a residual on top; see :meth:`fit_reported`."""
+        return self.fit_reported(transitions, base, start)[0]
+
+    def fit_reported(
+        self, transitions: Transitions, base: Base, start: Composed | None = None
+    ) -> tuple[Composed, TrainingReport]:
+        """The base with a residual on top, and how that came about; a start that sees less or more is left aside."""
+        commands = 0
+        if isinstance(base, Equations) and len(transitions) >= FEWEST_ROWS:
+            commands = memory_length(transitions, base).commands
+        same = start is not None and start.past_rows == (commands, 0)
+        return replace(self.training, commands=commands).fit_reported(transitions, base, start if same else None)
+
+
+# What a learner is made by, from the seed of its first weights.
+LEARNERS: Registry[Callable[[int], Learner[Any, Any]]] = Registry(
+    "learner",
+    {
+        "residual": lambda seed: ResidualTraining(seed=seed),
+        "residual-paper": lambda seed: ResidualTraining(widths=PAPER, seed=seed),
+        "none": lambda _: NoResidual(),
+    },
+)
+
+
+def make_learner(name: str, seed: int, *, memory: bool) -> Learner[Any, Any]:
+    """The learner of that name.
+
+    Args:
+        name: key of :data:`LEARNERS`.
+        seed: of its first weights.
+        memory: let a network see as many past commands as the logs ask for.
+
+    Raises:
+        UnknownNameError: when there is no such learner.
+    """
+    learner = LEARNERS[name](seed)
+    return Remembering(learner) if memory and isinstance(learner, ResidualTraining) else learner

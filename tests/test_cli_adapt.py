@@ -1,0 +1,127 @@
+"""``sym2real adapt`` as a user types it: in a simulator, with logs, again, undone, and with what cannot be."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from cli_results import result_of
+
+from sym2real.cli import main
+from sym2real.logs import read_log
+from sym2real.neural import Composed, open_model
+from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.symbolic import Equations, save_model
+
+QUICK = ["--seconds", "6", "--samples", "128"]
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A nominal car, a car whose steering does more than it should, and three drives of it with noise."""
+    folder = tmp_path_factory.mktemp("adapt")
+    save_model(MUSHR.nominal(), folder / "base")
+    main(["add", str(folder / "base"), "gain:steer", "value=1.3", "--out", str(folder / "changed")])
+    for seed in range(3):
+        drive = ["simulate", str(folder / "changed" / "simulator"), "circle", "--noise", "--seed", str(seed)]
+        main([*drive, "--seconds", "12", "--out", str(folder / "drives" / f"drive_{seed}.csv")])
+    return folder
+
+
+def adapt(place: Path, *options: str) -> list[str]:
+    return ["adapt", str(place / "base"), str(place / "changed" / "simulator"), "circle", *QUICK, *options]
+
+
+@pytest.fixture(scope="module")
+def adapted(place: Path) -> dict[str, Any]:
+    return result_of(adapt(place, "--rounds", "1", "--out", str(place / "adapted")), place)
+
+
+def test_a_model_adapts_to_a_simulator(place: Path, adapted: dict[str, Any]) -> None:
+    zero_shot, first = adapted["rounds"]
+    assert first["prediction"] < 0.3 * zero_shot["prediction"]
+    assert first["gain"]["low"] > 0.0
+    assert (adapted["best"], adapted["on_top"]) == (1, 1)
+    assert isinstance(open_model(place / "adapted"), Composed)
+    assert Path(adapted["figure"]).stat().st_size > 10_000
+    log = place / "adapted" / "rounds" / "01" / "log.parquet"
+    assert len(read_log(log)) == 120
+    compared = result_of(["compare", str(place / "adapted" / "rounds" / "00"), str(log)], place)
+    assert compared["one_step"]
+
+
+def test_a_dry_run_says_what_it_would_do_and_does_nothing(
+    place: Path, adapted: dict[str, Any], capsys: pytest.CaptureFixture[str]
+) -> None:
+    told = result_of(adapt(place, "--out", str(place / "never"), "--dry-run"), place)
+    assert not (place / "never").exists()
+    assert told["most"] == 11
+    assert any("11 episodes of 6 s, 66 s" in line for line in told["dry_run"])
+    before = {path: path.stat().st_mtime_ns for path in (place / "adapted").rglob("*")}
+    again = result_of(adapt(place, "--rounds", "3", "--out", str(place / "adapted"), "--dry-run"), place)
+    assert len(again["rounds"]) == len(adapted["rounds"])
+    assert {path: path.stat().st_mtime_ns for path in (place / "adapted").rglob("*")} == before
+    with pytest.raises(SystemExit):
+        main(adapt(place, "--out", str(place / "adapted"), "--dry-run", "--seed", "5"))
+    assert "seed: 0 there, 5 now" in capsys.readouterr().out.replace("\n", " ")
+
+
+def test_undo_and_a_second_call_that_continues(place: Path, adapted: dict[str, Any]) -> None:
+    out = str(place / "adapted")
+    undone = result_of(adapt(place, "--out", out, "--undo", "0"), place)
+    assert undone["on_top"] == 0
+    assert isinstance(open_model(place / "adapted"), Equations)
+    flown = (place / "adapted" / "rounds" / "01" / "log.parquet").stat().st_mtime_ns
+    continued = result_of(adapt(place, "--rounds", "1", "--out", out), place)
+    assert continued["rounds"] == adapted["rounds"]
+    assert continued["on_top"] == 1
+    assert (place / "adapted" / "rounds" / "01" / "log.parquet").stat().st_mtime_ns == flown
+
+
+def test_logs_one_a_round_and_their_effects_in_the_equations(place: Path) -> None:
+    options = ["--out", str(place / "from_logs"), "--diagnose", "--learner", "none", "--rounds", "1"]
+    found = result_of(["adapt", str(place / "base"), str(place / "drives"), *options], place)
+    assert [entry["log"] for entry in found["rounds"]] == ["drive_0", "drive_1"]
+    assert found["rounds"][1]["learned"]["effects"] == ["gain:steer"]
+    assert found["rounds"][1]["gain"]["low"] > 0.5
+    informed = open_model(place / "from_logs")
+    assert isinstance(informed, Equations)
+    assert dict(informed.effects)["gain:steer"]["value"] == pytest.approx(1.3, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["base", "nowhere", "circle"], "unknown target: neither a folder nor a robot 'nowhere'"),
+        (["base", "crazyflie", "circle"], "crazyflie is a crazyflie; the model is of a mushr"),
+        (["base", "mushr", "loop"], "unknown task 'loop'"),
+        (["base", "mushr"], "TASK: expected what to fly in mushr"),
+        (["base", "drives", "circle"], "TASK: nothing flies with the logs of"),
+        (["base", "mushr", "circle", "--spec", "x.toml"], "--spec is for logs"),
+        (["flyer", "drives"], "drive_0.csv"),
+        (["base", "base"], "files that end in"),
+        (["base", "drives", "--out", "base"], "--out: the new model would replace"),
+        (["base", "drives", "--out", "changed"], "holds a model that was not adapted there"),
+        (["base", "drives", "--undo", "3"], "no complete round"),
+        (["base", "drives", "--undo", "-1"], "a whole number from 0 on"),
+    ],
+)
+def test_what_cannot_be_is_one_clear_error(
+    place: Path, arguments: list[str], said: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(place)
+    save_model(CRAZYFLIE.nominal(), place / "flyer")
+    out = [] if "--out" in arguments else ["--out", "refused"]
+    with pytest.raises(SystemExit) as stopped:
+        main(["adapt", *arguments, *out])
+    assert stopped.value.code == 2
+    output = capsys.readouterr()
+    assert said in " ".join((output.out + output.err).replace("│", " ").split())
+    assert not (place / "refused").exists()
+
+
+def test_what_json_and_the_folder_say_is_one(place: Path, adapted: dict[str, Any]) -> None:
+    stored = json.loads((place / "adapted" / "adaptation.json").read_text())
+    assert stored["rounds"] == adapted["rounds"]

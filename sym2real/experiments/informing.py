@@ -1,4 +1,8 @@
-"""Diagnosis inside the loop: the effects that the gate establishes go into the equations, the learner gets the rest."""
+"""Diagnosis inside the loop: the effects that pass the gate go into the equations, the learner gets what is left.
+
+What counts is that predictions of held-out pieces become better. A verdict asks for more, a test of significance, for
+which the few seconds of a first flight do not suffice; the next round's flight tests the effects in any case.
+"""
 
 from __future__ import annotations
 
@@ -21,10 +25,11 @@ def informing(
     """
 
     def inform(logs: Dataset, base: Equations) -> Equations:
-        """The equations with what the logs establish; as they are where that is nothing, or the logs are too short."""
+        """The equations with what passes the gate; as they are where that is nothing, or the logs are too short."""
         if all(len(log) <= ROWS for log in logs):
             return base
         found = diagnose(base, logs, plant, on_progress=on_progress)
-        return found.apply(base) if found.established else base
+        better = found.gate.best is not None and found.gate.passed
+        return found.apply(base) if found.findings and better else base
 
     return inform

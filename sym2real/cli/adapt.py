@@ -86,8 +86,8 @@ class Adapt:
 
         if self.undo is not None:
             return self._tell(undo(self.out, self.undo), self.undo, console)
-        run = self._prepared(console)
-        with stage_one_progress(console) as on_progress:
+        run = self._prepared()
+        with stage_one_progress() as on_progress:
             if self.dry_run:
                 return self._foretell(run, console)
             found = adapt(
@@ -103,7 +103,7 @@ class Adapt:
             )
         return self._tell(found.reports, found.best, console)
 
-    def _prepared(self, console: Console) -> _Run:
+    def _prepared(self) -> _Run:
         from sym2real.adaptation import Adapting
         from sym2real.adaptation.training import below
         from sym2real.cli.adapt_target import chosen_target
@@ -111,7 +111,7 @@ class Adapt:
         from sym2real.experiments.learners import make_learner
 
         require_another_folder(self.model, self.out)
-        model = open_with_progress(self.model, console)
+        model = open_with_progress(self.model)
         chosen = chosen_target(below(model), self.model, self.target, self.task, spec=self.spec, noise=self.noise)
         steps = Adapting.steps
         if chosen.task is not None and chosen.robot is not None:

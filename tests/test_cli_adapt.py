@@ -65,7 +65,7 @@ def test_a_dry_run_says_what_it_would_do_and_does_nothing(
     assert {path: path.stat().st_mtime_ns for path in (place / "adapted").rglob("*")} == before
     with pytest.raises(SystemExit):
         main(adapt(place, "--out", str(place / "adapted"), "--dry-run", "--seed", "5"))
-    assert "seed: 0 there, 5 now" in capsys.readouterr().out.replace("\n", " ")
+    assert "seed: 0 there, 5 now" in capsys.readouterr().err.replace("\n", " ")
 
 
 def test_undo_and_a_second_call_that_continues(place: Path, adapted: dict[str, Any]) -> None:

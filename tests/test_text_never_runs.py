@@ -271,6 +271,12 @@ def test_no_name_of_a_file_runs(payload: str, written: Path, here: Path) -> None
     class_from_source((here / f"{name}.py").read_text(), "Dynamics")()
 
 
+def test_a_place_is_no_markup(written: Path, here: Path) -> None:
+    """A slash inside brackets ends a style, of which there is none."""
+    main(["export", str(written / "model"), "python", "--out", "a[/b]c.py"])
+    assert (here / "a[" / "b]c.py").exists()
+
+
 @payload_of_each_kind
 def test_no_term_runs(payload: str) -> None:
     equations = MUSHR.nominal()

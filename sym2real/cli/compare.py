@@ -49,5 +49,5 @@ class Compare:
             from sym2real.report.drawing import draw_comparison
 
             figures = draw_comparison(equations, data, comparison, self.out)
-            console.print(f"figures in {self.out}")
+            console.print(f"figures in {self.out}", markup=False)
         return {**comparison.to_dict(), "figures": figures}

@@ -52,7 +52,7 @@ class Demo:
         console.release()
         real = story.real(console)
         seconds = time.perf_counter() - started
-        console.print(f"\neverything is in {self.out}; {seconds:.0f} s")
+        console.print(f"\neverything is in {self.out}; {seconds:.0f} s", markup=False)
         return {"robots": robots, "hidden_effect": hidden, "real_flight": real, "seconds": seconds}
 
     def _robot(self, name: str, console: Console) -> dict[str, Any]:

@@ -39,7 +39,7 @@ class Inspect:
         text = inspection.toml()
         if self.out:
             write_text(self.out, text)
-            console.print(f"specification in {self.out}; use it with --spec {self.out}")
+            console.print(f"specification in {self.out}; use it with --spec {self.out}", markup=False)
         else:
             console.print(text, markup=False, soft_wrap=True)
         columns = [asdict(row) for row in inspection.rows]

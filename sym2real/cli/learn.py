@@ -76,7 +76,7 @@ class Learn:
         if learned.reports:
             console.print(episode_table(learned.reports))
         console.print(equation_table(learned.equations), dependence_table(learned.dependence))
-        console.print(f"model in {self.out}")
+        console.print(f"model in {self.out}", markup=False)
         missing = [f"{row.action} → {row.state}" for row in learned.dependence if not row.holds]
         if missing:
             raise ModelError(

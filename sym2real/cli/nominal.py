@@ -144,5 +144,5 @@ def save_nominal(equations: Equations, out: Path, console: Console) -> dict[str,
     console.print(equation_table(equations))
     for note in equations.notes:
         console.print(f"note: {note}", markup=False)
-    console.print(f"model in {out}")
+    console.print(f"model in {out}", markup=False)
     return {"model": out, "nodes": equations.complexity(), "notes": list(equations.notes)}

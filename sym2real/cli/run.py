@@ -73,7 +73,7 @@ class Run:
         result = flight_result(flight) | {"samples": controller.samples}
         if self.out:
             files = write_flight(flight, self.out)
-            console.print(f"log in {files['log']}, path in {files['figure']}")
+            console.print(f"log in {files['log']}, path in {files['figure']}", markup=False)
             result |= files
         return result
 

@@ -86,5 +86,8 @@ class Simulate:
         crashed = len(trajectory) < steps
         ended = f"crashed after {len(trajectory) * robot.dt:g} s, " if crashed else ""
         names = ", ".join(change.name for change in plant.changes) or "the plain simulator"
-        console.print(f"{len(trajectory)} rows, {ended}mean position error {error:.3g} m, {names}; log in {self.out}")
+        console.print(
+            f"{len(trajectory)} rows, {ended}mean position error {error:.3g} m, {names}; log in {self.out}",
+            markup=False,
+        )
         return {"log": self.out, "rows": len(trajectory), "tracking": error, "crashed": crashed}

@@ -22,7 +22,7 @@ from sym2real.neural.symbolic_residual import SymbolicResidual
 from sym2real.symbolic import parse_expression, text
 
 FILE = "residual.safetensors"
-BROKEN = (OSError, SafetensorError, KeyError, TypeError, ValueError, RuntimeError, Sym2RealError)
+BROKEN = (OSError, SafetensorError, AttributeError, KeyError, TypeError, ValueError, RuntimeError, Sym2RealError)
 
 
 def save_residual(residual: ResidualMLP, folder: str | Path) -> Path:
@@ -105,7 +105,7 @@ def load_symbolic(file: Path) -> SymbolicResidual:
     try:
         written = {column: parse_expression(str(source)) for column, source in about["residual"].items()}
         return SymbolicResidual(_layouts(about), written)
-    except (*BROKEN, AttributeError) as error:
+    except BROKEN as error:
         raise DataError(file, what, reason(error)) from error
 
 

@@ -114,7 +114,7 @@ def read_object(path: str | Path, what: str) -> dict[str, Any]:
         DataError: when it cannot be read, or holds something else.
     """
     try:
-        found = json.loads(Path(path).read_text(encoding="utf-8"))
+        found = json.loads(read_text(path))
     except (OSError, ValueError, RecursionError) as error:
         raise DataError(path, what, reason(error)) from error
     if not isinstance(found, dict):
@@ -125,7 +125,7 @@ def read_object(path: str | Path, what: str) -> dict[str, Any]:
 def read_toml(path: str | Path, what: str) -> dict[str, Any]:
     """The table that a TOML file holds; arguments and errors as of :func:`read_object`."""
     try:
-        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        return tomllib.loads(read_text(path))
     except (OSError, ValueError, RecursionError) as error:
         raise DataError(path, what, reason(error)) from error
 
@@ -134,6 +134,23 @@ def safe_name(text: str) -> str:
     """A name from elsewhere as the name of one file: no way out of its folder, no hidden file, not too long."""
     kept = "".join(letter if letter.isprintable() and letter not in '/\\:*?"<>|' else "_" for letter in text)
     return kept.lstrip(".")[:LONGEST_NAME] or "_"
+
+
+def read_text(path: str | Path) -> str:
+    """The text of a file in UTF-8.
+
+    Raises:
+        DataError: for a pipe, which would be waited for, or a device, which may never end.
+        OSError, UnicodeDecodeError: when it cannot be read.
+    """
+    refuse_pipe(path)
+    return Path(path).read_text(encoding="utf-8")
+
+
+def refuse_pipe(path: str | Path) -> None:
+    """Refuse what would be waited for or never ends; errors as of :func:`require_file`."""
+    if Path(path).is_fifo() or Path(path).is_char_device():
+        require_file(path)
 
 
 def require_file(path: str | Path) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 
 import pytest
 
 from sym2real.errors import DataError
-from sym2real.files import make_folder, read_object, require_place, whole, write_text
+from sym2real.files import make_folder, read_object, read_text, read_toml, require_place, whole, write_text
 
 
 def names(folder: Path) -> list[str]:
@@ -75,3 +77,11 @@ def test_places_are_refused_before_the_work_and_nothing_is_made(tmp_path: Path) 
         with pytest.raises(DataError, match=found):
             require_place(tmp_path / path, folder=folder)
     assert names(tmp_path) == ["file", "folder"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no named pipes in folders")
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.json")
+    for read in (lambda path: read_object(path, "an object"), lambda path: read_toml(path, "a table"), read_text):
+        with pytest.raises(DataError, match=r"pipe\.json: expected a file, found a pipe"):
+            read(tmp_path / "pipe.json")

@@ -14,7 +14,7 @@ from safetensors.torch import save
 from torch import Tensor, nn
 
 from sym2real.errors import DataError, Sym2RealError, reason
-from sym2real.files import read_object, whole
+from sym2real.files import read_object, refuse_pipe, whole
 from sym2real.layout import Layout, Layouts
 from sym2real.neural.ensemble import Ensemble
 from sym2real.neural.residual_mlp import ResidualMLP
@@ -123,6 +123,7 @@ def _write(module: nn.Module, path: Path, about: dict[str, Any]) -> None:
 
 
 def _read(file: Path) -> tuple[dict[str, Any], dict[str, Tensor]]:
+    refuse_pipe(file)
     with safe_open(file, framework="pt") as opened:
         about = json.loads((opened.metadata() or {})["about"])
         return about, {name: opened.get_tensor(name) for name in opened.keys()}  # noqa: SIM118 — no mapping

@@ -18,7 +18,7 @@ import mujoco
 
 from sym2real.effects import effect
 from sym2real.errors import DataError, ModelError, Sym2RealError, reason
-from sym2real.files import read_toml, whole
+from sym2real.files import read_text, read_toml, whole
 from sym2real.plants.mujoco_plant import MujocoPlant, edited
 from sym2real.robots import ROBOTS, Robot
 
@@ -84,7 +84,7 @@ def load_plant(folder: str | Path) -> MujocoPlant:
     except Sym2RealError as error:
         raise ModelError(f"{file}: {error}") from error
     try:
-        return MujocoPlant(robot, changes, description=description.read_text(encoding="utf-8"))
+        return MujocoPlant(robot, changes, description=read_text(description))
     except (OSError, ValueError, mujoco.FatalError) as error:
         raise DataError(
             description, f"a MuJoCo description of a {robot.name}", " ".join(reason(error).split())

@@ -19,7 +19,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
 
 from sym2real.errors import DataError, ModelError, Sym2RealError, reason
-from sym2real.files import read_object, whole
+from sym2real.files import read_object, read_text, refuse_pipe, whole
 from sym2real.symbolic.compile import compile_model
 from sym2real.symbolic.equations import Equations
 
@@ -119,7 +119,7 @@ def load_model(folder: str | Path, *, below: bool = False) -> Equations:
     if learned and not below:
         raise ModelError(f"{folder} has a residual on its equations ({learned[-1]}): sym2real.neural opens the whole")
     try:
-        source = (folder / EQUATIONS).read_text(encoding="utf-8")
+        source = read_text(folder / EQUATIONS)
     except (OSError, UnicodeDecodeError) as error:
         raise DataError(folder / EQUATIONS, "the equations of a saved model", reason(error)) from error
     try:
@@ -127,6 +127,7 @@ def load_model(folder: str | Path, *, below: bool = False) -> Equations:
     except Sym2RealError as error:
         raise ModelError(f"{folder / EQUATIONS}: {error}") from error
     try:
+        refuse_pipe(folder / PARAMETERS)
         with safe_open(folder / PARAMETERS, framework="pt") as file:
             values, metadata = file.get_tensor("parameters"), file.metadata() or {}
     except (OSError, SafetensorError, UnicodeDecodeError) as error:

@@ -45,9 +45,16 @@ def read_by(path: str | Path) -> str:
     return next((read[mark] for mark in _marks(Path(path)) if mark in read), "")
 
 
+def same_place(first: Path, second: Path) -> bool:
+    """Whether two names are those of one file or folder, whether it is there or not."""
+    return not set(_marks(first)).isdisjoint(_marks(second))
+
+
 def _marks(path: Path) -> list[object]:
     """The name of a file or folder, links above it followed, and its number on the disk, which links of it share."""
-    marks: list[object] = [path.parent.resolve() / path.name if path.name else path.resolve()]
+    marks: list[object] = []
+    with suppress(OSError, RuntimeError):  # Python's word for links that lead to themselves
+        marks.append(path.parent.resolve() / path.name if path.name else path.resolve())
     with suppress(OSError):
         status = path.stat()
         marks.append((status.st_dev, status.st_ino))

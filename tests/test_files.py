@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from sym2real.errors import DataError
-from sym2real.files import make_folder, read_object, read_text, read_toml, require_place, whole, write_text
+from sym2real.files import make_folder, read_object, read_text, read_toml, reading, require_place, whole, write_text
 
 
 def names(folder: Path) -> list[str]:
@@ -85,3 +85,9 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
     for read in (lambda path: read_object(path, "an object"), lambda path: read_toml(path, "a table"), read_text):
         with pytest.raises(DataError, match=r"pipe\.json: expected a file, found a pipe"):
             read(tmp_path / "pipe.json")
+
+
+def test_links_that_lead_to_themselves_are_no_place(tmp_path: Path) -> None:
+    (tmp_path / "loop").symlink_to("loop")
+    with reading({"logs": [tmp_path]}), pytest.raises(DataError, match=r"new: expected a file that can be written"):
+        write_text(tmp_path / "loop" / "new", "")

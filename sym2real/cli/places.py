@@ -14,7 +14,7 @@ from typing import Annotated, Any, get_args, get_type_hints
 
 from sym2real.cli.output import STANDARD_OUTPUT
 from sym2real.errors import DataError, ModelError
-from sym2real.files import read_by, reading, require_place
+from sym2real.files import read_by, reading, require_place, same_place
 
 IS_PLACE = "may name a file or a folder that is read"
 Place = Annotated[str, IS_PLACE]
@@ -81,9 +81,9 @@ def _require_places(verb: Any) -> None:
         if file.exists():
             _require_no_log(option, file, verb)
             _require_no_part_of_a_model(option, file)
-    if len(files) == 2 and files["--json"].resolve() == files["--out"].resolve():
+    if len(files) == 2 and same_place(files["--json"], files["--out"]):
         raise DataError(files["--json"], "a file of its own for --json", "the file that --out names")
-    if "--json" in files and out is not None and files["--json"].parent.resolve() == out.resolve():
+    if "--json" in files and out is not None and same_place(files["--json"].parent, out):
         _require_no_name_of_a_model(files["--json"])
 
 

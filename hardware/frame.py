@@ -62,6 +62,12 @@ class Frame:
         return turned
 
 
+def heading(attitude: Array) -> float:
+    """Yaw in rad of a quaternion w x y z, body→world ``# (4,)``, of any length."""
+    w, x, y, z = attitude.tolist()
+    return math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
+
+
 def _axis(name: str) -> tuple[float, ...] | None:
     along = AXES.get(name.removeprefix("-"))
     return None if along is None else tuple((-1.0 if name.startswith("-") else 1.0) * value for value in along)

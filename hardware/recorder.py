@@ -72,7 +72,7 @@ class Recorder:
         make_folder(self.path.parent)
         self._rows: queue.SimpleQueue[Row | None] = queue.SimpleQueue()
         self._failure: Exception | None = None
-        self._written, self._first = 0, math.nan
+        self._written, self._first, self._reason = 0, math.nan, ""
         self._describe({"started": time.strftime("%Y-%m-%dT%H:%M:%S%z"), "ended": "still running, or killed"})
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
         self._thread.start()
@@ -94,7 +94,7 @@ class Recorder:
         if self.growing != self.path and self._written:
             arrow_file.to_parquet(self.growing, self.path)
             self.growing.unlink()
-        self._describe({"ended": ended or "closed", "rows": self._written})
+        self._describe({"ended": ended or self._reason or "closed in flight", "rows": self._written})
 
     def __enter__(self) -> Self:
         return self
@@ -121,6 +121,7 @@ class Recorder:
             rows = [self._cells(row) for row in waiting if row is not None]
             file.append(rows)
             self._written += len(rows)
+            self._reason = next((row.command.reason for row in reversed(waiting) if row is not None), self._reason)
             if None in waiting:
                 return
             waiting = [self._rows.get()]

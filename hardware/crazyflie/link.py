@@ -18,6 +18,7 @@ from hardware.crazyflie.sender import NewestOnly
 from hardware.crazyflie.telemetry import PERIOD_MS, Telemetry, block_for, read
 from hardware.crazyflie.thrust_map import ThrustMap
 from hardware.errors import LinkError
+from hardware.frame import heading
 from hardware.interfaces import MotionCapture, Reading
 from hardware.velocity import Velocity
 from sym2real.errors import ShapeError
@@ -118,6 +119,8 @@ class CrazyflieLink:
         if pose is not None:
             state[0:3], state[7:10] = pose.position, self._velocity.add(pose.stamp, pose.position)
             ages["pose"], extra["pose_stamp"] = now - pose.arrival, pose.stamp
+            if pose.attitude is not None:
+                extra["capture_yaw"] = heading(pose.attitude)
             self._tell_position(pose.stamp, pose.position)
         if told is None:
             return Reading(now, state, ages, extra=extra)

@@ -1,0 +1,122 @@
+"""The launch scripts with a fake robot beside them, in a process of its own, as a user starts them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from rich.console import Console
+
+from hardware.check_link import CheckLink
+from hardware.check_link import main as run_verb
+from hardware.checks import checks
+from hardware.crazyflie.laboratory import Laboratory
+from hardware.crazyflie.thrust_map import THRUST_MAPS
+from hardware.fly_crazyflie import FlyCrazyflie
+from hardware.interfaces import Reading
+from hardware.safety import Limits
+from sym2real.errors import DataError, ModelError
+from sym2real.logs import read_log
+from sym2real.robots import CRAZYFLIE
+from sym2real.symbolic.storage import save_model
+
+# A machine that others use may be late: what is tested is what happens, not how fast.
+PATIENT = Limits(pose_age=5.0, attitude_age=5.0, late=5.0, overruns=10000)
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> str:
+    folder = tmp_path_factory.mktemp("model")
+    save_model(CRAZYFLIE.nominal(), folder)
+    return str(folder)
+
+
+def test_a_flight_from_check_to_comparison(model: str, tmp_path: Path) -> None:
+    """Hidden in the fake: a fifth of the thrust is missing. It still takes off, hovers too low, and lands."""
+    out, said = tmp_path / "run", Console(record=True, width=120)
+    laboratory = Laboratory(sim=True, effects=("gain:thrust", "value=0.85"))
+    flown = FlyCrazyflie(model, "hover", out, laboratory, seconds=4.0, samples=64, limits=PATIENT)
+    result = flown.run(said)
+    words = said.export_text()
+    order = ["warming", "waiting for", "measuring", "taking off", "landing", "record in", "ahead"]
+    assert [words.index(word) for word in order] == sorted(words.index(word) for word in order)
+    assert result["completed"]
+    assert result["ended"] == "the task is over"
+    record = read_log(out / "flight.parquet", layouts=CRAZYFLIE.layouts)
+    assert record.state[-1, 2] < 0.06
+    assert set(record.extra["stage"]) == {0.0, 1.0, 2.0}
+    task = read_log(out / "hover.csv", layouts=CRAZYFLIE.layouts)
+    assert len(task) == 200
+    assert task.state[-50:, 2].mean() < 0.97  # MPPI believes the model: the drone hangs below the place
+    about = yaml.safe_load((out / "flight.yaml").read_text())
+    assert about["ended"] == "the task is over"
+    assert about["thrust_map"]["name"] == "2025.02"
+    assert result["comparison"]["horizons"]
+    with pytest.raises(DataError, match="written over"):
+        flown.run(Console(quiet=True))
+
+
+def test_a_dry_run_sends_nothing(model: str, tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    dry = FlyCrazyflie(model, "hover", out, Laboratory(sim=True), samples=64, limits=PATIENT, dry_run=True)
+    assert dry.run(Console(quiet=True))["sent"] == 0
+    assert not out.exists()
+
+
+def test_the_link_is_checked_and_nothing_moves(capsys: pytest.CaptureFixture[str]) -> None:
+    run_verb(CheckLink, "check_link", ["--sim", "--seconds", "1", "--json", "-", "--limits.pose-age", "5"])
+    told = json.loads(capsys.readouterr().out)
+    held = {check["name"]: check["holds"] for check in told["checks"]}
+    assert held["battery"] and held["tilt"] and held["position"] and held["motion capture"]
+    assert held["yaw against motion capture"]
+
+
+def test_a_map_must_be_named_for_a_real_robot() -> None:
+    with pytest.raises(ModelError, match=r"--thrust-map.*2026\.04"):
+        Laboratory().map()
+    with pytest.raises(ModelError, match="--mass"):
+        Laboratory(thrust_map="2025.02", hover_counts=40000.0).map()
+    calibrated = Laboratory(thrust_map="2025.02", hover_counts=40000.0, mass=0.03, gain=0.5).map()
+    assert calibrated.per_newton == pytest.approx(2 * 40000.0 / (0.03 * 9.81))
+    assert Laboratory(sim=True).map() is THRUST_MAPS["2025.02"]
+    with pytest.raises(ModelError, match="--sim"), Laboratory(thrust_map="paper", effects=("wind",)).link():
+        pass
+
+
+def test_a_robot_that_does_not_answer_is_one_error(capsys: pytest.CaptureFixture[str]) -> None:
+    mock = ["--capture", "mock", "--settings", "rigid_bodies=cf1(0,0,0,1,0,0,0)", "frequency=100"]
+    with pytest.raises(SystemExit) as ended:
+        run_verb(CheckLink, "check_link", ["--thrust-map", "paper", "--uri", "udp://127.0.0.1:1", *mock])
+    assert ended.value.code == 2
+    assert "udp://127.0.0.1:1" in capsys.readouterr().out
+
+
+def ground(**changed: object) -> list[Reading]:
+    state = np.array([0.1, 0.2, 0.0125, 1.0, *[0.0] * 9])
+    values = {"state": state, "battery": 4.0, "flags": frozenset({"can_fly"}), "extra": {"capture_yaw": 0.0}} | changed
+    return [Reading(0.01 * at, ages={"pose": 0.01, "attitude": 0.01}, **values) for at in range(100)]  # type: ignore[arg-type]
+
+
+def test_checks_hold_on_a_robot_that_stands_ready() -> None:
+    assert all(check.holds for check in checks(ground(), Limits()))
+
+
+@pytest.mark.parametrize(
+    ("changed", "name"),
+    [
+        ({"battery": 3.4}, "battery"),
+        ({"battery": float("nan")}, "battery"),
+        ({"flags": frozenset({"locked"})}, "supervisor"),
+        ({"state": np.array([9.0, 0.0, 0.0, 1.0, *[0.0] * 9])}, "position"),
+        ({"state": np.array([0.0, 0.0, 0.0, 0.98, 0.2, *[0.0] * 8])}, "tilt"),
+        ({"extra": {"capture_yaw": 1.0}}, "yaw against motion capture"),
+        ({"state": np.full(13, np.nan)}, "tilt"),
+    ],
+)
+def test_what_forbids_a_take_off_is_named(changed: dict[str, object], name: str) -> None:
+    failed = [check for check in checks(ground(**changed), Limits()) if not check.holds]
+    assert name in [check.name for check in failed]
+    assert all(check.advice for check in failed)

@@ -1,31 +1,41 @@
-"""What the launch scripts share: options from a dataclass, errors in one line, JSON where it is asked for."""
+"""What the launch scripts share: options from a dataclass, words as they come, errors in one line, JSON on request."""
 
 from __future__ import annotations
 
 import os
 import sys
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NoReturn
 
-from rich.markup import escape
+from rich.console import Console
 
-from sym2real.cli.output import console_for, require_places, write_json
-from sym2real.cli.parsing import fitted, parse
-from sym2real.errors import Sym2RealError
+from sym2real.cli.output import STANDARD_OUTPUT, show_json, write_json
+from sym2real.cli.parsing import parse
+from sym2real.cli.places import kept_apart
+from sym2real.cli.terminal import say_error
+from sym2real.errors import DataError, Sym2RealError, reason
 
 
 def main(verb: Any, prog: str, arguments: Sequence[str] | None = None) -> None:
     """Run a verb; exit with 2 and one clear message on bad input or a robot that does not answer, 130 on Ctrl-C."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     chosen = parse(verb, prog, verb.__doc__, list(sys.argv[1:] if arguments is None else arguments))
-    console = console_for(chosen.json)
+    # A person beside a robot reads what it waits for while it waits.
+    console = Console(stderr=chosen.json == STANDARD_OUTPUT, highlight=False)
     try:
-        require_places(chosen)
-        write_json(chosen.run(console), chosen.json)
+        with kept_apart(chosen):
+            result = chosen.run(console)
+            write_json(result, chosen.json)
+        if chosen.json == STANDARD_OUTPUT:
+            show_json(result)
     except Sym2RealError as error:
-        text = fitted(f"error: {error}", console.width)
-        console.print(escape(text).replace("error:", "[bold red]error:[/]", 1), soft_wrap=True)
-        sys.exit(2)
+        _stop(f"error: {error}", 2)
+    except OSError as error:
+        _stop(f"error: {DataError(error.filename or 'a file', 'one that can be used', reason(error))}", 2)
     except KeyboardInterrupt:
-        console.print("interrupted: the robot has landed, the record is closed")
-        sys.exit(130)
+        _stop("interrupted: the robot has landed, the record is closed", 130)
+
+
+def _stop(text: str, status: int) -> NoReturn:
+    say_error(" ".join(text.split()))
+    sys.exit(status)

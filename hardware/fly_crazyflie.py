@@ -23,6 +23,7 @@ from hardware.plant import HardwarePlant
 from hardware.provenance import hash_of, revision
 from hardware.recorder import Recorder, task_of
 from hardware.safety import Limits
+from sym2real.cli.places import Place
 from sym2real.errors import DataError, ModelError
 from sym2real.protocols import Controller
 from sym2real.robots import CRAZYFLIE
@@ -49,7 +50,7 @@ class FlyCrazyflie:
       python -m hardware.fly_crazyflie runs/base circle --thrust-map 2026.04 --out runs/circle_1
     """
 
-    model: tyro.conf.Positional[str]
+    model: tyro.conf.Positional[Place]
     """A model folder, or a robot's name (its base is learned once and cached)."""
     task: tyro.conf.Positional[str]
     """hover, circle or lemniscate."""
@@ -74,7 +75,7 @@ class FlyCrazyflie:
         """Fly, land, compare."""
         from sym2real.cli.model import open_with_progress  # noqa: PLC0415 — SymPy takes a second to load
 
-        equations = open_with_progress(self.model, console)
+        equations = open_with_progress(self.model)
         if equations.robot not in ("", CRAZYFLIE.name):
             raise ModelError(f"{self.model} is of a {equations.robot}; this script flies a {CRAZYFLIE.name}")
         if (self.out / RECORD).exists():
@@ -120,7 +121,7 @@ class FlyCrazyflie:
             HardwarePlant(link, pilot, record=recorder.add) as plant,
         ):
             console.print("arming, taking off, flying to the start")
-            with steps_progress(console, self.task, steps_in(seconds, CRAZYFLIE.dt)) as on_step:
+            with steps_progress(self.task, steps_in(seconds, CRAZYFLIE.dt)) as on_step:
                 flight = fly(plant, controller, task, seconds=seconds, on_step=on_step, name=self.task)
             console.print(f"landed: {plant.ended}" if flight.crashed else "landing")
             plant.land()

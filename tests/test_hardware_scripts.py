@@ -91,7 +91,7 @@ def test_a_robot_that_does_not_answer_is_one_error(capsys: pytest.CaptureFixture
     with pytest.raises(SystemExit) as ended:
         run_verb(CheckLink, "check_link", ["--thrust-map", "paper", "--uri", "udp://127.0.0.1:1", *mock])
     assert ended.value.code == 2
-    assert "udp://127.0.0.1:1" in capsys.readouterr().out
+    assert "udp://127.0.0.1:1" in capsys.readouterr().err
 
 
 def ground(**changed: object) -> list[Reading]:

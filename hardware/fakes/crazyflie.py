@@ -86,6 +86,10 @@ class FakeCrazyflie:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self.hang_up()
+
+    def hang_up(self) -> None:
+        """Stop, and close the port: this machine refuses what comes to it from now on."""
         self._closing.set()
         self._thread.join(5.0)
         self._socket.close()

@@ -90,6 +90,19 @@ class Vehicle:
         """A set-point that stops the motors has come."""
         self._set_point = None
 
+    def place(self, state: Array) -> None:
+        """Put it at a state ``# (13,)``, as it is: armed or not, with the set-point that it holds."""
+        self.plant.reset(state)
+
+    def drain_to(self, volts: float) -> None:
+        """Empty the battery to this voltage under the present load."""
+        self._volts = volts + self.truth.load * self.thrust
+
+    @property
+    def silence(self) -> float:
+        """Time since the last set-point, s; infinite where none has come, or it is forgotten."""
+        return math.inf if self._set_point is None else self.time - self._set_point.time
+
     def advance(self, now: float) -> None:
         """Let time go on to this moment, s."""
         while self.time + STEP <= now:

@@ -12,6 +12,7 @@ from enum import IntEnum
 from types import TracebackType
 from typing import Protocol, Self
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from sym2real.robots import Robot
@@ -27,12 +28,15 @@ class Pose:
         attitude: unit quaternion w x y z, body→world ``# (4,)``; None from systems that see a point.
         stamp: when it was captured, s; the arrival where the system tells no time.
         arrival: when it arrived here, s.
+        velocity: m/s, world axes, from consecutive stamps; NaN after the first pose, after a gap, and from systems
+            that leave it to their reader ``# (3,)``.
     """
 
     position: Array
     attitude: Array | None
     stamp: float
     arrival: float
+    velocity: Array = field(default_factory=lambda: np.full(3, math.nan))
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ from hardware.clock import Clock, SystemClock
 from hardware.errors import LinkError
 from hardware.frame import Frame
 from hardware.interfaces import Pose
+from hardware.velocity import Velocity
 from sym2real.errors import MissingDependencyError
 
 FIRST_POSE = 5.0  # s
@@ -44,6 +45,7 @@ class LaboratoryCapture:
         self.kind, self.body, self.settings = kind, body, dict(settings)
         self._frame, self._clock = frame or Frame(), clock or SystemClock()
         self._pose: Pose | None = None
+        self._velocity = Velocity()
         self._bodies: tuple[str, ...] = ()
         self._first, self._closing = threading.Event(), threading.Event()
         self._thread: threading.Thread | None = None
@@ -98,4 +100,5 @@ class LaboratoryCapture:
         if not np.isfinite(position).all():  # some systems tell of a lost body in this way
             return self._pose
         seen = self._frame.attitude(attitude) if abs(attitude @ attitude - 1.0) < 0.1 else None
-        return Pose(self._frame.position(position), seen, arrival, arrival)
+        place = self._frame.position(position)
+        return Pose(place, seen, arrival, arrival, self._velocity.add(arrival, place))

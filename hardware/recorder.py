@@ -12,7 +12,6 @@ import queue
 import threading
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Protocol, Self
@@ -22,8 +21,9 @@ import numpy as np
 from hardware.plant import Row
 from sym2real.errors import DataError, MissingDependencyError, reason
 from sym2real.files import make_folder, write_text
-from sym2real.logs import arrow_file, read_log
+from sym2real.logs import arrow_file
 from sym2real.logs.grouping import layouts_to_json
+from sym2real.logs.table import read_table
 from sym2real.robots import Robot
 from sym2real.trajectory import Trajectory
 
@@ -188,11 +188,16 @@ def task_of(path: str | Path, robot: Robot, name: str = "") -> Trajectory:
         name: of the trajectory; the file's by default.
 
     Raises:
-        DataError: when there are not two such rows.
+        DataError: when there are not two such rows with a whole state.
     """
-    whole = read_log(path, layouts=robot.layouts)
-    flown = np.flatnonzero((whole.extra["stage"] == STAGES["task"]) & (whole.extra["verdict"] == 0.0))
-    if len(flown) < 2:
-        raise DataError(path, "two rows or more in which the task was flown", f"{len(flown)}")
-    task = whole.rows(int(flown[0]), int(flown[-1]) + 1)
-    return replace(task, time=task.time - task.time[0], name=name or whole.name)
+    columns, layouts = read_table(path).columns, robot.layouts
+    flown = (columns["stage"] == STAGES["task"]) & (columns["verdict"] == 0.0)
+    both = (layouts.state, layouts.action)
+    state, action = (np.stack([columns[one] for one in layout], axis=1)[flown] for layout in both)
+    whole = np.isfinite(state).all(axis=1)
+    time = columns["time"][flown][whole]
+    if len(time) < 2:
+        raise DataError(path, "two rows or more in which the task was flown", f"{len(time)}")
+    inputs = np.zeros((len(time), layouts.inputs.size))
+    extra = {one: columns[one][flown][whole] for one in columns if one not in {"time", *layouts.state, *layouts.action}}
+    return Trajectory(time - time[0], state[whole], action[whole], inputs, layouts, extra, name or Path(path).stem)

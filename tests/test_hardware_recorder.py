@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -71,6 +72,21 @@ def test_the_task_is_cut_out_with_its_true_stamps(tmp_path: Path) -> None:
     assert len(task) == len(flown) == 60
     assert task.time == pytest.approx([row.reading.time - flown[0].reading.time for row in flown])
     assert (task.action == np.array([row.sent for row in flown])).all()
+
+
+def test_a_task_with_missed_periods_is_still_cut_out(tmp_path: Path) -> None:
+    """A gap that `read_log` would refuse, and a moment without an attitude, which is no row."""
+    recorder = Recorder(tmp_path / "flight.csv", CRAZYFLIE, {})
+    rows = [row for row in fly(recorder) if row.stage == "task"]
+    recorder.close()
+    late = replace(rows[9], reading=replace(rows[9].reading, time=rows[9].reading.time + 9.0))
+    blind = replace(late, reading=replace(late.reading, time=late.reading.time + 1.0, state=np.full(13, np.nan)))
+    with Recorder(tmp_path / "gap.csv", CRAZYFLIE, {}) as again:
+        for row in (*rows[:9], late, blind):
+            again.add(row)
+    task = task_of(tmp_path / "gap.csv", CRAZYFLIE)
+    assert len(task) == 10
+    assert task.time[9] - task.time[8] == pytest.approx(9.02)
 
 
 def test_a_stream_is_readable_while_it_grows_and_where_it_is_cut_off(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ The one file that imports cflib, inside its functions: it is an extra, and takes
 
 from __future__ import annotations
 
+import logging
 import threading
 import warnings
 from collections.abc import Callable, Mapping
@@ -38,6 +39,7 @@ class Connection:
             raise MissingDependencyError(f"flying a Crazyflie needs {LIBRARY}") from error
         if not crtp.CLASSES:  # a second time would list every driver twice
             crtp.init_drivers()
+        logging.getLogger("cflib").setLevel(logging.ERROR)  # what it warns of is told here, or is its own affair
         self.uri = uri
         self.crazyflie = Crazyflie(rw_cache=None if cache is None else str(cache))
         self._failure = ""

@@ -20,7 +20,6 @@ from hardware.crazyflie.thrust_map import ThrustMap
 from hardware.errors import LinkError
 from hardware.frame import heading
 from hardware.interfaces import MotionCapture, Reading
-from hardware.velocity import Velocity
 from sym2real.errors import ShapeError
 from sym2real.robots import CRAZYFLIE, Robot
 from sym2real.trajectory import Array
@@ -68,7 +67,6 @@ class CrazyflieLink:
         self.connection = Connection(uri, cache)
         self._sender: NewestOnly | None = None
         self._telemetry: Telemetry | None = None
-        self._velocity = Velocity()
         self._told = 0.0  # stamp of the last position that the robot was told
         self._count, self._saturated = 0, False
 
@@ -117,7 +115,7 @@ class CrazyflieLink:
         ages = {"pose": math.inf, "attitude": math.inf}
         extra = {"thrust_count": float(self._count), "saturated": float(self._saturated)}
         if pose is not None:
-            state[0:3], state[7:10] = pose.position, self._velocity.add(pose.stamp, pose.position)
+            state[0:3], state[7:10] = pose.position, pose.velocity
             ages["pose"], extra["pose_stamp"] = now - pose.arrival, pose.stamp
             if pose.attitude is not None:
                 extra["capture_yaw"] = heading(pose.attitude)

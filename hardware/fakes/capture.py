@@ -11,6 +11,7 @@ import numpy as np
 from hardware.clock import Clock, SystemClock
 from hardware.errors import LinkError
 from hardware.interfaces import Pose
+from hardware.velocity import Velocity
 from sym2real.trajectory import Array
 
 LAYOUT = struct.Struct("<8d")  # the sender's time, position, quaternion w x y z
@@ -33,6 +34,7 @@ class FakeCapture:
     def __init__(self, port: int = 0, clock: Clock | None = None) -> None:
         self._clock = clock or SystemClock()
         self._pose: Pose | None = None
+        self._velocity = Velocity()
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.bind(("127.0.0.1", port))
         self._socket.settimeout(0.2)
@@ -73,5 +75,6 @@ class FakeCapture:
             except TimeoutError:
                 continue
             arrival, (_, *pose) = self._clock.now(), LAYOUT.unpack(datagram)
-            self._pose = Pose(np.array(pose[:3]), np.array(pose[3:]), arrival, arrival)
+            place = np.array(pose[:3])
+            self._pose = Pose(place, np.array(pose[3:]), arrival, arrival, self._velocity.add(arrival, place))
             self._first.set()

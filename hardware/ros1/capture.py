@@ -13,6 +13,7 @@ from hardware.frame import Frame
 from hardware.interfaces import Pose
 from hardware.ros1.messages import POSE, Message, MessageType
 from hardware.ros1.node import Node
+from hardware.velocity import Velocity
 
 FIRST_POSE = 5.0  # s
 UNIT = 0.1  # that a quaternion's square may differ from 1
@@ -45,6 +46,7 @@ class RosCapture:
         self._node, self._topic = node, topic
         self._frame, self._clock = frame or Frame(), clock or SystemClock()
         self._pose: Pose | None = None
+        self._velocity = Velocity()
         self._first = threading.Event()
 
     def connect(self) -> None:
@@ -74,5 +76,7 @@ class RosCapture:
             return
         turned = np.array([w, x, y, z])
         attitude = self._frame.attitude(turned) if abs(turned @ turned - 1.0) < UNIT else None
-        self._pose = Pose(self._frame.position(place), attitude, message.stamp, arrival)
+        position = self._frame.position(place)
+        velocity = self._velocity.add(message.stamp, position)
+        self._pose = Pose(position, attitude, message.stamp, arrival, velocity)
         self._first.set()

@@ -20,6 +20,7 @@ from sym2real.cli.compare import Compare
 from sym2real.cli.demo import Demo
 from sym2real.cli.diagnose import Diagnose
 from sym2real.cli.effects import Effects
+from sym2real.cli.experiment import RunExperiment
 from sym2real.cli.export import Export
 from sym2real.cli.inspect import Inspect
 from sym2real.cli.learn import Learn
@@ -63,6 +64,10 @@ From a model and a target to a model that has learned it:
   sym2real adapt runs/base runs/heavier/simulator circle --out runs/adapted
       an episode, training on it, and again; or from a folder of logs
 
+The experiments of the paper, as a study that you can repeat:
+  sym2real experiment sim2sim --out runs/sim2sim
+      every case beside what the paper says of it
+
 A robot that is neither of the two starts from numbers alone: sym2real nominal quadrotor --help
 
 Every verb answers --help, and --json FILE writes its result (- is standard output). sym2real --version says which one
@@ -85,6 +90,7 @@ VERBS: dict[str, Any] = {
     "add": Add,
     "adapt": Adapt,
     "plan": PlanFlight,
+    "experiment": RunExperiment,
 }
 OF_SEVERAL = {"nominal": "Rigid-body equations from numbers alone."}  # verbs whose words are in no class
 Verb: Any = reduce(

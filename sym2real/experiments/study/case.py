@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -17,6 +17,7 @@ from sym2real.errors import DataError, ModelError, Sym2RealError, UnknownNameErr
 from sym2real.experiments.study.contestants import CONTESTANTS
 from sym2real.experiments.study.mechanisms import MECHANISMS, require_mechanism
 from sym2real.plants import MujocoPlant
+from sym2real.registry import Registry
 from sym2real.robots import ROBOTS, Robot
 from sym2real.tasks import Task, make_task
 
@@ -86,6 +87,21 @@ class Suite:
     title: str
     contestants: tuple[str, ...]
     cases: tuple[Case, ...]
+
+    def only(self, cases: Sequence[str], contestants: Sequence[str]) -> Suite:
+        """These of the cases, and these contestants whether the file names them or not; all where none are named.
+
+        Raises:
+            UnknownNameError: for one that does not exist.
+        """
+        known = Registry("case", {case.name: case for case in self.cases})
+        for name in contestants:
+            CONTESTANTS[name]  # refuses what does not exist
+        return replace(
+            self,
+            cases=tuple(known[name] for name in cases) or self.cases,
+            contestants=tuple(contestants) or self.contestants,
+        )
 
 
 def shipped_suites() -> tuple[str, ...]:

@@ -1,0 +1,119 @@
+"""One contestant adapts to one case with one seed: ten rounds, each of whose models is judged in the same episodes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+
+from torch import nn
+
+from sym2real.adaptation import Adaptation, Adapting, Progress, adapt
+from sym2real.experiments.study.case import Case
+from sym2real.experiments.study.contestants import CONTESTANTS
+from sym2real.experiments.study.effects_first import informing
+from sym2real.experiments.study.effort import Effort
+from sym2real.experiments.study.judged import Judged, judge, planning_with
+from sym2real.experiments.study.learners import learner_of
+from sym2real.experiments.study.sweep import Record, Tell
+from sym2real.symbolic import Equations
+
+
+@dataclass(frozen=True)
+class Adapted:
+    """An adaptation as a :class:`~sym2real.experiments.study.sweep.Job`.
+
+    Args:
+        case: target and task.
+        contestant: key of :data:`~sym2real.experiments.study.contestants.CONTESTANTS`.
+        seed: of the run.
+        effort: of the study.
+        base: the equations that it begins with, as JSON, so that all begin alike wherever they run.
+    """
+
+    case: Case
+    contestant: str
+    seed: int
+    effort: Effort
+    base: str
+
+    @property
+    def name(self) -> str:
+        """Of its file."""
+        return f"{self.case.name}_{self.contestant}_{self.seed}"
+
+    @property
+    def asked(self) -> Record:
+        """Everything but the base, which goes with the version."""
+        return {
+            "case": asdict(self.case),
+            "contestant": self.contestant,
+            "seed": self.seed,
+            **self.effort.to_dict(),
+        }
+
+    def run(self, tell: Tell) -> Record:
+        """``rounds``, one row each: how it was judged, and how its model came about."""
+        began = time.perf_counter()
+        adaptation = self._adapt(tell)
+        adapted = time.perf_counter() - began
+        judged = self._judged(adaptation, tell)
+        rounds = [
+            {
+                **one.to_dict(),
+                "flown": report.error,
+                "crashed": report.crashed,
+                "prediction": report.prediction,
+                "effects": list(report.learned.effects),
+                "refused": report.learned.refused,
+                "learning": report.learned.seconds,
+            }
+            for one, report in zip(judged, adaptation.reports, strict=True)
+        ]
+        spent = {"adapting": adapted, "judging": time.perf_counter() - began - adapted}
+        return {"rounds": rounds, "best": adaptation.best, "spent": spent}
+
+    def _adapt(self, tell: Tell) -> Adaptation:
+        contestant, robot = CONTESTANTS[self.contestant], self.case.of_robot
+        equations = Equations.from_json(self.base)
+        settings = Adapting(
+            rounds=self.effort.rounds,
+            steps=self.effort.rows,
+            samples=self.effort.samples[robot.name],
+            until_settled=False,
+            seed=self.seed,
+        )
+        return adapt(
+            equations,
+            self.case.plant(self.seed),
+            self.case.of_task(),
+            learner_of(contestant, self.seed),
+            settings,
+            inform=informing(contestant, self.case, tell),
+            on_progress=_lines(tell),
+        )
+
+    def _judged(self, adaptation: Adaptation, tell: Tell) -> list[Judged]:
+        """Of every round's model; one that is that of the round before is judged as that."""
+        judged: list[Judged] = []
+        before: Equations | nn.Module | None = None
+        for number, model in enumerate(adaptation.models):
+            said = f"round {number} of {self.effort.rounds}"
+            make = planning_with(model, self.effort)
+            judged.append(judged[-1] if model is before else judge(self.case, make, self.effort, _told(tell, said)))
+            before = model
+        return judged
+
+
+def _told(tell: Tell, first: str) -> Tell:
+    return lambda text: tell(f"{first}: {text}")
+
+
+def _lines(tell: Tell) -> Callable[[Progress], None]:
+    """The loop's progress as lines; not of every single step."""
+
+    def show(progress: Progress) -> None:
+        if progress.done in (0, 1) or progress.report is not None:
+            tell(progress.what)
+
+    return show

@@ -1,0 +1,70 @@
+"""Effects that go into a base before anything is learned on top of it: what the logs establish, or the target's own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from sym2real.adaptation.training import Inform
+from sym2real.diagnosis import diagnose, try_effect
+from sym2real.errors import ShapeError
+from sym2real.experiments.study.case import Case
+from sym2real.experiments.study.contestants import Contestant
+from sym2real.plants import MujocoPlant
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Dataset
+
+# A diagnosis is asked again when the logs have doubled, and no more beyond so many.
+MOST_LOGS = 4
+
+
+def informing(contestant: Contestant, case: Case, tell: Callable[[str], None]) -> Inform | None:
+    """What a contestant puts into its base; None for one that puts nothing there."""
+    if contestant.effects == "none":
+        return None
+    inform = _diagnosed(case, tell) if contestant.effects == "diagnosed" else _true(case)
+    return WhenDoubled(inform)
+
+
+class WhenDoubled:
+    """An inform that is asked again when the logs have doubled, up to :data:`MOST_LOGS`; between, its answer stays.
+
+    Args:
+        inform: asked with all logs.
+    """
+
+    def __init__(self, inform: Inform) -> None:
+        self.inform = inform
+        self._asked = 0
+        self._answer: Equations | None = None
+
+    def __call__(self, data: Dataset, base: Equations) -> Equations:
+        """The base with effects in it."""
+        if self._answer is None or (len(data) >= 2 * self._asked and len(data) <= MOST_LOGS):
+            self._asked, self._answer = len(data), self.inform(data, base)
+        return self._answer
+
+
+def _diagnosed(case: Case, tell: Callable[[str], None]) -> Inform:
+    """What the gate establishes from the logs alone; where nothing is established the base stays as it is."""
+    plain = MujocoPlant(case.of_robot)
+
+    def inform(data: Dataset, base: Equations) -> Equations:
+        try:
+            found = diagnose(base, data, plain, on_progress=lambda what: tell(f"diagnosis: {what}"))
+        except ShapeError:  # every episode crashed before a window was complete
+            return base
+        return found.apply(base) if found.established and found.findings else base
+
+    return inform
+
+
+def _true(case: Case) -> Inform:
+    """The target's own effects, one after the other fitted to the logs."""
+    plain = MujocoPlant(case.of_robot)
+
+    def inform(data: Dataset, base: Equations) -> Equations:
+        for key in case.truth:
+            base = try_effect(base, key, data, plain).apply(base)
+        return base
+
+    return inform

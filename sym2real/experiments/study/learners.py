@@ -1,0 +1,20 @@
+"""What contestants learn with."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sym2real.adaptation import NoResidual
+from sym2real.experiments.study.contestants import Contestant
+from sym2real.neural import ResidualTraining
+from sym2real.protocols import Learner
+
+# Past commands that a residual with memory sees: half a second of a car's, a fifth of a quadrotor's.
+COMMANDS = 10
+
+
+def learner_of(contestant: Contestant, seed: int) -> Learner[Any, Any]:
+    """The learner of a contestant's residual."""
+    if contestant.residual == "none":
+        return NoResidual()
+    return ResidualTraining(seed=seed, commands=COMMANDS if contestant.residual == "memory" else 0)

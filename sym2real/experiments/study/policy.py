@@ -1,0 +1,148 @@
+"""A policy learned by PPO in the plain simulator, in targets that it has never seen, beside model-based control.
+
+The policy sees the measured state alone, so it hovers at one point. Reward: 1 - running cost, so that staying in the
+air is worth something. The paper: a policy from the plain simulation did not transfer, MPC let the drone hover safely.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import ArrayLike
+
+from sym2real.errors import MissingDependencyError
+from sym2real.experiments.models import cached_base
+from sym2real.experiments.study.case import Case, load_suite
+from sym2real.experiments.study.effort import Effort
+from sym2real.experiments.study.judged import judge, planning_with
+from sym2real.experiments.study.outcome import Outcome
+from sym2real.experiments.study.sweep import Job, Record, Tell
+from sym2real.plants import MujocoPlant
+from sym2real.robots import CRAZYFLIE
+from sym2real.symbolic import Equations
+from sym2real.tasks import Task
+from sym2real.tasks.cost import running_cost
+from sym2real.trajectory import Array
+
+PLAIN = "plain"
+TARGETS = ("mass-26", "com-3", "wind-strong")
+PAPER = "paper: a policy from the plain simulation did not transfer, MPC let the drone hover safely"
+TOLD_EVERY = 2048
+
+
+@dataclass(frozen=True)
+class Policy:
+    """A controller that asks a trained policy; it has nothing to remember."""
+
+    predict: Callable[..., tuple[Array, Any]]
+
+    def reset(self) -> None:
+        """An episode begins."""
+
+    def remember(self, sent: ArrayLike) -> None:
+        """What was sent changes nothing."""
+
+    def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
+        """The policy's mean action ``# (action,)``."""
+        action, _ = self.predict(np.asarray(state), deterministic=True)
+        return np.asarray(action, dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class PolicyJob:
+    """Training and test of a policy, as a job of the sweep.
+
+    Args:
+        seed: of the training.
+        effort: of the study.
+        base: equations that MPPI flies beside it, as JSON.
+    """
+
+    seed: int
+    effort: Effort
+    base: str
+
+    @property
+    def name(self) -> str:
+        """Of its file."""
+        return f"policy_ppo_{self.seed}"
+
+    @property
+    def asked(self) -> Record:
+        """Everything that the answer depends on."""
+        return {"seed": self.seed, **self.effort.to_dict()}
+
+    def run(self, tell: Tell) -> Record:
+        """Errors and crashes by target, of the policy and of MPPI with the base."""
+        policy = trained(targets()[0].of_task(), self.effort.policy_steps, self.seed, tell)
+        planner = planning_with(Equations.from_json(self.base), self.effort)
+        answer = {}
+        for case in targets():
+            tell(f"flying {case.title}")
+            ours, theirs = judge(case, planner, self.effort), judge(case, lambda *_: policy, self.effort)
+            answer[case.name] = {"mppi": ours.to_dict(), "policy": theirs.to_dict()}
+        return {"targets": answer}
+
+
+def targets() -> list[Case]:
+    """Hover in the plain simulator, then in shifted ones."""
+    cases = [case for case in load_suite("sim2sim").cases if case.name in TARGETS]
+    hovers = [replace(case, task="hover", options={}, paper="") for case in cases]
+    return [Case(PLAIN, "the plain simulator", CRAZYFLIE.name, "hover"), *hovers]
+
+
+def trained(task: Task, steps: int, seed: int, tell: Tell) -> Policy:
+    """A policy after so many control steps in the plain simulator.
+
+    Raises:
+        MissingDependencyError: without stable-baselines3.
+    """
+    try:
+        from stable_baselines3 import PPO  # noqa: PLC0415 — an extra
+        from stable_baselines3.common.callbacks import BaseCallback  # noqa: PLC0415
+    except ImportError as error:
+        raise MissingDependencyError("PPO needs stable-baselines3: pip install 'sym2real[rl]'") from error
+    from sym2real.plants.gymnasium_view import TaskEnvironment  # noqa: PLC0415 — loads Gymnasium
+
+    class Told(BaseCallback):  # type: ignore[misc]
+        def _on_step(self) -> bool:
+            if self.num_timesteps % TOLD_EVERY == 0:
+                tell(f"PPO: step {self.num_timesteps} of {steps}")
+            return True
+
+    plant = MujocoPlant(CRAZYFLIE)
+    cost = running_cost(task, plant.layouts)
+
+    def reward(state: Array, action: Array, reference: Array) -> float:
+        parts = (torch.as_tensor(values, dtype=torch.float64) for values in (state, action, reference))
+        return 1.0 - float(cost(*parts))
+
+    agent = PPO("MlpPolicy", TaskEnvironment(plant, task, reward), seed=seed, device="cpu")
+    agent.learn(steps, callback=Told())
+    return Policy(agent.predict)
+
+
+def policy_jobs(effort: Effort) -> list[Job]:
+    """One training a seed, where the effort allows it."""
+    base = cached_base(CRAZYFLIE).to_json() if effort.policy_steps else ""
+    return [PolicyJob(seed, effort, base) for seed in effort.seeds if effort.policy_steps]
+
+
+def policy_outcome(effort: Effort, records: Mapping[str, Record]) -> Outcome:
+    """Errors and crashes by target."""
+    runs = [records[name] for name in (f"policy_ppo_{seed}" for seed in effort.seeds) if name in records]
+    rows = []
+    for case in targets() if runs else ():
+        cells = []
+        for who in ("policy", "mppi"):
+            found = [run["targets"][case.name][who] for run in runs]
+            crashes = sum(one["crashes"] for one in found)
+            cells += [f"{np.mean([one['errors'] for one in found]):.4f}", str(crashes)]
+        rows.append((case.title, *cells))
+    columns = ("target", "PPO, m", "PPO crashes", "MPPI, m", "MPPI crashes")
+    notes = (PAPER,) if effort.policy_steps else (PAPER, "training a policy takes --full")
+    return Outcome("A learned policy and model-based control", columns, tuple(rows), notes)

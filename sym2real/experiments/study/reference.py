@@ -1,0 +1,65 @@
+"""What a perfect model would reach: MPPI whose model is the target's MuJoCo itself, in the same episodes."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+
+from sym2real.control import MPPI
+from sym2real.experiments.simulated_model import MujocoModel
+from sym2real.experiments.study.case import Case
+from sym2real.experiments.study.effort import Effort
+from sym2real.experiments.study.judged import Make, judge
+from sym2real.experiments.study.sweep import Record, Tell
+from sym2real.plants import MujocoPlant
+from sym2real.protocols import Controller
+from sym2real.robots import Robot
+from sym2real.tasks import Task
+
+REFERENCE = "mujoco"
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The evaluation episodes of a case with the reference controller, as a job of the sweep.
+
+    Args:
+        case: target and task; without command filters and forces that depend on the state.
+        effort: of the study.
+    """
+
+    case: Case
+    effort: Effort
+
+    @property
+    def name(self) -> str:
+        """Of its file."""
+        return self.name_of(self.case)
+
+    @staticmethod
+    def name_of(case: Case) -> str:
+        """The reference's name on a case."""
+        return f"{case.name}_{REFERENCE}"
+
+    @property
+    def asked(self) -> Record:
+        """Case and effort; there is no seed but those of the episodes."""
+        return {"case": asdict(self.case), **self.effort.to_dict()}
+
+    def run(self, tell: Tell) -> Record:
+        """Errors, costs and crashes of the episodes."""
+        return judge(self.case, planning_with_mujoco(self.effort), self.effort, tell).to_dict()
+
+
+def has_reference(case: Case) -> bool:
+    """Whether MuJoCo's rollouts can do all that the target does: command filters are outside of them."""
+    return not any(change.command for change in case.plant(0).changes)
+
+
+def planning_with_mujoco(effort: Effort) -> Make:
+    """MPPI with the target itself as the model, same cost, samples and noise as with any other."""
+
+    def make(plant: MujocoPlant, robot: Robot, task: Task, seed: int) -> Controller:
+        settings = replace(robot.mppi, samples=effort.samples[robot.name])
+        return MPPI(MujocoModel(plant), robot, task, settings=settings, seed=seed)
+
+    return make

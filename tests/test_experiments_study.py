@@ -1,0 +1,259 @@
+"""The study: its jobs really adapt, its statistics say what they should, and its command line is clear."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sym2real.cli import main
+from sym2real.control import RandomCommands
+from sym2real.experiments.models import cached_base
+from sym2real.experiments.study import effort as efforts
+from sym2real.experiments.study.adapting import Adapted
+from sym2real.experiments.study.case import Case, load_suite, shipped_suites
+from sym2real.experiments.study.catalogue import experiment, experiment_names
+from sym2real.experiments.study.curves import Curve, ratio, surely_above
+from sym2real.experiments.study.effects_first import MOST_LOGS, WhenDoubled
+from sym2real.experiments.study.effort import QUICK
+from sym2real.experiments.study.judged import judge, planning_with
+from sym2real.experiments.study.noisy_logs import NoisyFit
+from sym2real.experiments.study.policy import targets, trained
+from sym2real.experiments.study.reference import Reference, has_reference, planning_with_mujoco
+from sym2real.experiments.study.scratch import FromScratch, trajectories_to_converge
+from sym2real.experiments.study.suites import suite_outcome
+from sym2real.plants import MujocoPlant, run_episode
+from sym2real.report.experiment import outcome_figure, outcome_table
+from sym2real.report.figures import save
+from sym2real.robots import CRAZYFLIE
+from sym2real.trajectory import Dataset
+
+SMALL = replace(
+    QUICK,
+    rows=100,
+    evaluations=1,
+    rounds=1,
+    seeds=(1,),
+    samples={"crazyflie": 64, "mushr": 32},
+    episodes={"crazyflie": 3},
+)
+
+
+def case(name: str) -> Case:
+    return next(one for suite in shipped_suites() for one in load_suite(suite).cases if one.name == name)
+
+
+def silent(_: str) -> None:
+    pass
+
+
+def typed(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:
+    """Exit code and words of the command line."""
+    code = 0
+    try:
+        main(arguments)
+    except SystemExit as stop:
+        code = int(stop.code or 0)
+    return code, " ".join(capsys.readouterr().out.split())
+
+
+def test_planning_with_the_target_itself_beats_the_plain_base() -> None:
+    """The same episodes, samples and noise; only what the model knows differs."""
+    target = case("com-3")
+    perfect = judge(target, planning_with_mujoco(SMALL), SMALL)
+    base = judge(target, planning_with(cached_base(CRAZYFLIE), SMALL), SMALL)
+    assert perfect.errors[0] < 0.7 * base.errors[0]
+    assert perfect.costs[0] < base.costs[0]
+    assert perfect.crashes == 0
+
+
+def test_the_reference_knows_every_target_of_the_judged_cases() -> None:
+    suites = [load_suite(name) for name in ("sim2sim", "uncovered", "delay")]
+    assert all(has_reference(one) for suite in suites for one in suite.cases)
+    assert not has_reference(case("car-plain"))  # a gain of the speed command is a filter
+
+
+def test_an_adaptation_learns_and_repeats_itself() -> None:
+    job = Adapted(case("mass-26"), "sr-nn", 1, SMALL, cached_base(CRAZYFLIE).to_json())
+    told: list[str] = []
+    answer = job.run(told.append)
+    errors = [np.mean(row["errors"]) for row in answer["rounds"]]
+    assert len(errors) == 2
+    assert min(errors[1:]) < 0.8 * errors[0]
+    assert any("evaluation episode" in line for line in told) and any("learning" in line for line in told)
+    assert json.loads(json.dumps(answer)) == answer
+    again = job.run(silent)
+    assert [row["errors"] for row in again["rounds"]] == [row["errors"] for row in answer["rounds"]]
+
+
+def test_an_effect_that_the_logs_name_goes_into_the_base() -> None:
+    effort = replace(SMALL, rows=400)
+    answer = Adapted(case("mass-26"), "sr-effect", 1, effort, cached_base(CRAZYFLIE).to_json()).run(silent)
+    before, after = answer["rounds"]
+    assert before["effects"] == [] and "added_mass" in after["effects"]
+    assert after["errors"][0] < 0.6 * before["errors"][0]
+
+
+def test_a_diagnosis_is_asked_again_when_the_logs_have_doubled() -> None:
+    asked: list[int] = []
+
+    def inform(data: Dataset, base: Any) -> Any:
+        asked.append(len(data))
+        return base
+
+    doubled, log = WhenDoubled(inform), run_episode(MujocoPlant(CRAZYFLIE), RandomCommands(CRAZYFLIE), steps=5)
+    for count in range(1, 11):
+        doubled(Dataset([log] * count), CRAZYFLIE.nominal())
+    assert asked == [1, 2, 4] and asked[-1] == MOST_LOGS
+
+
+def curve(*means: float, seeds: int = 3, spread: float = 0.0) -> Curve:
+    noise = np.random.default_rng(0).standard_normal((seeds, len(means), 5))
+    errors = np.array(means)[None, :, None] * np.exp(spread * noise)
+    return Curve(errors, errors, np.zeros((seeds, len(means))))
+
+
+def test_how_soon_a_curve_converges() -> None:
+    falling = curve(1.0, 0.5, 0.12, 0.105, 0.1, 0.1, 0.1)
+    assert falling.trajectories == 3
+    assert falling.final.mean() == pytest.approx(0.1)
+    assert curve(0.1, 0.1, 0.1, 0.1).trajectories == 0
+    assert trajectories_to_converge(np.array([0.5, 0.11, 0.1, 0.1, 0.1])) == 2
+
+
+def test_a_ratio_has_the_interval_of_its_seeds() -> None:
+    generator = np.random.default_rng(1)
+    covered = 0
+    for _ in range(200):
+        seeds = np.exp(0.1 * generator.standard_normal((3, 1)))
+        found = ratio(0.8 * seeds * np.ones((3, 5)), np.ones(5))
+        covered += found.low <= 0.8 <= found.high
+    assert 180 <= covered <= 200
+    alone = ratio(np.full((1, 5), 0.5), np.full((1, 5), 1.0))
+    assert alone.value == pytest.approx(0.5) and alone.undecided(1.0)
+    assert ratio(np.full((3, 5), 0.5), np.full((3, 5), 1.0)).high < 1.0
+
+
+def test_worse_is_said_only_beyond_the_paired_interval() -> None:
+    shared = np.random.default_rng(2).standard_normal((3, 5))
+    assert surely_above(1.05 + shared, 1.0 + shared)  # paired: the common part does not hide the difference
+    assert not surely_above(1.0 + 0.1 * shared, 1.0 - 0.0 * shared + 0.05)
+    assert not surely_above(1.0 + shared, 1.05 + shared)
+
+
+def records(effort: efforts.Effort) -> dict[str, dict[str, Any]]:
+    """Answers that a sweep might have kept."""
+    suite, found = load_suite("uncovered"), {}
+    for one in suite.cases:
+        found[Reference.name_of(one)] = {"errors": [0.1] * 5, "costs": [0.2] * 5, "crashes": 0}
+        for contestant in suite.contestants:
+            for seed in effort.seeds:
+                rows = [
+                    {"errors": [0.1 + 0.3 / (1 + k)] * 5, "costs": [0.5] * 5, "crashes": k == 4, "crashed": False}
+                    for k in range(11)
+                ]
+                found[f"{one.name}_{contestant}_{seed}"] = {"rounds": rows, "seconds": 1.0}
+    return found
+
+
+def test_a_suite_becomes_a_table_and_a_figure(tmp_path: Path) -> None:
+    outcome = suite_outcome(load_suite("uncovered"), QUICK, records(QUICK))
+    assert len(outcome.rows) == len(load_suite("uncovered").cases) * len(load_suite("uncovered").contestants)
+    assert outcome.rows[0][:4] == ("a payload that swings", "SR*+NN", "0.4000", "0.2500")
+    assert outcome.rows[0][outcome.columns.index("crashes")] == "3"
+    assert outcome_table(outcome).row_count == len(outcome.rows)
+    assert outcome.panels[0].level == pytest.approx(0.2)
+    assert any("cannot tell SR*+effect" in note for note in outcome.notes)
+    assert save(outcome_figure(outcome), tmp_path / "figure.png").stat().st_size > 10_000
+    part = {name: record for name, record in records(QUICK).items() if name.startswith("windup")}
+    assert {row[0] for row in suite_outcome(load_suite("uncovered"), QUICK, part).rows} == {
+        "motor controller winds up",
+        "",
+    }
+
+
+def test_from_scratch_every_trajectory_is_judged() -> None:
+    errors = np.array(FromScratch("crazyflie", "sr", 1, SMALL).run(silent)["errors"])
+    assert errors.shape == (3, 6)
+    assert errors[-1].mean() < errors[0].mean()
+
+
+def test_noise_costs_dependences() -> None:
+    """The same flights, fitted from clean logs and from noisy ones."""
+    base = cached_base(CRAZYFLIE).to_json()
+    scores = {}
+    for clean in (True, False):
+        rows = NoisyFit(case("cf-plain"), clean, 1, SMALL, base).run(silent)["dependence"]
+        scores[clean] = {(row["state"], row["action"], row["meaning"]): row["score"] for row in rows}
+    assert scores[True].keys() == scores[False].keys()
+    assert scores[True] != scores[False]
+
+
+def test_a_policy_learns_in_the_plain_simulator() -> None:
+    pytest.importorskip("stable_baselines3", reason="needs the extra `rl`")
+    plain = targets()[0]
+    policy = trained(plain.of_task(), 2048, 1, silent)
+    action = policy.act(CRAZYFLIE.start, 0)
+    assert action.shape == (4,)
+    assert (action >= CRAZYFLIE.low).all() and (action <= CRAZYFLIE.high).all()
+    np.testing.assert_array_equal(action, policy.act(CRAZYFLIE.start, 7))
+    assert len(judge(plain, lambda *_: policy, SMALL).errors) == 1
+
+
+def test_every_experiment_has_jobs_of_different_names() -> None:
+    for name in experiment_names():
+        names = [job.name for job in experiment(name).jobs(QUICK)]
+        assert len(set(names)) == len(names), name
+        assert names or name == "policy"
+
+
+MINE = """\
+title = "mine"
+contestants = ["sr-effect"]
+[[case]]
+name = "heavy"
+title = "heavy"
+robot = "crazyflie"
+task = "circle"
+effects = [{ effect = "added_mass", value = 0.007 }]
+"""
+
+
+def test_the_command_line_runs_cases_of_ones_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(efforts, "QUICK", SMALL)
+    file, out = tmp_path / "mine.toml", tmp_path / "out"
+    file.write_text(MINE)
+    arguments = ["experiment", str(file), "--out", str(out), "--jobs", "1", "--contestants", "sr-nn"]
+    code, said = typed(arguments, capsys)
+    assert code == 0 and "SR*+NN" in said and "2/2 heavy_sr-nn_1" in said
+    assert sorted(path.name for path in out.iterdir()) == ["answers", "figure.png", "outcome.json", "running"]
+    code, said = typed(arguments, capsys)
+    assert code == 0 and "2 of 2 were answered before" in said
+    rows = json.loads((out / "outcome.json").read_text())["rows"]
+    assert [row["model"] for row in rows] == ["SR*+NN"]
+    code, said = typed([*arguments, "--full"], capsys)
+    assert code == 2 and "another setting" in said
+
+
+def test_the_command_line_lists_and_refuses(capsys: pytest.CaptureFixture[str]) -> None:
+    code, said = typed(["experiment", "list"], capsys)
+    assert code == 0
+    assert all(name in said for name in (*experiment_names(), "sr-effect-nn"))
+    refusals = {
+        "sim2sim": "expected --out FOLDER",
+        "sim2sim --out x --quick --full": "expected --quick or --full, found both",
+        "sim2simm --out x": "did you mean 'sim2sim'",
+        "sim2sim --out x --cases mass-12": "unknown case 'mass-12'",
+        "sim2sim --out x --contestants sr-mm": "unknown contestant 'sr-mm'",
+        "scratch --out x --cases mass-11": "scratch has no cases",
+    }
+    for arguments, expected in refusals.items():
+        code, said = typed(["experiment", *arguments.split()], capsys)
+        assert code == 2 and expected in said, arguments
+    assert not Path("x").exists()

@@ -12,6 +12,7 @@ import pytest
 
 from sym2real.cli import main
 from sym2real.control import RandomCommands
+from sym2real.diagnosis import add
 from sym2real.experiments.models import cached_base
 from sym2real.experiments.study import effort as efforts
 from sym2real.experiments.study.adapting import Adapted
@@ -58,7 +59,8 @@ def typed(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int
         main(arguments)
     except SystemExit as stop:
         code = int(stop.code or 0)
-    return code, " ".join(capsys.readouterr().out.split())
+    captured = capsys.readouterr()
+    return code, " ".join((captured.out + captured.err).split())
 
 
 def test_planning_with_the_target_itself_beats_the_plain_base() -> None:
@@ -69,6 +71,19 @@ def test_planning_with_the_target_itself_beats_the_plain_base() -> None:
     assert perfect.errors[0] < 0.7 * base.errors[0]
     assert perfect.costs[0] < base.costs[0]
     assert perfect.crashes == 0
+
+
+def test_true_equations_fly_as_the_target_itself_plans() -> None:
+    """On the same noise, what is left between the two is the regression's error."""
+    target, effort = case("mass-26"), replace(SMALL, rows=40)
+    informed = add(cached_base(CRAZYFLIE), target.effects)
+    errors = [
+        judge(target, make, effort).errors[0]
+        for make in (planning_with(informed, effort), planning_with_mujoco(effort))
+    ]
+    assert errors[0] == pytest.approx(errors[1], rel=0.05)
+    other = judge(target, planning_with(cached_base(CRAZYFLIE), effort), effort).errors[0]
+    assert other != pytest.approx(errors[1], rel=0.1)
 
 
 def test_the_reference_knows_every_target_of_the_judged_cases() -> None:

@@ -17,6 +17,7 @@ import logging
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import torch
@@ -52,6 +53,7 @@ from sym2real.tasks import Task
 from sym2real.trajectory import Array
 
 LOGGER = logging.getLogger(__name__)
+Draws = Callable[[int], Tensor]
 
 
 class MPPI:
@@ -73,6 +75,8 @@ class MPPI:
             says so, and half as many after an action that worked too long for it. Without a compiler it is the robot's
             control period by default.
         backend: "c" (the fused kernel: C, or CUDA on a GPU), "torch" or "auto": the kernel where it can be (logged).
+        draws: noise ``# (N, H, action)`` by the number of the action, counted from 1, in place of torch's own: with the
+            :attr:`draws` of another controller, two models are compared on the same noise. The kernel draws its own.
         threads: of the kernel on a processor; by default two where they help.
 
     Raises:
@@ -97,12 +101,13 @@ class MPPI:
         period: float | None = None,
         backend: Backend = "auto",
         threads: int | None = None,
+        draws: Draws | None = None,
     ) -> None:
         require_choices(backend, threads)
         self.model, self.robot, self.task = planned_with(model, dtype), robot, task
         self.settings = settings or robot.mppi
         self.device, self.dtype, self.seed = device_of(device), dtype, seed
-        self.price_noise, self.filters = price_noise, filters
+        self.price_noise, self.filters, self._given = price_noise, filters, draws
         self._gone_by = GoneBy(self.model, filters, self.device, dtype)
         noise = self.settings.noise if noise_covariance is None else noise_covariance
         self._factor = covariance_factor(noise, len(robot.layouts.action), price_noise).to(self.device, dtype)
@@ -173,17 +178,27 @@ class MPPI:
         if self._worked:
             self._use(fewer(self.samples, self._worked, self.deadlines.period))
         gone, self._step = 0 if self._step is None else max(step - self._step, 0), step
+        self._call += 1
         if self._fused is None:
             self.mean = shift(self.mean, gone)
-            self.improve(state, step, sample(self.samples, self._smooth, self._factor, self._generator), inputs)
+            self.improve(state, step, self._drawn(), inputs)
         else:
-            self._call += 1
             self._improve_fused(state, step, inputs, gone=gone)
         first = np.array(self.mean.tolist()[0])  # single precision may have rounded a limit away
         action: Array = np.minimum(np.maximum(first, self.robot.low), self.robot.high)
         late = self.deadlines.note(time.perf_counter() - started)
         self._worked = self._processor_time() - worked if late else 0.0
         return action
+
+    @property
+    def draws(self) -> Draws | None:
+        """The noise that the kernel draws for the action of a number, counted from 1; None where torch draws."""
+        return None if self._fused is None else partial(self._fused.noise, self.seed)
+
+    def _drawn(self) -> Tensor:
+        if self._given is not None:
+            return self._given(self._call).to(self.device, self.dtype)
+        return sample(self.samples, self._smooth, self._factor, self._generator)
 
     @torch.no_grad()
     def improve(self, state: ArrayLike, step: int, noise: Tensor, inputs: ArrayLike | None = None) -> Plan:

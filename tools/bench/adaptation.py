@@ -16,6 +16,7 @@ from pathlib import Path
 
 import tyro
 from adaptation_bars import Bars
+from adaptation_logs import log_figures
 from figures import Figure, report
 
 from sym2real.experiments.study.case import load_suite
@@ -50,6 +51,8 @@ class Options:
     """Processes on this machine."""
     cluster: str = ""
     """Address of a dask scheduler instead."""
+    logs: bool = True
+    """Also the measured logs of the authors' car, where they lie beside the project."""
     only_kept: bool = False
     """Run nothing: figures of the answers that are there."""
     json: Path | None = None
@@ -125,7 +128,9 @@ def main(options: Options) -> None:
         answers = kept(jobs, options.out)
     else:
         answers = run_sweep(jobs, options.out, workers=options.jobs, cluster=options.cluster, on_progress=say)
-    report("adaptation", figures_of(Bars(answers, effort)) if answers else [], effort.seeds, options.json)
+    figures = figures_of(Bars(answers, effort)) if answers else []
+    figures += log_figures() if options.logs else []
+    report("adaptation", figures, effort.seeds, options.json)
 
 
 if __name__ == "__main__":

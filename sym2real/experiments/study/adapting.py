@@ -89,7 +89,7 @@ class Adapted:
             self.case.of_task(),
             learner_of(contestant, self.seed),
             settings,
-            inform=informing(contestant, self.case, tell),
+            inform=informing(contestant, robot, self.case.truth, tell),
             on_progress=_lines(tell),
         )
 

@@ -34,5 +34,6 @@ CONTESTANTS = Registry(
         "sr-effect-nn": Contestant("SR*+effect+NN", residual="nn", effects="diagnosed"),
         "sr-true": Contestant("SR*+true effect", effects="true", judged=False),
         "sr-memory": Contestant("SR*+memory NN", residual="memory"),
+        "sr-effect-memory": Contestant("SR*+effect+memory NN", residual="memory", effects="diagnosed"),
     },
 )

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from sym2real.adaptation.training import Inform
 from sym2real.diagnosis import diagnose, try_effect
 from sym2real.errors import ShapeError
-from sym2real.experiments.study.case import Case
 from sym2real.experiments.study.contestants import Contestant
 from sym2real.plants import MujocoPlant
+from sym2real.robots import Robot
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset
 
@@ -17,12 +17,20 @@ from sym2real.trajectory import Dataset
 MOST_LOGS = 4
 
 
-def informing(contestant: Contestant, case: Case, tell: Callable[[str], None]) -> Inform | None:
-    """What a contestant puts into its base; None for one that puts nothing there."""
+def informing(
+    contestant: Contestant, robot: Robot, truth: Sequence[str], tell: Callable[[str], None] = lambda _: None
+) -> Inform | None:
+    """What a contestant puts into its base; None for one that puts nothing there.
+
+    Args:
+        contestant: says whether that is what the logs establish, or the truth.
+        robot: whose plain simulator calibrates the base.
+        truth: keys of the effects that explain the target.
+        tell: takes a line about what the diagnosis does.
+    """
     if contestant.effects == "none":
         return None
-    inform = _diagnosed(case, tell) if contestant.effects == "diagnosed" else _true(case)
-    return WhenDoubled(inform)
+    return WhenDoubled(_diagnosed(robot, tell) if contestant.effects == "diagnosed" else _true(robot, truth))
 
 
 class WhenDoubled:
@@ -44,13 +52,13 @@ class WhenDoubled:
         return self._answer
 
 
-def _diagnosed(case: Case, tell: Callable[[str], None]) -> Inform:
+def _diagnosed(robot: Robot, tell: Callable[[str], None]) -> Inform:
     """What passes the diagnosis's gate on the logs alone; where nothing does, the base stays as it is.
 
     A quadrotor's episode is eight seconds, too short for a verdict of the diagnosis, which asks for ten independent
     pieces; here the next episode is a further test.
     """
-    plain = MujocoPlant(case.of_robot)
+    plain = MujocoPlant(robot)
 
     def inform(data: Dataset, base: Equations) -> Equations:
         try:
@@ -62,12 +70,12 @@ def _diagnosed(case: Case, tell: Callable[[str], None]) -> Inform:
     return inform
 
 
-def _true(case: Case) -> Inform:
+def _true(robot: Robot, truth: Sequence[str]) -> Inform:
     """The target's own effects, one after the other fitted to the logs."""
-    plain = MujocoPlant(case.of_robot)
+    plain = MujocoPlant(robot)
 
     def inform(data: Dataset, base: Equations) -> Equations:
-        for key in case.truth:
+        for key in truth:
             base = try_effect(base, key, data, plain).apply(base)
         return base
 

@@ -13,6 +13,7 @@ from sym2real.experiments.study.sweep import Record, Tell
 from sym2real.plants import MujocoPlant
 from sym2real.protocols import Controller
 from sym2real.robots import Robot
+from sym2real.symbolic import compile_model
 from sym2real.tasks import Task
 
 REFERENCE = "mujoco"
@@ -56,10 +57,11 @@ def has_reference(case: Case) -> bool:
 
 
 def planning_with_mujoco(effort: Effort) -> Make:
-    """MPPI with the target itself as the model, same cost, samples and noise as with any other."""
+    """MPPI with the target itself as the model, on the same cost, samples and noise as with equations."""
 
     def make(plant: MujocoPlant, robot: Robot, task: Task, seed: int) -> Controller:
         settings = replace(robot.mppi, samples=effort.samples[robot.name])
-        return MPPI(MujocoModel(plant), robot, task, settings=settings, seed=seed)
+        draws = MPPI(compile_model(robot.nominal()), robot, task, settings=settings, seed=seed).draws
+        return MPPI(MujocoModel(plant), robot, task, settings=settings, seed=seed, draws=draws)
 
     return make

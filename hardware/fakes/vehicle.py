@@ -80,10 +80,12 @@ class Vehicle:
         self.plant.reset([*truth.start, 0.0125, 1.0, *[0.0] * 9])
         self.time, self._rng = now, np.random.default_rng(truth.seed)
         self._set_point: SetPoint | None = None
+        self._heard = now
         self._volts, self.thrust, self._yaw_target = truth.volts, 0.0, 0.0
 
     def command(self, counts: int, rates: Array) -> None:
         """A set-point has come."""
+        self._heard = self.time
         self._set_point = SetPoint(min(max(counts, 0), FULL_SCALE), rates, self.time)
 
     def stop(self) -> None:
@@ -100,8 +102,8 @@ class Vehicle:
 
     @property
     def silence(self) -> float:
-        """Time since the last set-point, s; infinite where none has come, or it is forgotten."""
-        return math.inf if self._set_point is None else self.time - self._set_point.time
+        """Time since the last set-point, s; since the start where none has come."""
+        return self.time - self._heard
 
     def advance(self, now: float) -> None:
         """Let time go on to this moment, s."""

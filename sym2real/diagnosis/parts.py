@@ -31,7 +31,7 @@ def logs_of(segments: Segments) -> NDArray[np.int64]:
 
 
 def blocks_of(segments: Segments, dt: float) -> NDArray[np.int64]:
-    """Block of every segment, -1 in the gaps between them ``# (S,)``; a log shorter than a block is one of its own.
+    """Block of every segment, -1 in the gaps between them ``# (S,)``; a log's last block may be shorter.
 
     Args:
         segments: in the order of their logs.
@@ -43,7 +43,7 @@ def blocks_of(segments: Segments, dt: float) -> NDArray[np.int64]:
     count = 0
     for index in np.unique(segments.log):
         mine = np.flatnonzero(segments.log == index)
-        for first in range(0, max(1, len(mine) - inside + 1), inside + gap):
+        for first in range(0, len(mine), inside + gap):
             blocks[mine[first : first + inside]] = count
             count += 1
     return blocks

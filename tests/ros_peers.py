@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from hardware.errors import LinkError
+from hardware.fakes.master import FakeMaster
 from hardware.ros1 import Node
 
 SYSTEM_PYTHON = "/usr/bin/python3"  # Debian's rospy belongs to it
@@ -30,8 +31,11 @@ def require_ros() -> None:
 
 @contextmanager
 def master() -> Iterator[str]:
-    """A rosmaster on a free port: its address."""
-    require_ros()
+    """The address of a rosmaster on a free port; of the fake one where ROS is not installed."""
+    if shutil.which("rosmaster") is None:
+        with FakeMaster() as fake:
+            yield fake.uri
+        return
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -64,6 +68,7 @@ def answers(uri: str) -> bool:
 
 def rospy_script(uri: str, text: str, *arguments: str | Path) -> subprocess.Popen[str]:
     """A script on the system's Python with rospy; its words come by the pipe."""
+    require_ros()
     command = [SYSTEM_PYTHON, "-u", "-c", text, *map(str, arguments)]
     return subprocess.Popen(command, env=environment(uri), stdout=subprocess.PIPE, stderr=sys.stderr, text=True)
 

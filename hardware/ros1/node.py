@@ -9,23 +9,19 @@ import contextlib
 import http.client
 import os
 import socket
-import threading
 from collections.abc import Callable
-from socketserver import ThreadingMixIn
 from types import TracebackType
 from typing import Any, Self
 from urllib.parse import urlsplit
-from xmlrpc.client import Error, ServerProxy, Transport
-from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
+from xmlrpc.client import Error, ServerProxy
 
 from hardware.errors import LinkError
 from hardware.ros1.messages import MessageType
 from hardware.ros1.publisher import Publisher, Server
+from hardware.ros1.rpc import SUCCESS, RpcServer, TimedTransport
 from hardware.ros1.subscription import Heard, Subscription
 
 MASTER = "http://localhost:11311"
-ANSWER = 3.0  # s for the master or another node to answer
-SUCCESS = 1
 
 
 class Node:
@@ -48,7 +44,7 @@ class Node:
         self._subscriptions: dict[str, Subscription] = {}
         self._ask_master("getPid")
         self._server = Server(self.host, self._publishers)
-        self._slave = _Slave(self.host, _Answers(self))
+        self._slave = RpcServer(self.host, _Answers(self).methods())
         self.uri = f"http://{self.host}:{self._slave.port}/"
 
     def advertise(self, topic: str, kind: MessageType) -> Publisher:
@@ -111,7 +107,7 @@ class Node:
 
     def _call(self, address: str, method: str, *arguments: Any) -> Any:
         try:
-            proxy = ServerProxy(address, transport=_Transport())
+            proxy = ServerProxy(address, transport=TimedTransport())
             code, message, value = getattr(proxy, method)(self.name, *arguments)
         except (OSError, Error, http.client.HTTPException, TypeError, ValueError) as error:
             raise LinkError(f"{address} does not answer {method}: {error}") from None
@@ -154,35 +150,3 @@ class _Answers:
     def _publisher_update(self, _: str, topic: str, publishers: list[str]) -> list[Any]:
         self._node.publisher_update(topic, publishers)
         return [SUCCESS, "", 0]
-
-
-class _Handler(SimpleXMLRPCRequestHandler):
-    rpc_paths = ()  # nodes call "/" and "/RPC2"
-    protocol_version = "HTTP/1.1"
-    timeout = ANSWER
-
-
-class _ThreadingServer(ThreadingMixIn, SimpleXMLRPCServer):
-    daemon_threads = True  # a peer that keeps its connection open must not hold up the others
-
-
-class _Transport(Transport):
-    """Calls that end in time."""
-
-    def make_connection(self, host: Any) -> http.client.HTTPConnection:
-        return http.client.HTTPConnection(self.get_host_info(host)[0], timeout=ANSWER)
-
-
-class _Slave:
-    """The XML-RPC server of a node, in a thread of its own."""
-
-    def __init__(self, host: str, answers: _Answers) -> None:
-        self._server = _ThreadingServer((host, 0), requestHandler=_Handler, logRequests=False, allow_none=True)
-        for name, method in answers.methods().items():
-            self._server.register_function(method, name)
-        self.port: int = self._server.server_address[1]
-        threading.Thread(target=self._server.serve_forever, args=(0.05,), name="XML-RPC", daemon=True).start()
-
-    def close(self) -> None:
-        self._server.shutdown()
-        self._server.server_close()

@@ -61,14 +61,14 @@ class Add:
         """Fit if asked to, compose, print, write."""
         from sym2real.cli.chosen_effects import beyond_bounds, chosen_effects, require_values
         from sym2real.cli.found import write_simulator
-        from sym2real.cli.model import open_with_progress, require_another_folder
+        from sym2real.cli.model import equations_below, require_another_folder, said_of
         from sym2real.diagnosis import add, add_term
         from sym2real.effects.noted import TERM
         from sym2real.errors import ModelError
         from sym2real.symbolic import save_model
 
         require_another_folder(self.model, self.out)
-        base = open_with_progress(self.model)
+        base, about_model = equations_below(self.model, console)
         terms = [text.removeprefix(TERM).partition("=") for text in self.effects if text.startswith(TERM)]
         named = [text for text in self.effects if not text.startswith(TERM)]
         effects = chosen_effects(named, base)
@@ -102,7 +102,7 @@ class Add:
             write_simulator(changed, self.out / "simulator", console)
         added: list[dict[str, Any]] = [{"effect": key, "values": values} for key, values in chosen]
         added += [{"effect": f"{TERM}{channel}", "expression": expression} for channel, _, expression in terms]
-        return {"model": self.out, "effects": added, "latex": changed.latex(), **result}
+        return {"model": self.out, "effects": added, "latex": changed.latex(), **result, **said_of(about_model, result)}
 
     def _fitted(self, base: Equations, key: str, console: Console) -> tuple[Tried, list[Path]]:
         from sym2real.cli.found import plain_simulator, write_figures

@@ -38,16 +38,18 @@ class Compare:
         """Print the report, draw the figures."""
         from sym2real.cli.model import folder_of, logs_for, open_with_progress
         from sym2real.diagnosis import compare, training_region
+        from sym2real.experiments.models import below
+        from sym2real.neural.composed import in_double
         from sym2real.report.comparison import comparison_report
 
-        equations = open_with_progress(self.model)
-        data = logs_for(equations, self.logs, self.spec)
-        comparison = compare(equations, data, start=self.start, region=training_region(folder_of(self.model)))
+        model = in_double(open_with_progress(self.model))
+        data = logs_for(below(model), self.logs, self.spec)
+        comparison = compare(model, data, start=self.start, region=training_region(folder_of(self.model)))
         console.print(comparison_report(comparison))
         figures = []
         if self.out:
             from sym2real.report.drawing import draw_comparison
 
-            figures = draw_comparison(equations, data, comparison, self.out)
+            figures = draw_comparison(model, data, comparison, self.out)
             console.print(f"figures in {self.out}", markup=False)
         return {**comparison.to_dict(), "figures": figures}

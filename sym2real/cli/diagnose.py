@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -54,14 +54,14 @@ class Diagnose:
         """Diagnose, print the report, write the files."""
         from sym2real.cli.diagnosis_folder import write_diagnosis
         from sym2real.cli.found import plain_simulator
-        from sym2real.cli.model import folder_of, logs_for, open_with_progress, require_another_folder
+        from sym2real.cli.model import equations_below, folder_of, logs_for, require_another_folder
         from sym2real.cli.progress import stages_progress
         from sym2real.diagnosis import data_report, diagnose, training_region
         from sym2real.report.diagnosis import diagnosis_report, term_command
 
         if self.out:
             require_another_folder(self.model, self.out / "model")
-        base = open_with_progress(self.model)
+        base, about_model = equations_below(self.model, console)
         data = logs_for(base, self.logs, self.spec)
         held_out = logs_for(base, self.held_out, self.spec, apart_from=self.logs) if self.held_out else None
         about_data = data_report(data, base).lines()
@@ -80,7 +80,8 @@ class Diagnose:
                 on_progress=on_progress,
                 finish_on_interrupt=True,
             )
-        console.print(diagnosis_report(found, about_data))
+        found = replace(found, notes=(*about_model, *found.notes))
+        console.print(diagnosis_report(found, [*about_data, *about_model]))
         if found.proposal is not None:
             console.print("to try what is proposed:")
             console.print(term_command(found.proposal, self.model), markup=False, soft_wrap=True)

@@ -17,8 +17,9 @@ class Export:
     """Write a model as a file that other programs open.
 
     torchscript: torch.jit.load, from Python or C++, without this package. torch-export: a torch.export program (.pt2).
-    python: one standalone module that needs torch alone. latex: the equations for a paper. Beside it OUT.json says what
-    the columns are, and what of the model acts outside a step: filters of commands, hidden states, sensors.
+    python: one standalone module that needs torch alone. latex: the equations for a paper. A model with networks goes
+    whole into torchscript and torch-export; the other two hold equations only. Beside it OUT.json says what the columns
+    are, and what of the model acts outside a step: filters of commands, hidden states, sensors.
 
     Example: sym2real export runs/base python --out model.py
     """
@@ -37,14 +38,17 @@ class Export:
     def run(self, console: Console) -> dict[str, Any]:
         """Write the file."""
         from sym2real.cli.model import open_with_progress
-        from sym2real.symbolic import export
+        from sym2real.experiments.models import below
+        from sym2real.neural import export
+        from sym2real.symbolic import Equations
         from sym2real.symbolic.exporting import interface_of
         from sym2real.symbolic.interface import outside_said
 
-        equations = open_with_progress(self.model)
-        export(equations, self.format, self.out)
+        model = open_with_progress(self.model)
+        export(model, self.format, self.out)
         console.print(f"{self.format} in {self.out}, its columns in {interface_of(self.out)}", markup=False)
-        outside = outside_said(equations)
+        base = below(model)
+        outside = outside_said(base) if isinstance(base, Equations) else ()
         for line in outside:
             console.print(f"note: {line}", markup=False)
         return {"format": self.format, "file": self.out, "interface": interface_of(self.out), "notes": list(outside)}

@@ -2,28 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 from sym2real.cli.progress import stage_one_progress
 from sym2real.diagnosis.lengths import long_enough
 from sym2real.diagnosis.start import ROWS
-from sym2real.effects.visible import visible_state
 from sym2real.errors import DataError, ModelError
-from sym2real.experiments.models import base_folder, open_model
+from sym2real.experiments.models import base_folder, below, open_model
 from sym2real.logs import read_logs
 from sym2real.logs.reader import expand
+from sym2real.neural import Model
+from sym2real.neural.composed import Base, state_of
 from sym2real.robots import ROBOTS, Robot
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset, Trajectory
 
 
-def open_with_progress(name: str) -> Equations:
-    """The model of that name; a robot's base is learned under a progress bar when it is not cached yet."""
+def open_with_progress(name: str) -> Model:
+    """The model of that name, whole; a robot's base is learned under a progress bar when it is not cached yet."""
     with stage_one_progress() as on_progress:
         return open_model(name, on_progress)
+
+
+def equations_below(name: str, console: Console) -> tuple[Equations, tuple[str, ...]]:
+    """The equations of the model of that name without what was learned on top, and what to say of it.
+
+    Raises:
+        ModelError: when networks alone make the model.
+    """
+    model = open_with_progress(name)
+    equations = below(model)
+    if not isinstance(equations, Equations):
+        raise ModelError(f"{name}: expected a model of equations, found an ensemble of networks")
+    if model is equations:
+        return equations, ()
+    note = f"{name} has a learned residual on its equations; this is about the equations below, without it"
+    console.print(f"note: {note}", style="yellow", markup=False)
+    return equations, (note,)
+
+
+def said_of(notes: Sequence[str], result: Mapping[str, Any]) -> dict[str, list[str]]:
+    """Notes on the model ahead of those that a result has, for JSON; nothing where there are none."""
+    return {"notes": [*notes, *result.get("notes", ())]} if notes else {}
 
 
 def folder_of(name: str) -> Path:
@@ -46,30 +70,28 @@ def require_another_folder(model: str, out: Path) -> None:
         raise ModelError(f"--out: the new model would replace {own}, which it is made from; name another folder")
 
 
-def robot_of(equations: Equations, model: str) -> Robot:
+def robot_of(base: Base, model: str) -> Robot:
     """The robot that a model describes.
 
     Raises:
         ModelError: when the model does not say, or says a robot that is not registered.
     """
     known = ", ".join(ROBOTS)
-    if not equations.robot:
+    if not base.robot:
         raise ModelError(
             f"{model} names no registered robot ({known}), as models of `nominal` do, so there is no simulator and no "
             f"task for it; `sym2real learn {next(iter(ROBOTS))} --out FOLDER` makes a model that `run` flies"
         )
-    if equations.robot not in ROBOTS:
-        raise ModelError(f"{model}: expected the model of a registered robot ({known}), found {equations.robot!r}")
-    return ROBOTS[equations.robot]
+    if base.robot not in ROBOTS:
+        raise ModelError(f"{model}: expected the model of a registered robot ({known}), found {base.robot!r}")
+    return ROBOTS[base.robot]
 
 
-def logs_for(
-    equations: Equations, paths: Sequence[Path], spec: str | None, *, apart_from: Sequence[Path] = ()
-) -> Dataset:
+def logs_for(base: Base, paths: Sequence[Path], spec: str | None, *, apart_from: Sequence[Path] = ()) -> Dataset:
     """Logs read with the columns and the time step of a model; hidden states are in no log.
 
     Args:
-        equations: the model.
+        base: the model, or what lies below its residual.
         paths: of the logs.
         spec: how their columns are named.
         apart_from: logs that are to be judged by these, so that none may be among them.
@@ -80,9 +102,9 @@ def logs_for(
     """
     files = expand(paths)
     _require_different([*(expand(apart_from) if apart_from else []), *files])
-    layouts, logs = replace(equations.layouts, state=visible_state(equations)), list[Trajectory]()
+    layouts, logs = replace(base.layouts, state=state_of(base)), list[Trajectory]()
     for file in files:
-        pieces = read_logs(file, spec=spec, layouts=layouts, dt=equations.dt)
+        pieces = read_logs(file, spec=spec, layouts=layouts, dt=base.dt)
         longest = max(len(piece) for piece in pieces)
         if longest <= ROWS:
             raise DataError(file, f"more than {ROWS} rows without a gap", f"{longest}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -64,7 +64,7 @@ class PlanFlight:
         return found.to_dict()
 
     def _of_robot(self, console: Console) -> Plan:
-        from sym2real.cli.model import open_with_progress
+        from sym2real.cli.model import equations_below
         from sym2real.cli.progress import stages_progress
         from sym2real.diagnosis import plan
         from sym2real.effects.visible import visible_state
@@ -73,7 +73,7 @@ class PlanFlight:
         from sym2real.robots import ROBOTS
 
         robot = ROBOTS[self.what[0]]
-        equations = robot.nominal() if self.model is None else open_with_progress(self.model)
+        equations, notes = (robot.nominal(), ()) if self.model is None else equations_below(self.model, console)
         if (visible_state(equations), equations.layouts.action) != (robot.layouts.state, robot.layouts.action):
             other = f"one of a {equations.robot}" if equations.robot not in ("", robot.name) else "other columns"
             raise ModelError(f"{self.model}: expected a model with the columns of a {robot.name}, found {other}")
@@ -83,10 +83,11 @@ class PlanFlight:
             on_progress("flying in the plain simulator")
             runs = planned_runs(robot, chosen, seconds=self.seconds, yaw_rate=self.yaw_rate, dither=self.dither)
             on_progress("weighing what every effect would change")
-            return plan(equations, runs, usual_noise(robot), self.exclude)
+            found = plan(equations, runs, usual_noise(robot), self.exclude)
+        return replace(found, notes=(*notes, *found.notes))
 
     def _of_logs(self, console: Console) -> Plan:
-        from sym2real.cli.model import logs_for, open_with_progress
+        from sym2real.cli.model import equations_below, logs_for
         from sym2real.cli.progress import stages_progress
         from sym2real.diagnosis import plan
         from sym2real.errors import UnknownNameError
@@ -98,13 +99,14 @@ class PlanFlight:
         if self.model is None:
             robot = self._robot_of(paths)
             console.print(f"the logs have the columns of a {robot.title}: its first-principles equations are taken")
-            equations = robot.nominal()
+            equations, notes = robot.nominal(), tuple[str, ...]()
         else:
-            equations = open_with_progress(self.model)
+            equations, notes = equations_below(self.model, console)
         data = logs_for(equations, paths, self.spec)
         with stages_progress() as on_progress:
             on_progress("weighing errors")
-            return plan(equations, data, exclude=self.exclude)
+            found = plan(equations, data, exclude=self.exclude)
+        return replace(found, notes=(*notes, *found.notes))
 
     def _robot_of(self, paths: Sequence[Path]) -> Robot:
         """The one robot whose states and actions all logs have."""

@@ -14,9 +14,10 @@ from sym2real.cli.places import Place
 
 if TYPE_CHECKING:
     from sym2real.experiments.flying import Flight
-    from sym2real.plants import EquationsPlant, MujocoPlant
+    from sym2real.neural import Composed, Ensemble, Model
+    from sym2real.neural.composed import Base
+    from sym2real.plants import EquationsPlant, ModelPlant, MujocoPlant
     from sym2real.robots import Robot
-    from sym2real.symbolic import Equations
 
 # Plants that are no folders.
 PLAIN = ("simulator", "model")
@@ -56,16 +57,17 @@ class Run:
         from sym2real.cli.progress import steps_progress
         from sym2real.control import mppi_controller
         from sym2real.experiments.flying import fly
+        from sym2real.experiments.models import below
         from sym2real.report.tables import flight_table
         from sym2real.tasks import make_task
 
-        equations = open_with_progress(self.model)
-        robot = robot_of(equations, self.model)
-        self._require_inputs(equations, robot)
+        model = open_with_progress(self.model)
+        robot = robot_of(below(model), self.model)
+        self._require_inputs(below(model), robot)
         task = make_task(self.task, robot)
         period = robot.dt if self.realtime else None
-        controller = mppi_controller(equations, robot, task, samples=self.samples, seed=self.seed, period=period)
-        plant = self._plant(equations, robot)
+        controller = mppi_controller(model, robot, task, samples=self.samples, seed=self.seed, period=period)
+        plant = self._plant(model, robot)
         steps = steps_in(self.seconds or task.duration, robot.dt)
         with steps_progress(f"{self.task} with {controller.samples} samples", steps) as on_step:
             flight = fly(plant, controller, task, seconds=self.seconds, seed=self.seed, on_step=on_step, name=self.task)
@@ -77,27 +79,40 @@ class Run:
             result |= files
         return result
 
-    def _require_inputs(self, equations: Equations, robot: Robot) -> None:
+    def _require_inputs(self, base: Base, robot: Robot) -> None:
         from sym2real.errors import ModelError
 
-        missing = [name for name in equations.layouts.inputs if name != "t" and name not in robot.layouts.inputs]
+        missing = [name for name in base.layouts.inputs if name != "t" and name not in robot.layouts.inputs]
         if missing:
             raise ModelError(f"{self.model}: no simulator gives {', '.join(missing)}, which the model uses as an input")
 
-    def _plant(self, equations: Equations, robot: Robot) -> MujocoPlant | EquationsPlant:
+    def _plant(self, model: Model, robot: Robot) -> MujocoPlant | EquationsPlant | ModelPlant:
         from sym2real.errors import ModelError, UnknownNameError
         from sym2real.plants import EquationsPlant, MujocoPlant, load_plant
+        from sym2real.symbolic import Equations
 
         if self.plant == "simulator":
             return MujocoPlant(robot)
         if self.plant == "model":
-            return EquationsPlant(equations, robot)
+            return EquationsPlant(model, robot) if isinstance(model, Equations) else self._whole_plant(model, robot)
         if not Path(self.plant).is_dir():
             raise UnknownNameError("plant: neither a folder nor", self.plant, PLAIN)
         plant = load_plant(self.plant)
         if plant.robot is not robot:
             raise ModelError(f"{self.plant} is a {plant.robot.name}; the model is of a {robot.name}")
         return plant
+
+    def _whole_plant(self, model: Composed | Ensemble, robot: Robot) -> ModelPlant:
+        from sym2real.errors import ModelError
+        from sym2real.plants import ModelPlant
+
+        equations = getattr(model, "equations", None)
+        if equations is not None and (equations.filters or equations.output or equations.start):
+            raise ModelError(
+                f"--plant model: {self.model} has a residual, and delays, sensors or hidden states below it that a "
+                "model as a plant would start anew with every step; fly it in the simulator"
+            )
+        return ModelPlant(model, robot)
 
 
 def flight_result(flight: Flight) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from sym2real.cli.places import Place
 
 @dataclass(frozen=True)
 class Show:
-    """Print the effects that were put into a model, its equations, and how strongly each action reaches its states.
+    """Print what was learned on top of a model, the effects put into it, its equations, and what actions reach.
 
     Example: sym2real show runs/base --latex
     """
@@ -31,30 +31,40 @@ class Show:
         from sym2real.cli.model import folder_of, open_with_progress
         from sym2real.effects import noted
         from sym2real.experiments.learning import trained_dependence
+        from sym2real.experiments.models import below
+        from sym2real.neural.describing import described
         from sym2real.report.tables import dependence_table, equation_table, readable
+        from sym2real.symbolic import Equations
 
-        equations = open_with_progress(self.model)
+        model = open_with_progress(self.model)
+        base = below(model)
+        learned = described(model)
+        for line in learned.values():
+            console.print(line, markup=False)
+        if not isinstance(base, Equations):
+            return {"dt": base.dt, "learned": learned}
         dependence = trained_dependence(folder_of(self.model))
-        effects = noted(equations)
+        effects = noted(base)
         console.print(f"physical effects put into it: {'; '.join(effects) or 'none that it notes'}", markup=False)
-        for key, values in equations.filters:
+        for key, values in base.filters:
             given = ", ".join(f"{name} = {readable(value)}" for name, value in values.items())
             console.print(f"{key} acts on whole series, outside the equations: {given}", markup=False)
-        console.print(equation_table(equations))
+        console.print(equation_table(base))
         if dependence:
             console.print(dependence_table(dependence))
-        for note in equations.notes:
+        for note in base.notes:
             console.print(f"note: {note}", markup=False)
-        latex = equations.latex()
+        latex = base.latex()
         if self.latex:
             for name, text in latex.items():
                 console.print(f"{name} = {text}", soft_wrap=True, markup=False)
         return {
-            "dt": equations.dt,
+            "dt": base.dt,
             "effects": list(effects),
-            "equations": equations.text().splitlines(),
+            "equations": base.text().splitlines(),
             "latex": latex,
-            "nodes": equations.complexity(),
+            "nodes": base.complexity(),
             "dependence": [asdict(row) for row in dependence],
-            "notes": list(equations.notes),
+            "notes": list(base.notes),
+            "learned": learned,
         }

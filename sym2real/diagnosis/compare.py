@@ -106,7 +106,8 @@ def compare(
     steps = sorted({1, free, *(round(horizon / dataset.dt) for horizon in reachable)})
     floor = floor_of_noise(predictor, dataset, steps, start)
     table = dict(zip(steps, prediction_errors(predictor, dataset, steps, start, floor), strict=True))
-    about = data_report(logs, model if isinstance(model, Equations) else None)
+    equations = model if isinstance(model, Equations) else getattr(model, "equations", None)
+    about = data_report(logs, equations if isinstance(equations, Equations) else None)
     errors = window_errors(predictor, dataset)
     return Comparison(
         one_step=table[1],

@@ -6,6 +6,7 @@ What is predicted is what is measured, so that a model with a tilted sensor boar
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import cast
 
 import torch
 
@@ -27,17 +28,20 @@ def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[Dynami
     Raises:
         ShapeError: when columns or time steps differ.
     """
-    if not isinstance(model, Equations):
-        return model, dataset
-    dataset = with_inputs(model.layouts.inputs, dataset)
-    wanted = replace(model.layouts, state=visible_state(model))
+    equations = model if isinstance(model, Equations) else getattr(model, "equations", None)
+    if not isinstance(equations, Equations):
+        return cast(DynamicsModel, model), dataset
+    dataset = with_inputs(equations.layouts.inputs, dataset)
+    wanted = replace(equations.layouts, state=visible_state(equations))
     if wanted != dataset.layouts:
         raise ShapeError(f"the model's columns are {wanted}, the log's are {dataset.layouts}")
-    if abs(model.dt - dataset.dt) > DT_TOLERANCE * model.dt:
+    if abs(equations.dt - dataset.dt) > DT_TOLERANCE * equations.dt:
         raise ShapeError(
-            f"the model's time step is {model.dt:g} s, the log's is {dataset.dt:g} s: read it with dt={model.dt:g}"
+            f"the model's time step is {equations.dt:g} s, the log's is {dataset.dt:g} s: read it with "
+            f"dt={equations.dt:g}"
         )
-    return MeasuredModel(model), with_filtered_commands(model, dataset)
+    whole = None if isinstance(model, Equations) else model
+    return MeasuredModel(equations, model=whole), with_filtered_commands(equations, dataset)
 
 
 def with_filtered_commands(equations: Equations, dataset: Dataset) -> Dataset:

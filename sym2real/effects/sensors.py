@@ -7,7 +7,9 @@ from torch import Tensor
 
 from sym2real.effects.filters import spelled_out
 from sym2real.effects.visible import VisibleModel, visible_state
-from sym2real.symbolic import Equations, compile_function, symbol
+from sym2real.past import past_rows
+from sym2real.protocols import DynamicsModel
+from sym2real.symbolic import Equations, compile_function, rollout, symbol
 
 STEP = 1e-6  # of the tangent, for derivatives in double precision
 # Of the tangent: where a report agrees with what was measured. Steps with one slope, and slopes that are tried.
@@ -78,17 +80,36 @@ class MeasuredModel:
     Args:
         equations: their command filters are not applied here.
         dtype: of the rollouts.
+        model: predicts instead of the equations that it has below, in its own precision.
     """
 
-    def __init__(self, equations: Equations, dtype: torch.dtype = torch.float64) -> None:
-        self._sensors, self._visible = Sensors(equations), VisibleModel(equations, dtype)
+    def __init__(
+        self, equations: Equations, dtype: torch.dtype = torch.float64, model: DynamicsModel | None = None
+    ) -> None:
+        self._sensors, self._visible = Sensors(equations), model or VisibleModel(equations, dtype)
+        self.past_rows = past_rows(model)
+        self._sent = self.past_rows[0] * len(equations.layouts.action)
 
     def __call__(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
         """Measured state ``# (..., visible)`` after one action ``# (..., action)``."""
         return self._sensors.measured(self._visible(self._sensors.state(state), action, inputs))
 
     def rollout(
-        self, state: Tensor, actions: Tensor, inputs: Tensor | None = None, parameters: Tensor | None = None
+        self,
+        state: Tensor,
+        actions: Tensor,
+        inputs: Tensor | None = None,
+        parameters: Tensor | None = None,
+        past: Tensor | None = None,
     ) -> Tensor:
         """Measured states ``# (..., H, visible)`` after each action; arguments as of ``rollout``."""
-        return self._sensors.measured(self._visible.rollout(self._sensors.state(state), actions, inputs, parameters))
+        start, behind = self._sensors.state(state), self._meant(past)
+        return self._sensors.measured(rollout(self._visible, start, actions, inputs, parameters, past=behind))
+
+    def _meant(self, past: Tensor | None) -> Tensor | None:
+        """The past with the states that were measured as those in it."""
+        if past is None:
+            return None
+        sent, states = past[..., : self._sent], past[..., self._sent :]
+        rows = states.unflatten(-1, (self.past_rows[1], self._sensors.layout.size))
+        return torch.cat([sent, self._sensors.state(rows).flatten(-2)], dim=-1)

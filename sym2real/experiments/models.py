@@ -10,9 +10,11 @@ import platformdirs
 
 from sym2real import __version__
 from sym2real.adaptation import Progress, StageOne
-from sym2real.effects.visible import visible_state
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.experiments.learning import learn_from_drives, learn_in_simulation
+from sym2real.neural import Composed, Model
+from sym2real.neural import open_model as open_folder
+from sym2real.neural.composed import Base, state_of
 from sym2real.robots import ROBOTS, Robot
 from sym2real.symbolic import Equations, load_model
 
@@ -21,11 +23,11 @@ from sym2real.symbolic import Equations, load_model
 RECIPES: dict[str, tuple[int, Literal["episodes", "drives"]]] = {"crazyflie": (3, "episodes"), "mushr": (5, "drives")}
 
 
-def open_model(name: str, on_progress: Callable[[Progress], None] = lambda _: None) -> Equations:
-    """Equations from a model folder, or the base of a robot.
+def open_model(name: str, on_progress: Callable[[Progress], None] = lambda _: None) -> Model:
+    """The model of a folder, whole, or the base of a robot.
 
     Args:
-        name: path of a folder that ``learn``, ``nominal`` or ``add`` wrote, or a robot's name.
+        name: path of a folder that ``learn``, ``nominal``, ``add`` or ``adapt`` wrote, or a robot's name.
         on_progress: told what is going on when a robot's base has to be learned first.
 
     Raises:
@@ -33,21 +35,26 @@ def open_model(name: str, on_progress: Callable[[Progress], None] = lambda _: No
         ModelError: when the folder does not hold a model, or one that cannot be of the robot that it names.
     """
     if Path(name).is_dir():
-        equations = load_model(Path(name))
-        _require_columns_of_its_robot(equations, name)
-        return equations
+        model = open_folder(Path(name))
+        _require_columns_of_its_robot(below(model), name)
+        return model
     if name not in ROBOTS:
         raise UnknownNameError("model: neither a folder nor a robot", name, ROBOTS)
     return cached_base(ROBOTS[name], on_progress)
 
 
-def _require_columns_of_its_robot(equations: Equations, name: str) -> None:
-    if equations.robot not in ROBOTS:
+def below(model: Model) -> Base:
+    """What lies below a model's residual; the model where it has none."""
+    return model.below if isinstance(model, Composed) else model
+
+
+def _require_columns_of_its_robot(base: Base, name: str) -> None:
+    if base.robot not in ROBOTS:
         return
-    found, wanted = visible_state(equations).columns, ROBOTS[equations.robot].layouts.state.columns
+    found, wanted = state_of(base).columns, ROBOTS[base.robot].layouts.state.columns
     if found != wanted:
         raise ModelError(
-            f"{name}: its equations name the robot {equations.robot}: expected the state {' '.join(wanted)}, "
+            f"{name}: its model names the robot {base.robot}: expected the state {' '.join(wanted)}, "
             f"found {' '.join(found)}"
         )
 

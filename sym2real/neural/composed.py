@@ -6,7 +6,7 @@ s' = normalise(f(s, a, inputs) + r(s, a))
 from __future__ import annotations
 
 import copy
-from typing import cast
+from typing import cast, overload
 
 import torch
 from torch import Tensor, nn
@@ -20,7 +20,7 @@ from sym2real.neural.ensemble import Ensemble
 from sym2real.neural.manifold import on_manifold, units_of
 from sym2real.neural.residual_mlp import ResidualMLP, joined
 from sym2real.neural.symbolic_residual import SymbolicResidual
-from sym2real.symbolic import Equations, compile_model, read_back
+from sym2real.symbolic import Equations, build_module, compile_model, read_back
 from sym2real.symbolic.compile import script
 
 Base = Equations | Ensemble
@@ -93,6 +93,19 @@ def _frozen(ensemble: Ensemble, dtype: torch.dtype) -> Ensemble:
     return copy.deepcopy(ensemble).to(dtype).requires_grad_(requires_grad=False)
 
 
+@overload
+def in_double(model: Equations) -> Equations: ...
+@overload
+def in_double(model: Composed) -> Composed: ...
+@overload
+def in_double(model: Ensemble) -> Ensemble: ...
+def in_double(model: Equations | Composed | Ensemble) -> Equations | Composed | Ensemble:
+    """A copy that predicts in double precision, as comparisons ask for; equations have none of their own."""
+    if isinstance(model, Composed):
+        return Composed(model.below, copy.deepcopy(model.residual), torch.float64)
+    return _frozen(model, torch.float64) if isinstance(model, Ensemble) else model
+
+
 class Composed(nn.Module):
     """A dynamics model: a base plus a residual.
 
@@ -114,10 +127,18 @@ class Composed(nn.Module):
         self._equations, self._visible = base if isinstance(base, Equations) else None, len(self.layouts.state)
         self.base = compile_model(base, dtype=dtype) if isinstance(base, Equations) else _frozen(base, dtype)
         self.residual = residual.to(dtype)
+        self._units = units_of(base.layouts.state)
         time = self.layouts.inputs.index("t") if "t" in self.layouts.inputs else -1
-        dt = base.dt if isinstance(base, Equations) else 0.0
-        step = _Step(self.base, self.residual, self._visible, units_of(base.layouts.state), (time, dt))
-        self.scripted = script(step)
+        self._time = (time, base.dt)
+        self.scripted = script(self._step(self.base))
+
+    def _step(self, base: nn.Module) -> _Step:
+        return _Step(base, self.residual, self._visible, self._units, self._time)
+
+    def plain(self) -> nn.Module:
+        """One step as a module that is not scripted, for ``torch.export``."""
+        equations = self.equations
+        return self._step(self.base if equations is None else build_module(equations).float())
 
     @property
     def equations(self) -> Equations | None:

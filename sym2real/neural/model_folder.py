@@ -76,8 +76,13 @@ def save_model(model: Model, folder: str | Path) -> Path:
     return folder
 
 
+def as_composed(model: Composed | Ensemble) -> Composed:
+    """A model with rollouts for other programs: an ensemble alone has a residual of zero."""
+    return model if isinstance(model, Composed) else Composed(model, SymbolicResidual(model.layouts, {}))
+
+
 def _files(model: Composed | Ensemble) -> dict[str, Writer]:
-    composed = model if isinstance(model, Composed) else Composed(model, SymbolicResidual(model.layouts, {}))
+    composed = as_composed(model)
     below, residual = composed.below, composed.residual
     if isinstance(below, Equations):
         files = equation_files(below, composed.scripted)

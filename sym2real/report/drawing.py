@@ -9,22 +9,24 @@ from matplotlib.figure import Figure
 
 from sym2real.diagnosis import Comparison, Diagnosis, Tried, Where, window_errors
 from sym2real.files import safe_name
+from sym2real.protocols import DynamicsModel
 from sym2real.report.error_figures import ladder_figure, over_time_figure, where_figure
 from sym2real.report.figures import comparison_figure, predictions_of, save
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset
 
+Predicting = Equations | DynamicsModel
 MOST_PREDICTED = 4  # logs that get a figure of their own
 
 
-def draw_comparison(equations: Equations, data: Dataset, comparison: Comparison, folder: Path) -> list[Path]:
+def draw_comparison(model: Predicting, data: Dataset, comparison: Comparison, folder: Path) -> list[Path]:
     """Write the figures of a comparison; one of predictions for each of the first logs."""
     figures = {"error_over_horizon": comparison_figure(comparison)}
-    return list(_save(figures | _errors({"model": equations}, data, comparison.where), folder))
+    return list(_save(figures | _errors({"model": model}, data, comparison.where), folder))
 
 
 def draw_found(
-    models: Mapping[str, Equations], data: Dataset, found: Diagnosis | Tried, folder: Path
+    models: Mapping[str, Predicting], data: Dataset, found: Diagnosis | Tried, folder: Path
 ) -> Iterator[Path]:
     """Write the figures of a diagnosis or of a tried effect, one after the other.
 
@@ -39,8 +41,8 @@ def draw_found(
     yield from _save(figures | _errors(models, data, where), folder)
 
 
-def _errors(models: Mapping[str, Equations], data: Dataset, where: Sequence[Where]) -> dict[str, Figure]:
-    errors = {label: window_errors(equations, data) for label, equations in models.items()}
+def _errors(models: Mapping[str, Predicting], data: Dataset, where: Sequence[Where]) -> dict[str, Figure]:
+    errors = {label: window_errors(model, data) for label, model in models.items()}
     figures = {"error_over_time": over_time_figure(errors), "where": where_figure(errors, where)}
     predicted = predictions_of(models, Dataset(list(data)[:MOST_PREDICTED]))
     return figures | {f"{safe_name(name)}_predicted": figure for name, figure in predicted.items()}

@@ -13,6 +13,7 @@ from sym2real.diagnosis import ROWS, Comparison, Windows, predict_windows
 from sym2real.diagnosis.prepared import prepared
 from sym2real.diagnosis.start import Start
 from sym2real.files import whole
+from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Dataset, Trajectory
 
@@ -100,7 +101,9 @@ def _pieces(trajectory: Trajectory, predictions: Windows, position: int) -> tupl
     return np.concatenate(times), np.concatenate(values)
 
 
-def predictions_of(models: Mapping[str, Equations], data: Dataset, start: Start = "smoothed") -> dict[str, Figure]:
+def predictions_of(
+    models: Mapping[str, Equations | DynamicsModel], data: Dataset, start: Start = "smoothed"
+) -> dict[str, Figure]:
     """One figure of predictions for every log that is long enough, by its name.
 
     Args:

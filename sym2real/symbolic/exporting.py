@@ -85,14 +85,23 @@ def export(equations: Equations, format: str, path: str | Path) -> Path:
         DataError: when there is no writing there.
     """
     write, path = EXPORTS[format], Path(path)
-    if is_part_of_model(interface_of(path)):
-        raise ModelError(
-            f"{interface_of(path)} would be written beside {path} and is part of a model; name another file"
-        )
+    require_free(path)
     with whole(path) as beside, whole(interface_of(path)) as about:
         write(equations, beside)
         about.write_text(json.dumps(interface(equations), indent=1) + "\n", encoding="utf-8")
     return path
+
+
+def require_free(path: Path) -> None:
+    """Refuse a place whose interface would replace part of a model.
+
+    Raises:
+        ModelError: for such a place.
+    """
+    if is_part_of_model(interface_of(path)):
+        raise ModelError(
+            f"{interface_of(path)} would be written beside {path} and is part of a model; name another file"
+        )
 
 
 def interface_of(path: Path) -> Path:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from sym2real.layout import WRENCH, Layout
+from sym2real.layout import WRENCH, Layout, Layouts
 from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.expressions import text
 
@@ -17,7 +17,7 @@ def interface(equations: Equations) -> dict[str, Any]:
     layouts = equations.layouts
     return {
         "dt": equations.dt,
-        **{name: _columns(getattr(layouts, name)) for name in ("state", "action", "inputs")},
+        **columns_of(layouts),
         "parameters": dict(equations.parameters),
         "filters": [
             {"effect": key, "values": {name: text(value) for name, value in values.items()}}
@@ -42,6 +42,11 @@ def outside_said(equations: Equations) -> tuple[str, ...]:
     if equations.output:
         said.append(f"{', '.join(equations.output)} is reported other than it is, as `measured` says; states are true")
     return tuple(said)
+
+
+def columns_of(layouts: Layouts) -> dict[str, list[dict[str, str]]]:
+    """Columns with units of state, action and inputs."""
+    return {name: _columns(getattr(layouts, name)) for name in ("state", "action", "inputs")}
 
 
 def _columns(layout: Layout) -> list[dict[str, str]]:

@@ -16,6 +16,8 @@ from torch import Tensor
 
 def tensors(numbers: Tensor, like: Tensor) -> List[Tensor]:
     """One tensor without dimensions per number, of the dtype and on the device of ``like``."""
+    if numbers.numel() == 0:  # torch.export cannot save an unbind of nothing
+        return []
     return list(torch.unbind(numbers.to(dtype=like.dtype, device=like.device), 0))
 
 

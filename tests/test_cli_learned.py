@@ -18,6 +18,21 @@ from sym2real.plants import ModelPlant, run_episode
 from sym2real.robots import MUSHR
 from sym2real.symbolic import load_model, rollout
 
+# Left out to keep the test short: the note stands there whatever is found.
+EXCLUDED = (
+    "gain*",
+    "offset*",
+    "limit*",
+    "delay*",
+    "lag*",
+    "wind",
+    "slope",
+    "understeer",
+    "tyre_*",
+    "sensor_*",
+    "time_*",
+)
+
 
 def slower(rate: float) -> ResidualMLP:
     """What brakes along x: r = -rate in every state, of vx alone."""
@@ -82,7 +97,7 @@ def test_equations_alone_are_exported_as_text(folder: Path, tmp_path: Path, caps
     with pytest.raises(SystemExit):
         main(["export", str(folder / "model"), "latex", "--out", str(tmp_path / "model.tex")])
     assert "a model with networks is exported as torchscript or torch-export" in " ".join(
-        capsys.readouterr().err.split()
+        capsys.readouterr().out.split()
     )
     assert not (tmp_path / "model.tex").exists()
 
@@ -96,15 +111,15 @@ def test_what_works_on_equations_says_that_it_leaves_the_residual_out(
     )
     assert any(said in note for note in added["notes"])
     assert load_model(tmp_path / "new").effects
-    planned = result_of(["plan", "mushr", "circle", "--model", str(folder / "model"), "--seconds", "2"], tmp_path)
+    planned = result_of(["plan", "mushr", "circle", "--model", str(folder / "model"), "--seconds", "4"], tmp_path)
     assert any(said in note for note in planned["notes"])
     capsys.readouterr()
     with pytest.raises(SystemExit):
         main(["diagnose", str(folder / "networks"), str(folder / "braked.csv")])
-    assert "expected a model of equations, found an ensemble of networks" in " ".join(capsys.readouterr().err.split())
+    assert "expected a model of equations, found an ensemble of networks" in " ".join(capsys.readouterr().out.split())
 
 
 def test_diagnose_leaves_the_residual_out_and_says_so(folder: Path) -> None:
-    options = ["--no-calibrate", "--exclude", *(f"{kind}*" for kind in "abcdefghijklmnopqstuvwxyz"), "--horizon", "0.5"]
+    options = ["--no-calibrate", "--exclude", *EXCLUDED, "--horizon", "0.5"]
     result = result_of(["diagnose", str(folder / "model"), str(folder / "braked.csv"), *options], folder)
     assert any("without it" in note for note in result["notes"])

@@ -30,14 +30,15 @@ class Normal:
 
     @classmethod
     def of(cls, seen: Tensor, layouts: Sequence[Layout], output: Tensor) -> Normal:
-        """Mean and spread of rows ``# (rows, seen)`` whose columns are those of the layouts, one after the other.
+        """Mean and size of rows ``# (rows, seen)`` whose columns are those of the layouts, one after the other.
 
-        The columns of a field have one scale, the root mean square of their deviations: a height that was held while x
-        and y moved is not blown up until its noise looks like motion.
+        The columns of a field have one scale, their root mean square, and not what they deviate from their mean: a
+        height that was held, or a steering that hardly varied on a circle, is not blown up until its noise looks like
+        motion and what a planner tries looks like nothing that was ever seen.
         """
-        variances, parts, place = seen.var(0, correction=0), list[Tensor](), 0
+        squares, parts, place = seen.square().mean(0), list[Tensor](), 0
         for field in (field for layout in layouts for field in layout.fields):
-            own = variances[place : place + len(field.columns)]
+            own = squares[place : place + len(field.columns)]
             place += len(field.columns)
             parts.append(own.mean().sqrt().expand(len(own)))
         scale = torch.cat(parts)

@@ -116,7 +116,9 @@ def test_what_works_on_equations_says_that_it_leaves_the_residual_out(
     capsys.readouterr()
     with pytest.raises(SystemExit):
         main(["diagnose", str(folder / "networks"), str(folder / "braked.csv")])
-    assert "expected a model of equations, found an ensemble of networks" in " ".join(capsys.readouterr().out.split())
+    assert "expected a model of equations, found an ensemble of networks" in " ".join(
+        "".join(capsys.readouterr()).split()
+    )
 
 
 def test_diagnose_leaves_the_residual_out_and_says_so(folder: Path) -> None:

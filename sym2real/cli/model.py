@@ -8,6 +8,8 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from rich.console import Console
+
 from sym2real.cli.progress import stage_one_progress
 from sym2real.diagnosis.lengths import long_enough
 from sym2real.diagnosis.start import ROWS

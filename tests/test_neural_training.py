@@ -162,8 +162,18 @@ def test_training_goes_on_from_an_earlier_result(windy: Transitions, base: Equat
     again, after = still.fit_reported(windy, base, first)
     assert after.error == pytest.approx(report.error, rel=0.1)
     assert still.fit_reported(windy, base)[1].error > 2 * after.error
-    with pytest.raises(ShapeError, match=r"widths \(8,\).*found \(64, 64\)"):
+    with pytest.raises(ShapeError, match=r"widths \(8, 26\).*found \(64, 64, 26\)"):
         ResidualTraining(widths=(8,)).fit(windy, base, again)
+
+
+def test_far_from_its_data_a_residual_stays_bounded(windy: Transitions, base: Equations) -> None:
+    residual = ResidualTraining(descent=QUICK).fit(windy, base).residual
+    state, action = torch.tensor(windy.state).float(), torch.tensor(windy.action).float()
+    with torch.no_grad():
+        near, far = residual(state, action), residual(1e4 * state, -1e4 * action)
+    range_of = near.amax(0) - near.amin(0)
+    assert bool((far <= near.amax(0) + 0.51 * range_of + 1e-7).all())
+    assert bool((far >= near.amin(0) - 0.51 * range_of - 1e-7).all())
 
 
 def test_what_cannot_be_trained_is_refused(windy: Transitions, base: Equations) -> None:

@@ -3,6 +3,7 @@
 from sym2real.neural.composed import Composed
 from sym2real.neural.descent import Descent
 from sym2real.neural.ensemble import Ensemble
+from sym2real.neural.ensemble_training import EnsembleTraining
 from sym2real.neural.exporting import export
 from sym2real.neural.memory_length import MemoryLength, memory_length
 from sym2real.neural.model_folder import Model, open_model, save_model
@@ -16,6 +17,7 @@ __all__ = [
     "Composed",
     "Descent",
     "Ensemble",
+    "EnsembleTraining",
     "MemoryLength",
     "Model",
     "ResidualMLP",

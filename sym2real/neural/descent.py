@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from sym2real.neural.networks import Networks
 
@@ -26,11 +26,11 @@ class Descent:
         patience: validations without improvement after which a network is finished; 10 steps lie between two.
     """
 
-    steps: int = 500
+    steps: int = 300
     learning_rate: float = 3e-3
     weight_decay: float = 5e-5
     rows: int = 512
-    patience: int = 20
+    patience: int = 15
 
 
 @contextmanager
@@ -49,6 +49,7 @@ def descend(
     loss: Callable[[int], Tensor],
     validate: Callable[[], Tensor],
     settings: Descent,
+    beside: Sequence[nn.Parameter] = (),
 ) -> Tensor:
     """Train networks, leave each with the weights that validated best, and give those validations ``# (count,)``.
 
@@ -57,9 +58,10 @@ def descend(
         loss: of each network at a step of the descent ``# (count,)``.
         validate: error of each network ``# (count,)``.
         settings: of the descent.
+        beside: weights that the networks share; they descend too, and have no early stop.
     """
     weights = list(networks.parameters())
-    optimiser = torch.optim.AdamW(weights, settings.learning_rate, weight_decay=settings.weight_decay)
+    optimiser = torch.optim.AdamW([*weights, *beside], settings.learning_rate, weight_decay=settings.weight_decay)
     falling = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, settings.steps)
     with torch.no_grad():
         best, kept = validate(), [weight.clone() for weight in weights]

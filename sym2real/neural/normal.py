@@ -66,14 +66,10 @@ class Normal:
             bias.copy_(new_bias)
 
     @torch.no_grad()
-    def write(self, networks: Networks, chosen: int, residual: ResidualMLP, on: Tensor) -> None:
-        """Make a residual of one of the networks; columns are zero where ``on`` ``# (n,)`` is false."""
-        values = dict(residual.state_dict())
-        values |= {
-            "input_mean": self.mean,
-            "input_scale": self.scale,
-            "output_scale": torch.where(on, self.output, 0.0),
-        }
-        for place, (weight, bias) in enumerate(networks.pairs()):
-            values |= {f"linears.{place}.weight": weight[chosen].T, f"linears.{place}.bias": bias[chosen, 0]}
+    def write(self, layers: Sequence[Layer], residual: ResidualMLP, on: Tensor) -> None:
+        """Give a residual the layers of a network over normalised columns; zero where ``on`` ``# (n,)`` is false."""
+        output = torch.where(on, self.output, 0.0)
+        values = {"input_mean": self.mean, "input_scale": self.scale, "output_scale": output}
+        for place, (weight, bias) in enumerate(layers):
+            values |= {f"linears.{place}.weight": weight.T, f"linears.{place}.bias": bias}
         residual.load_state_dict(values)

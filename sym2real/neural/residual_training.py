@@ -24,6 +24,7 @@ from sym2real.errors import ModelError, ShapeError
 from sym2real.layout import Layouts
 from sym2real.neural.batch import Batch, Batches
 from sym2real.neural.blocks import Blocks, Run
+from sym2real.neural.bounded import bounded, unbounded
 from sym2real.neural.composed import Base, Composed, state_of
 from sym2real.neural.descent import Descent, descend, one_thread
 from sym2real.neural.leftover import leftover
@@ -65,7 +66,7 @@ class ResidualTraining:
     """A :class:`~sym2real.protocols.Learner` of residuals.
 
     Args:
-        widths: of the hidden layers; :data:`PAPER` has the paper's.
+        widths: of the hidden layers; :data:`PAPER` has the paper's. One more holds the bounds of the outputs.
         steps: rows of a rollout that the loss follows; 1 is the one-step loss.
         penalties: λ to choose from. The largest leaves half of what the data ask for, the smallest nearly all; no
             residual at all is always among the choices.
@@ -126,9 +127,8 @@ class ResidualTraining:
         scales = Scales.of(rows, blocks.starts((*blocks.training, *blocks.validation)), self.steps)
         seen = [layouts.state, layouts.action, *[layouts.action] * self.commands, *[layouts.state] * self.states]
         normal = Normal.of(rows.seen, seen, scales.residual)
-        residual = ResidualMLP(layouts, self.widths, self.seed, self.commands, self.states)
         networks = Networks((len(normal.mean), *self.widths, len(layouts.state)), len(self.penalties))
-        normal.begin_with(networks, self._first(residual, start))
+        normal.begin_with(networks, self._first(layouts, start))
 
         def batch(chosen: Sequence[Run]) -> Batch:
             return Batch.of(rows, chosen, normal, scales)
@@ -146,15 +146,23 @@ class ResidualTraining:
             outputs = networks(held.seen)[best]
             on = columns_that_help(held, outputs, layouts.state)
             error = held.loss(torch.stack([outputs * on, 0 * outputs]))
-        normal.write(networks, best, residual, on)
+            layers = [(weight[best], bias[best, 0]) for weight, bias in networks.pairs()]
+            layers = bounded(layers, networks(normal(rows.seen))[best])
+        residual = self._residual(layouts, (*self.widths, 2 * len(on)))
+        normal.write(layers, residual, on)
         return residual, self.penalties[best], float(error[0] / error[1])
 
-    def _first(self, residual: ResidualMLP, start: Composed | None) -> list[tuple[Tensor, Tensor]]:
+    def _residual(self, layouts: Layouts, widths: Sequence[int]) -> ResidualMLP:
+        return ResidualMLP(layouts, widths, self.seed, self.commands, self.states)
+
+    def _first(self, layouts: Layouts, start: Composed | None) -> list[tuple[Tensor, Tensor]]:
         """Weights that every network begins with, over raw columns."""
-        begin = residual if start is None else start.residual
-        wanted = f"a start of widths {residual.widths} that sees {self.commands} past commands, {self.states} states"
+        if start is None:
+            return self._residual(layouts, self.widths).layers()
+        begin, widths = start.residual, (*self.widths, 2 * len(layouts.state))
+        wanted = f"a start of widths {widths} that sees {self.commands} past commands, {self.states} states"
         if not isinstance(begin, ResidualMLP):
             raise ShapeError(f"expected {wanted}, found one of expressions")
-        if (begin.widths, begin.commands, begin.states) != (residual.widths, self.commands, self.states):
+        if (begin.widths, begin.commands, begin.states) != (widths, self.commands, self.states):
             raise ShapeError(f"expected {wanted}; found {begin.widths}, {begin.commands}, {begin.states}")
-        return begin.layers()
+        return unbounded(begin.layers())

@@ -30,7 +30,7 @@ from sym2real.robots import CRAZYFLIE
 from sym2real.tasks import Task, make_task
 
 if TYPE_CHECKING:
-    from sym2real.symbolic import Equations
+    from sym2real.neural import Model
 
 RECORD = "flight.parquet"
 REAL, LIMITS = Laboratory(), Limits()
@@ -74,14 +74,16 @@ class FlyCrazyflie:
     def run(self, console: Console) -> dict[str, Any]:
         """Fly, land, compare."""
         from sym2real.cli.model import open_with_progress  # noqa: PLC0415 — SymPy takes a second to load
+        from sym2real.experiments.models import below  # noqa: PLC0415
 
-        equations = open_with_progress(self.model)
-        if equations.robot not in ("", CRAZYFLIE.name):
-            raise ModelError(f"{self.model} is of a {equations.robot}; this script flies a {CRAZYFLIE.name}")
+        model = open_with_progress(self.model)
+        robot = below(model).robot
+        if robot not in ("", CRAZYFLIE.name):
+            raise ModelError(f"{self.model} is of a {robot}; this script flies a {CRAZYFLIE.name}")
         if (self.out / RECORD).exists():
             raise DataError(self.out, "a new folder: no flight is written over another", f"{RECORD} in it")
         task = make_task(self.task, CRAZYFLIE)
-        controller = self._controller(equations, task, console.print)
+        controller = self._controller(model, task, console.print)
         with self.laboratory.link(dry=self.dry_run) as link:
             console.print("waiting for motion capture, the robot's tables and its first log packet")
             link.connect()
@@ -91,16 +93,14 @@ class FlyCrazyflie:
             if self.dry_run:
                 return self._plan_only(link, controller, console.print)
             result = self._fly(link, controller, task, console)
-        return result | self._compare(equations, console)
+        return result | self._compare(model, console)
 
-    def _controller(self, equations: Equations, task: Task, say: Callable[[str], None]) -> Controller:
+    def _controller(self, model: Model, task: Task, say: Callable[[str], None]) -> Controller:
         """MPPI, used before anything is armed: its first actions compile and take long."""
         from sym2real.control import mppi_controller  # noqa: PLC0415
 
         say("warming the controller up")
-        controller = mppi_controller(
-            equations, CRAZYFLIE, task, samples=self.samples, seed=self.seed, period=CRAZYFLIE.dt
-        )
+        controller = mppi_controller(model, CRAZYFLIE, task, samples=self.samples, seed=self.seed, period=CRAZYFLIE.dt)
         nothing, taken = np.zeros(CRAZYFLIE.layouts.inputs.size), []
         for step in range(WARM):
             start = time.perf_counter()
@@ -164,15 +164,17 @@ class FlyCrazyflie:
         say(f"dry run: an action in {1000.0 * median:.1f} ms; the last, not sent: {np.round(wanted, 3)}")
         return {"act_median": median, "act_p99": float(np.quantile(taken, 0.99)), "sent": 0}
 
-    def _compare(self, equations: Equations, console: Console) -> dict[str, Any]:
+    def _compare(self, model: Model, console: Console) -> dict[str, Any]:
         from sym2real.cli.model import logs_for  # noqa: PLC0415
         from sym2real.diagnosis import compare  # noqa: PLC0415
+        from sym2real.experiments.models import below  # noqa: PLC0415
         from sym2real.logs import write_log  # noqa: PLC0415
+        from sym2real.neural.composed import in_double  # noqa: PLC0415
         from sym2real.report.comparison import comparison_report  # noqa: PLC0415
 
         log = self.out / f"{self.task}.csv"
         write_log(task_of(self.out / RECORD, CRAZYFLIE, self.task), log)
-        comparison = compare(equations, logs_for(equations, (log,), None))
+        comparison = compare(in_double(model), logs_for(below(model), (log,), None))
         console.print(comparison_report(comparison))
         console.print(f"the task's log is {log}: sym2real diagnose {self.model} {log}")
         return {"log": log, "comparison": comparison.to_dict()}

@@ -1,6 +1,8 @@
 """A frozen base with a residual on top; the base is equations or an ensemble::
 
-s' = normalise(f(s, a, inputs) + r(s, a))
+s' = normalise(f(s, a, inputs) + r(s, a, past))
+
+Where equations have command filters, the residual's commands, present and past, are those that come out of them.
 """
 
 from __future__ import annotations

@@ -37,7 +37,9 @@ class MemoryLength:
     """How many past rows predict, and what each number of them leaves.
 
     Args:
-        commands: past commands, as sent.
+        commands: past commands, as sent. Where other errors of the base are much larger than what a delay makes, as in
+            logs of a real car that never reached its speed command, ``by_commands`` falls slowly and the order is too
+            low: remove those first, or ask for as many commands as the delay may last.
         states: past states beside them. With noisy sensors they filter the noise of the present row, so that they do
             not say that the robot has a memory.
         by_commands: squared error on held-out blocks with 0, 1, … past commands, over that with none.

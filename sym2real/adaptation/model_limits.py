@@ -2,6 +2,7 @@
 
 Commands are drawn as MPPI draws them, about those that were recorded; the model is rolled out over MPPI's horizon from
 recorded states. Rollouts in which the base does no better do not count: they are the place's doing, not the model's.
+Nor do a few: what is not finite has no weight in MPPI.
 """
 
 from __future__ import annotations
@@ -39,9 +40,6 @@ def beyond_limits(model: Model, base: Model, logs: Sequence[Trajectory], robot: 
     chosen = [starts[place] for place in np.linspace(0, len(starts) - 1, ROLLOUTS).astype(int)]
     noise = _noise(robot, steps, seed)
     predicted, start = _rolled_out(model, chosen, noise, robot)
-    finite = predicted.isfinite().flatten(1).all(dim=1)
-    if not bool(finite.all()):
-        return f"{int((~finite).sum())} of {ROLLOUTS} predictions are not finite"
     sound = _excesses(*_rolled_out(base, chosen, noise, robot), robot)
     for what, beyond in _excesses(predicted, start, robot).items():
         share = float((beyond & ~sound[what]).double().mean())
@@ -80,7 +78,11 @@ def _excesses(predicted: Tensor, start: Tensor, robot: Robot) -> dict[str, Tenso
     }
     gone = _largest(predicted[..., layout.slice("position")] - start[:, None, layout.slice("position")])
     reach = limits["velocity"] * robot.mppi.horizon
-    return excesses | {f"position more than {reach:.3g} m from the start": gone > reach}
+    return {
+        "value that is not finite": ~predicted.isfinite().flatten(1).all(dim=1),
+        **excesses,
+        f"position more than {reach:.3g} m from the start": gone > reach,
+    }
 
 
 def _largest(values: Tensor) -> Tensor:

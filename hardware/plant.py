@@ -24,6 +24,8 @@ from sym2real.errors import ShapeError
 from sym2real.layout import Layouts
 from sym2real.trajectory import Array
 
+HOLDING = 2.0  # s that a start is held for a controller's first action
+
 
 @dataclass(frozen=True, eq=False)
 class Row:
@@ -78,10 +80,10 @@ class HardwarePlant:
         self.link, self._pilot, self._record = link, pilot, record
         self._clock = clock or SystemClock()
         self._lock = threading.RLock()
-        self._moving = self._awaiting = self._faulty = False
+        self._moving = self._awaiting = self._holding = self._faulty = False
         self._stage, self.ended, self.sent = "", "", np.zeros(link.robot.layouts.action.size)
         self._overruns = self._skipped = self.missed = 0
-        self._due = self._began = 0.0
+        self._due = self._began = self._held = 0.0
         self._closing = threading.Event()
         if guard:
             threading.Thread(target=self._watching, name="landing guard", daemon=True).start()
@@ -125,8 +127,8 @@ class HardwarePlant:
         with self._lock:
             self._stage = "way to the start"
             self._go_to(goal)
-            self._stage, self.missed = "task", 0
-            self._awaiting = True
+            self.missed, self._held = 0, self._clock.now()
+            self._awaiting = self._holding = True
             return self._reading.state.copy()
 
     def step(self, action: ArrayLike) -> Array:
@@ -144,7 +146,8 @@ class HardwarePlant:
         with self._lock:
             if not self.ended:
                 self._require_reset()
-                self._awaiting = False
+                self._stage = "task"
+                self._awaiting = self._holding = False
                 if self._tick(wanted).verdict is Verdict.GO:
                     self._schedule()
                     self._awaiting = True
@@ -167,12 +170,14 @@ class HardwarePlant:
                 self._finish(reason, faulty=False)
 
     def watch(self) -> None:
-        """Land where an action has been due for too long."""
-        if self._overdue() <= self._pilot.late:
+        """Hold the start until the first action comes; land where an action has been due for too long."""
+        if self._overdue() <= (0.0 if self._holding else self._pilot.late):
             return
         with self._lock:
             overdue = self._overdue()  # it may have come while this waited for the lock
-            if overdue > self._pilot.late:
+            if self._holding and overdue > 0.0:
+                self._hold()
+            elif overdue > self._pilot.late:
                 self._finish(f"no action for {overdue:.2f} s after it was due", faulty=False)
 
     def close(self) -> None:
@@ -218,7 +223,7 @@ class HardwarePlant:
         if not self._moving:
             self.link.arm()
             self.ended, self._moving, self._overruns = "", True, 0
-        self._awaiting = False
+        self._awaiting = self._holding = False
         self._measure()
         self._due = self._began
         for _ in range(round(seconds / self.dt)):
@@ -231,9 +236,20 @@ class HardwarePlant:
         self._finish(f"the start was not reached in {seconds:.0f} s")
         raise UnreachableError(self.ended)
 
+    def _hold(self) -> None:
+        """One control period at the start: a controller's first action may take long."""
+        if self._clock.now() - self._held > HOLDING:
+            self._finish(f"no action in {HOLDING:g} s after the start was reached", faulty=False)
+            return
+        self._measure()
+        self._due = self._began
+        if self._tick(self._pilot.towards(self._reading)).verdict is not Verdict.GO:
+            self._finish()
+
     def _finish(self, asked: str = "", *, faulty: bool = True) -> None:
         """Land until the motors are cut; where nobody asked, the pilot has the reason."""
-        self._awaiting, self._faulty = False, faulty
+        self._awaiting = self._holding = False
+        self._faulty = faulty
         self._measure()
         self._due = self._began
         while (command := self._tick(None, asked)).verdict is not Verdict.CUT:

@@ -229,6 +229,23 @@ def test_a_silent_controller_is_landed_and_may_fly_again() -> None:
     assert not flown.plant.crashed
 
 
+def test_the_start_is_held_until_the_first_action_comes() -> None:
+    """A controller that begins with a second of work finds the robot where it was to start."""
+    flown = Flown()
+    flown.plant.reset(PLACE)
+    for _ in range(50):
+        flown.clock.time += 0.021
+        flown.plant.watch()
+    state = flown.plant.step(REST)
+    assert not flown.plant.crashed
+    assert np.linalg.norm(state[:3] - PLACE[:3]) < 0.1
+    flown.plant.reset(PLACE)
+    for _ in range(200):
+        flown.clock.time += 0.021
+        flown.plant.watch()
+    assert flown.plant.ended == "no action in 2 s after the start was reached"
+
+
 def test_after_a_fault_it_stays_on_the_ground() -> None:
     flown = Flown()
     flown.hover(0.2)

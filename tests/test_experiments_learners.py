@@ -44,11 +44,11 @@ def test_a_network_sees_as_far_back_as_the_delay() -> None:
 
 def test_learners_are_made_by_name() -> None:
     for name in LEARNERS:
-        assert make_learner(name, 3, memory=False) == LEARNERS[name](3)
+        assert make_learner(name, 3, memory=False) == LEARNERS[name](3, ())
     remembering = make_learner("residual", 3, memory=True)
     assert isinstance(remembering, Remembering)
     assert remembering.training.seed == 3
-    assert make_learner("none", 0, memory=True) == LEARNERS["none"](0)
+    assert make_learner("none", 0, memory=True) == LEARNERS["none"](0, ())
     with pytest.raises(UnknownNameError, match="did you mean 'residual'"):
         make_learner("residul", 0, memory=True)
 

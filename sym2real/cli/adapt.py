@@ -60,8 +60,9 @@ class Adapt:
     """Length of an episode; the task's own by default."""
     samples: OptionalSamples = None
     """MPPI samples; the robot's own number by default."""
-    learner: Literal["residual", "residual-paper", "none"] = "residual"
-    """What learns: a network of 2 × 64 or the paper's 4 × 200 on top of the model, or nothing (with --diagnose)."""
+    learner: Literal["residual", "residual-paper", "residual-search", "none"] = "residual"
+    """What learns on top of the model: a network of 2 × 64 or the paper's 4 × 200, equations, or nothing (with
+    --diagnose)."""
     memory: Literal["auto", "off"] = "auto"
     """Let the network see past commands, as many as the logs ask for (a delay, a slow actuator), or none."""
     diagnose: bool = False
@@ -123,7 +124,9 @@ class Adapt:
             until_settled=not self.all_rounds,
             seed=self.seed,
         )
-        return _Run(model, chosen, make_learner(self.learner, self.seed, memory=self.memory == "auto"), settings)
+        angles = () if chosen.robot is None else chosen.robot.angles
+        learner = make_learner(self.learner, self.seed, memory=self.memory == "auto", angles=angles)
+        return _Run(model, chosen, learner, settings)
 
     def _inform(self, run: _Run, on_progress: OnProgress) -> Inform | None:
         from sym2real.adaptation import Progress

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from sym2real.adaptation import NoResidual
+from sym2real.adaptation.residual_search import ResidualSearch
 from sym2real.neural import PAPER, Composed, ResidualTraining, TrainingReport, memory_length
 from sym2real.neural.composed import Base
 from sym2real.protocols import Learner
@@ -42,27 +43,29 @@ class Remembering:
         return replace(self.training, commands=commands).fit_reported(transitions, base, start if same else None)
 
 
-# What a learner is made by, from the seed of its first weights.
-LEARNERS: Registry[Callable[[int], Learner[Any, Any]]] = Registry(
+# What a learner is made by, from the seed of its first weights and the columns whose sine and cosine it may use.
+LEARNERS: Registry[Callable[[int, Sequence[str]], Learner[Any, Any]]] = Registry(
     "learner",
     {
-        "residual": lambda seed: ResidualTraining(seed=seed),
-        "residual-paper": lambda seed: ResidualTraining(widths=PAPER, seed=seed),
-        "none": lambda _: NoResidual(),
+        "residual": lambda seed, _: ResidualTraining(seed=seed),
+        "residual-paper": lambda seed, _: ResidualTraining(widths=PAPER, seed=seed),
+        "residual-search": lambda _, angles: ResidualSearch(angles=angles),
+        "none": lambda *_: NoResidual(),
     },
 )
 
 
-def make_learner(name: str, seed: int, *, memory: bool) -> Learner[Any, Any]:
+def make_learner(name: str, seed: int, *, memory: bool, angles: Sequence[str] = ()) -> Learner[Any, Any]:
     """The learner of that name.
 
     Args:
         name: key of :data:`LEARNERS`.
         seed: of its first weights.
+        angles: columns whose sine and cosine equations may hold.
         memory: let a network see as many past commands as the logs ask for.
 
     Raises:
         UnknownNameError: when there is no such learner.
     """
-    learner = LEARNERS[name](seed)
+    learner = LEARNERS[name](seed, angles)
     return Remembering(learner) if memory and isinstance(learner, ResidualTraining) else learner

@@ -105,6 +105,16 @@ def test_an_adaptation_learns_and_repeats_itself() -> None:
     assert [row["errors"] for row in again["rounds"]] == [row["errors"] for row in answer["rounds"]]
 
 
+@pytest.mark.parametrize("contestant", ["sr-sr", "nn-nn", "nn-sr"])
+def test_the_paper_s_other_pairs_adapt_too(contestant: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    base = cached_base(CRAZYFLIE).to_json()
+    monkeypatch.setattr("sym2real.experiments.study.neural_base.base_folder", lambda _: tmp_path / "base")
+    effort = replace(SMALL, rows=60, members=2, widths=(16,), neural_flights=2)
+    first, last = Adapted(case("mass-26"), contestant, 1, effort, base).run(silent)["rounds"]
+    assert last["refused"] or last["errors"] != first["errors"]
+    assert (tmp_path / "ensemble-crazyflie-2-2x16").exists() == contestant.startswith("nn")
+
+
 def test_an_effect_that_the_logs_name_goes_into_the_base() -> None:
     effort = replace(SMALL, rows=400)
     answer = Adapted(case("mass-26"), "sr-effect", 1, effort, cached_base(CRAZYFLIE).to_json()).run(silent)

@@ -32,7 +32,7 @@ def log_figures() -> list[Figure]:
         contestant = CONTESTANTS[name]
         settings = Adapting(rounds=len(logs) - 1, until_settled=False, seed=SEED)
         inform = informing(contestant, MUSHR, ())
-        adaptation = adapt(base, logs, None, learner_of(contestant, SEED), settings, robot=MUSHR, inform=inform)
+        adaptation = adapt(base, logs, None, learner_of(contestant, MUSHR, SEED), settings, robot=MUSHR, inform=inform)
         errors = [report.prediction for report in adaptation.reports]
         said = ", ".join(f"{error:.3f}" for error in errors)
         bar = "<= 0.1" if name == ASKED[-1] else ""

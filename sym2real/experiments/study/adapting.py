@@ -15,6 +15,7 @@ from sym2real.experiments.study.effects_first import informing
 from sym2real.experiments.study.effort import Effort
 from sym2real.experiments.study.judged import Judged, judge, planning_with
 from sym2real.experiments.study.learners import learner_of
+from sym2real.experiments.study.neural_base import cached_ensemble
 from sym2real.experiments.study.sweep import Record, Tell
 from sym2real.symbolic import Equations
 
@@ -84,10 +85,10 @@ class Adapted:
             seed=self.seed,
         )
         return adapt(
-            equations,
+            equations if contestant.base == "sr" else cached_ensemble(robot, self.effort),
             self.case.plant(self.seed),
             self.case.of_task(),
-            learner_of(contestant, self.seed),
+            learner_of(contestant, robot, self.seed),
             settings,
             inform=informing(contestant, robot, self.case.truth, tell),
             on_progress=_lines(tell),

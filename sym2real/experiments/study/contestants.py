@@ -14,14 +14,16 @@ class Contestant:
 
     Args:
         title: as the paper writes it.
-        residual: what is learned on top: nothing, a network, or a network that sees past commands.
+        base: equations that Stage I found, or an ensemble of networks.
+        residual: what is learned on top: nothing, a network, a network that sees past commands, or equations.
         effects: what goes into the base before: nothing, what the diagnosis establishes from the target's logs, or the
             target's own effects, fitted to them.
         judged: False of one that is shown to compare with: it knows what nobody is told.
     """
 
     title: str
-    residual: Literal["none", "nn", "memory"] = "none"
+    base: Literal["sr", "nn"] = "sr"
+    residual: Literal["none", "nn", "memory", "sr"] = "none"
     effects: Literal["none", "diagnosed", "true"] = "none"
     judged: bool = True
 
@@ -30,6 +32,9 @@ CONTESTANTS = Registry(
     "contestant",
     {
         "sr-nn": Contestant("SR*+NN", residual="nn"),
+        "sr-sr": Contestant("SR*+SR", residual="sr"),
+        "nn-nn": Contestant("NN*+NN", base="nn", residual="nn"),
+        "nn-sr": Contestant("NN*+SR", base="nn", residual="sr"),
         "sr-effect": Contestant("SR*+effect", effects="diagnosed"),
         "sr-effect-nn": Contestant("SR*+effect+NN", residual="nn", effects="diagnosed"),
         "sr-true": Contestant("SR*+true effect", effects="true", judged=False),

@@ -1,17 +1,18 @@
 """How many trajectories a base takes from nothing: random commands first, then MPPI with what was learned so far.
 
-Equations are learned by Stage I itself, without a single scripted flight. After every trajectory the model is judged
-on the tasks of training in the plain simulator.
+Equations are learned by Stage I itself, without a single scripted flight; networks by the same loop with the paper's
+ensemble. After every trajectory the model is judged on the tasks of training in the plain simulator.
 """
 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from torch import nn
 
 from sym2real.adaptation import StageOne, stage_one
 from sym2real.experiments.learning import TRAINING_TASKS, training_tasks
@@ -19,6 +20,7 @@ from sym2real.experiments.study.case import Case
 from sym2real.experiments.study.curves import CONVERGED, LAST
 from sym2real.experiments.study.effort import Effort
 from sym2real.experiments.study.judged import judge, planning_with
+from sym2real.experiments.study.neural_base import networks
 from sym2real.experiments.study.outcome import Line, Outcome, Panel
 from sym2real.experiments.study.sweep import Job, Record, Tell
 from sym2real.plants import MujocoPlant
@@ -43,7 +45,7 @@ class FromScratch:
 
     Args:
         robot: name.
-        model: "sr": equations.
+        model: "sr" or "nn".
         seed: of starts, commands and samples.
         effort: of the study.
     """
@@ -66,7 +68,8 @@ class FromScratch:
     def run(self, tell: Tell) -> Record:
         """``errors`` after every trajectory, of all evaluation episodes."""
         robot, effort = ROBOTS[self.robot], replace(self.effort, evaluations=EVALUATIONS)
-        models = _equations(robot, training_tasks(robot), effort, self.seed, tell)
+        learn = _equations if self.model == "sr" else networks
+        models: Iterable[Equations | nn.Module] = learn(robot, training_tasks(robot), effort, self.seed, tell)
         errors = []
         for number, model in enumerate(models, 1):
             tell(f"judging after {number} trajectories")
@@ -94,8 +97,9 @@ def _equations(robot: Robot, tasks: Sequence[Task], effort: Effort, seed: int, t
 
 
 def scratch_jobs(effort: Effort) -> list[Job]:
-    """Equations for both robots."""
-    return [FromScratch(robot, "sr", seed, effort) for seed in effort.seeds for robot in ROBOTS]
+    """Equations for both robots, and networks where the effort allows them."""
+    models = ["sr", *(["nn"] if effort.neural_episodes else [])]
+    return [FromScratch(robot, model, seed, effort) for model in models for seed in effort.seeds for robot in ROBOTS]
 
 
 def trajectories_to_converge(errors: np.ndarray) -> int:

@@ -28,13 +28,13 @@ def suite_jobs(suite: Suite, effort: Effort) -> list[Job]:
         Adapted(case, contestant, seed, effort, bases[case.robot])
         for seed in effort.seeds
         for case in suite.cases
-        for contestant in contestants_of(case, suite)
+        for contestant in contestants_of(case, suite, effort)
     ]
     return [*(Reference(case, effort) for case in suite.cases if has_reference(case)), *jobs]
 
 
-def contestants_of(case: Case, suite: Suite) -> list[str]:
-    """Who is asked on a case: a true effect where there is one."""
+def contestants_of(case: Case, suite: Suite, effort: Effort) -> list[str]:
+    """Who is asked on a case: neural bases where the effort allows, a true effect where there is one."""
     return [name for name in suite.contestants if CONTESTANTS[name].effects != "true" or case.truth]
 
 
@@ -59,7 +59,7 @@ def suite_outcome(suite: Suite, effort: Effort, records: Mapping[str, Record]) -
         suite.title,
         COLUMNS,
         tuple(rows),
-        (*notes, *undecided),
+        (*notes, *undecided, *_not_asked(suite, effort)),
         "trajectories",
         "mean cost of an episode",
         tuple(panels),
@@ -109,3 +109,9 @@ def _undecided(case: Case, curves: Mapping[str, Curve]) -> list[str]:
             seeds = f"{len(curve.errors)} seed{'s' if len(curve.errors) > 1 else ''}"
             said.append(f"{case.title}: {seeds} cannot tell {label} from {first[0]} ({compared} of its error)")
     return said
+
+
+def _not_asked(suite: Suite, effort: Effort) -> list[str]:
+    neural = [name for name in suite.contestants if CONTESTANTS[name].base == "nn"]
+    left_out = [case.title for case in suite.cases if not set(neural) <= set(contestants_of(case, suite, effort))]
+    return [f"not asked with a neural base, which takes --full: {', '.join(left_out)}"] if left_out else []

@@ -12,6 +12,7 @@ from sym2real.adaptation import StageOne, learn_base
 from sym2real.control import mppi_controller
 from sym2real.experiments.flying import fly
 from sym2real.experiments.study.effort import Effort
+from sym2real.experiments.study.neural_base import networks
 from sym2real.experiments.study.outcome import Outcome
 from sym2real.experiments.study.scratch import TITLES
 from sym2real.experiments.study.sweep import Job, Record, Tell
@@ -74,6 +75,8 @@ class ZeroShot:
         robot, seed = ROBOTS[self.robot], self.effort.seeds[0]
         task, episodes = TRAINING[self.robot]
         tasks = [make_task(task, robot)]
+        if self.model == "nn":
+            return list(networks(robot, tasks, self.effort, seed, tell))[-1]
         settings = StageOne(episodes, self.effort.rows, pushed=False, until_settled=False, seed=seed)
         engine = BeamSearch(angles=robot.angles)
         return learn_base(MujocoPlant(robot), tasks, engine, settings, on_progress=lambda one: tell(one.what))
@@ -95,9 +98,10 @@ def task_of(robot: Robot, run: int, *, unseen: bool) -> Task:
 
 
 def zero_shot_jobs(effort: Effort) -> list[Job]:
-    """Equations for both robots."""
+    """Equations for both robots, and networks where the effort allows them."""
     one = replace(effort, seeds=effort.seeds[:1])
-    return [ZeroShot(robot, "sr", one) for robot in ROBOTS]
+    models = ["sr", *(["nn"] if effort.neural_episodes else [])]
+    return [ZeroShot(robot, model, one) for model in models for robot in ROBOTS]
 
 
 def zero_shot_outcome(effort: Effort, records: Mapping[str, Record]) -> Outcome:

@@ -10,7 +10,7 @@ from sym2real.neural.batch import Batch
 from sym2real.neural.multi_step import rolled_errors
 
 # Standard errors by which a column must improve validation; blocks of time are what the error is counted over.
-SURE = 1.0
+SURE = 2.0
 
 
 @torch.no_grad()

@@ -242,3 +242,40 @@ def test_messages_in_another_encoding_are_refused_by_its_name(tmp_path: Path) ->
         writer.finish()
     with pytest.raises(DataError, match="expected messages in json or cdr, found messages in protobuf"):
         read_log(path)
+
+
+BLACKBOX = (
+    "loopIteration,time (us),rcCommand[0],rcCommand[3],setpoint[0],vbatLatest (V),gyroADC[0],gyroADC[1],gyroADC[2],"
+    "motor[0],motor[1],motor[2],motor[3],flightModeFlags (flags)"
+)
+
+
+@pytest.mark.parametrize("explorer", [False, True], ids=["blackbox_decode", "Blackbox Explorer"])
+def test_betaflights_blackbox_opens_with_the_settings_ahead_or_without(explorer: bool, tmp_path: Path) -> None:
+    """blackbox_decode puts units behind the names and spaces into the cells; the Explorer puts its settings ahead."""
+    at = np.arange(400) * 2000
+    rates = np.round(200.0 * np.sin(at * 1e-6 * np.array([[3.0], [5.0], [7.0]])))
+    rows = [
+        f"{i}, {t}, 0, 1500, 0, 15.8, {x:g}, {y:g}, {z:g}, 900, 910, 920, 930, ANGLE_MODE"
+        for i, (t, (x, y, z)) in enumerate(zip(at, rates.T, strict=True))
+    ]
+    header, ahead = BLACKBOX, []
+    if explorer:
+        header = ",".join(f'"{name.split(" (")[0]}"' for name in BLACKBOX.split(","))
+        ahead = [
+            '"Product","Blackbox flight data recorder by Nicholas Sherlock"',
+            '"firmwareType","Cleanflight"',
+            '"looptime","125"',
+        ]
+    path = tmp_path / "LOG00001.01.csv"
+    path.write_text("\n".join([*ahead, header, *rows]) + "\n")
+    proposed = inspect_logs(path).spec
+    assert (proposed.columns["wx"].column, proposed.columns["motor4"].column) == ("gyroADC[0]", "motor[3]")
+    time = "time" if explorer else "time (us)"
+    text = f'[time]\ncolumn = "{time}"\nunit = "us"\n[columns]\nwx = {{ column = "gyroADC[0]", unit = "deg/s" }}\n'
+    log = read_log(path, LogSpec.parse(text + 'motor1 = "motor[0]"\n'))
+    np.testing.assert_allclose(np.diff(log.time), 0.002, atol=1e-9)
+    np.testing.assert_allclose(log.column("wx"), np.deg2rad(rates[0]), atol=1e-12)
+    path.write_text(path.read_text() + "1, 2\n")
+    with pytest.raises(DataError, match=f"row {len(ahead) + 402}: expected 14 values"):
+        read_log(path, LogSpec.parse(text))

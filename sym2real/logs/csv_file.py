@@ -13,6 +13,7 @@ from sym2real.trajectory import Array
 
 OTHER_DELIMITERS = {";": "semicolons", "\t": "tabs", "|": "bars"}
 FIRST_ROW = 2  # the header is line 1
+BLACKBOX, BLACKBOX_HEADER = "Product,Blackbox", "loopIteration,"
 SHOWN = 60  # letters of a line in an error
 LONGEST_NAME = 200  # letters of a column's name
 
@@ -26,13 +27,23 @@ def read(path: Path) -> tuple[list[str], list[Array | Sequence[str]], int, None]
         DataError: when the file is binary, empty, has no header, another delimiter or lines of unequal length.
     """
     lines = _lines(path)
+    ahead = _preamble(lines)
+    lines, first = lines[ahead:], FIRST_ROW + ahead
     names = _header(path, lines[0])
-    rows = [_cells(path, line, FIRST_ROW + i) for i, line in enumerate(lines[1:])]
-    _check_lengths(path, lines, rows, len(names))
+    rows = [_cells(path, line, first + i) for i, line in enumerate(lines[1:])]
+    _check_lengths(path, lines, rows, len(names), first)
     cells = [list(column) for column in zip(*rows, strict=True)] if rows else [[] for _ in names]
     # Python takes 1_0 for ten, which no other program writes or reads.
     underscored = any("_" in line for line in lines[1:])
-    return names, [_as_numbers(column, underscored) for column in cells], FIRST_ROW, None
+    return names, [_as_numbers(column, underscored) for column in cells], first, None
+
+
+def _preamble(lines: Sequence[str]) -> int:
+    """Lines ahead of the header: Betaflight's Blackbox Explorer writes the flight controller's settings there."""
+    if not lines[0].replace('"', "").startswith(BLACKBOX):
+        return 0
+    headers = (i for i, line in enumerate(lines) if line.replace('"', "").startswith(BLACKBOX_HEADER))
+    return next(headers, 0)
 
 
 def _cells(path: Path, line: str, row: int, *, skip_spaces: bool = False) -> list[str]:
@@ -87,13 +98,13 @@ def _header(path: Path, line: str) -> list[str]:
     return names
 
 
-def _check_lengths(path: Path, lines: Sequence[str], rows: Sequence[list[str]], wanted: int) -> None:
+def _check_lengths(path: Path, lines: Sequence[str], rows: Sequence[list[str]], wanted: int, first: int) -> None:
     for position, cells in enumerate(rows):
         empty = not lines[position + 1].strip()
         if len(cells) != wanted or empty:
             last = " (the last line: the file may be cut off)" if position == len(rows) - 1 else ""
             found = "an empty line" if empty else f"{len(cells)} values"
-            raise DataError(path, f"{wanted} values, one per column", found + last, FIRST_ROW + position)
+            raise DataError(path, f"{wanted} values, one per column", found + last, first + position)
 
 
 def _is_number(text: str) -> bool:

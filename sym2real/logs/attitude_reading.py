@@ -26,7 +26,7 @@ def up(quaternion: Array) -> Array:
 def values_of(draft: Draft, columns: tuple[str, ...]) -> Series:
     """Several columns side by side, one array per log."""
     parts = [draft.raw(column) for column in columns]
-    return [np.stack([part[log] for part in parts], axis=1) for log in range(len(draft.tables))]
+    return [np.stack([part[log] for part in parts], axis=1) for log in range(len(draft.looked_at))]
 
 
 def scalar_first(values: Array, order: Order) -> Array:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-import numpy as np
-
 from sym2real.logs.assignment import Assignment
+from sym2real.logs.evidence import Stretch
 from sym2real.logs.parts import Attitude, Derived, Frames, Source, TimeBase
 from sym2real.logs.signals import Series
 from sym2real.logs.specification import LogSpec
@@ -15,8 +14,6 @@ from sym2real.logs.table import Table
 from sym2real.logs.units import factor
 
 Confidence = Literal["certain", "likely", "guess", "unknown"]
-# Evidence is looked for at about this rate: faster rows only add noise to slopes.
-EVIDENCE_RATE = 100.0
 
 
 @dataclass(frozen=True)
@@ -46,14 +43,15 @@ class Draft:
         tables: the logs, without the rows at their ends that are to be dropped.
         assignment: what the names say.
         times: stamps in s.
+        looked_at: stretches of the logs that evidence is taken from; each counts as a log of its own from there on.
         time: the time base.
         drop_first: rows to drop.
         units: standard column → unit in the log.
         attitudes: attitudes found.
-        heading: of one that stands alone, rad, turned as the path does ``# (rows,)`` per log; empty without one.
-        world: measured attitude w x y z, body→world, z up, as far as it is known ``# (rows, 4)`` per log.
-        body_rates: angular velocity of that attitude ``# (rows, 3)`` per log.
-        acceleration: world acceleration by numeric differences ``# (rows, 3)`` per log.
+        heading: of one that stands alone, rad, turned as the path does ``# (rows,)`` per stretch; empty without one.
+        world: measured attitude w x y z, body→world, z up, as far as it is known ``# (rows, 4)`` per stretch.
+        body_rates: angular velocity of that attitude ``# (rows, 3)`` per stretch.
+        acceleration: world acceleration by numeric differences ``# (rows, 3)`` per stretch.
         held: columns that are slower than the others, whose last number stands until the next.
         flips: columns whose sign is suspected, with the evidence.
         comments: lines for the TOML text by the key that they follow.
@@ -62,6 +60,7 @@ class Draft:
     tables: list[Table]
     assignment: Assignment
     times: Series = field(default_factory=list)
+    looked_at: list[Stretch] = field(default_factory=list)
     time: TimeBase = field(default_factory=TimeBase)
     drop_first: int = 0
     units: dict[str, str] = field(default_factory=dict)
@@ -79,22 +78,14 @@ class Draft:
     findings: list[Finding] = field(default_factory=list)
     comments: dict[str, list[str]] = field(default_factory=dict)
 
-    @property
-    def strides(self) -> list[int]:
-        """Rows per row of evidence, log by log."""
-        return [max(1, round(1.0 / (EVIDENCE_RATE * float(np.median(np.diff(time)))))) for time in self.times]
-
     def raw(self, column: str) -> Series:
-        """A column of the logs as it stands there, every stride-th row."""
-        return [
-            table.column(column, "in every log")[::stride]
-            for table, stride in zip(self.tables, self.strides, strict=True)
-        ]
+        """A column of the logs as it stands there, stretch by stretch."""
+        return [self.tables[one.log].column(column, "in every log")[one.rows] for one in self.looked_at]
 
     @property
     def stamps(self) -> Series:
         """Stamps in s that belong to :meth:`raw`."""
-        return [time[::stride] for time, stride in zip(self.times, self.strides, strict=True)]
+        return [self.times[one.log][one.rows] for one in self.looked_at]
 
     def has(self, *standard: str) -> bool:
         """Whether every one of these standard columns has been found."""

@@ -48,7 +48,7 @@ def _remark(pieces: list[Array]) -> str:
         return f"{len(values) - len(finite)} of {len(values)} cells hold no number"
     if np.ptp(finite) == 0:
         return f"constant at {finite[0]:g}"
-    if len(np.unique(finite)) <= FEW:
+    if _are_few(finite):
         return ""
     # A value that stays at a limit is clipped, one that stays elsewhere waits for its next update.
     between = (values[1:] > finite.min()) & (values[1:] < finite.max())
@@ -58,6 +58,15 @@ def _remark(pieces: list[Array]) -> str:
     edges = zip((finite.min(), finite.max()), at_extremes(pieces), strict=True)
     limits = [f"{edge:g} ({100 * share:.1f} % of the rows)" for edge, share in edges if share > SATURATED]
     return f"saturates at {' and '.join(limits)}" if limits else ""
+
+
+def _are_few(values: Array) -> bool:
+    """Whether there are at most :data:`FEW` different values; sorting a million to count them takes long."""
+    for _ in range(FEW):
+        values = values[values != values[0]]
+        if not len(values):
+            return True
+    return False
 
 
 def _copies(draft: Draft, pooled: dict[str, Array]) -> None:

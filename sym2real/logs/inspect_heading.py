@@ -69,11 +69,11 @@ def _sines(draft: Draft) -> None:
 
 
 def _courses(draft: Draft) -> Series:
-    """The way a car moves ``# (rows,)`` per log; empty for other robots."""
+    """The way a car moves ``# (rows,)`` per stretch; empty for other robots."""
     if not draft.assignment.is_car or not draft.has("x", "y"):
         return []
     logs = zip(draft.stamps, draft.series("x"), draft.series("y"), strict=True)
-    speeds = draft.raw(axis_column(draft, "speed")) if draft.has("speed") else [None] * len(draft.tables)
+    speeds = draft.raw(axis_column(draft, "speed")) if draft.has("speed") else [None] * len(draft.looked_at)
     return [course(*log, speed) for log, speed in zip(logs, speeds, strict=True)]
 
 

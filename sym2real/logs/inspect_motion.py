@@ -63,7 +63,7 @@ def _velocity_unit(draft: Draft, column: str, true: Series | None) -> tuple[str,
 
 def in_body(draft: Draft, true: dict[str, Series]) -> dict[str, Series]:
     """Slopes of positions in body axes, where the attitude or the heading is known."""
-    logs = range(len(draft.tables))
+    logs = range(len(draft.looked_at))
     zero = [np.zeros(len(time)) for time in draft.stamps]
     world = [np.stack([true.get(name, zero)[log] for name in ("vx", "vy", "vz")], axis=1) for log in logs]
     if draft.world:

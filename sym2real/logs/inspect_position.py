@@ -30,7 +30,7 @@ def inspect_positions(draft: Draft) -> None:
         scale = factor(unit, "x")
         parts = [push[axis] for axis in axes]
         draft.acceleration = [
-            scale * np.stack([part[log] for part in parts], axis=1) for log in range(len(draft.tables))
+            scale * np.stack([part[log] for part in parts], axis=1) for log in range(len(draft.looked_at))
         ]
 
 

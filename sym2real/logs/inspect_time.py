@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sym2real.logs.draft import Draft
+from sym2real.logs.evidence import stretches, words
 from sym2real.logs.parts import TimeBase
 from sym2real.logs.resample import GAP_INTERVALS, gaps, is_regular
 from sym2real.logs.signals import Series
@@ -21,11 +22,18 @@ UNLIKE = (0.6, 1.6)  # × the median: an interval outside is not like the others
 
 
 def inspect_time(draft: Draft) -> None:
-    """Find the time base and the rows to drop; sets ``times`` and shortens ``tables``."""
+    """Find the time base and the rows to drop; sets ``times`` and ``looked_at``, and shortens ``tables``."""
     column = _column(draft.tables, draft.assignment.times)
     if column is None:
         _without_stamps(draft)
-        return
+    else:
+        _with_stamps(draft, column)
+    draft.looked_at = stretches(draft.times)
+    if said := words(draft.times, draft.looked_at):
+        draft.add("", "not every row is looked at", "", said, "certain")
+
+
+def _with_stamps(draft: Draft, column: str) -> None:
     counts = [stamps(table, LogSpec(time=TimeBase(column))) for table in draft.tables]
     step = float(np.median(np.concatenate([np.diff(values) for values in counts])))
     unit, evidence = _unit(draft, column, step)

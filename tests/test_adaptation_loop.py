@@ -20,6 +20,7 @@ from sym2real.adaptation import Adaptation, Adapting, Improvement, NoResidual, a
 from sym2real.adaptation.episode_report import episode_cost
 from sym2real.adaptation.predictions import horizon_errors, one_step_error
 from sym2real.adaptation.round_report import Learned, RoundReport, best_of, settled
+from sym2real.adaptation.rounds import Rounds
 from sym2real.control import geometric_controller
 from sym2real.effects import compose, effect
 from sym2real.errors import DataError, ModelError
@@ -280,6 +281,29 @@ def test_the_loop_stops_when_nothing_gets_better() -> None:
     assert RoundReport.from_dict(json.loads(json.dumps(rounds[2].to_dict())), "here") == rounds[2]
     with pytest.raises(DataError, match=r"here: expected a round of an adaptation"):
         RoundReport.from_dict({"number": 1}, "here")
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"rows": "many"}, "rows as int, found 'many'"),
+        ({"seconds": None}, "seconds as float, found None"),
+        ({"effects": 3}, "effects as list, found 3"),
+        ({"refused": True}, "refused as str, found True"),
+        ({"more": 1}, "the fields rows, seconds, base, effects, penalty, refused, found"),
+    ],
+)
+def test_a_broken_round_is_one_clear_error(tmp_path: Path, changes: dict[str, Any], said: str) -> None:
+    rounds = Rounds(tmp_path, CRAZYFLIE.layouts)
+    plain = CRAZYFLIE.nominal()
+    assert rounds.model(1, lambda: (plain, Learned(rows=3, effects=("wind",))))[1].effects == ("wind",)
+    file = tmp_path / "rounds" / "01" / "learned.json"
+    file.write_text(json.dumps({**json.loads(file.read_text()), **changes}))
+    with pytest.raises(DataError, match=f"learned.json: expected how a model was learned: {said}"):
+        rounds.model(1, lambda: (plain, Learned()))
+    file.write_text("[]")
+    with pytest.raises(DataError, match=r"learned.json: expected how a model was learned"):
+        rounds.model(1, lambda: (plain, Learned()))
 
 
 def test_the_true_equations_predict_what_is_measured_through_their_sensors() -> None:

@@ -72,6 +72,12 @@ BAD = {
     "effect": (GOOD + 'effects = [{ effect = "winds", fx = 0.1 }]\n', "case 'one'.*did you mean 'wind'"),
     "parameter": (GOOD + 'effects = [{ effect = "wind", fw = 0.1 }]\n', "case 'one'.*fw"),
     "no number": (GOOD + 'effects = [{ effect = "wind", fx = true }]\n', "wind, fx: a finite number, found True"),
+    "a number without end": (
+        GOOD + f'effects = [{{ effect = "wind", fx = 1{"0" * 400} }}]\n', "wind, fx: a finite number, found 1000"
+    ),
+    "an option without end": (GOOD + f'options = {{ radius = 1{"0" * 400} }}\n', "case 'one'"),
+    "too many digits": (f"title = 1{'0' * 5000}\n", "cases in TOML, found .*digits"),
+    "nested without end": (f"title = {'[' * 5000}\n", "cases in TOML"),
     "no list": (GOOD + 'effects = "wind"\n', r"case 'one', effects: a list of \{ effect = NAME"),
     "mechanism": (GOOD + 'mechanisms = [{ mechanism = "swing" }]\n', "case 'one'.*unknown mechanism 'swing'"),
     "its numbers": (

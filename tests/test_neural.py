@@ -15,8 +15,9 @@ from sym2real.control import MPPI, RandomCommands
 from sym2real.diagnosis.windows import predict_windows
 from sym2real.effects.filters import FilterState, with_hidden_start
 from sym2real.errors import DataError, ShapeError
+from sym2real.layout import Layout, Layouts
 from sym2real.native import find_compiler
-from sym2real.neural import Composed, Ensemble, ResidualMLP, load_residual, save_residual
+from sym2real.neural import Composed, Ensemble, ResidualMLP, load_residual, open_model, save_model, save_residual
 from sym2real.plants import ModelPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import Equations, compile_model, rollout
@@ -123,6 +124,22 @@ def test_an_ensemble_is_the_mean_of_its_members() -> None:
     torch.testing.assert_close(found, CRAZYFLIE.layouts.state.normalise(state + members.mean(0)))
     torch.testing.assert_close(found[2], ensemble(state[2], actions[2, 0]))
     assert ensemble(state[:, None], actions).shape == (6, 5, 13)
+
+
+def test_a_state_without_quaternion_or_circle_needs_no_manifold(tmp_path: Path) -> None:
+    layouts = Layouts(Layout.of(["x", "vx"]), Layout.of(["u"]))
+    base = Equations.parse(layouts, {"x": "x + 0.1*vx", "vx": "vx + 0.1*u"}, dt=0.1)
+    residual = ResidualMLP(layouts, (4,))
+    with torch.no_grad():
+        residual.linears[-1].bias.copy_(torch.tensor([0.0, -0.25]))
+    state, action = torch.tensor([1.0, 2.0]), torch.tensor([[3.0], [1.0]])
+    expected = torch.tensor([[1.2, 2.05], [1.405, 1.9]])
+    torch.testing.assert_close(rollout(Composed(base, residual), state, action), expected)
+    ensemble = Ensemble(layouts, 2, (4,), seed=1)
+    model = Composed(ensemble, residual)
+    torch.testing.assert_close(model(state, action), ensemble(state, action) + residual(state, action))
+    torch.testing.assert_close(model.plain()(state, action), model(state, action))
+    assert isinstance(open_model(save_model(model, tmp_path / "pushed")), Composed)
 
 
 def test_no_past_is_the_present_row_repeated() -> None:

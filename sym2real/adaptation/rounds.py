@@ -68,7 +68,8 @@ class Rounds:
             with whole(place) as beside:
                 save_model(model, beside)
                 write_text(beside / LEARNED, json.dumps(plain(asdict(learned)), indent=1))
-        return open_model(place), learned_from(read_object(place / LEARNED, "how a model was learned"))
+        kept = place / LEARNED
+        return open_model(place), learned_from(read_object(kept, "how a model was learned"), str(kept))
 
     def log(self, number: int, fly: Callable[[], Dataset]) -> Dataset:
         """The log of a round: as kept, or flown and kept."""

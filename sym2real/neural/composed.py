@@ -19,7 +19,7 @@ from sym2real.effects.visible import visible_state
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout, Layouts
 from sym2real.neural.ensemble import Ensemble
-from sym2real.neural.manifold import on_manifold, units_of
+from sym2real.neural.manifold import manifold_of
 from sym2real.neural.residual_mlp import ResidualMLP, joined
 from sym2real.neural.symbolic_residual import SymbolicResidual
 from sym2real.symbolic import Equations, build_module, compile_model, read_back
@@ -37,12 +37,12 @@ class _Step(nn.Module):
         base: nn.Module,
         residual: Residual,
         visible: int,
-        units: list[tuple[int, int]],
+        manifold: nn.Module,
         dt_column: tuple[int, float],
     ):
         super().__init__()
         self.base, self.residual, self.visible = base, residual, visible
-        self.units = units
+        self.manifold = manifold
         self.time, self.dt = dt_column
         self.commands = residual.commands * len(residual.columns[1])
         self.states = residual.states * visible
@@ -52,7 +52,8 @@ class _Step(nn.Module):
     ) -> Tensor:
         seen = self.residual(state[..., : self.visible], action, past)
         following = self.base(state, action, inputs) + pad(seen, [0, state.shape[-1] - self.visible])
-        return on_manifold(following, self.units)
+        on_manifold: Tensor = self.manifold(following)
+        return on_manifold
 
     def repeated(self, state: Tensor, action: Tensor) -> Tensor:
         """The past that the first row has: itself."""
@@ -129,13 +130,13 @@ class Composed(nn.Module):
         self._equations, self._visible = base if isinstance(base, Equations) else None, len(self.layouts.state)
         self.base = compile_model(base, dtype=dtype) if isinstance(base, Equations) else _frozen(base, dtype)
         self.residual = residual.to(dtype)
-        self._units = units_of(base.layouts.state)
         time = self.layouts.inputs.index("t") if "t" in self.layouts.inputs else -1
         self._time = (time, base.dt)
         self.scripted = script(self._step(self.base))
 
     def _step(self, base: nn.Module) -> _Step:
-        return _Step(base, self.residual, self._visible, self._units, self._time)
+        manifold = manifold_of(self.below.layouts.state)
+        return _Step(base, self.residual, self._visible, manifold, self._time)
 
     def plain(self) -> nn.Module:
         """One step as a module that is not scripted, for ``torch.export``."""

@@ -20,7 +20,7 @@ from torch.nn.functional import softplus
 
 from sym2real.errors import ShapeError
 from sym2real.layout import Layouts
-from sym2real.neural.manifold import on_manifold, units_of
+from sym2real.neural.manifold import manifold_of
 from sym2real.neural.networks import Networks
 
 
@@ -62,7 +62,7 @@ class Ensemble(nn.Module):
         self.layouts, self.dt, self.robot = layouts, dt, robot
         self.columns = (layouts.state.columns, layouts.action.columns)
         self.widths, self.probabilistic = tuple(int(width) for width in widths), probabilistic
-        self.size, self.units = len(layouts.state), units_of(layouts.state)
+        self.size, self.manifold = len(layouts.state), manifold_of(layouts.state)
         seen = self.size + len(layouts.action)
         self.networks = Networks((seen, *widths, self.size * (2 if probabilistic else 1)), members, seed)
         self.register_buffer("input_mean", torch.zeros(seen))
@@ -86,7 +86,8 @@ class Ensemble(nn.Module):
 
     def forward(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
         """Next state on the manifold; leading dimensions broadcast."""
-        return on_manifold(state + self.members(state, action).mean(dim=0), self.units)
+        following: Tensor = self.manifold(state + self.members(state, action).mean(dim=0))
+        return following
 
     def log_variance(self, outputs: Tensor) -> Tensor:
         """Logarithm of the variance in scaled columns ``# (members, ..., n)``, of what a probabilistic one says."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import resources
@@ -13,9 +12,10 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from sym2real.effects import effect
-from sym2real.errors import DataError, ModelError, Sym2RealError, UnknownNameError, reason
+from sym2real.errors import DataError, ModelError, Sym2RealError, UnknownNameError
 from sym2real.experiments.study.contestants import CONTESTANTS
 from sym2real.experiments.study.mechanisms import MECHANISMS, require_mechanism
+from sym2real.files import read_toml
 from sym2real.plants import MujocoPlant
 from sym2real.registry import Registry
 from sym2real.robots import ROBOTS, Robot
@@ -122,11 +122,7 @@ def load_suite(name: str) -> Suite:
         file = Path(name)
     else:
         raise UnknownNameError("cases: neither a file.toml nor", name, shipped_suites())
-    try:
-        table = tomllib.loads(file.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise DataError(file, "cases in TOML", reason(error)) from error
-    return _suite(file, table)
+    return _suite(file, read_toml(file, "cases in TOML"))
 
 
 def _suite(file: Path, table: Mapping[str, Any]) -> Suite:
@@ -164,7 +160,7 @@ def _case(file: Path, row: Mapping[str, Any]) -> Case:
     case = Case(**text, options=options, effects=effects, mechanisms=mechanisms, truth=tuple(truth), ensemble=ensemble)
     try:
         require_possible(case)
-    except (Sym2RealError, TypeError) as error:
+    except (Sym2RealError, TypeError, OverflowError) as error:
         raise DataError(file, f"{said} that its robot can have", str(error)) from error
     return case
 
@@ -194,9 +190,18 @@ def _parts(file: Path, said: str, row: Mapping[str, Any], kind: str) -> Parts:
     _require(file, f"{said}, {kind}s", f"a list of {{ {kind} = NAME, number = … }}", good, given)
     for one in given:
         for name, value in one.items():
-            number = not isinstance(value, bool) and isinstance(value, int | float) and math.isfinite(value)
-            _require(file, f"{said}, {one[kind]}, {name}", "a finite number", name == kind or number, value)
+            _require(file, f"{said}, {one[kind]}, {name}", "a finite number", name == kind or _finite(value), value)
     return tuple((one[kind], {name: float(value) for name, value in one.items() if name != kind}) for one in given)
+
+
+def _finite(value: Any) -> bool:
+    """Whether a value is a number that a float holds; TOML's integers have no end."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:
+        return False
 
 
 def _texts(value: Any) -> bool:
@@ -212,4 +217,4 @@ def _require_fields(file: Path, said: str, table: Mapping[str, Any], needed: set
 
 def _require(file: Path, where: str, expected: str, holds: bool, found: Any) -> None:
     if not holds:
-        raise DataError(file, f"{where}: {expected}", found if isinstance(found, str) else repr(found))
+        raise DataError(file, f"{where}: {expected}", found if isinstance(found, str) else f"{found!r:.200}")

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from sym2real.robots import Motors
     from sym2real.symbolic import Equations
 
+DT = 0.02  # s
+
 
 @dataclass(frozen=True)
 class NominalQuadrotor:
@@ -40,14 +42,14 @@ class NominalQuadrotor:
     """What the actions are."""
     attitude: Literal["predicted", "measured"] = "predicted"
     """Whether the attitude is predicted, or known along the log."""
-    dt: Positive = 0.02
-    """Time step in s."""
+    dt: OptionalPositive = None
+    """Time step in s; by default that of the log of --fit-thrust, else 0.02."""
     rate_gains: ThreePositive = (50.0, 50.0, 20.0)
     """Gains of the on-board rate loop in 1/s (thrust_rates)."""
     attitude_time_constant: NotNegative = 0.15
     """Of the on-board attitude loop in s (thrust_attitude)."""
-    motor_unit: Literal["command", "rad/s"] = "command"
-    """Unit of the motor actions (motors)."""
+    motor_unit: Literal["command", "rad/s"] | None = None
+    """Unit of the motor actions (motors); by default what the log of --fit-thrust shows, else commands of 0 to 1."""
     motor_thrust: OptionalPositive = None
     """Thrust of one rotor in N per unit of command, or N s²/rad² (motors); by default hover at half command."""
     torque_per_thrust: float | None = None
@@ -57,7 +59,7 @@ class NominalQuadrotor:
     spin: tuple[int, int, int, int] | None = None
     """Sign of each rotor's reaction torque about body z (motors); the Crazyflie's by default."""
     fit_thrust: Path | None = None
-    """Fit the thrust per unit on the first two seconds of this log (motors, or mass-normalised thrust)."""
+    """Fit the thrust per unit on the first two seconds of this log, or of its longest stretch without gaps (motors)."""
     spec: Place | None = None
     """How that log's columns are named: a shipped specification's name or a TOML file."""
     json: Path | None = None
@@ -67,44 +69,60 @@ class NominalQuadrotor:
         """Make the equations, print them, write the model."""
         from sym2real.robots import quadrotor
 
+        self._check_together()
+        motors, dt = self._motors(console)
         equations = quadrotor(
             self.mass,
             self.inertia,
             interface=self.interface,
             attitude=self.attitude,
-            dt=self.dt,
+            dt=dt,
             rate_gains=self.rate_gains,
             attitude_time_constant=self.attitude_time_constant,
-            motors=self._motors(console),
+            motors=motors,
         )
         return save_nominal(equations, self.out, console)
 
-    def _motors(self, console: Console) -> Motors | None:
+    @property
+    def _rotors(self) -> dict[str, Any]:
+        """The options on rotors that were given, but for their thrust and its unit."""
+        given = {"torque_per_thrust": self.torque_per_thrust, "arm": self.arm, "spin": self.spin}
+        return {name: value for name, value in given.items() if value is not None}
+
+    def _check_together(self) -> None:
+        """Refuse options that say nothing, or two things, together."""
         from sym2real.errors import ModelError
-        from sym2real.experiments.real_flight import thrust_of_log
+
+        thrust = [self.motor_thrust, self.fit_thrust]
+        of_motors = self._rotors or any(value is not None for value in (*thrust, self.motor_unit))
+        if self.interface != "motors" and of_motors:
+            raise ModelError(f"motor options and --fit-thrust need --interface motors, found {self.interface}")
+        if None not in thrust:
+            raise ModelError("expected --motor-thrust or --fit-thrust, found both")
+        if thrust == [None, None] and self._rotors:
+            raise ModelError("--torque-per-thrust, --arm and --spin need --motor-thrust or --fit-thrust")
+        if thrust == [None, None] and self.motor_unit == "rad/s":
+            raise ModelError("--motor-unit rad/s needs --motor-thrust or --fit-thrust: half of full speed is unknown")
+        if self.spec is not None and self.fit_thrust is None:
+            raise ModelError("--spec names the columns of the log of --fit-thrust, found no --fit-thrust")
+
+    def _motors(self, console: Console) -> tuple[Motors | None, float]:
+        """The rotors, None for those that hover at half command, and the time step in s."""
+        from sym2real.experiments.thrust_of_log import thrust_of_log
         from sym2real.robots import Motors
 
-        given = {
-            "torque_per_thrust": self.torque_per_thrust,
-            "arm": self.arm,
-            "spin": self.spin,
-        }
-        chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
-        if self.interface != "motors":
-            if chosen or self.motor_thrust is not None or self.fit_thrust is not None:
-                raise ModelError(f"motor options and --fit-thrust need --interface motors, found {self.interface}")
-            return None
-        thrust = self.motor_thrust
-        if self.fit_thrust is not None:
-            per_mass = thrust_of_log(self.fit_thrust, self.spec, self.dt, self.motor_unit)
-            thrust = per_mass * (1.0 if self.mass is None else self.mass)
-            what, unit = ("squared speed", "N s²/rad²") if self.motor_unit == "rad/s" else ("unit of command", "N")
-            console.print(f"thrust per {what}, fitted on the first two seconds: {thrust:.4g} {unit}", markup=False)
-        if thrust is None:
-            if chosen:
-                raise ModelError("--torque-per-thrust, --arm and --spin need --motor-thrust or --fit-thrust")
-            return None
-        return Motors(thrust=thrust, unit=self.motor_unit, **chosen)
+        dt = DT if self.dt is None else self.dt
+        if self.motor_thrust is not None:
+            return Motors(thrust=self.motor_thrust, unit=self.motor_unit or "command", **self._rotors), dt
+        if self.fit_thrust is None:
+            return None, dt
+        found = thrust_of_log(self.fit_thrust, self.spec, self.dt, self.motor_unit)
+        thrust = found.per_mass * (1.0 if self.mass is None else self.mass)
+        what, unit = ("squared speed", "N s²/rad²") if found.unit == "rad/s" else ("unit of command", "N")
+        for note in found.notes:
+            console.print(f"{self.fit_thrust.name}: {note}", markup=False)
+        console.print(f"thrust per {what}, fitted on the first two seconds: {thrust:.4g} {unit}", markup=False)
+        return Motors(thrust=thrust, unit=found.unit, **self._rotors), found.dt
 
 
 @dataclass(frozen=True)

@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from pathlib import Path
-from typing import Any
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
 
 import tyro
-from rich.console import Console
 
-from hardware.checks import checks, observe, report
-from hardware.clock import SystemClock
+from hardware.checking import Checking
+from hardware.checks import Check
 from hardware.command_line import main
+from hardware.crazyflie.checks import checks
 from hardware.crazyflie.laboratory import Laboratory
+from hardware.interfaces import Reading, RobotLink
 from hardware.safety import Limits
 
 REAL, LIMITS = Laboratory(), Limits()
 
 
 @dataclass(frozen=True)
-class CheckLink:
+class CheckLink(Checking):
     """Connect to a Crazyflie and its motion capture, and measure for some seconds what a flight needs. Nothing moves.
 
     For example:
@@ -31,21 +32,14 @@ class CheckLink:
     """The robot and what sees it."""
     limits: Limits = LIMITS
     """Of the flight: what is measured must keep within half of its ages."""
-    seconds: float = 3.0
-    """How long to measure."""
-    json: Path | None = None
-    """Write the result to this file (- is standard output)."""
 
-    def run(self, console: Console) -> dict[str, Any]:
-        """Connect, measure, say what holds."""
-        with self.laboratory.link(dry=True) as link:
-            console.print("waiting for motion capture, the robot's tables and its first log packet")
-            link.connect()
-            console.print(f"connected: CRTP protocol {link.connection.protocol}, route {link.route.name}")
-            found = checks(observe(link, SystemClock(), self.seconds), self.limits)
-        ready = report(found, console.print)
-        console.print("ready to fly" if ready else "not ready to fly")
-        return {"ready": ready, "checks": [asdict(check) for check in found]}
+    def link(self) -> AbstractContextManager[RobotLink]:
+        """To the robot, or to a fake one."""
+        return self.laboratory.link(dry=True)
+
+    def checks(self, readings: Sequence[Reading]) -> list[Check]:
+        """What a take-off needs."""
+        return checks(readings, self.limits)
 
 
 if __name__ == "__main__":

@@ -1,23 +1,17 @@
-"""What must hold before a take-off, measured over a few seconds on the ground."""
+"""What must hold before a robot moves, measured over a few seconds at rest; what its own checks are made of."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from hardware.clock import Clock
-from hardware.frame import heading
+from hardware.clock import Clock, SystemClock
 from hardware.interfaces import Reading, RobotLink
-from hardware.safety import CUTS, Limits, tilt_of
 from sym2real.trajectory import Array
 
-RESERVE = 0.3  # V above the limit: about what a take-off pulls a Crazyflie's battery down
 STILL = 0.01  # m of spread while it stands
-UPRIGHT = math.radians(10.0)
-FACING = math.radians(15.0)
 
 
 @dataclass(frozen=True)
@@ -37,6 +31,26 @@ class Check:
     advice: str
 
 
+Judge = Callable[[Sequence[Reading]], list[Check]]
+
+
+def connected(link: RobotLink, judge: Judge, seconds: float, say: Callable[[str], None]) -> list[Check]:
+    """Connect and judge what is observed for some seconds, saying every check in a line.
+
+    Raises:
+        LinkError: naming what did not answer.
+    """
+    say("waiting for motion capture and the robot")
+    link.connect()
+    known = ", ".join(f"{name} {value}" for name, value in link.about.items() if isinstance(value, str | int))
+    say(f"connected: {known}; measuring for {seconds:g} s")
+    found = judge(observe(link, SystemClock(), seconds))
+    for check in found:
+        advice = "" if check.holds else f" ({check.advice})"
+        say(f"{'ok  ' if check.holds else 'FAIL'}  {check.name}: {check.measured}{advice}")
+    return found
+
+
 def observe(link: RobotLink, clock: Clock, seconds: float) -> list[Reading]:
     """Readings of a link, one every half control period."""
     start, readings = clock.now(), [link.state()]
@@ -46,55 +60,36 @@ def observe(link: RobotLink, clock: Clock, seconds: float) -> list[Reading]:
     return readings
 
 
-def checks(readings: Sequence[Reading], limits: Limits) -> list[Check]:
-    """Judge what was observed on the ground."""
-    last, states = readings[-1], np.array([reading.state for reading in readings])
-    flagged = sorted(last.flags & set(CUTS))
-    return [
-        _stream("motion capture", "pose", "pose_stamp", readings, limits.pose_age),
-        _stream("the robot's log", "attitude", "robot_stamp", readings, limits.attitude_age),
-        _below("spread of the position", _spread(states), STILL, "m", "let it stand still; look for reflections"),
-        _below("tilt", max(map(tilt_of, states[:, 3:7])), UPRIGHT, "rad", "stand it upright on level ground"),
-        _below("yaw against motion capture", _facing(readings), FACING, "rad", "turn its front along x, restart it"),
-        _fence(states[-1, :3], limits),
-        Check("battery", f"{last.battery:.2f} V", last.battery >= limits.battery + RESERVE, "charge it"),
-        Check("supervisor", " ".join(sorted(last.flags)) or "nothing set", not flagged, "restart the robot"),
-    ]
+def stream(name: str, source: str, stamp: str, readings: Sequence[Reading], longest: float) -> Check:
+    """Whether data comes in time: its age is within half of the greatest that is allowed, s.
 
-
-def _stream(name: str, source: str, stamp: str, readings: Sequence[Reading], longest: float) -> Check:
+    Args:
+        name: in words.
+        source: key of a reading's ages.
+        stamp: key of a reading's further numbers.
+        readings: in the order of time.
+        longest: greatest age, s.
+    """
     oldest = max(reading.ages[source] for reading in readings)
     elapsed = readings[-1].time - readings[0].time
-    per_second = (len({reading.extra[stamp] for reading in readings if stamp in reading.extra}) - 1) / max(
-        elapsed, 1e-9
-    )
-    told = f"{per_second:.0f} seen per second, the oldest {1000.0 * oldest:.0f} ms"
+    seen = len({reading.extra[stamp] for reading in readings if stamp in reading.extra})
+    told = f"{(seen - 1) / max(elapsed, 1e-9):.0f} seen per second, the oldest {1000.0 * oldest:.0f} ms"
     return Check(name, told, oldest <= 0.5 * longest, f"at most {500.0 * longest:.0f} ms: look at network and radio")
 
 
-def _below(name: str, value: float, limit: float, unit: str, advice: str) -> Check:
+def below(name: str, value: float, limit: float, unit: str, advice: str) -> Check:
+    """Whether a number is within a limit."""
     return Check(name, f"{value:.3g} {unit}", value <= limit, advice)
 
 
-def _spread(states: Array) -> float:
-    return float(np.abs(states[:, :3] - states[:, :3].mean(0)).max())
+def still(positions: Array) -> Check:
+    """Whether positions ``# (readings, axes)`` in m spread little."""
+    spread = float(np.abs(positions - positions.mean(0)).max())
+    return below("spread of the position", spread, STILL, "m", "let it stand still; look for reflections")
 
 
-def _facing(readings: Sequence[Reading]) -> float:
-    """Greatest difference in rad between the robot's yaw and that of motion capture; zero where it sees a point."""
-    seen = [(reading.state, reading.extra["capture_yaw"]) for reading in readings if "capture_yaw" in reading.extra]
-    return max((abs(math.remainder(heading(state[3:7]) - yaw, 2.0 * math.pi)) for state, yaw in seen), default=0.0)
-
-
-def _fence(place: Array, limits: Limits) -> Check:
-    inside = bool(((np.array(limits.low) <= place) & (place <= np.array(limits.high))).all())
+def inside(place: Array, low: Sequence[float], high: Sequence[float]) -> Check:
+    """Whether a place ``# (axes,)`` lies within the fence's corners, m."""
+    within = bool(((np.array(low) <= place) & (place <= np.array(high))).all())
     told = ", ".join(f"{value:.2f}" for value in place.tolist())
-    return Check("position", f"{told} m", inside, "put it inside the fence; are the axes right?")
-
-
-def report(found: Sequence[Check], say: Callable[[str], None]) -> bool:
-    """Say every check in a line; whether all hold."""
-    for check in found:
-        advice = "" if check.holds else f" ({check.advice})"
-        say(f"{'ok  ' if check.holds else 'FAIL'}  {check.name}: {check.measured}{advice}")
-    return all(check.holds for check in found)
+    return Check("position", f"{told} m", within, "put it inside the fence; are the axes right?")

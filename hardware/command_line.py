@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import sys
 from collections.abc import Sequence
@@ -19,7 +20,7 @@ from sym2real.errors import DataError, Sym2RealError, reason
 def main(verb: Any, prog: str, arguments: Sequence[str] | None = None) -> None:
     """Run a verb; exit with 2 and one clear message on bad input or a robot that does not answer, 130 on Ctrl-C."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    chosen = parse(verb, prog, verb.__doc__, list(sys.argv[1:] if arguments is None else arguments))
+    chosen = parse(verb, prog, inspect.getdoc(verb) or "", list(sys.argv[1:] if arguments is None else arguments))
     # A person beside a robot reads what it waits for while it waits.
     console = Console(stderr=chosen.json == STANDARD_OUTPUT, highlight=False)
     try:
@@ -33,7 +34,7 @@ def main(verb: Any, prog: str, arguments: Sequence[str] | None = None) -> None:
     except OSError as error:
         _stop(f"error: {DataError(error.filename or 'a file', 'one that can be used', reason(error))}", 2)
     except KeyboardInterrupt:
-        _stop("interrupted: the robot has landed, the record is closed", 130)
+        _stop("interrupted: the robot stands, the record is closed", 130)
 
 
 def _stop(text: str, status: int) -> NoReturn:

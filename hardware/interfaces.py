@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from types import TracebackType
-from typing import Protocol, Self
+from typing import Any, Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -146,6 +146,11 @@ class RobotLink(Protocol):
     @property
     def robot(self) -> Robot:
         """Columns, limits and control period."""
+        ...
+
+    @property
+    def about(self) -> Mapping[str, Any]:
+        """What a record says of the link: addresses and settings, as numbers, texts, lists and mappings of them."""
         ...
 
     def connect(self) -> None:

@@ -143,7 +143,8 @@ class Recorder:
         cells |= dict(zip(layouts.action, row.sent.tolist(), strict=True))
         cells |= {f"asked_{name}": value for name, value in zip(layouts.action, row.asked.tolist(), strict=True)}
         cells |= {f"age_{name}": age for name, age in reading.ages.items()}
-        cells |= {"vbat": reading.battery, "clock": reading.time, "late": row.late, "taken": row.taken}
+        cells |= {} if math.isnan(reading.battery) else {"vbat": reading.battery}  # a car tells no voltage
+        cells |= {"clock": reading.time, "late": row.late, "taken": row.taken}
         cells |= {"missed": float(row.missed), "stage": STAGES[row.stage], "verdict": float(row.command.verdict)}
         flags = " ".join(sorted(reading.flags))
         cells |= {"phase": row.command.phase, "reason": row.command.reason or NONE, "flags": flags or NONE}
@@ -153,7 +154,7 @@ class Recorder:
         try:
             import yaml  # noqa: PLC0415 — it comes with the extras of robots
         except ImportError as error:
-            raise MissingDependencyError("a recorder needs pip install 'sym2real[crazyflie]'") from error
+            raise MissingDependencyError("a recorder needs pip install pyyaml") from error
         self._about |= {"robot": self._robot.name, "dt": self._robot.dt, **known}
         write_text(self.path.with_suffix(".yaml"), yaml.safe_dump(self._about, sort_keys=False, allow_unicode=True))
 

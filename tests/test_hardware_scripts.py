@@ -12,7 +12,7 @@ from rich.console import Console
 
 from hardware.check_link import CheckLink
 from hardware.check_link import main as run_verb
-from hardware.checks import checks
+from hardware.crazyflie.checks import checks
 from hardware.crazyflie.laboratory import Laboratory
 from hardware.crazyflie.thrust_map import THRUST_MAPS
 from hardware.fly_crazyflie import FlyCrazyflie
@@ -38,7 +38,7 @@ def test_a_flight_from_check_to_comparison(model: str, tmp_path: Path) -> None:
     """Hidden in the fake: a fifth of the thrust is missing. It still takes off, hovers too low, and lands."""
     out, said = tmp_path / "run", Console(record=True, width=120)
     laboratory = Laboratory(sim=True, effects=("gain:thrust", "value=0.85"))
-    flown = FlyCrazyflie(model, "hover", out, laboratory, seconds=4.0, samples=64, limits=PATIENT)
+    flown = FlyCrazyflie(model, "hover", out, laboratory=laboratory, seconds=4.0, samples=64, limits=PATIENT)
     result = flown.run(said)
     words = said.export_text()
     order = ["warming", "waiting for", "measuring", "taking off", "landing", "record in", "ahead"]
@@ -61,7 +61,7 @@ def test_a_flight_from_check_to_comparison(model: str, tmp_path: Path) -> None:
 
 def test_a_dry_run_sends_nothing(model: str, tmp_path: Path) -> None:
     out = tmp_path / "run"
-    dry = FlyCrazyflie(model, "hover", out, Laboratory(sim=True), samples=64, limits=PATIENT, dry_run=True)
+    dry = FlyCrazyflie(model, "hover", out, samples=64, dry_run=True, laboratory=Laboratory(sim=True), limits=PATIENT)
     assert dry.run(Console(quiet=True))["sent"] == 0
     assert not out.exists()
 

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Literal
 
 from platformdirs import user_cache_path
 
 from hardware.crazyflie.link import CrazyflieLink
 from hardware.crazyflie.thrust_map import THRUST_MAPS, ThrustMap
-from hardware.errors import LinkError
+from hardware.fakes.beside import beside
 from hardware.fakes.capture import FakeCapture
 from hardware.frame import Frame
 from hardware.interfaces import MotionCapture
@@ -90,32 +87,9 @@ class Laboratory:
             settings = dict(_pair(setting) for setting in self.settings)
             return LaboratoryCapture(self.capture, self.body, settings, Frame(self.axes)), self.uri
         capture = FakeCapture()
-        return capture, stack.enter_context(fake_process(capture.address[1], self.effects))
-
-
-@contextmanager
-def fake_process(poses_to: int, effects: tuple[str, ...] = ()) -> Iterator[str]:
-    """The URI of a fake Crazyflie in a process of its own, which ends with this or when this process dies.
-
-    Raises:
-        LinkError: where it does not start, with its words.
-    """
-    command = [sys.executable, "-m", "hardware.fakes", "--poses-to", str(poses_to)]
-    command += ["--effects", *effects] if effects else []
-    root = Path(__file__).resolve().parent.parent.parent
-    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=root)
-    assert process.stdout is not None
-    assert process.stdin is not None
-    try:
-        words = process.stdout.readline().strip()
-        if not words.startswith("udp://"):
-            raise LinkError(f"the fake Crazyflie did not start: {words or 'no word'}")
-        yield words
-    finally:
-        process.stdin.close()
-        process.terminate()
-        process.wait()
-        process.stdout.close()
+        options = ["--poses-to", str(capture.address[1])]
+        options += ["--effects", *self.effects] if self.effects else []
+        return capture, stack.enter_context(beside("hardware.fakes", options))
 
 
 def _pair(text: str) -> tuple[str, str]:

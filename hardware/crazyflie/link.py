@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -69,6 +70,12 @@ class CrazyflieLink:
         self._telemetry: Telemetry | None = None
         self._told = 0.0  # stamp of the last position that the robot was told
         self._count, self._saturated = 0, False
+
+    @property
+    def about(self) -> dict[str, Any]:
+        """Address, protocol, route and thrust map."""
+        connection = {"uri": self.connection.uri, "protocol": self.connection.protocol}
+        return connection | {"route": self.route.name, "thrust_map": asdict(self.thrust_map)}
 
     def connect(self) -> None:
         """Motion capture, then the robot, then its log.

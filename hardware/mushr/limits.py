@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sym2real.robots import Robot
 from sym2real.trajectory import Array
 
 
@@ -18,9 +19,10 @@ class CarLimits:
 
     Args:
         steer: greatest angle to either side, rad.
-        forward, reverse: greatest speeds, m/s.
-        steer_rate: rad/s.
-        acceleration: m/s².
+        forward: greatest speed, m/s.
+        reverse: greatest speed backwards, m/s.
+        steer_rate: at which the steering may change, rad/s.
+        acceleration: at which the speed may change, m/s².
     """
 
     steer: float = 0.38
@@ -28,6 +30,11 @@ class CarLimits:
     reverse: float = 0.93
     steer_rate: float = 3.2
     acceleration: float = 2.5
+
+    def within(self, robot: Robot) -> Robot:
+        """A car whose commands end where these limits do."""
+        low, high = [-self.steer, -self.reverse], [self.steer, self.forward]
+        return replace(robot, low=np.maximum(robot.low, low), high=np.minimum(robot.high, high))
 
     def reachable(self, wanted: Array, before: Array, seconds: float) -> Array:
         """The action ``# (2,)`` nearest to a wanted one that the limits allow.

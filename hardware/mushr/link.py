@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import asdict
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,6 +24,7 @@ from sym2real.trajectory import Array
 
 COMMANDS = "/car/mux/ackermann_cmd_mux/input/navigation"  # lowest priority but one: a person's joystick comes before
 CONNECTING = 10.0  # s
+UNHEARD = "unheard"  # the flag of a car that nobody hears the commands of
 ZEROS = 5  # periods of zeros on the way out: the mux holds a command for 0.2 s
 
 
@@ -57,6 +59,11 @@ class MushrLink:
         self._sent, self._sent_at = np.zeros(2), -math.inf
         self._locked = False
 
+    @property
+    def about(self) -> dict[str, Any]:
+        """Master, topic of the commands, and limits of the drivers."""
+        return {"master": self._node.master, "commands": self.topic, "car": asdict(self.limits)}
+
     def connect(self) -> None:
         """Hear poses until the state is whole, then wait for the car to listen.
 
@@ -80,10 +87,12 @@ class MushrLink:
         self._tell(np.zeros(2))
 
     def state(self) -> Reading:
-        """State of the filtered poses."""
+        """State of the filtered poses; a flag where nobody hears the commands."""
         now, pose = self._clock.now(), self._capture.latest()
         state, age = (self._filter.state, math.inf) if pose is None else (self._filter.add(pose), now - pose.arrival)
-        return Reading(now, state.copy(), {"pose": age}, extra=_stamp(pose))
+        unheard = self._publisher is not None and not self._publisher.subscribers
+        flags = frozenset({UNHEARD} if unheard else ())
+        return Reading(now, state.copy(), {"pose": age}, flags=flags, extra=_stamp(pose))
 
     def send(self, action: ArrayLike) -> Array:
         """Steering in rad and speed in m/s ``# (2,)``; the same as the car is told them, within :class:`CarLimits`.
@@ -113,8 +122,8 @@ class MushrLink:
                 self.stop()
                 self._clock.sleep_until(self._clock.now() + self.robot.dt)
             self._publisher = None
-            self._capture.close()
-            self._node.close()
+        self._capture.close()
+        self._node.close()
 
     def __enter__(self) -> Self:
         return self

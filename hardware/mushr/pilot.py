@@ -11,6 +11,7 @@ from torch import Tensor
 
 from hardware.errors import UnreachableError
 from hardware.interfaces import Command, Reading, Verdict
+from hardware.mushr.link import UNHEARD
 from sym2real.control.pure_pursuit import PurePursuit
 from sym2real.robots import Robot
 from sym2real.trajectory import Array
@@ -25,10 +26,10 @@ DETOUR = 3.0  # times the straight way: a car turns round in an arc
 
 @dataclass(frozen=True)
 class DriveLimits:
-    """Limits of a drive; the place is the paper authors' floor.
+    """Limits of a drive; the area is as large as the paper authors' floor, 4 × 6.4 m.
 
     Args:
-        low, high: corners of the area that the car stays in, m, world axes.
+        low, high: corners of the area that the car stays in, m, world axes with their origin in the middle.
         pose_age: s without a pose before it brakes.
         late: s that an action may be late before the drive is ended without it.
         overruns: actions in a row that may come after their period.
@@ -36,8 +37,8 @@ class DriveLimits:
         longest: s that braking may take before the car is told to stand.
     """
 
-    low: tuple[float, float] = (-1.4, -4.2)
-    high: tuple[float, float] = (2.6, 2.2)
+    low: tuple[float, float] = (-2.0, -3.2)
+    high: tuple[float, float] = (2.0, 3.2)
     pose_age: float = 0.3
     late: float = 0.1
     overruns: int = 5
@@ -139,6 +140,7 @@ class DrivePilot:
         limits, age = self.limits, reading.ages.get("pose", math.inf)
         reasons = (
             "" if -CLOCK_SLACK <= age <= limits.pose_age else f"no pose from motion capture for {age:.2f} s",
+            "nobody hears the commands" if UNHEARD in reading.flags else "",
             self._outside(reading.state),
             "" if late <= limits.late else f"no action for {late:.2f} s after it was due",
             "" if overruns <= limits.overruns else f"{overruns} actions in a row were late",

@@ -1,0 +1,93 @@
+"""`inspect` prints the `nominal` command for a log: it runs as it stands, and the model is for that log."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+from long_flight import flight, save
+
+from sym2real.cli import main
+from sym2real.data import example_flight
+from sym2real.symbolic import load_model
+
+PUT = {"KILOGRAMS": "0.027", "METRES": "0.2955", "runs/nominal": "model"}
+
+
+def inspected(log: Path, folder: Path, *options: str) -> dict[str, Any]:
+    """What `inspect --json` says of the next command."""
+    main(["inspect", str(log), *options, "--json", str(folder / "found.json")])
+    found: dict[str, Any] = json.loads((folder / "found.json").read_text())["nominal"]
+    return found
+
+
+def runs(command: str, log: Path, spec: Path, folder: Path, put: Mapping[str, str] = PUT) -> Path:
+    """The folder of the model that a printed line makes, which `compare` takes for the log."""
+    words = shlex.split(command)
+    assert words[0] == "sym2real"
+    main([str(folder / "model") if word == "runs/nominal" else put.get(word, word) for word in words[1:]])
+    main(["compare", str(folder / "model"), str(log), "--spec", str(spec)])
+    return folder / "model"
+
+
+def test_motors_of_a_flight(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    spec = tmp_path / "my flight.toml"
+    found = inspected(example_flight(), tmp_path, "--out", str(spec))
+    printed = " ".join(capsys.readouterr().out.split())
+    assert found["command"] in printed
+    assert found["remarks"] == []
+    assert "--interface motors --attitude measured --motor-unit command --dt 0.02 --fit-thrust" in found["command"]
+    model = load_model(runs(found["command"], example_flight(), spec, tmp_path))
+    assert model.layouts.action.columns == ("motor1", "motor2", "motor3", "motor4")
+
+
+def test_the_step_of_a_log_at_another_rate(tmp_path: Path) -> None:
+    log, spec = save(flight(1000, 100.0), tmp_path / "flight.parquet"), tmp_path / "flight.toml"
+    found = inspected(log, tmp_path, "--out", str(spec))
+    assert load_model(runs(found["command"], log, spec, tmp_path)).dt == 0.01
+
+
+def test_motors_of_no_known_unit_are_asked_for(tmp_path: Path) -> None:
+    columns = flight(1000, 100.0)
+    columns |= {f"motor{i}": 1400.0 + 800.0 * (columns[f"motor{i}"] - 0.5) for i in range(1, 5)}
+    columns |= {f"motor{i}": 2.0 * columns[f"motor{i}"] for i in range(1, 5)}
+    found = inspected(save(columns, tmp_path / "flight.parquet"), tmp_path)
+    assert "--motor-unit UNIT" in found["command"]
+    assert any("UNIT is what the motors are counted in" in remark for remark in found["remarks"])
+    assert any("SPEC.toml is the specification above" in remark for remark in found["remarks"])
+
+
+@pytest.mark.parametrize(
+    ("robot", "task", "options"),
+    [
+        ("crazyflie", "circle", "quadrotor --interface thrust_rates --mass KILOGRAMS --dt 0.02"),
+        ("mushr", "circle", "car --wheelbase METRES --dt 0.05"),
+    ],
+)
+def test_simulated_robots(robot: str, task: str, options: str, tmp_path: Path) -> None:
+    log, spec = tmp_path / "log.csv", tmp_path / "log.toml"
+    main(["simulate", robot, task, "--seconds", "6", "--noise", "--out", str(log)])
+    found = inspected(log, tmp_path, "--out", str(spec))
+    assert found["command"] == f"sym2real nominal {options} --out runs/nominal"
+    assert any(("measure it" in remark) or ("weighs" in remark) for remark in found["remarks"])
+    runs(found["command"], log, spec, tmp_path)
+
+
+def test_thrust_per_mass_needs_no_mass(shared_data: Path, tmp_path: Path) -> None:
+    spec = tmp_path / "wind.toml"
+    log = shared_data / "quadrotor_wind" / "baseline_nowind.csv"
+    found = inspected(log, tmp_path, "--out", str(spec))
+    assert "KILOGRAMS" not in found["command"]
+    assert "thrust" in load_model(runs(found["command"], log, spec, tmp_path)).layouts.action.columns
+
+
+def test_a_log_without_commands_has_no_line_and_says_why(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    columns = {name: v for name, v in flight(1000, 100.0).items() if not name.startswith("motor")}
+    found = inspected(save(columns, tmp_path / "log.parquet"), tmp_path)
+    assert found["command"] == ""
+    assert found["remarks"] == ["no `nominal` line for this log: it lacks thrust, or four motors in a known unit"]
+    assert found["remarks"][0] in " ".join(capsys.readouterr().out.split())

@@ -25,15 +25,18 @@ class Learn:
     Without --data the robot is flown in its plain MuJoCo simulation (Stage I of the paper): random commands first,
     then MPPI with the equations found so far, one episode at a time. Every episode and fit is kept in OUT/episodes,
     so an interrupted run continues where it stopped. With --data recorded logs are fitted instead; on noisy logs the
-    dependence table shows what gets lost, which is why the simulator comes first.
+    dependence table shows what gets lost, which is why the simulator comes first. Logs need no registered robot: a
+    quadrotor has thrust and rate commands (N, rad/s), a car steer and speed, and the step is that of the logs.
 
-    Example: sym2real learn crazyflie --out runs/base
+    For example:
+      sym2real learn crazyflie --out runs/base
+      sym2real learn car --data drive1.csv drive2.csv --spec drive.toml --numbers mass=4.1 --out runs/car
     """
 
     FOLDERS: ClassVar = ("episodes",)
 
     robot: tyro.conf.Positional[str]
-    """Name of the robot: crazyflie or mushr."""
+    """Name of the robot: crazyflie or mushr; of logs (--data) also quadrotor or car, of which no number is known."""
     out: Path
     """Folder of the model."""
     data: tuple[Path, ...] = ()
@@ -62,16 +65,16 @@ class Learn:
         from sym2real.cli.progress import stage_one_progress
         from sym2real.errors import ModelError
         from sym2real.experiments.learning import learn_from_logs, learn_in_simulation
+        from sym2real.experiments.measured import MEASURED
         from sym2real.report.tables import dependence_table, episode_table, equation_table
-        from sym2real.robots import ROBOTS
 
-        robot = ROBOTS[self.robot]
-        numbers = self._numbers(robot)
+        numbers = self._numbers()
         if self.data:
-            learned = learn_from_logs(robot, self.data, self.spec, self.engine, numbers)
+            learned = learn_from_logs(MEASURED[self.robot], self.data, self.spec, self.engine, numbers)
         else:
+            robot, settings = self._simulated(), self._settings()
             with stage_one_progress() as on_progress:
-                learned = learn_in_simulation(robot, self.engine, self._settings(), self.out / "episodes", on_progress)
+                learned = learn_in_simulation(robot, self.engine, settings, self.out / "episodes", on_progress)
         learned.save(self.out)
         if learned.reports:
             console.print(episode_table(learned.reports))
@@ -81,7 +84,7 @@ class Learn:
         if missing:
             raise ModelError(
                 f"the model in {self.out} cannot fly: expected every action to reach its states, found nothing of "
-                f"{', '.join(missing)} in the equations; learn from the plain simulator instead of recorded logs"
+                f"{', '.join(missing)} in the equations; {self._instead()}"
             )
         return {
             "model": self.out,
@@ -90,22 +93,48 @@ class Learn:
             "dependence": [asdict(row) for row in learned.dependence],
         }
 
-    def _numbers(self, robot: Robot) -> dict[str, float]:
+    def _simulated(self) -> Robot:
+        """The robot that has a simulator.
+
+        Raises:
+            ModelError: when it is known by its logs alone.
+            UnknownNameError: when there is none of that name.
+        """
+        from sym2real.errors import ModelError
+        from sym2real.experiments.measured import MEASURED
+        from sym2real.robots import ROBOTS
+
+        if self.robot in MEASURED and self.robot not in ROBOTS:
+            raise ModelError(
+                f"any {self.robot} has no simulator: expected --data LOGS with it, or a robot that has one "
+                f"({', '.join(ROBOTS)}); `sym2real nominal {self.robot} --help` starts from numbers alone"
+            )
+        return ROBOTS[self.robot]
+
+    def _instead(self) -> str:
+        from sym2real.robots import ROBOTS
+
+        if self.robot in ROBOTS:
+            return "learn from the plain simulator instead of recorded logs"
+        return f"logs with more varied commands, or `sym2real nominal {self.robot} --help` from numbers alone"
+
+    def _numbers(self) -> dict[str, float]:
         """The numbers that were typed, by name.
 
         Raises:
-            UnknownNameError: for a number that the robot does not have.
+            UnknownNameError: for a number that such a robot does not have.
             ModelError: for what is not NAME=VALUE with a finite value.
         """
         from sym2real.errors import ModelError, UnknownNameError
+        from sym2real.experiments.measured import MEASURED
 
         if self.numbers and not self.data:
             raise ModelError("--numbers: expected --data with it, found none: the plain simulator has its own numbers")
         found = {}
         for typed in self.numbers:
             name, _, value = typed.partition("=")
-            if name not in robot.numbers:
-                raise UnknownNameError(f"number of {robot.name}", name, robot.numbers)
+            if name not in (names := MEASURED[self.robot].names):
+                raise UnknownNameError(f"number of {self.robot}", name, names)
             if not _is_finite(value):
                 raise ModelError(f"--numbers: expected {name}=VALUE with a finite number, found {typed!r}")
             found[name] = float(value)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -11,8 +11,8 @@ from typing import Any
 from sym2real.adaptation import EpisodeReport, Progress, StageOne, stage_one
 from sym2real.errors import DataError, reason
 from sym2real.experiments.flights import car_drives
+from sym2real.experiments.measured import Measured, step_of
 from sym2real.files import write_text
-from sym2real.layout import Layouts
 from sym2real.logs import read_logs
 from sym2real.plants import MujocoPlant
 from sym2real.regression import ENGINES, Dependence, dependence
@@ -102,7 +102,8 @@ def learn_in_simulation(
     search = ENGINES[engine](angles=robot.angles)
     plant, tasks = MujocoPlant(robot), training_tasks(robot)
     base = stage_one(plant, tasks, search, settings, folder=folder, on_progress=on_progress)
-    return _learned(base.equations, Dataset(base.episodes + base.pushed), robot, base.reports)
+    data = Dataset(base.episodes + base.pushed)
+    return _learned(base.equations, data, robot.dependencies, base.reports)
 
 
 def learn_from_drives(count: int) -> Learned:
@@ -112,40 +113,41 @@ def learn_from_drives(count: int) -> Learned:
     """
     drives = car_drives(count, DRIVES_SEED) + car_drives(PUSHED_DRIVES, DRIVES_SEED + 1, pushed=True)
     fitted = ENGINES["beam"](angles=MUSHR.angles).fit(drives.transitions())
-    return _learned(replace(fitted, robot=MUSHR.name, numbers=MUSHR.numbers), drives, MUSHR, ())
+    return _learned(replace(fitted, robot=MUSHR.name, numbers=MUSHR.numbers), drives, MUSHR.dependencies, ())
 
 
 def learn_from_logs(
-    robot: Robot, paths: Sequence[Path], spec: str | None, engine: str, numbers: Mapping[str, float] | None = None
+    robot: Measured, paths: Sequence[Path], spec: str | None, engine: str, numbers: Mapping[str, float] | None = None
 ) -> Learned:
     """Equations fitted to recorded logs; ``dependence`` shows what control cannot rely on.
 
     Args:
-        robot: whose columns the logs have.
+        robot: whose columns the logs have; one without a step of its own takes that of the logs.
         paths: of the logs.
         spec: how their columns are named.
         engine: of the search.
-        numbers: of the robot that was measured (mass in kg, …), where they are not the registered one's.
+        numbers: of the robot that was measured (mass in kg, …), where they are not those that are known.
 
     Raises:
         DataError: when a log cannot be read or lacks a column of the robot, or all are too short.
         UnknownNameError: for an engine or specification that does not exist.
     """
-    layouts = Layouts(robot.layouts.state, robot.layouts.action)
-    data = read_logs(paths, spec=spec, layouts=layouts, dt=robot.dt)
+    step = robot.dt or step_of(read_logs(paths, spec=spec, layouts=robot.layouts))
+    data = read_logs(paths, spec=spec, layouts=robot.layouts, dt=step)
     if (steps := data.rows - len(data)) < FEWEST_ROWS:
         raise DataError(", ".join(map(str, paths)), f"at least {FEWEST_ROWS} steps to learn from", f"{steps}")
     equations = ENGINES[engine](angles=robot.angles).fit(data.transitions())
-    own = replace(
-        equations, robot=robot.name, numbers={**robot.numbers, **(numbers or {})}, notes=(*equations.notes, FROM_LOGS)
-    )
-    return _learned(own, data, robot, ())
+    known, notes = {**robot.numbers, **(numbers or {})}, (*equations.notes, FROM_LOGS)
+    own = replace(equations, dt=step, robot=robot.robot, numbers=known, notes=notes)
+    return _learned(own, data, robot.dependencies, ())
 
 
-def _learned(equations: Equations, data: Dataset, robot: Robot, reports: tuple[EpisodeReport, ...]) -> Learned:
+def _learned(
+    equations: Equations, data: Dataset, pairs: Iterable[tuple[str, str]], reports: tuple[EpisodeReport, ...]
+) -> Learned:
     transitions = data.transitions()
     columns = zip(
         (*data.layouts.state, *data.layouts.action), (*transitions.state.T, *transitions.action.T), strict=True
     )
     region = {column: (float(values.min()), float(values.max())) for column, values in columns}
-    return Learned(equations, tuple(dependence(equations, transitions, robot.dependencies)), region, reports)
+    return Learned(equations, tuple(dependence(equations, transitions, pairs)), region, reports)

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from sym2real.errors import DataError
+from sym2real.experiments.measured import step_of
 from sym2real.layout import MOTORS
 from sym2real.logs import load_spec, read_logs
-from sym2real.logs.inspect_time import nice_period
 from sym2real.logs.reader import expand
 from sym2real.logs.units import UNITS
 from sym2real.robots import fit_thrust_per_unit, quadrotor
 from sym2real.robots.motors import MotorUnit
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Trajectory
 
 CALIBRATION_SECONDS = 2.0
 # Commands go from 0 to 1, with what a mixer may add; rotors in the air turn far faster than a radian a second.
@@ -56,7 +56,7 @@ def thrust_of_log(path: Path, spec: str | None, dt: float | None = None, unit: M
     layouts = quadrotor(interface="motors", attitude="measured").layouts
     if len(files := expand(path)) > 1:
         raise DataError(path, "one log to fit the thrust on", f"a folder of {len(files)}")
-    step = dt or _own_step(read_logs(path, spec=spec, layouts=layouts))
+    step = dt or step_of(read_logs(path, spec=spec, layouts=layouts))
     pieces = tuple(read_logs(path, spec=spec, layouts=layouts, dt=step))
     log = max(pieces, key=len)
     counted = _unit(path, log, spec, unit)
@@ -67,10 +67,6 @@ def thrust_of_log(path: Path, spec: str | None, dt: float | None = None, unit: M
         length = log.time[-1] - log.time[0]
         notes.append(f"the log has {len(pieces)} stretches with gaps between them: the longest is used, {length:.4g} s")
     return ThrustOfLog(fit_thrust_per_unit(log, CALIBRATION_SECONDS, counted), counted, step, tuple(notes))
-
-
-def _own_step(log: Dataset) -> float:
-    return nice_period(float(np.median(np.concatenate([np.diff(piece.time) for piece in log]))))
 
 
 def _unit(path: Path, log: Trajectory, spec: str | None, asked: MotorUnit | None) -> MotorUnit:

@@ -1,0 +1,66 @@
+"""Robots that equations can be fitted to from logs alone: the registered ones, and any quadrotor or car."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from sym2real.layout import Layouts
+from sym2real.logs.inspect_time import nice_period
+from sym2real.registry import Registry
+from sym2real.robots import CRAZYFLIE, MUSHR, Robot
+from sym2real.trajectory import Dataset
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """What must be known of a robot whose logs are there.
+
+    Args:
+        robot: name of a registered robot; empty for any other.
+        layouts: state and action; nobody knows the wrench of a log.
+        angles: columns that may stand inside sin and cos.
+        dependencies: pairs (state column, action column): that action must show in that state's equation.
+        dt: control period in s; None for the step of the logs.
+        numbers: of the robot in SI units, as far as they are known.
+        names: of numbers that effects can use.
+    """
+
+    robot: str
+    layouts: Layouts
+    angles: tuple[str, ...]
+    dependencies: tuple[tuple[str, str], ...]
+    dt: float | None
+    numbers: Mapping[str, float] = field(default_factory=dict)
+    names: Collection[str] = ()
+
+    @classmethod
+    def registered(cls, robot: Robot) -> Measured:
+        """A robot whose numbers are known."""
+        layouts = Layouts(robot.layouts.state, robot.layouts.action)
+        numbers = robot.numbers
+        return cls(robot.name, layouts, robot.angles, robot.dependencies, robot.dt, numbers, tuple(numbers))
+
+    @classmethod
+    def like(cls, robot: Robot) -> Measured:
+        """Any robot with the columns of a registered one, of which no number is known."""
+        layouts = Layouts(robot.layouts.state, robot.layouts.action)
+        return cls("", layouts, robot.angles, robot.dependencies, None, names=tuple(robot.numbers))
+
+
+MEASURED: Registry[Measured] = Registry(
+    "robot",
+    {
+        "crazyflie": Measured.registered(CRAZYFLIE),
+        "mushr": Measured.registered(MUSHR),
+        "quadrotor": Measured.like(CRAZYFLIE),
+        "car": Measured.like(MUSHR),
+    },
+)
+
+
+def step_of(logs: Dataset) -> float:
+    """The usual step of logs in s, of a whole number of rows a second where it is nearly that."""
+    return nice_period(float(np.median(np.concatenate([np.diff(log.time) for log in logs]))))

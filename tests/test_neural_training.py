@@ -16,7 +16,7 @@ from sym2real.neural import Composed, Descent, ResidualMLP, ResidualTraining
 from sym2real.neural.batch import Batch
 from sym2real.neural.blocks import Blocks
 from sym2real.neural.leftover import leftover
-from sym2real.neural.multi_step import Scales, rolled_errors
+from sym2real.neural.multi_step import Scales, corrected_errors, rolled_errors
 from sym2real.neural.normal import Normal
 from sym2real.plants import EquationsPlant, MujocoPlant, run_episode
 from sym2real.protocols import Plant
@@ -96,6 +96,34 @@ def test_gradients_of_the_loss_are_its_differences(windy: Transitions, base: Equ
     outputs = torch.randn(2, len(batch.seen), 13, dtype=torch.float64, generator=torch.Generator().manual_seed(0))
     assert torch.autograd.gradcheck(batch.loss, outputs.requires_grad_(), fast_mode=True)
     assert float(batch.loss(torch.zeros_like(outputs[:1]))) == pytest.approx(1.0, rel=1e-5)  # the base's is 1
+
+
+def test_noise_of_a_start_is_nothing_that_a_correction_can_take_away() -> None:
+    """What stands still is seen with noise: errors of rollouts hold that of their start, the row before does not."""
+    noise = torch.randn(5001, 1, 1, generator=torch.Generator().manual_seed(1))
+    error, carried = noise[:-1] - noise[1:], torch.ones(5000, 1, 1)
+    starts = torch.arange(1, 5000 - 10)
+    rolled = rolled_errors(error, carried, starts, 10)
+
+    def along(added: torch.Tensor) -> float:
+        """Of the errors with what a correction by the measured state adds to them, per size of both."""
+        return float((rolled * added).mean() / rolled.square().mean())
+
+    seen = noise[:-1]
+    assert along(rolled_errors(seen, carried, starts, 10)) > 0.4
+    assert abs(along(corrected_errors(0 * error, seen, carried, starts, 10))) < 0.05
+    shifted = corrected_errors(error, 0 * seen + 2.0, carried, starts, 10) - rolled
+    torch.testing.assert_close(shifted[:, 0, 0, 0], 2.0 * torch.arange(1.0, 11.0), atol=1e-4, rtol=0)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_noisy_log_of_one_task_helps_on_another(base: Equations, seed: int) -> None:
+    wind = effect("wind", CRAZYFLIE).inject(fx=0.02, fy=0.01)
+    noise = sensors(CRAZYFLIE, np.random.default_rng(seed))
+    model = ResidualTraining(seed=seed).fit(flown(MujocoPlant(CRAZYFLIE, (noise, wind)), CRAZYFLIE, rows=400), base)
+    elsewhere = flown(MujocoPlant(CRAZYFLIE, (wind,)), CRAZYFLIE, tasks=("lemniscate",))
+    alone = Composed(base, ResidualMLP(CRAZYFLIE.layouts), torch.float64)
+    assert position_error(doubled(model), elsewhere, 40) < position_error(alone, elsewhere, 40)
 
 
 @pytest.mark.parametrize("steps", [1, 10])

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from sym2real.neural.blocks import Run
+from sym2real.neural.blocks import Run, rows_in, windows_in
 from sym2real.neural.leftover import Leftover
-from sym2real.neural.multi_step import Scales, rolled_errors
+from sym2real.neural.multi_step import Scales, corrected_errors
 from sym2real.neural.networks import Networks
 from sym2real.neural.normal import Normal
 
@@ -40,12 +40,12 @@ class Batch:
     @classmethod
     def of(cls, rows: Leftover, blocks: Sequence[Run], normal: Normal, scales: Scales) -> Batch:
         """The rows of some blocks."""
-        chosen = torch.cat([torch.arange(*block) for block in blocks])
+        chosen = rows_in(blocks)
         steps = len(scales.error)
         starts, block, gone = list[Tensor](), list[Tensor](), 0
         for number, (first, end) in enumerate(blocks):
-            starts.append(gone + torch.arange(end - first - steps + 1))
-            block.append(torch.full((end - first - steps + 1,), number))
+            starts.append(windows_in((gone, gone + end - first), steps))
+            block.append(torch.full((len(starts[-1]),), number))
             gone += end - first
         return cls(
             normal(rows.seen[chosen]),
@@ -59,8 +59,8 @@ class Batch:
 
     def loss(self, outputs: Tensor) -> Tensor:
         """Mean squared error of each network, 1 for the base ``# (count,)``; outputs ``# (count, rows, n)``."""
-        one_step = self.error + self.moved @ outputs.permute(1, 2, 0)
-        rolled = rolled_errors(one_step, self.carried, self.starts, len(self.scale)) / self.scale
+        added = self.moved @ outputs.permute(1, 2, 0)
+        rolled = corrected_errors(self.error, added, self.carried, self.starts, len(self.scale)) / self.scale
         mean: Tensor = rolled.square().mean((0, 1, 2))
         return mean
 

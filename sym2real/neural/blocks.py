@@ -40,7 +40,7 @@ class Blocks:
             ModelError: when there are fewer than two blocks.
         """
         size = max(SHORTEST, 2 * steps)
-        blocks = [block for run in runs for block in _divided(run, size) if block[1] - block[0] >= steps]
+        blocks = [block for run in runs for block in _divided(run, size) if block[1] - block[0] > steps]
         if len(blocks) < 2:
             rows = sum(end - first for first, end in runs)
             raise ModelError(f"training needs at least {2 * size} consecutive transitions, found {rows}")
@@ -53,8 +53,18 @@ class Blocks:
         )
 
     def starts(self, blocks: Sequence[Run]) -> Tensor:
-        """First rows of all windows that lie within blocks ``# (windows,)``."""
-        return torch.cat([torch.arange(first, end - self.steps + 1) for first, end in blocks])
+        """First rows of all windows that lie within blocks, a row of the block before each ``# (windows,)``."""
+        return torch.cat([windows_in(block, self.steps) for block in blocks])
+
+
+def windows_in(block: Run, steps: int) -> Tensor:
+    """First rows of the windows of a block; its first row only lies before the first window."""
+    return torch.arange(block[0] + 1, block[1] - steps + 1)
+
+
+def rows_in(blocks: Sequence[Run]) -> Tensor:
+    """All rows of blocks ``# (rows,)``."""
+    return torch.cat([torch.arange(*block) for block in blocks])
 
 
 def _divided(run: Run, size: int) -> list[Run]:

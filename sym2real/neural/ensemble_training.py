@@ -16,7 +16,7 @@ from torch import Tensor
 
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout, Layouts
-from sym2real.neural.blocks import Blocks
+from sym2real.neural.blocks import Blocks, rows_in
 from sym2real.neural.descent import Descent, descend, one_thread
 from sym2real.neural.ensemble import Ensemble
 from sym2real.neural.leftover import runs_of
@@ -113,11 +113,11 @@ class _Rows:
     def of(cls, transitions: Transitions, ensemble: Ensemble, seed: int) -> _Rows:
         blocks = Blocks.of(runs_of(transitions), 1, seed)
         generator = torch.Generator().manual_seed(seed)
-        own = blocks.starts(blocks.training)
+        own = rows_in(blocks.training)
         drawn = own[torch.randint(len(own), (ensemble.networks.count, len(own)), generator=generator)]
         state, action = (torch.as_tensor(v).float() for v in (transitions.state, transitions.action))
         change = _change(transitions) / ensemble.output_scale
-        return cls(state, action, change, drawn, blocks.starts(blocks.validation), generator)
+        return cls(state, action, change, drawn, rows_in(blocks.validation), generator)
 
     def loss(self, ensemble: Ensemble, size: int) -> Tensor:
         """Of each member on rows of its own ``# (members,)``."""

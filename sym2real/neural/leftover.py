@@ -104,6 +104,27 @@ def leftover(transitions: Transitions, base: Base, commands: int = 0, states: in
     )
 
 
+def errors_by_parameters(transitions: Transitions, base: Equations) -> Callable[[Tensor], Tensor]:
+    """One-step errors of equations ``# (rows, t, sets)``, float32, under parameter sets ``# (sets, P)``.
+
+    Measured states, filtered commands and hidden states are taken as of :func:`leftover`, at the values that the
+    parameters have. Errors as of :func:`leftover`.
+    """
+    layout = state_of(base)
+    require_columns(transitions, base)
+    state, following = (_meant(values, base) for values in (transitions.state, transitions.next_state))
+    runs, inputs = runs_of(transitions), _inputs(transitions, base)
+    action = _reached(transitions, base, runs)
+    hidden = _hidden_along(base, state, action, inputs, runs) if base.start else state[:, :0]
+    module, whole = build_module(base).double(), torch.cat([state, hidden], dim=-1)
+
+    def errors(sets: Tensor) -> Tensor:
+        predicted = module(whole, action, inputs, sets[:, None])[..., : len(layout)].expand(len(sets), -1, -1)
+        return layout.difference(layout.normalise(predicted), following).permute(1, 2, 0).float()
+
+    return errors
+
+
 def _slopes(function: Callable[[Tensor], Tensor], moves: Tensor) -> Tensor:
     """Central differences ``# (rows, out, moves)``."""
     slopes = [(function(move) - function(-move)) / (2.0 * STEP) for move in moves]

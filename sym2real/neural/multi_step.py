@@ -13,7 +13,7 @@ from sym2real.neural.leftover import Leftover
 FLOOR = 1e-5
 
 
-def rolled_errors(error: Tensor, carried: Tensor, starts: Tensor, steps: int) -> Tensor:
+def rolled_errors(error: Tensor, carried: Tensor, starts: Tensor, steps: int, first: Tensor | None = None) -> Tensor:
     """Errors ``# (steps, windows, t, count)`` after each step of every window, from the measured row on.
 
     Args:
@@ -21,13 +21,29 @@ def rolled_errors(error: Tensor, carried: Tensor, starts: Tensor, steps: int) ->
         carried: A ``# (rows, t, t)``.
         starts: first row of every window ``# (windows,)``; its ``steps`` rows follow each other.
         steps: of a window; 1 for the one-step error.
+        first: in place of the error of every window's first row ``# (windows, t, count)``.
     """
-    at = error[starts]
+    at = error[starts] if first is None else first
     errors = [at]
     for step in range(1, steps):
         at = torch.baddbmm(error[starts + step], carried[starts + step], at)
         errors.append(at)
     return torch.stack(errors)
+
+
+def corrected_errors(error: Tensor, added: Tensor, carried: Tensor, starts: Tensor, steps: int) -> Tensor:
+    """Errors of rollouts whose every step is corrected; arguments and result as of :func:`rolled_errors`.
+
+    The correction of a window's first row is that of the row before. A window starts from a measured row, and the noise
+    of that row is an error of all that follows; a correction that sees the row sees this noise too, and would learn to
+    take it away instead of what the base lacks (errors in variables; the row before is the instrument).
+
+    Args:
+        error: of the base ``# (rows, t, 1)``.
+        added: what a correction adds to it ``# (rows, t, count)``.
+        carried, starts, steps: of the windows; a row of the same log lies before each.
+    """
+    return rolled_errors(error + added, carried, starts, steps, error[starts] + added[starts - 1])
 
 
 @dataclass(frozen=True, eq=False)

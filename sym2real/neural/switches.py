@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import torch
+from scipy.stats import norm, t
 from torch import Tensor
 
 from sym2real.layout import Layout
 from sym2real.neural.batch import Batch
-from sym2real.neural.multi_step import rolled_errors
+from sym2real.neural.multi_step import corrected_errors, rolled_errors
 
-# Standard errors by which a column must improve validation; blocks of time are what the error is counted over.
+# Standard errors by which a column must improve validation; blocks of time are what the error is counted over. Of few
+# blocks the standard error is itself uncertain: so many mean what they do of many (Student's t distribution).
 SURE = 2.0
 
 
@@ -26,7 +28,8 @@ def columns_that_help(batch: Batch, outputs: Tensor, layout: Layout) -> Tensor:
         layout: of the state.
     """
     steps = len(batch.scale)
-    parts = rolled_errors(batch.moved * outputs[:, None, :], batch.carried, batch.starts, steps) / batch.scale
+    added = batch.moved * outputs[:, None, :]
+    parts = corrected_errors(0 * batch.error, added, batch.carried, batch.starts, steps) / batch.scale
     base = rolled_errors(batch.error, batch.carried, batch.starts, steps)[..., 0] / batch.scale[..., 0]
     groups = [layout.indices(columns) for columns in _groups(layout)]
     on = torch.ones(len(layout), dtype=torch.bool)
@@ -36,7 +39,7 @@ def columns_that_help(batch: Batch, outputs: Tensor, layout: Layout) -> Tensor:
         for group in groups:
             without = on.clone()
             without[group] = False
-            gains.append(_sureness(_by_block(batch, base + parts[..., without].sum(-1)) - best))
+            gains.append(sureness(_by_block(batch, base + parts[..., without].sum(-1)) - best))
         least = min(range(len(groups)), key=gains.__getitem__)
         if gains[least] > SURE:
             break
@@ -59,10 +62,12 @@ def _by_block(batch: Batch, errors: Tensor) -> Tensor:
     return total / torch.bincount(batch.block, minlength=blocks)
 
 
-def _sureness(gain: Tensor) -> float:
-    """Mean gain in its standard errors; of one block, whether there is any."""
+def sureness(gain: Tensor) -> float:
+    """Mean gain in its standard errors, as a normal variable is as sure; of one block, whether there is any."""
     mean = float(gain.mean())
     if len(gain) == 1:
         return float("inf") if mean > 0 else 0.0
     error = float(gain.std()) / len(gain) ** 0.5
-    return mean / error if error > 0 else (float("inf") if mean > 0 else 0.0)
+    if not error > 0:
+        return float("inf") if mean > 0 else 0.0
+    return -float(norm.ppf(t.sf(mean / error, len(gain) - 1)))

@@ -28,9 +28,10 @@ FIGURE = "adaptation.png"
 class Adapt:
     """Adapt a model to a target: an episode with the present model, training on all so far, and again.
 
-    The model stays frozen; what is learned goes on top of it. The model of every round is tried on a trajectory that
-    it has not seen, and compared there with the best one before; the run ends by itself when two rounds in a row bring
-    nothing. A model whose predictions leave the robot's limits does not fly: that of the round before flies again.
+    The model stays frozen, and what is learned goes on top of it, unless its own constants are asked for. The model of
+    every round is tried on a trajectory that it has not seen, and compared there with the best one before; the run
+    ends by itself when two rounds in a row bring nothing. A model whose predictions leave the robot's limits does not
+    fly: that of the round before flies again.
 
     TARGET is a robot's name (its plain simulator), the folder of a simulator that `add` or `diagnose` wrote, or a
     folder of logs. With logs nothing flies: they come in the order of their names, one a round.
@@ -60,9 +61,9 @@ class Adapt:
     """Length of an episode; the task's own by default."""
     samples: OptionalSamples = None
     """MPPI samples; the robot's own number by default."""
-    learner: Literal["residual", "residual-paper", "residual-search", "none"] = "residual"
+    learner: Literal["residual", "residual-paper", "residual-search", "fine-tune", "none"] = "residual"
     """What learns on top of the model: a network of 2 × 64 or the paper's 4 × 200, equations, or nothing (with
-    --diagnose)."""
+    --diagnose); fine-tune fits the model's own constants instead."""
     memory: Literal["auto", "off"] = "auto"
     """Let the network see past commands, as many as the logs ask for (a delay, a slow actuator), or none."""
     diagnose: bool = False

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from sym2real.adaptation import NoResidual
+from sym2real.adaptation.fine_tuning import FineTuning
 from sym2real.adaptation.residual_search import ResidualSearch
 from sym2real.neural import PAPER, Composed, ResidualTraining, TrainingReport, memory_length
 from sym2real.neural.composed import Base
@@ -50,6 +51,7 @@ LEARNERS: Registry[Callable[[int, Sequence[str]], Learner[Any, Any]]] = Registry
         "residual": lambda seed, _: ResidualTraining(seed=seed),
         "residual-paper": lambda seed, _: ResidualTraining(widths=PAPER, seed=seed),
         "residual-search": lambda _, angles: ResidualSearch(angles=angles),
+        "fine-tune": lambda seed, _: FineTuning(seed=seed),
         "none": lambda *_: NoResidual(),
     },
 )

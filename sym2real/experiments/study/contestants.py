@@ -15,7 +15,8 @@ class Contestant:
     Args:
         title: as the paper writes it.
         base: equations that Stage I found, or an ensemble of networks.
-        residual: what is learned on top: nothing, a network, a network that sees past commands, or equations.
+        residual: what is learned on top: nothing, a network, a network that sees past commands, or equations;
+            tuned where the base is not frozen and its own numbers are fitted.
         effects: what goes into the base before: nothing, what the diagnosis establishes from the target's logs, or the
             target's own effects, fitted to them.
         judged: False of one that is shown to compare with: it knows what nobody is told.
@@ -23,7 +24,7 @@ class Contestant:
 
     title: str
     base: Literal["sr", "nn"] = "sr"
-    residual: Literal["none", "nn", "memory", "sr"] = "none"
+    residual: Literal["none", "nn", "memory", "sr", "tuned"] = "none"
     effects: Literal["none", "diagnosed", "true"] = "none"
     judged: bool = True
 
@@ -33,6 +34,7 @@ CONTESTANTS = Registry(
     {
         "sr-nn": Contestant("SR*+NN", residual="nn"),
         "sr-sr": Contestant("SR*+SR", residual="sr"),
+        "sr-tuned": Contestant("SR fine-tuned", residual="tuned"),
         "nn-nn": Contestant("NN*+NN", base="nn", residual="nn"),
         "nn-sr": Contestant("NN*+SR", base="nn", residual="sr"),
         "sr-effect": Contestant("SR*+effect", effects="diagnosed"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from sym2real.adaptation import NoResidual
+from sym2real.adaptation.fine_tuning import FineTuning
 from sym2real.adaptation.residual_search import ResidualSearch
 from sym2real.experiments.study.contestants import Contestant
 from sym2real.neural import ResidualTraining
@@ -21,4 +22,6 @@ def learner_of(contestant: Contestant, robot: Robot, seed: int) -> Learner[Any, 
         return NoResidual()
     if contestant.residual == "sr":
         return ResidualSearch(angles=robot.angles)
+    if contestant.residual == "tuned":
+        return FineTuning(seed=seed)
     return ResidualTraining(seed=seed, commands=COMMANDS if contestant.residual == "memory" else 0)

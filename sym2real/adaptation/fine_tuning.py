@@ -1,0 +1,195 @@
+"""Fine-tuning of the base itself: the constants of equations fitted to the target's transitions, their form kept.
+
+::
+
+    loss = mean over windows, steps and columns of (e / σ)² + λ · sum over constants of (relative change)²
+
+e and σ are those of :mod:`sym2real.neural.residual_training`. By the recursion of :mod:`sym2real.neural.leftover` the
+errors of whole rollouts are linear in small changes of constants, so every λ is one linear ridge regression; where
+constants multiply each other, Gauss–Newton steps linearise anew. λ is the largest whose validation is within a standard
+error of the best (T. Hastie, R. Tibshirani, J. Friedman, "The Elements of Statistical Learning", section 7.10), and the
+base stays as it is where validation does not improve beyond chance.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from sym2real.neural import Ensemble, EnsembleTraining, TrainingReport
+from sym2real.neural.blocks import Blocks, Run, windows_in
+from sym2real.neural.composed import Base
+from sym2real.neural.descent import one_thread
+from sym2real.neural.leftover import errors_by_parameters, leftover
+from sym2real.neural.multi_step import Scales, corrected_errors
+from sym2real.neural.switches import SURE, sureness
+from sym2real.symbolic import Equations, lift_constants
+from sym2real.trajectory import Transitions
+
+STEP = 1e-3  # of relative changes, for differences
+AT_ONCE = 16  # constants whose rows are computed together
+
+
+@dataclass(frozen=True)
+class FineTuning:
+    """A :class:`~sym2real.protocols.Learner` that changes the base's own numbers instead of adding to it.
+
+    The result is equations of the same form, which fly, print and export like any other. An ensemble is trained further
+    from its weights.
+
+    Args:
+        steps: rows of a rollout that the loss follows; 1 is the one-step loss.
+        penalties: λ to choose from. On 400 rows the smallest takes constants beforehand to be right within a half
+            (standard deviation), the largest within half a percent.
+        passes: Gauss–Newton steps.
+        seed: of the validation blocks; of an ensemble's rows.
+    """
+
+    steps: int = 10
+    penalties: Sequence[float] = (1e-3, 1e-2, 1e-1, 1.0, 10.0)
+    passes: int = 3
+    seed: int = 0
+
+    def fit(self, transitions: Transitions, base: Base, start: Base | None = None) -> Base:
+        """The base with other numbers.
+
+        Args:
+            transitions: of the target.
+            base: to begin with, and what λ draws back to; the object itself stays as it is.
+            start: has no part: the answer does not depend on the way there.
+
+        Raises:
+            ModelError: for too few consecutive transitions.
+            ShapeError: for other columns than the base's.
+        """
+        if isinstance(base, Ensemble):
+            shape = EnsembleTraining(base.networks.count, base.widths, base.probabilistic, base.robot, self.seed)
+            return shape.fit(transitions, base)
+        return self.fit_reported(transitions, base)[0]
+
+    def fit_reported(self, transitions: Transitions, base: Equations) -> tuple[Equations, TrainingReport]:
+        """The equations with other numbers and how that came about; arguments and errors as of :meth:`fit`."""
+        began = time.perf_counter()
+        with one_thread():
+            model, penalty, error = self._tuned(transitions, base)
+        moved = tuple(column for column, found in model.next.items() if found != base.next[column])
+        seconds = time.perf_counter() - began
+        return model, TrainingReport(penalty, error, moved, len(transitions), seconds)
+
+    def _tuned(self, transitions: Transitions, base: Equations) -> tuple[Equations, float | None, float]:
+        lifted = lift_constants(base)
+        names = [name for name in lifted.parameters if name not in base.parameters]
+        if not names:
+            return base, None, 1.0
+        problem = Ridge.of(transitions, lifted, names, self.steps, self.seed)
+        change, penalty = torch.zeros(len(names), dtype=torch.float64), 0.0
+        before = error = problem.validated(change)
+        for _ in range(self.passes):
+            following, penalty_now = problem.chosen(change, self.penalties)
+            now = problem.validated(following)
+            if now.mean() >= error.mean():
+                break
+            change, penalty, error = following, penalty_now, now
+        if not sureness(before - error) > SURE:
+            return base, None, 1.0
+        values = problem.constants * (1.0 + change)
+        tuned = lifted.at(**dict(zip(names, values.tolist(), strict=True)))
+        return tuned, penalty, float(error.mean() / before.mean())
+
+
+@dataclass(frozen=True, eq=False)
+class Ridge:
+    """Errors of rollouts as functions of the relative changes of P constants, and their regression.
+
+    Args:
+        constants: as the base has them ``# (P,)``.
+        errors: one-step errors ``# (rows, t, sets)`` under parameter sets ``# (sets, all parameters)``.
+        values: of all parameters ``# (all parameters,)``.
+        places: of the constants among them.
+        carried: how errors go on ``# (rows, t, t)``.
+        blocks: of time.
+        scales: of errors.
+    """
+
+    constants: Tensor
+    errors: Callable[[Tensor], Tensor]
+    values: Tensor
+    places: list[int]
+    carried: Tensor
+    blocks: Blocks
+    scales: Scales
+
+    @classmethod
+    def of(cls, transitions: Transitions, lifted: Equations, names: Sequence[str], steps: int, seed: int) -> Ridge:
+        """For the named parameters of equations."""
+        rows = leftover(transitions, lifted)
+        blocks = Blocks.of(rows.runs, steps, seed)
+        scales = Scales.of(rows, blocks.starts((*blocks.training, *blocks.validation)), steps)
+        values = torch.tensor(list(lifted.parameters.values()), dtype=torch.float64)
+        places = [list(lifted.parameters).index(name) for name in names]
+        errors = errors_by_parameters(transitions, lifted)
+        return cls(values[places], errors, values, places, rows.carried, blocks, scales)
+
+    def validated(self, change: Tensor) -> Tensor:
+        """Mean squared error of every validation block at a change ``# (blocks,)``, about 1 at none."""
+        return self._validated(change[None])[0]
+
+    def chosen(self, about: Tensor, penalties: Sequence[float]) -> tuple[Tensor, float]:
+        """Changes for the largest λ that validates within a standard error of the best, and that λ.
+
+        Args:
+            about: the change at which errors are linearised ``# (P,)``.
+            penalties: λ to choose from.
+        """
+        curvature, gradient = self._normal_equations(about)
+        ordered = sorted(penalties, reverse=True)
+        unit = torch.eye(len(about), dtype=torch.float64)
+        found = torch.stack([torch.linalg.solve(curvature + penalty * unit, -gradient) for penalty in ordered])
+        errors = self._validated(found)
+        best = errors[int(errors.mean(-1).argmin())]
+        place = next(place for place, error in enumerate(errors) if sureness(error - best) <= 1.0)
+        return found[place], ordered[place]
+
+    def _sets(self, changes: Tensor) -> Tensor:
+        sets = self.values.repeat(len(changes), 1)
+        sets[:, self.places] = self.constants * (1.0 + changes)
+        return sets
+
+    def _validated(self, changes: Tensor) -> Tensor:
+        """``# (sets, blocks)``."""
+        base = self.errors(self.values[None])
+        added = self.errors(self._sets(changes)) - base
+        rolled = [self._rolled(base, added, block).square().mean((0, 1, 2)) for block in self.blocks.validation]
+        return torch.stack(rolled, dim=-1).nan_to_num(nan=torch.inf)
+
+    def _rolled(self, error: Tensor, added: Tensor, block: Run) -> Tensor:
+        steps = len(self.scales.error)
+        rolled = corrected_errors(error, added, self.carried, windows_in(block, steps), steps)
+        return rolled / self.scales.error
+
+    def _normal_equations(self, about: Tensor) -> tuple[Tensor, Tensor]:
+        """Curvature ``# (P, P)`` and gradient ``# (P,)`` of half the mean squared error, at no change."""
+        base, slopes = self.errors(self.values[None]), self._slopes(about)
+        # What the linearisation says that no change would add.
+        added = self.errors(self._sets(about[None])) - base - (slopes @ about.float())[..., None]
+        both = torch.cat([added, slopes], dim=-1)
+        zero, total, count = torch.zeros_like(base), torch.zeros(both.shape[-1], both.shape[-1]).double(), 0
+        for block in self.blocks.training:
+            rolled = self._rolled(zero, both, block)
+            rolled[..., :1] += self._rolled(base, zero, block)
+            flat = rolled.flatten(0, 2).double()
+            total, count = total + flat.mT @ flat, count + len(flat)
+        return total[1:, 1:] / count, total[1:, 0] / count
+
+    def _slopes(self, about: Tensor) -> Tensor:
+        """Central differences of one-step errors by relative changes ``# (rows, t, P)``."""
+        moves = STEP * torch.eye(len(about), dtype=torch.float64)
+        pairs = [
+            self.errors(self._sets(about + some)) - self.errors(self._sets(about - some))
+            for some in moves.split(AT_ONCE)
+        ]
+        return torch.cat(pairs, dim=-1) / (2.0 * STEP)

@@ -44,13 +44,14 @@ def test_a_network_sees_as_far_back_as_the_delay() -> None:
 
 def test_learners_are_made_by_name() -> None:
     for name in LEARNERS:
-        assert make_learner(name, 3, memory=False) == LEARNERS[name](3, ())
-    remembering = make_learner("residual", 3, memory=True)
+        assert make_learner(name, 3, memory=0) == LEARNERS[name](3, ())
+    remembering = make_learner("residual", 3, memory="auto")
     assert isinstance(remembering, Remembering)
     assert remembering.training.seed == 3
-    assert make_learner("none", 0, memory=True) == LEARNERS["none"](0, ())
+    assert make_learner("residual", 3, memory=4) == ResidualTraining(seed=3, commands=4)
+    assert make_learner("none", 0, memory="auto") == LEARNERS["none"](0, ())
     with pytest.raises(UnknownNameError, match="did you mean 'residual'"):
-        make_learner("residul", 0, memory=True)
+        make_learner("residul", 0, memory="auto")
 
 
 def test_noise_belongs_to_the_episodes_seed() -> None:

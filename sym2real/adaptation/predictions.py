@@ -7,7 +7,7 @@ driven by what the model's filters let through, and is held against the log as t
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -32,10 +32,11 @@ class Windows:
     """Where predictions start, and what drives them.
 
     Args:
-        start: measured states ``# (windows, state)``.
+        start: states that were measured there, as the sensors mean them ``# (windows, state)``.
         action: commands that reach the robot ``# (windows, steps, action)``.
         inputs: known ones ``# (windows, steps, inputs)``.
-        past: commands sent before the start, and states, as far back as the model sees ``# (windows, past)``.
+        past: commands that reached the robot before the start, and states likewise, as far back as the model sees
+            ``# (windows, past)``.
     """
 
     start: Tensor
@@ -61,19 +62,19 @@ class Predictor:
 
     def windows(self, log: Trajectory, rows: NDArray[np.int64], steps: int) -> Windows:
         """What drives predictions of so many steps from these rows of a log ``# (rows,)``."""
-        action, inputs = torch.as_tensor(log.action), torch.as_tensor(log.inputs)
-        if self._equations is not None:
-            action = filter_commands(self._equations, action)
+        state, action, inputs = (torch.as_tensor(values) for values in (log.state, log.action, log.inputs))
+        if self._equations is not None and self._sensors is not None:
+            state, action = self._sensors.state(state), filter_commands(self._equations, action)
             inputs = torch.as_tensor(inputs_along(self._equations.layouts.inputs, log))
+        reached = replace(log, state=state.numpy(), action=action.numpy())
         ahead = rows[:, None] + np.arange(steps)
-        past = torch.as_tensor(log.past(*self._past_rows)[rows])
-        return Windows(torch.as_tensor(log.state[rows]), action[ahead], inputs[ahead], past)
+        past = torch.as_tensor(reached.past(*self._past_rows)[rows])
+        return Windows(state[rows], action[ahead], inputs[ahead], past)
 
     def predict(self, windows: Windows) -> Tensor:
         """What will be measured in every row of the windows ``# (windows, steps, state)``."""
         sensors = self._sensors
-        start = windows.start if sensors is None else sensors.state(windows.start)
-        given = [values.to(self._precision) for values in (start, windows.action, windows.inputs)]
+        given = [values.to(self._precision) for values in (windows.start, windows.action, windows.inputs)]
         past = windows.past.to(self._precision) if any(self._past_rows) else None
         with torch.no_grad():
             predicted = rollout(self._model, *given, past=past).double()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import tyro
 from rich.console import Console
 
-from sym2real.cli.numbers import Count, OptionalRound, OptionalSamples, OptionalSeconds, Seed, steps_in
+from sym2real.cli.numbers import Count, Memory, OptionalRound, OptionalSamples, OptionalSeconds, Seed, steps_in
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -64,8 +64,10 @@ class Adapt:
     learner: Literal["residual", "residual-paper", "residual-search", "fine-tune", "none"] = "residual"
     """What learns on top of the model: a network of 2 × 64 or the paper's 4 × 200, equations, or nothing (with
     --diagnose); fine-tune fits the model's own constants instead."""
-    memory: Literal["auto", "off"] = "auto"
-    """Let the network see past commands, as many as the logs ask for (a delay, a slow actuator), or none."""
+    memory: Memory = "auto"
+    """Past commands that the network sees, for a delay or a slow actuator: a number, off, or auto, as many as the logs
+    ask for, counted behind the effects that --diagnose adds. Where the model's other errors are large, auto may see
+    too few: then give a number, a delay of 0.2 s in periods of 0.05 s asking for 4."""
     diagnose: bool = False
     """Put the physical effects that the logs establish into the equations first; the learner gets what is left."""
     noise: bool = False
@@ -126,7 +128,7 @@ class Adapt:
             seed=self.seed,
         )
         angles = () if chosen.robot is None else chosen.robot.angles
-        learner = make_learner(self.learner, self.seed, memory=self.memory == "auto", angles=angles)
+        learner = make_learner(self.learner, self.seed, memory=self.memory, angles=angles)
         return _Run(model, chosen, learner, settings)
 
     def _inform(self, run: _Run, on_progress: OnProgress) -> Inform | None:

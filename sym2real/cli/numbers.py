@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from tyro.constructors import PrimitiveConstructorSpec
 
@@ -16,6 +16,7 @@ from sym2real.errors import ModelError
 MOST_SECONDS = 86400.0  # a day: no episode is longer
 MOST_SAMPLES = 2**20  # that MPPI draws
 MOST_SEED = 2**63 - 1
+MOST_COMMANDS = 100  # that a network sees: two seconds of a quadrotor's
 
 
 def option(
@@ -75,6 +76,24 @@ def _three_positive(optional: bool) -> PrimitiveConstructorSpec[Any]:
     )
 
 
+def _memory() -> PrimitiveConstructorSpec[Any]:
+    one = option(
+        int,
+        "INT",
+        f"auto, off or a whole number from 0 to {MOST_COMMANDS}",
+        optional=False,
+        fits=lambda value: 0 <= value <= MOST_COMMANDS,
+    )
+    words: dict[str, Any] = {"auto": "auto", "off": 0}
+    return PrimitiveConstructorSpec(
+        nargs=1,
+        metavar="auto|off|INT",
+        instance_from_str=lambda typed: words[typed[0]] if typed[0] in words else one.instance_from_str(typed),
+        is_instance=lambda value: value == "auto" or isinstance(value, int),
+        str_from_instance=lambda value: [str(value)],
+    )
+
+
 def steps_in(seconds: float, dt: float) -> int:
     """Control periods of ``dt`` s in a time in s.
 
@@ -113,3 +132,4 @@ Seed = Annotated[
         fits=lambda value: 0 <= value <= MOST_SEED,
     ),
 ]
+Memory = Annotated[int | Literal["auto"], _memory()]

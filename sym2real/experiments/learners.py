@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 from sym2real.adaptation import NoResidual
 from sym2real.adaptation.fine_tuning import FineTuning
@@ -57,17 +57,21 @@ LEARNERS: Registry[Callable[[int, Sequence[str]], Learner[Any, Any]]] = Registry
 )
 
 
-def make_learner(name: str, seed: int, *, memory: bool, angles: Sequence[str] = ()) -> Learner[Any, Any]:
+def make_learner(
+    name: str, seed: int, *, memory: int | Literal["auto"], angles: Sequence[str] = ()
+) -> Learner[Any, Any]:
     """The learner of that name.
 
     Args:
         name: key of :data:`LEARNERS`.
         seed: of its first weights.
         angles: columns whose sine and cosine equations may hold.
-        memory: let a network see as many past commands as the logs ask for.
+        memory: past commands that a network sees; "auto" for as many as the logs ask for.
 
     Raises:
         UnknownNameError: when there is no such learner.
     """
     learner = LEARNERS[name](seed, angles)
-    return Remembering(learner) if memory and isinstance(learner, ResidualTraining) else learner
+    if not isinstance(learner, ResidualTraining):
+        return learner
+    return Remembering(learner) if memory == "auto" else replace(learner, commands=memory)

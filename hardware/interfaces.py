@@ -6,7 +6,7 @@ Times are seconds of one monotonic clock (:mod:`hardware.clock`); an age is the 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from types import TracebackType
@@ -93,6 +93,11 @@ class Pilot(Protocol):
         """s that an action may be late before the pilot ends the flight without it."""
         ...
 
+    @property
+    def holding(self) -> float:
+        """s that a start is held for a controller's first action."""
+        ...
+
     def begin(self, reading: Reading) -> None:
         """A flight or drive begins where the robot stands."""
         ...
@@ -137,6 +142,14 @@ class MotionCapture(Protocol):
 
     def close(self) -> None:
         """Stop to receive."""
+        ...
+
+
+class PoseStream(MotionCapture, Protocol):
+    """Motion capture that keeps the last poses, for filters that need every one of them."""
+
+    def recent(self) -> Sequence[Pose]:
+        """The newest poses in the order of their arrival; it never waits."""
         ...
 
 

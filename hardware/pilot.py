@@ -17,6 +17,7 @@ from sym2real.trajectory import Array
 BELOW_GROUND = 0.3  # m: a landing aims there, so that it does not float in its own ground effect
 ARRIVED, SETTLED = 0.1, 0.25  # m from the place and m/s, which must hold for:
 DWELL = 0.5  # s
+HOLDING = 2.0  # s
 PATIENCE = 8.0  # s beyond the way's duration
 LIMITS = Limits()
 AT_REST = 0.05  # m/s, rad and rad/s: a start that moves more is out of reach
@@ -40,6 +41,11 @@ class FlightPilot:
     def late(self) -> float:
         """s that an action may be late."""
         return self.limits.late
+
+    @property
+    def holding(self) -> float:
+        """s that a hover at the start lasts: the battery empties."""
+        return HOLDING
 
     def begin(self, reading: Reading) -> None:
         """A flight begins, from where the robot stands on the ground."""

@@ -24,8 +24,6 @@ from sym2real.errors import ShapeError
 from sym2real.layout import Layouts
 from sym2real.trajectory import Array
 
-HOLDING = 2.0  # s that a start is held for a controller's first action
-
 
 @dataclass(frozen=True, eq=False)
 class Row:
@@ -238,8 +236,8 @@ class HardwarePlant:
 
     def _hold(self) -> None:
         """One control period at the start: a controller's first action may take long."""
-        if self._clock.now() - self._held > HOLDING:
-            self._finish(f"no action in {HOLDING:g} s after the start was reached", faulty=False)
+        if self._clock.now() - self._held > self._pilot.holding:
+            self._finish(f"no action in {self._pilot.holding:g} s after the start was reached", faulty=False)
             return
         self._measure()
         self._due = self._began

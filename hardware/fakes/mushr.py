@@ -59,13 +59,16 @@ class Car:
     def __init__(self, truth: Truth | None = None, changes: Sequence[Change] = ()) -> None:
         self.truth = truth or Truth()
         self.plant = MujocoPlant(replace(MUSHR, dt=PERIOD), changes)
-        x, y, yaw = self.truth.start
-        self.plant.reset([x, y, math.sin(yaw), math.cos(yaw), 0.0, 0.0, 0.0])
         self.button = True  # that a person holds: without it, navigation does not drive
+        self._rng = np.random.default_rng(self.truth.seed)
+        self.put(*self.truth.start)
+
+    def put(self, x: float, y: float, yaw: float) -> None:
+        """A person puts it down, at rest, m and rad; no command is under way."""
+        self.plant.reset([x, y, math.sin(yaw), math.cos(yaw), 0.0, 0.0, 0.0])
         self._inputs: dict[str, tuple[float, Array]] = {}
         self._under_way: deque[tuple[float, Array]] = deque()
         self._arrived, self._driven = np.zeros(2), np.zeros(2)
-        self._rng = np.random.default_rng(self.truth.seed)
 
     def command(self, source: str, action: Array, now: float) -> None:
         """An input of the multiplexer has told it an action ``# (2,)``."""
@@ -119,6 +122,11 @@ class FakeMushr:
             node.subscribe(f"{INPUTS}/{source}", ACKERMANN, self._hearing(source))
         self._thread = threading.Thread(target=self._run, name="fake MuSHR", daemon=True)
         self._thread.start()
+
+    def put(self, x: float, y: float, yaw: float) -> None:
+        """A person puts the car down, m and rad."""
+        with self._lock:
+            self.car.put(x, y, yaw)
 
     def close(self) -> None:
         """Stop."""

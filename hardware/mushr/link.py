@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 import time
 from dataclasses import asdict
 from types import TracebackType
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from hardware.clock import Clock, SystemClock
 from hardware.errors import LinkError
-from hardware.interfaces import MotionCapture, Pose, Reading
+from hardware.interfaces import PoseStream, Reading
 from hardware.mushr.limits import CarLimits
 from hardware.mushr.pose_filter import PoseFilter
 from hardware.ros1 import ACKERMANN, Message, Node
@@ -44,7 +45,7 @@ class MushrLink:
     def __init__(
         self,
         node: Node,
-        capture: MotionCapture,
+        capture: PoseStream,
         *,
         limits: CarLimits | None = None,
         topic: str = COMMANDS,
@@ -54,7 +55,8 @@ class MushrLink:
     ) -> None:
         self.robot, self.limits, self.topic, self.dry = robot, limits or CarLimits(), topic, dry
         self._node, self._capture, self._clock = node, capture, clock or SystemClock()
-        self._filter = PoseFilter()
+        self._filter, self._heard, self._stamp = PoseFilter(), -math.inf, math.nan
+        self._lock = threading.Lock()  # a plant's guard reads too
         self._publisher: Publisher | None = None
         self._sent, self._sent_at = np.zeros(2), -math.inf
         self._locked = False
@@ -88,11 +90,17 @@ class MushrLink:
 
     def state(self) -> Reading:
         """State of the filtered poses; a flag where nobody hears the commands."""
-        now, pose = self._clock.now(), self._capture.latest()
-        state, age = (self._filter.state, math.inf) if pose is None else (self._filter.add(pose), now - pose.arrival)
+        with self._lock:
+            for pose in self._capture.recent():
+                if pose.arrival > self._heard:
+                    self._filter.add(pose)
+                    self._heard, self._stamp = pose.arrival, pose.stamp
+            state = self._filter.state
+        now = self._clock.now()
         unheard = self._publisher is not None and not self._publisher.subscribers
         flags = frozenset({UNHEARD} if unheard else ())
-        return Reading(now, state.copy(), {"pose": age}, flags=flags, extra=_stamp(pose))
+        extra = {"pose_stamp": self._stamp} if math.isfinite(self._stamp) else {}
+        return Reading(now, state.copy(), {"pose": now - self._heard}, flags=flags, extra=extra)
 
     def send(self, action: ArrayLike) -> Array:
         """Steering in rad and speed in m/s ``# (2,)``; the same as the car is told them, within :class:`CarLimits`.
@@ -151,7 +159,3 @@ class MushrLink:
                 raise LinkError(f"{self._node.master}: no {what} ({CONNECTING:g} s)")
             due += self.robot.dt / 2
             self._clock.sleep_until(due)
-
-
-def _stamp(pose: Pose | None) -> dict[str, float]:
-    return {} if pose is None else {"pose_stamp": pose.stamp}

@@ -21,6 +21,7 @@ ARRIVED, TURNED = 0.15, math.radians(30.0)  # m and rad from the start that a co
 STANDS = 0.05  # m/s
 APPROACH = 0.5  # m/s
 PATIENCE = 8.0  # s beyond the way's duration
+HOLDING = 60.0  # s: a new model is compiled meanwhile
 DETOUR = 3.0  # times the straight way: a car turns round in an arc
 
 
@@ -62,6 +63,11 @@ class DrivePilot:
     def late(self) -> float:
         """s that an action may be late."""
         return self.limits.late
+
+    @property
+    def holding(self) -> float:
+        """s that the car stands at the start."""
+        return HOLDING
 
     def begin(self, reading: Reading) -> None:
         """A drive begins."""

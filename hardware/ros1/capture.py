@@ -16,6 +16,7 @@ from hardware.ros1.node import Node
 from hardware.velocity import Velocity
 
 FIRST_POSE = 5.0  # s
+KEPT = 64  # poses: more than half a second of them
 UNIT = 0.1  # that a quaternion's square may differ from 1
 
 
@@ -33,7 +34,7 @@ class Topic:
 
 
 class RosCapture:
-    """A :class:`~hardware.interfaces.MotionCapture` that hears a topic.
+    """A :class:`~hardware.interfaces.PoseStream` that hears a topic.
 
     Args:
         node: whose master knows the topic; it is not closed here.
@@ -45,7 +46,7 @@ class RosCapture:
     def __init__(self, node: Node, topic: Topic, frame: Frame | None = None, clock: Clock | None = None) -> None:
         self._node, self._topic = node, topic
         self._frame, self._clock = frame or Frame(), clock or SystemClock()
-        self._pose: Pose | None = None
+        self._poses: tuple[Pose, ...] = ()
         self._velocity = Velocity()
         self._first = threading.Event()
 
@@ -64,7 +65,12 @@ class RosCapture:
 
     def latest(self) -> Pose | None:
         """The newest pose, in the world's axes."""
-        return self._pose
+        poses = self._poses
+        return poses[-1] if poses else None
+
+    def recent(self) -> tuple[Pose, ...]:
+        """The newest poses, in the world's axes."""
+        return self._poses
 
     def close(self) -> None:
         """Nothing of its own: the node is somebody else's."""
@@ -78,5 +84,6 @@ class RosCapture:
         attitude = self._frame.attitude(turned) if abs(turned @ turned - 1.0) < UNIT else None
         position = self._frame.position(place)
         velocity = self._velocity.add(message.stamp, position)
-        self._pose = Pose(position, attitude, message.stamp, arrival, velocity)
+        pose = Pose(position, attitude, message.stamp, arrival, velocity)
+        self._poses = (*self._poses, pose)[-KEPT:]
         self._first.set()

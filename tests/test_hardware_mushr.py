@@ -350,6 +350,19 @@ def test_a_program_that_is_killed_leaves_the_car_to_the_time_out(uri: str, fake:
     link.close()
 
 
+def test_a_link_that_was_not_asked_for_a_while_knows_the_whole_state(uri: str, fake: FakeMushr) -> None:
+    """Training takes longer than the filter's gap; every pose counts, whoever reads when."""
+    with link_to(uri) as link:
+        link.connect()
+        stamp = link.state().extra["pose_stamp"]
+        heard = len(link._capture.recent())
+        wait_for(lambda: link._capture.recent()[-1].stamp > stamp + 0.6)
+        reading = link.state()
+    assert heard > 0
+    assert np.isfinite(reading.state).all()
+    np.testing.assert_allclose(reading.state, MUSHR.start, atol=0.05)
+
+
 def test_dry_nothing_is_sent(uri: str, fake: FakeMushr) -> None:
     with link_to(uri, dry=True) as link:
         link.connect()

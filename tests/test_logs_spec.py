@@ -154,8 +154,11 @@ def test_pulses_of_a_servo_count_from_their_middle(tmp_path: Path) -> None:
 
 def test_the_page_on_specifications_holds() -> None:
     page = (Path(__file__).parents[1] / "docs" / "specification.md").read_text(encoding="utf-8")
-    quad, vehicle = (LogSpec.parse(text) for text in re.findall(r"```toml\n(.*?)```", page, re.DOTALL))
+    quad, vehicle, bag = (LogSpec.parse(text) for text in re.findall(r"```toml\n(.*?)```", page, re.DOTALL))
     assert (quad.frames, quad.columns["motor2"].column, vehicle.columns["steer"].zero) == ("ned_frd", "m4", 1500.0)
+    assert (bag.time, bag.columns["steer"].column) == (TimeBase("t"), "/car/command.steering_angle")
+    assert bag.attitude is not None
+    assert [name.rpartition(".")[2] for name in bag.attitude.quaternion] == ["w", "x", "y", "z"]
     first_cells = re.findall(r"^\| (`.*?) \|", page, re.MULTILINE)
     keys = {key.strip("[]") for cell in first_cells for key in re.findall("`(.*?)`", cell)}
     assert keys == {field.name for field in fields(LogSpec)}

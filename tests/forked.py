@@ -60,22 +60,36 @@ def forked(
 def in_fork(work: Callable[[], None], folder: Path, seconds: int = SECONDS) -> Ran:
     """Do something in a fork and say how it ended."""
     with tempfile.TemporaryDirectory() as said:
-        process = os.fork()
-        if process == 0:
-            _child(work, folder, Path(said), seconds)
-        _, status = os.waitpid(process, 0)
-        out, err = (Path(said, name).read_bytes().decode(errors="replace") for name in ("out", "err"))
+        streams = Path(said, "out"), Path(said, "err")
+        _, status = os.waitpid(_forked(work, folder, streams, seconds), 0)
+        out, err = (file.read_bytes().decode(errors="replace") for file in streams)
     return Ran(os.waitstatus_to_exitcode(status), out, err)
 
 
-def _child(work: Callable[[], None], folder: Path, said: Path, seconds: int) -> None:
+def started(work: Callable[[], None], folder: Path, seconds: int = SECONDS) -> int:
+    """Begin something in a fork, unheard; its process, which is to be waited for."""
+    return _forked(work, folder, (Path(os.devnull), Path(os.devnull)), seconds)
+
+
+def _forked(work: Callable[[], None], folder: Path, streams: tuple[Path, Path], seconds: int) -> int:
+    process = os.fork()
+    if process == 0:
+        try:
+            _child(work, folder, streams, seconds)
+        finally:
+            os._exit(99)  # whatever a signal interrupts: a second process of the tests would be left
+    return process
+
+
+def _child(work: Callable[[], None], folder: Path, streams: tuple[Path, Path], seconds: int) -> None:
     status = 99
     try:
-        for number, name in ((1, "out"), (2, "err")):
-            os.dup2(os.open(said / name, os.O_WRONLY | os.O_CREAT), number)
+        for number, file in enumerate(streams, start=1):
+            os.dup2(os.open(file, os.O_WRONLY | os.O_CREAT), number)
         sys.stdout, sys.stderr = (open(number, "w", encoding="utf-8", closefd=False) for number in (1, 2))  # noqa: SIM115
         os.chdir(folder)
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell in the background has it ignored
         signal.alarm(seconds)
         work()
         status = 0
@@ -84,6 +98,7 @@ def _child(work: Callable[[], None], folder: Path, said: Path, seconds: int) -> 
     except BaseException:
         traceback.print_exc()
     finally:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(status)

@@ -50,6 +50,12 @@ def test_a_damaged_cell_is_named_by_its_place(cell: str, error: str, tmp_path: P
     assert len(str(raised.value)) < 500
 
 
+def test_a_file_of_text_alone_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text("a,b\n" * 100)
+    with pytest.raises(DataError, match=r"log\.csv, row 2: expected a column of numbers, found text in all of them"):
+        read_table(tmp_path / "log.csv")
+
+
 def test_quoted_decimal_commas_in_a_whole_column_are_no_text(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_text("t,x,y\n" + "".join(f'{0.02 * i:.2f},"{i},5",{i}\n' for i in range(ROWS)))

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import mujoco
 import numpy as np
 import pytest
 import torch
 
 from sym2real import rotation
-from sym2real.errors import ShapeError
+from sym2real.effects import effect
+from sym2real.errors import ModelError, ShapeError
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 from sym2real.robots.robot import GRAVITY
@@ -233,3 +236,15 @@ def test_the_full_state_brings_everything_back(robot: Robot) -> None:
     again = [plant.step(action) for action in actions[5:]]
     # The contact solver's warm start is no physics state; it moves the answer within the solver's tolerance.
     np.testing.assert_allclose(first, again, atol=1e-12 if robot is CRAZYFLIE else 1e-5)
+
+
+@pytest.mark.parametrize("force", [1e9, -1e299])
+def test_a_simulation_that_leaves_all_measure_is_an_error(
+    force: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    plant = MujocoPlant(CRAZYFLIE, [effect("wind", CRAZYFLIE).inject(fx=force)])
+    with pytest.raises(ModelError, match=r"wind .*expected a crazyflie that can be simulated, found accelerations"):
+        plant.step(CRAZYFLIE.low)
+    assert not list(tmp_path.iterdir())  # MuJoCo's own log of warnings
+    assert capfd.readouterr() == ("", "")

@@ -285,7 +285,7 @@ def test_unsupported_functions_are_refused_by_name(expression: sympy.Expr) -> No
 def test_unknown_names_and_bad_shapes_are_refused() -> None:
     with pytest.raises(UnknownNameError, match="did you mean 'thrust'"):
         Equations.parse(LAYOUTS, {**dict.fromkeys(LAYOUTS.state, "0"), "x": "thurst"}, 0.02)
-    with pytest.raises(ModelError, match=r"no equation for the state columns? .*qw"):
+    with pytest.raises(ModelError, match="an equation for every state column, found none for qw"):
         Equations.parse(LAYOUTS, {"x": "x"}, 0.02)
     with pytest.raises(Exception, match="expected the state columns x qw"):
         compile_model(EQUATIONS)(torch.zeros(5), torch.zeros(2))

@@ -114,7 +114,7 @@ def test_broken_folders_are_refused(tmp_path: Path) -> None:
     save_model(EQUATIONS.at(mass=0.5), tmp_path / "two")
     weights = tmp_path / "one" / "parameters.safetensors"
     weights.replace(tmp_path / "two" / "parameters.safetensors")
-    with pytest.raises(ModelError, match="does not belong"):
+    with pytest.raises(ModelError, match="found those of other equations; save the model again"):
         load_model(tmp_path / "two")
     with pytest.raises(DataError, match=r"parameters\.safetensors"):
         load_model(tmp_path / "one")

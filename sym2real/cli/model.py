@@ -16,6 +16,7 @@ from sym2real.diagnosis.start import ROWS
 from sym2real.errors import DataError, ModelError
 from sym2real.experiments.models import base_folder, below, open_model
 from sym2real.logs import read_logs
+from sym2real.logs.dropouts import tells_of_loss
 from sym2real.logs.reader import expand
 from sym2real.neural import Model
 from sym2real.neural.composed import Base, state_of
@@ -109,7 +110,8 @@ def logs_for(base: Base, paths: Sequence[Path], spec: str | None, *, apart_from:
         pieces = read_logs(file, spec=spec, layouts=layouts, dt=base.dt)
         longest = max(len(piece) for piece in pieces)
         if longest <= ROWS:
-            raise DataError(file, f"more than {ROWS} rows without a gap", f"{longest}")
+            lost = dict.fromkeys(note for piece in pieces for note in piece.notes if tells_of_loss(note))
+            raise DataError(file, f"more than {ROWS} rows without a gap", "; ".join((f"{longest}", *lost)))
         logs += pieces
     return long_enough(Dataset(logs))
 

@@ -80,7 +80,10 @@ class Simulate:
         geometric = self.controller == "geometric"
         controller = geometric_controller(robot, task.reference) if geometric else RandomCommands(robot, seed=self.seed)
         steps = steps_in(self.seconds or task.duration, robot.dt)
-        trajectory = run_episode(plant, controller, task, seed=self.seed, steps=steps, name=self.out.stem)
+        try:
+            trajectory = run_episode(plant, controller, task, seed=self.seed, steps=steps, name=self.out.stem)
+        except ModelError as failed:
+            raise ModelError(f"{self.robot}: {failed}") from failed
         write_log(trajectory, self.out)
         error = tracking_error(trajectory)
         crashed = len(trajectory) < steps

@@ -7,7 +7,7 @@ a commented line with its evidence.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -88,8 +88,8 @@ def _draft(tables: list[Table], assignment: Assignment) -> Draft:
     used = [*assignment.times, *assignment.columns.values(), *(column for part in parts for column in part.values())]
     held = [name for name in used if name in slow]
     whole, notes = zip(*(without_dropouts(table, used, held) for table in tables), strict=True)
-    for table in whole:
-        _require_rows(table)
+    for table, said in zip(whole, notes, strict=True):
+        _require_rows(table, said)
     draft = Draft(list(whole), assignment, held=tuple(held))
     for table, said in zip(tables, notes, strict=True):
         for note in said:
@@ -99,9 +99,10 @@ def _draft(tables: list[Table], assignment: Assignment) -> Draft:
     return draft
 
 
-def _require_rows(table: Table) -> None:
+def _require_rows(table: Table, said: Sequence[str] = ()) -> None:
     if len(table) < FEWEST_ROWS:
-        raise DataError(table.path, f"at least {FEWEST_ROWS} rows with numbers to look into", str(len(table)))
+        found = "; ".join((str(len(table)), *said))
+        raise DataError(table.path, f"at least {FEWEST_ROWS} rows with numbers to look into", found)
 
 
 def _check_alike(tables: list[Table]) -> None:

@@ -24,7 +24,8 @@ def read(path: Path) -> tuple[list[str], list[Array | Sequence[str]], int, dict[
         DataError: when the file is no Parquet file, or is cut off.
     """
     try:
-        return parts(pq.ParquetFile(path, page_checksum_verification=True).read(), path)
+        with path.open("rb") as file:  # pyarrow takes no name whose bytes are no text
+            return parts(pq.ParquetFile(file, page_checksum_verification=True).read(), path)
     except (pa.ArrowException, OSError, ValueError) as error:
         found = str(error).split("\n", maxsplit=1)[0][:SHOWN]
         raise DataError(path, "a whole Parquet file", found or type(error).__name__) from None
@@ -39,12 +40,16 @@ def parts(table: pa.Table, path: Path) -> tuple[list[str], list[Array | Sequence
 def _own(path: Path, metadata: Mapping[bytes, bytes]) -> dict[str, str]:
     """What this package wrote about the columns; other programs' metadata may be anything."""
     prefix = PREFIX.encode()
-    own = {key.removeprefix(prefix): value for key, value in metadata.items() if key.startswith(prefix)}
+    own = {key.decode(errors="replace"): value for key, value in metadata.items() if key.startswith(prefix)}
+    return {key.removeprefix(PREFIX): _text(path, key, value) for key, value in own.items()}
+
+
+def _text(path: Path, key: str, value: bytes) -> str:
     try:
-        return {key.decode(): value.decode() for key, value in own.items()}
+        return value.decode()
     except UnicodeDecodeError as error:
-        found = f"bytes that are no UTF-8 (0x{error.object[error.start]:02x})"
-        raise DataError(path, f"metadata under {PREFIX!r} in UTF-8", found) from None
+        found = f"bytes that are no UTF-8 (0x{value[error.start]:02x})"
+        raise DataError(path, f"metadata under {key!r} in UTF-8", found) from None
 
 
 def _cells(column: pa.ChunkedArray) -> Array | list[str]:

@@ -136,6 +136,8 @@ def read_table(path: str | Path, wanted: Collection[str] | None = None) -> Table
     table = Table(file, {}, first_row, metadata=metadata)
     columns = {name: numbers(table, name, values) for name, values in zip(names, cells, strict=True)}
     texts = tuple(name for name, values in columns.items() if values is None)
+    if len(texts) == len(columns):
+        raise DataError(file, "a column of numbers", "text in all of them", first_row)
     return replace(table, columns={k: v for k, v in columns.items() if v is not None}, texts=texts)
 
 

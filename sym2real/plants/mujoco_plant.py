@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sym2real.errors import ShapeError
+from sym2real.errors import ModelError, ShapeError
 from sym2real.layout import WRENCH, Layouts
 from sym2real.protocols import Change, Filter
 from sym2real.robots import Robot
@@ -17,6 +17,9 @@ from sym2real.trajectory import Array
 FULL_STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 ROLL_OVER = np.deg2rad(60.0)
 WITHOUT_REST = (int(mujoco.mjtDyn.mjDYN_NONE), int(mujoco.mjtDyn.mjDYN_INTEGRATOR))
+OUT_OF_MEASURE = tuple(getattr(mujoco.mjtWarning, f"mjWARN_BAD{name}") for name in ("QPOS", "QVEL", "QACC"))
+# MuJoCo prints its warnings and leaves MUJOCO_LOG.TXT where a user works; those that matter are errors here.
+mujoco.set_mju_user_warning(lambda _: None)
 
 
 def edited(robot: Robot, changes: Sequence[Change] = (), description: str | None = None) -> mujoco.MjSpec:
@@ -170,6 +173,7 @@ class MujocoPlant:
 
         Raises:
             ShapeError: for another number of columns, or an action that is not finite, which MuJoCo takes for zero.
+            ModelError: where forces or masses are such that the simulation leaves all measure.
         """
         asked = np.asarray(action, dtype=np.float64)
         if asked.shape != (self.layouts.action.size,):
@@ -184,6 +188,7 @@ class MujocoPlant:
         for _ in range(self.robot.substeps):
             self._apply_forces()
             mujoco.mj_step(self.mj_model, self.mj_data)
+            self._require_finite()
             self._crashed = self._crashed or self._has_crashed()
         return self._measured()
 
@@ -215,6 +220,14 @@ class MujocoPlant:
             self.mj_data.xfrc_applied[self._body] = [*self._wrench[:3], *torque]
         for force in self._forces:
             force(self.mj_model, self.mj_data)
+
+    def _require_finite(self) -> None:
+        """Refuse what MuJoCo has set back to the model's start, which would be read as a flight that goes on."""
+        if any(self.mj_data.warning[kind].number for kind in OUT_OF_MEASURE):
+            names = ", ".join(change.name for change in self.changes) or "the plain robot"
+            raise ModelError(
+                f"{names}: expected a {self.robot.name} that can be simulated, found accelerations beyond all measure"
+            )
 
     def _has_crashed(self) -> bool:
         if not np.isfinite(self.mj_data.qpos).all():

@@ -68,7 +68,7 @@ class Equations:
             state.index(name)
         missing = [column for column in state if column not in self.next]
         if missing:
-            raise ModelError(f"no equation for the state column{'s' * (len(missing) > 1)} {', '.join(missing)}")
+            raise ModelError(f"expected an equation for every state column, found none for {', '.join(missing)}")
         if not (math.isfinite(self.dt) and self.dt > 0.0):
             raise ModelError(f"expected a time step dt > 0 s, found {self.dt!r}")
         self._set("dt", float(self.dt))

@@ -133,7 +133,10 @@ def load_model(folder: str | Path, *, below: bool = False) -> Equations:
     except (OSError, SafetensorError, UnicodeDecodeError) as error:
         raise DataError(folder / PARAMETERS, "the weights of a saved model", reason(error)) from error
     if values.shape != (len(equations.parameters),) or metadata.get("equations") != _digest(source):
-        raise ModelError(f"{folder / PARAMETERS} does not belong to {EQUATIONS} beside it; save the model again")
+        raise ModelError(
+            f"{folder / PARAMETERS}: expected the parameters of {EQUATIONS} beside it, found those of other equations; "
+            "save the model again"
+        )
     return replace(equations, parameters=dict(zip(equations.parameters, values.tolist(), strict=True)))
 
 

@@ -16,10 +16,12 @@ class Case:
 
     Args:
         arguments: what is typed after the program's name, in the folder.
-        named: patterns, each of which an error must hold: the file or option, and the place in it where it has one.
-        told: pattern in what is said or written, where the run succeeds with another answer; empty where none may.
+        named: patterns, each of which an error must hold: the file or option, the place in it where it has one, and
+            what is wrong there; none where nothing is missing, so that an error is a failure.
+        told: pattern of the words for this damage and its place, where another answer may be given; the answer to the
+            undamaged file must lack them. Empty where no other answer may be given.
         reads: what of ``READERS`` the answer is held against; empty where only an error will do.
-        must_answer: whether an error is a failure, as nothing is missing in what is read.
+        renamed: whether names in the answer differ, so that its figures alone are compared.
         encoding: of standard output.
     """
 
@@ -27,7 +29,7 @@ class Case:
     named: tuple[str, ...]
     told: str = ""
     reads: str = ""
-    must_answer: bool = False
+    renamed: bool = False
     encoding: str = "utf-8"
 
 
@@ -45,6 +47,6 @@ def kind(name: str) -> Callable[[Maker], Maker]:
     return register
 
 
-def reading(target: str, *named: str, told: str = "", must_answer: bool = False) -> Case:
+def reading(target: str, *named: str, told: str = "", renamed: bool = False) -> Case:
     """The case that reads one of the world's files, whose answer is known."""
-    return Case(READERS[target], named, told, target, must_answer)
+    return Case(READERS[target], named, told, target, renamed)

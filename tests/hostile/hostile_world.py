@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import shutil
+from contextlib import chdir, redirect_stdout
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 
 from sym2real.cli import main
@@ -40,6 +42,11 @@ class World:
 
 def make_world(folder: Path) -> World:
     """Make the files and ask for the answers; every verb has been run once then, and what it loads is there."""
+    with redirect_stdout(StringIO()):
+        return _made(folder)
+
+
+def _made(folder: Path) -> World:
     folder.mkdir(parents=True)
     flight = folder / "flight.csv"
     main(["simulate", "crazyflie", "circle", "--noise", "--seconds", SECONDS, "--out", str(flight)])
@@ -76,15 +83,9 @@ def _make_foreign(folder: Path) -> None:
 
 
 def _answer(folder: Path, reader: tuple[str, ...]) -> object:
-    import os
-
-    before = Path.cwd()
-    os.chdir(folder)
-    try:
+    with chdir(folder):
         main([*reader, "--json", RESULT])
         answer = json.loads(Path(RESULT).read_text())
         Path(RESULT).unlink()
         Path("new.csv").unlink(missing_ok=True)
         return answer
-    finally:
-        os.chdir(before)

@@ -54,14 +54,35 @@ def test_what_is_judged_to_be_a_clear_error(status: int, err: str, end: str, tmp
 
 
 @pytest.mark.parametrize(
-    ("result", "out", "end"),
-    [('{"a": 1}', "", SAME), ('{"a": 2}', "", FAILED), ('{"a": 2}', "row 3 left out", NAMED)],
+    ("result", "end"),
+    [
+        ('{"a": 1, "note": "of x.csv"}', SAME),
+        ('{"a": 1, "note": "of y.csv"}', FAILED),
+        ('{"a": 2, "note": "of x.csv"}', FAILED),
+        ('{"a": 2, "note": "row 3 left out"}', NAMED),
+        ('{"a": 2, "note": "row 4 left out"}', FAILED),
+    ],
 )
-def test_what_is_judged_to_be_an_answer(result: str, out: str, end: str, tmp_path: Path) -> None:
+def test_what_is_judged_to_be_an_answer(result: str, end: str, tmp_path: Path) -> None:
     (tmp_path / "result.json").write_text(result)
-    case = Case(("inspect", "log.csv"), ("log",), told="left out", reads="log")
-    assert judged(case, Ran(0, out, ""), tmp_path, {"log": {"a": 1}})[0] == end
-    assert judged(Case((), ()), Ran(0, out, ""), tmp_path, {})[0] == FAILED
+    case = Case(("inspect", "log.csv"), ("log",), told="row 3 left out", reads="log")
+    undamaged = {"log": {"a": 1, "note": "of x.csv"}}
+    assert judged(case, Ran(0, "", ""), tmp_path, undamaged)[0] == end
+    assert judged(Case((), ()), Ran(0, "", ""), tmp_path, {})[0] == FAILED
+
+
+def test_words_that_an_undamaged_answer_has_name_no_damage(tmp_path: Path) -> None:
+    (tmp_path / "result.json").write_text('["row 3 left out", 2]')
+    case = Case(("inspect", "log.csv"), ("log",), told="row 3 left out", reads="log")
+    assert judged(case, Ran(0, "", ""), tmp_path, {"log": ["row 3 left out", 1]})[0] == FAILED
+
+
+def test_another_name_may_be_in_the_answer_but_no_other_number(tmp_path: Path) -> None:
+    (tmp_path / "result.json").write_text('{"a": 1.5e-3, "note": "ψ: 20 ms"}')
+    case = Case(("inspect", "ψ.csv"), (), reads="log", renamed=True)
+    for note, end in (("log: 20 ms", SAME), ("log: 40 ms", FAILED)):
+        assert judged(case, Ran(0, "", ""), tmp_path, {"log": {"a": 1.5e-3, "note": note}})[0] == end
+    assert judged(case, Ran(2, "", "error: ψ.csv: expected a file, found none"), tmp_path, {})[0] == FAILED
 
 
 def test_contents_see_what_changes(tmp_path: Path) -> None:

@@ -1,0 +1,136 @@
+"""Ctrl-C, a killed process, two writers: files are whole or not there, and what goes on ends as if nothing had been."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import pytest
+from forked import forked, in_fork, started
+
+from sym2real.cli import main
+from sym2real.robots import CRAZYFLIE
+from sym2real.symbolic import save_model
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="processes are ended by POSIX signals")
+
+LEARN = ("learn", "mushr", "--out", "model", "--episodes", "2", "--steps", "60", "--samples", "32", "--no-wrench")
+ENDED = {0, 2}  # 2: so short a drive makes a model that cannot drive, which is saved and said
+FILES_BETWEEN = 3  # that a run may write until it is ended
+SECONDS = 300  # on a machine that others use; it takes two
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return save_model(CRAZYFLIE.nominal(), tmp_path_factory.mktemp("models") / "quadrotor")
+
+
+@pytest.fixture(scope="module")
+def learned(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    """Files of a run of ``learn`` that nothing disturbed."""
+    folder = tmp_path_factory.mktemp("learned")
+    assert forked(LEARN, folder, seconds=SECONDS).status in ENDED
+    return whole_files(folder)
+
+
+def whole_files(folder: Path) -> dict[str, bytes]:
+    """What lies in a folder under names that are looked for, but for the seconds that a fit took.
+
+    A killed process may leave `.writing-…` beside them.
+    """
+    return {
+        str(file.relative_to(folder)): re.sub(rb'"seconds": [-+.e\d]+', b"", file.read_bytes())
+        for file in sorted(folder.rglob("*"))
+        if file.is_file() and not any(part.startswith(".writing-") for part in file.parts)
+    }
+
+
+def run_until(number: signal.Signals, due: Callable[[], bool], arguments: Sequence[str], folder: Path) -> int:
+    """Run the command line, send a signal as soon as something is so, and say how it ended."""
+    process = started(lambda: main(arguments), folder, SECONDS)
+    while not due():
+        ended, status = os.waitpid(process, os.WNOHANG)
+        if ended:
+            return os.waitstatus_to_exitcode(status)
+        time.sleep(0.002)
+    os.kill(process, number)
+    return os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGKILL, -signal.SIGKILL), (signal.SIGINT, 130)])
+def test_learning_that_is_ended_again_and_again_goes_on_to_the_same_bytes(
+    number: signal.Signals, status: int, learned: dict[str, bytes], tmp_path: Path
+) -> None:
+    assert "model/equations.json" in learned
+    ends = []
+    while not ENDED.intersection(ends):
+        kept = whole_files(tmp_path)
+        due = len(kept) + FILES_BETWEEN
+        ends.append(run_until(number, lambda due=due: len(whole_files(tmp_path)) >= due, LEARN, tmp_path))  # type: ignore[misc]
+        files = whole_files(tmp_path)
+        assert files.items() >= kept.items()
+        assert all(learned[name] == content for name, content in files.items())
+    assert set(ends) <= {status, *ENDED}
+    assert ends.count(status) >= 2
+    assert whole_files(tmp_path) == learned
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+def test_a_run_that_is_ended_while_it_writes_leaves_whole_files_or_none(
+    number: signal.Signals, model: Path, tmp_path: Path
+) -> None:
+    commands = (
+        ["add", str(model), "wind", "fx=0.01", "--out", "new"],
+        ["export", str(model), "torchscript", "--out", "new/model.pt"],
+    )
+    for one, arguments in enumerate(commands):
+        whole, ended = tmp_path / f"whole {one}", tmp_path / f"ended {one}"
+        whole.mkdir()
+        ended.mkdir()
+        assert forked(arguments, whole).status == 0
+        status = run_until(number, lambda ended=ended: any(ended.iterdir()), arguments, ended)  # type: ignore[misc]
+        assert status in {0, 130 if number == signal.SIGINT else -number}
+        assert whole_files(ended).keys() <= whole_files(whole).keys()
+        assert all(len(content) == len(whole_files(whole)[name]) for name, content in whole_files(ended).items())
+        assert number == signal.SIGKILL or not list(ended.rglob(".writing-*"))
+
+
+def test_ctrl_c_is_one_line_on_standard_error_and_keeps_the_last_diagnosis(model: Path, tmp_path: Path) -> None:
+    main(["simulate", "crazyflie", "circle", "--noise", "--seconds", "4", "--out", str(tmp_path / "flight.csv")])
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "diagnosis.json").write_text('{"files": []}')
+    before = whole_files(tmp_path)
+
+    def interrupted() -> None:
+        signal.signal(signal.SIGVTALRM, lambda *_: os.kill(os.getpid(), signal.SIGINT))
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.05)
+        main(["diagnose", str(model), "flight.csv", "--out", "out"])
+
+    done = in_fork(interrupted, tmp_path)
+    assert (done.status, done.out) == (130, "")
+    assert done.err.splitlines()[-1] == "interrupted: files that were already written stay"
+    assert whole_files(tmp_path) == before
+
+
+def test_two_writers_of_one_folder_leave_one_model_or_one_that_is_refused(model: Path, tmp_path: Path) -> None:
+    commands = [["add", str(model), "wind", f"fx={value}", "--out", "new"] for value in ("0.01", "0.02")]
+    assert both(commands, tmp_path) == [0, 0]
+    shown = forked(["show", "new"], tmp_path)
+    assert shown.status == 0 or "save the model again" in shown.err
+    assert not list(tmp_path.rglob(".writing-*"))
+
+
+def test_two_that_learn_in_one_folder_leave_the_model_of_one(learned: dict[str, bytes], tmp_path: Path) -> None:
+    assert set(both([LEARN, LEARN], tmp_path)) <= ENDED
+    assert whole_files(tmp_path) == learned
+
+
+def both(commands: Sequence[Sequence[str]], folder: Path) -> list[int]:
+    """How two runs that begin together end."""
+    processes = [started(lambda one=one: main(one), folder, SECONDS) for one in commands]  # type: ignore[misc]
+    return [os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]) for process in processes]

@@ -14,6 +14,8 @@ import pytest
 from forked import forked, in_fork, started
 
 from sym2real.cli import main
+from sym2real.experiments import learning
+from sym2real.report import tables
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import save_model
 
@@ -21,6 +23,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="processes are e
 
 LEARN = ("learn", "mushr", "--out", "model", "--episodes", "2", "--steps", "60", "--samples", "32", "--no-wrench")
 ENDED = {0, 2}  # 2: so short a drive makes a model that cannot drive, which is saved and said
+LOADED = (learning, tables)  # here, once for all the forks
 FILES_BETWEEN = 3  # that a run may write until it is ended
 SECONDS = 300  # on a machine that others use; it takes two
 

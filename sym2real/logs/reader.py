@@ -185,6 +185,8 @@ class _Opened:
     def _own_notes(self) -> tuple[str, ...]:
         try:
             notes = json.loads(self._metadata("notes") or "[]")
+            if not isinstance(notes, list):
+                raise TypeError(f"{notes!r:.80}")
             return tuple(str(note) for note in notes)
         except (TypeError, ValueError, RecursionError) as error:
             raise DataError(self.table.path, "notes in the file's metadata, a JSON list", reason(error)) from None

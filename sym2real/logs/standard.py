@@ -62,7 +62,7 @@ def attitude_columns(name: str) -> tuple[str, ...]:
 
 def own_specification(table: Table) -> LogSpec:
     """The specification of a file whose columns already have standard names."""
-    time = "time" if "time" in table.columns else "t"
+    time = "time" if "time" in (*table.columns, *table.texts) else "t"
     # Text in a standard column is a fault of the file, not a column to leave out.
     names = (*table.columns, *table.texts)
     columns = {name: Source(name) for name in names if name in STANDARD_COLUMNS and name != time}

@@ -95,7 +95,7 @@ def test_foreign_metadata_may_be_anything_and_ours_is_utf_8(parquet: Path) -> No
     assert read_table(parquet).metadata == {}
     pq.write_table(table.replace_schema_metadata({b"sym2real.name": b"\xff"}), parquet)
     with pytest.raises(
-        DataError, match=r"log\.parquet: expected metadata under 'sym2real\.' in UTF-8, found bytes.*ff"
+        DataError, match=r"log\.parquet: expected metadata under 'sym2real\.name' in UTF-8, found bytes.*ff"
     ):
         read_table(parquet)
 

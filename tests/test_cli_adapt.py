@@ -52,6 +52,16 @@ def test_a_model_adapts_to_a_simulator(place: Path, adapted: dict[str, Any]) -> 
     assert compared["one_step"]
 
 
+def test_the_models_own_constants_are_fitted(place: Path) -> None:
+    found = result_of(adapt(place, "--rounds", "1", "--learner", "fine-tune", "--out", str(place / "tuned")), place)
+    zero_shot, first = found["rounds"]
+    assert first["prediction"] < 0.3 * zero_shot["prediction"]
+    assert first["learned"]["penalty"] > 0.0
+    tuned = open_model(place / "tuned")
+    assert isinstance(tuned, Equations)
+    assert tuned.next["wz"] != MUSHR.nominal().next["wz"]
+
+
 def test_a_dry_run_says_what_it_would_do_and_does_nothing(
     place: Path, adapted: dict[str, Any], capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -13,6 +13,7 @@ base stays as it is where validation does not improve beyond chance.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -66,19 +67,24 @@ class FineTuning:
             ModelError: for too few consecutive transitions.
             ShapeError: for other columns than the base's.
         """
+        return self.fit_reported(transitions, base, start)[0]
+
+    def fit_reported(
+        self, transitions: Transitions, base: Base, start: Base | None = None
+    ) -> tuple[Base, TrainingReport]:
+        """The base with other numbers and how that came about; arguments and errors as of :meth:`fit`.
+
+        The report of an ensemble has no λ, and NaN as its error.
+        """
+        began, rows = time.perf_counter(), len(transitions)
         if isinstance(base, Ensemble):
             shape = EnsembleTraining(base.networks.count, base.widths, base.probabilistic, base.robot, self.seed)
-            return shape.fit(transitions, base)
-        return self.fit_reported(transitions, base)[0]
-
-    def fit_reported(self, transitions: Transitions, base: Equations) -> tuple[Equations, TrainingReport]:
-        """The equations with other numbers and how that came about; arguments and errors as of :meth:`fit`."""
-        began = time.perf_counter()
+            trained, columns = shape.fit(transitions, base), base.layouts.state.columns
+            return trained, TrainingReport(None, math.nan, columns, rows, time.perf_counter() - began)
         with one_thread():
             model, penalty, error = self._tuned(transitions, base)
-        moved = tuple(column for column, found in model.next.items() if found != base.next[column])
-        seconds = time.perf_counter() - began
-        return model, TrainingReport(penalty, error, moved, len(transitions), seconds)
+        columns = tuple(column for column, found in model.next.items() if found != base.next[column])
+        return model, TrainingReport(penalty, error, columns, rows, time.perf_counter() - began)
 
     def _tuned(self, transitions: Transitions, base: Equations) -> tuple[Equations, float | None, float]:
         lifted = lift_constants(base)

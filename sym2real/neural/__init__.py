@@ -7,6 +7,7 @@ from sym2real.neural.ensemble_training import EnsembleTraining
 from sym2real.neural.exporting import export
 from sym2real.neural.memory_length import MemoryLength, memory_length
 from sym2real.neural.model_folder import Model, open_model, save_model
+from sym2real.neural.particles import particle_rollouts
 from sym2real.neural.residual_mlp import ResidualMLP
 from sym2real.neural.residual_training import PAPER, ResidualTraining, TrainingReport
 from sym2real.neural.storage import load_residual, save_residual
@@ -28,6 +29,7 @@ __all__ = [
     "load_residual",
     "memory_length",
     "open_model",
+    "particle_rollouts",
     "save_model",
     "save_residual",
 ]

@@ -229,16 +229,20 @@ def adapted(folder: Path, seconds: float) -> list[Figure]:
     ]
 
 
-def main(options: Options) -> None:
-    """Print the table; write the figures."""
+def car(options: Options) -> list[Figure]:
+    """All figures of the car."""
     logging.getLogger("hardware.ros1").setLevel(logging.ERROR)  # nodes come and go
     figures = []
     with tempfile.TemporaryDirectory() as name:
         if not options.adapt_only:
             figures += over_ros(Path(name)) if shutil.which("rosmaster") else []
             figures += killed(Path(name))
-        figures += adapted(Path(name), options.seconds)
-    report("The car over ROS 1", figures, [0], options.json)
+        return [*figures, *adapted(Path(name), options.seconds)]
+
+
+def main(options: Options) -> None:
+    """Print the table; write the figures."""
+    report("The car over ROS 1", car(options), [0], options.json)
 
 
 if __name__ == "__main__":

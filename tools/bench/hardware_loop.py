@@ -1,4 +1,4 @@
-"""The hardware loop over UDP: how steady its period is, and what happens when a part of it fails.
+"""The hardware loop: how steady its period is, and what happens when a part of it fails; the car's is hardware_car.py.
 
 Timing: ``python -m hardware.fly_crazyflie`` as a user starts it, with the fake Crazyflie in a process of its own; the
 stamps are those of its record. Faults: a geometric hover over UDP, broken in flight; the time is from the fault to the
@@ -20,6 +20,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import hardware_car
 import numpy as np
 import tyro
 from figures import Figure, report
@@ -271,7 +272,8 @@ def main(options: Options) -> None:
     figures = faults(Console(stderr=options.json == Path("-")))
     if not options.faults_only:
         figures += timing(1, 5.0) if options.quick else timing(options.runs, options.seconds)
-    report("The hardware loop over UDP", figures, [], options.json)
+        figures += hardware_car.car(hardware_car.Options())
+    report("The hardware loop, over UDP and ROS 1", figures, [], options.json)
 
 
 if __name__ == "__main__":

@@ -1,41 +1,115 @@
-"""The authors' real car: its logs in the order in which they were driven, each predicted after those before it."""
+"""The authors' real car: after the first 1, 2, … of its logs, how far off a prediction of the last one is.
+
+Errors are those of `sym2real compare`: root mean square of the position 1 s ahead, over windows from every 0.1 s. A
+diagnosis has no seed; networks have several.
+
+    python tools/bench/adaptation_logs.py --json build/adaptation_logs.json
+"""
 
 from __future__ import annotations
 
-import math
 import os
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
-from figures import Figure
+import numpy as np
+import torch
+import tyro
+from figures import Figure, report
 
-from sym2real.adaptation import Adapting, adapt
-from sym2real.experiments.models import cached_base
-from sym2real.experiments.study.contestants import CONTESTANTS
+from sym2real.diagnosis import compare
+from sym2real.experiments.models import base_folder, cached_base
+from sym2real.experiments.study.contestants import CONTESTANTS, Contestant
 from sym2real.experiments.study.effects_first import informing
-from sym2real.experiments.study.learners import learner_of
+from sym2real.experiments.study.learners import COMMANDS
 from sym2real.logs import read_logs
+from sym2real.neural import ResidualTraining
+from sym2real.neural.composed import in_double
+from sym2real.neural.model_folder import Model
 from sym2real.robots import MUSHR
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Dataset
 
 BESIDE = Path(__file__).resolve().parents[3] / "shared" / "data"
-FOLDER, SEED = "mushr_steering_offset", 1
+FOLDER, HORIZON, SEEDS = "mushr_steering_offset", 1.0, (1, 2, 3)
 ASKED = ("sr-nn", "sr-memory", "sr-effect", "sr-effect-memory")
 
 
-def log_figures() -> list[Figure]:
-    """Error of the position predicted 1 s ahead on the next log, after every number of logs; none without the logs."""
-    paths = sorted((Path(os.environ.get("SYM2REAL_DATA", BESIDE)) / FOLDER).glob("*.csv"))
+@dataclass(frozen=True)
+class Options:
+    """Predict the last of the car's logs."""
+
+    seeds: tuple[int, ...] = SEEDS
+    """Of the networks."""
+    json: Path | None = None
+    """Write the figures to this file (- is standard output)."""
+
+
+def say(text: str) -> None:
+    """A line of what is going on, or why nothing is."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def log_figures(seeds: Sequence[int] = SEEDS) -> list[Figure]:
+    """A figure per contestant and number of logs; none, and why, without the logs."""
+    folder = Path(os.environ.get("SYM2REAL_DATA", BESIDE)) / FOLDER
+    paths = sorted(folder.glob("*.csv"))
     if len(paths) < 2:
+        say(f"MuSHR logs left out: no logs in {folder} (SYM2REAL_DATA names the folder that holds {FOLDER})")
         return []
-    base, figures = cached_base(MUSHR), []
+    if not (base_folder(MUSHR) / "equations.json").exists():
+        say(f"the car's base is learned first, and kept in {base_folder(MUSHR)}")
+    base = cached_base(MUSHR)
     logs = [read_logs([path], spec=FOLDER, layouts=base.layouts, dt=base.dt) for path in paths]
+    figures = [Figure(f"MuSHR logs, base alone on {paths[-1].stem}", error_of(base, logs[-1]), "m")]
+    for count in range(1, len(logs)):
+        data = Dataset(piece for log in logs[:count] for piece in log)
+        figures += answers(
+            base, data, logs[-1], seeds, f"MuSHR logs, {count} learned from", last=count + 1 == len(logs)
+        )
+    return figures
+
+
+def answers(
+    base: Equations, data: Dataset, held_out: Dataset, seeds: Sequence[int], title: str, *, last: bool
+) -> Iterator[Figure]:
+    """What each contestant makes of some logs; the last has a bar when it has seen all."""
+    diagnose = informing(CONTESTANTS["sr-effect"], MUSHR, ())
+    informed = base if diagnose is None else diagnose(data, base)
     for name in ASKED:
         contestant = CONTESTANTS[name]
-        settings = Adapting(rounds=len(logs) - 1, until_settled=False, seed=SEED)
-        inform = informing(contestant, MUSHR, ())
-        adaptation = adapt(base, logs, None, learner_of(contestant, MUSHR, SEED), settings, robot=MUSHR, inform=inform)
-        errors = [report.prediction for report in adaptation.reports]
-        said = ", ".join(f"{error:.3f}" for error in errors)
-        bar = "<= 0.1" if name == ASKED[-1] else ""
-        last = errors[-1] if errors else math.nan
-        figures.append(Figure(f"MuSHR logs, 1 s ahead, {contestant.title} (after 0, 1, …: {said})", last, "m", bar))
-    return figures
+        below = informed if contestant.effects == "diagnosed" else base
+        errors = [error_of(model, held_out) for model in models(contestant, below, data, seeds)]
+        spread = f" ({', '.join(f'{error:.3f}' for error in errors)})" if len(errors) > 1 else ""
+        bar = "<= 0.1" if last and name == ASKED[-1] else ""
+        say(f"{title}, {contestant.title}: {np.mean(errors):.3f} m{spread}")
+        yield Figure(f"{title}, {contestant.title}{spread}", float(np.mean(errors)), "m", bar)
+
+
+def models(contestant: Contestant, base: Equations, data: Dataset, seeds: Sequence[int]) -> Iterator[Model]:
+    """One per seed of the network; the base alone without one. The loss follows as many rows as are judged."""
+    if contestant.residual == "none":
+        yield base
+        return
+    commands = COMMANDS if contestant.residual == "memory" else 0
+    for seed in seeds:
+        training = ResidualTraining(steps=round(HORIZON / base.dt), commands=commands, seed=seed)
+        yield training.fit(data.transitions(), base)
+
+
+def error_of(model: Model, log: Dataset) -> float:
+    """Of the position so far ahead, m."""
+    compared = compare(in_double(model), log, horizons=(HORIZON,))
+    return compared.horizons[0].errors["position"].value
+
+
+def main(options: Options) -> None:
+    """Predict, print, write."""
+    torch.set_num_threads(1)
+    report("MuSHR logs", log_figures(options.seeds), options.seeds, options.json)
+
+
+if __name__ == "__main__":
+    main(tyro.cli(Options, description=__doc__))

@@ -1,7 +1,8 @@
 """Training on 400 rows: processor seconds of a round, and what is left of the base's error on another flight or drive.
 
 Logs come from the plain simulator with one effect, flown by geometric controllers, with and without sensor noise; the
-loss follows one step or ten. Errors are of positions 0.8 s (car: 1 s) ahead, on an exact log of another task.
+loss follows one step or ten; beside them the base's own constants, fine-tuned. Errors are of positions 0.8 s (car: 1 s)
+ahead, on an exact log of another task.
 
     python tools/bench/training.py --json build/training.json
 """
@@ -18,6 +19,7 @@ import torch
 import tyro
 from figures import Figure, report
 
+from sym2real.adaptation.fine_tuning import FineTuning
 from sym2real.control import geometric_controller
 from sym2real.effects import effect
 from sym2real.experiments.standard_conditions import sensors
@@ -75,15 +77,19 @@ def main(options: Options) -> None:
         other = flown(robot, (change,), test, options.seed + 1)
         alone = error_of(compile_model(base), other, seconds)
         for noisy in (False, True):
+            kind = "noisy" if noisy else "exact"
             noise = (sensors(robot, np.random.default_rng(options.seed)),) if noisy else ()
             rows = Dataset([flown(robot, (*noise, change), task, options.seed)]).transitions()
             for steps in (1, 10):
                 began = time.process_time()
                 model: Composed = ResidualTraining(steps=steps, seed=options.seed).fit(rows, base)
                 spent = time.process_time() - began
-                name = f"{robot.name}, {key}, {'noisy' if noisy else 'exact'} log, loss over {steps}"
+                name = f"{robot.name}, {key}, {kind} log, loss over {steps}"
                 figures.append(Figure(f"{name}: training", spent, "s of one processor", BAR))
                 figures.append(Figure(f"{name}: error over the base's", error_of(model, other, seconds) / alone, "1"))
+            tuned, name = FineTuning(seed=options.seed).fit(rows, base), f"{robot.name}, {key}, {kind} log, fine-tuned"
+            left = error_of(compile_model(tuned), other, seconds) / alone
+            figures.append(Figure(f"{name}: error over the base's", left, "1"))
     report("Training of a residual on 400 rows", figures, [options.seed], options.json)
 
 

@@ -89,13 +89,13 @@ def answers(
 
 
 def models(contestant: Contestant, base: Equations, data: Dataset, seeds: Sequence[int]) -> Iterator[Model]:
-    """One per seed of the network; the base alone without one. The loss follows as many rows as are judged."""
+    """One per seed of the network; the base alone without one."""
     if contestant.residual == "none":
         yield base
         return
     commands = COMMANDS if contestant.residual == "memory" else 0
     for seed in seeds:
-        training = ResidualTraining(steps=round(HORIZON / base.dt), commands=commands, seed=seed)
+        training = ResidualTraining(commands=commands, seed=seed)
         yield training.fit(data.transitions(), base)
 
 

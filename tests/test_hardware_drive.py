@@ -22,7 +22,7 @@ from hardware.errors import LinkError
 from hardware.fakes.master import FakeMaster
 from hardware.fakes.mushr import POSES, Car, FakeMushr, Truth
 from hardware.interfaces import Reading, Verdict
-from hardware.mushr import CarLimits, DriveLimits, DrivePilot, MushrLink
+from hardware.mushr import DriveLimits, DrivePilot, MushrLink
 from hardware.mushr.checks import checks
 from hardware.mushr.laboratory import Laboratory
 from hardware.mushr.link import UNHEARD
@@ -198,8 +198,3 @@ def test_options_that_do_not_fit_are_refused(tmp_path: Path) -> None:
     wrong = DriveMushr(str(tmp_path / "drone"), "circle", tmp_path / "run", laboratory=Laboratory(sim=True))
     with pytest.raises(ModelError, match=r"is of a crazyflie; this script is for a mushr"):
         wrong.run(Console(quiet=True))
-
-
-def test_mppi_asks_for_no_more_than_the_drivers_take() -> None:
-    robot = CarLimits(forward=0.8, reverse=9.0).within(MUSHR)
-    np.testing.assert_allclose([robot.low, robot.high], [[-0.38, -2.2], [0.38, 0.8]])

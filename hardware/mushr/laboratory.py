@@ -70,9 +70,7 @@ class Laboratory:
             node = Node(NODE, *self._network(stack, near))
             topic = Topic(self.poses, KINDS[self.kind])
             capture = RosCapture(node, topic, Frame(self.axes, origin=self.origin))
-            robot = self.car.within(MUSHR)
-            made = MushrLink(node, capture, limits=self.car, topic=self.commands, robot=robot, dry=dry)
-            yield stack.enter_context(made)
+            yield stack.enter_context(MushrLink(node, capture, limits=self.car, topic=self.commands, dry=dry))
 
     def _network(self, stack: ExitStack, near: Array) -> tuple[str | None, str | None]:
         if not self.sim:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from sym2real.robots import Robot
 from sym2real.trajectory import Array
 
 
@@ -30,11 +29,6 @@ class CarLimits:
     reverse: float = 0.93
     steer_rate: float = 3.2
     acceleration: float = 2.5
-
-    def within(self, robot: Robot) -> Robot:
-        """A car whose commands end where these limits do."""
-        low, high = [-self.steer, -self.reverse], [self.steer, self.forward]
-        return replace(robot, low=np.maximum(robot.low, low), high=np.minimum(robot.high, high))
 
     def reachable(self, wanted: Array, before: Array, seconds: float) -> Array:
         """The action ``# (2,)`` nearest to a wanted one that the limits allow.

@@ -212,7 +212,7 @@ def adapted(folder: Path, seconds: float) -> list[Figure]:
             time.sleep(1.0)
 
         with PutBackPlant(link, lambda: DrivePilot(link.robot, ROOMY), put) as plant, stage_one_progress() as told:
-            found = adapt(MUSHR.nominal(), plant, task, make_learner("residual", 0, memory=True, angles=MUSHR.angles),
+            found = adapt(MUSHR.nominal(), plant, task, make_learner("residual", 0, memory="auto", angles=MUSHR.angles),
                           Adapting(rounds=DRIVES - 1, steps=steps, until_settled=False), folder=folder / "adapted",
                           on_progress=told)  # fmt: skip
             missed.append(plant.missed)

@@ -62,7 +62,7 @@ class DriveMushr(Mission):
 
     def pilot(self) -> DrivePilot:
         """Drives to the start, and brakes."""
-        return DrivePilot(MUSHR, self.limits)
+        return DrivePilot(MUSHR, self.limits, self.laboratory.car)
 
     def settings(self) -> dict[str, Any]:
         """Limits."""

@@ -167,6 +167,15 @@ def test_a_car_that_stops_to_listen_is_braked() -> None:
     assert (command.phase, command.reason) == ("brake", "nobody hears the commands")
 
 
+def test_braking_begins_at_what_the_drivers_do_and_not_at_what_was_asked() -> None:
+    pilot, state = DrivePilot(MUSHR), np.array([0.0, 0.0, 0.0, 1.0, 0.8, 0.0, 0.0])
+    for _ in range(20):
+        going = pilot.act(Reading(0.0, state, {"pose": 0.0}), np.array([0.0, 2.5])).action[1]
+    braking = [pilot.act(Reading(0.0, state, {"pose": 0.0}), None, asked="Ctrl-C").action[1] for _ in range(8)]
+    assert going == 0.93
+    np.testing.assert_allclose(braking, np.maximum(0.93 - 0.125 * np.arange(1, 9), 0.0), atol=1e-12)
+
+
 def standing(**changed: object) -> list[Reading]:
     values = {"state": MUSHR.start, "ages": {"pose": 0.01}} | changed
     return [Reading(0.01 * at, extra={"pose_stamp": 0.01 * at}, **values) for at in range(100)]  # type: ignore[arg-type]

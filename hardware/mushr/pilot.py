@@ -11,6 +11,7 @@ from torch import Tensor
 
 from hardware.errors import UnreachableError
 from hardware.interfaces import Command, Reading, Verdict
+from hardware.mushr.limits import CarLimits
 from hardware.mushr.link import UNHEARD
 from sym2real.control.pure_pursuit import PurePursuit
 from sym2real.robots import Robot
@@ -53,10 +54,11 @@ class DrivePilot:
     Args:
         robot: a car with steering and speed commands.
         limits: of the drive.
+        car: what its drivers take: braking begins at what they do, not at what a controller asked for.
     """
 
-    def __init__(self, robot: Robot, limits: DriveLimits | None = None) -> None:
-        self.robot, self.limits = robot, limits or DriveLimits()
+    def __init__(self, robot: Robot, limits: DriveLimits | None = None, car: CarLimits | None = None) -> None:
+        self.robot, self.limits, self.car = robot, limits or DriveLimits(), car or CarLimits()
         self._start()
 
     @property
@@ -125,7 +127,8 @@ class DrivePilot:
         if self._verdict is Verdict.GO and (reason or wanted is None):
             self._verdict, self._reason = Verdict.LAND, reason or "no action"
         if self._verdict is Verdict.GO and wanted is not None:
-            self._last = np.clip(wanted, self.robot.low, self.robot.high)
+            inside = np.clip(wanted, self.robot.low, self.robot.high)
+            self._last = self.car.reachable(inside, self._last, self.robot.dt)
             return Command(self._last, Verdict.GO, "go", "")
         return self._brake(reading)
 

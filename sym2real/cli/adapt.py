@@ -10,6 +10,7 @@ import tyro
 from rich.console import Console
 
 from sym2real.cli.numbers import Count, Memory, OptionalRound, OptionalSamples, OptionalSeconds, Seed, steps_in
+from sym2real.cli.places import Place
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -45,9 +46,9 @@ class Adapt:
       sym2real adapt runs/base flights --spec flight.toml --out runs/adapted
     """
 
-    model: tyro.conf.Positional[str]
+    model: tyro.conf.Positional[Place]
     """A model folder, or a robot's name (its base is learned once and cached)."""
-    target: tyro.conf.Positional[str]
+    target: tyro.conf.Positional[Place]
     """What to adapt to: a robot's name, the folder of a simulator, or a folder of logs."""
     task: tyro.conf.Positional[str | None] = None
     """What is flown: hover, circle, lemniscate, track, park or reverse_circle; nothing with logs."""
@@ -72,7 +73,7 @@ class Adapt:
     """Put the physical effects that the logs establish into the equations first; the learner gets what is left."""
     noise: bool = False
     """Sensor noise in the simulator, as of `simulate`; without it errors of any size count for --diagnose."""
-    spec: str | None = None
+    spec: Place | None = None
     """How the logs' columns are named: a shipped specification's name or a TOML file."""
     seed: Seed = 0
     """Of the start, MPPI's samples, noise and first weights."""

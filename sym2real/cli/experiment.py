@@ -10,6 +10,7 @@ import tyro
 from rich.console import Console
 
 from sym2real.cli.numbers import Count
+from sym2real.cli.places import Place
 
 if TYPE_CHECKING:
     from sym2real.experiments.study.effort import Effort
@@ -35,7 +36,7 @@ class RunExperiment:
       sym2real experiment sim2sim --full --out runs/full --cluster tcp://10.0.0.5:8786
     """
 
-    name: tyro.conf.Positional[str]
+    name: tyro.conf.Positional[Place]
     """An experiment, a file.toml with cases, or "list" to see what there is."""
     out: Path | None = None
     """Folder for the answers, the figure and the table."""

@@ -161,7 +161,7 @@ def test_equations_of_a_quadrotor_that_name_a_car(tmp_path: Path, capsys: pytest
     with pytest.raises(SystemExit):
         main(["compare", str(tmp_path), "log.csv"])
     printed = capsys.readouterr()
-    assert "name the robot mushr: expected the state x y sin_yaw" in " ".join((printed.out + printed.err).split())
+    assert "names the robot mushr: expected the state x y sin_yaw" in " ".join((printed.out + printed.err).split())
 
 
 @pytest.mark.parametrize("about", ['"crazyflie"', "{}", '{"state": ["x y"], "action": ["thrust"], "widths": [4]}', "["])

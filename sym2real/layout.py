@@ -72,7 +72,7 @@ class Field:
                 raise ShapeError(f"field {self.name!r}: expected columns of letters, digits and _, found {column!r}")
         wanted = COLUMNS_OF_KIND.get(self.kind, len(self.columns))
         if len(self.columns) != wanted:
-            raise ShapeError(f"field {self.name!r} is a {self.kind} and needs {wanted} columns, got {self.columns}")
+            raise ShapeError(f"field {self.name!r}: expected {wanted} columns of a {self.kind}, found {self.columns}")
 
     @classmethod
     def read(cls, entry: Any) -> Field:

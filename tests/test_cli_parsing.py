@@ -78,7 +78,7 @@ def test_the_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
             ["diagnose", "model", "log.csv", "--horizon", "abc"],
             "--horizon: expected a number greater than 0, found",
         ),
-        (["learn", "crazyflie", "--out", "model", "--steps", "4.5"], "greater than 0, found '4.5'"),
+        (["learn", "crazyflie", "--out", "model", "--steps", "4.5"], "greater than 0 and at most 1000000, found '4.5'"),
         (
             ["simulate", "crazyflie", "hover", "--out", "log.csv", "--seconds", "-1"],
             "--seconds: expected a number great",

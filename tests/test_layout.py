@@ -112,7 +112,7 @@ def test_wrong_names_are_answered_with_the_nearest() -> None:
 def test_layouts_refuse_what_cannot_be() -> None:
     with pytest.raises(ShapeError, match="more than once"):
         Layout.of(["x", "vx", "x"])
-    with pytest.raises(ShapeError, match="needs 4 columns"):
+    with pytest.raises(ShapeError, match="expected 4 columns of a quaternion, found"):
         Layout.of(["qw", "qx"])
     with pytest.raises(ShapeError, match="expected 13 columns"):
         QUADROTOR.normalise(torch.zeros(12))

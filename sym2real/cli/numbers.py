@@ -14,6 +14,7 @@ from tyro.constructors import PrimitiveConstructorSpec
 from sym2real.errors import ModelError
 
 MOST_SECONDS = 86400.0  # a day: no episode is longer
+MOST_COUNT = 10**6  # of episodes, steps, rounds: more is a slip of the hand
 MOST_SAMPLES = 2**20  # that MPPI draws
 MOST_SEED = 2**63 - 1
 MOST_COMMANDS = 100  # that a network sees: two seconds of a quadrotor's
@@ -60,8 +61,8 @@ def _seconds(optional: bool) -> PrimitiveConstructorSpec[Any]:
     return option(float, "FLOAT", wanted, optional=optional, fits=lambda value: 0 < value <= MOST_SECONDS)
 
 
-def _count(optional: bool, most: float = math.inf) -> PrimitiveConstructorSpec[Any]:
-    wanted = "a whole number greater than 0" + ("" if most == math.inf else f" and at most {most}")
+def _count(optional: bool, most: int = MOST_COUNT) -> PrimitiveConstructorSpec[Any]:
+    wanted = f"a whole number greater than 0 and at most {most}"
     return option(int, "INT", wanted, optional=optional, fits=lambda value: 0 < value <= most)
 
 

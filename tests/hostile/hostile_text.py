@@ -84,7 +84,7 @@ def specification(folder: Path, random: Random) -> Case:
     where = (
         r"line \d|at end of|position \d|column|key|TOML"
         if how < 2
-        else rf"\b{key}|line {line + 1}|line {line + 2}|end of document"
+        else rf"\b{key}|line {line + 1}|line {line + 2}|end of document|nested too deeply"
     )
     return reading("foreign.toml", r"foreign\.(toml|csv)", where, renamed=how > 3 and key == "name")
 

@@ -43,7 +43,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A base model and three CSV logs of a robot that is too heavy."""
     folder = tmp_path_factory.mktemp("found")
     save_model(CRAZYFLIE.nominal(), folder / "base")
-    for trajectory in simulate_case(Case("crazyflie", (("added_mass", {"value": TRUE_MASS}),), seed=1), 3, 200):
+    for trajectory in simulate_case(Case("crazyflie", (("added_mass", {"value": TRUE_MASS}),), seed=1), 3, 350):
         write_log(trajectory, folder / f"{trajectory.name}.csv")
     return folder
 

@@ -96,7 +96,7 @@ def _load(compiler: Compiler, write: Callable[[], str], name: str) -> ctypes.CDL
     except OSError as refused:  # also FileLock's time-out, or a file that somebody removed in between
         if not _own_folder.cache_info().currsize:
             said = "the cache %s cannot be used: %s; kernels are compiled anew in every process"
-            LOGGER.warning(said, cache_folder(), reason(refused))
+            LOGGER.warning(said, cache_folder(), refused.strerror or reason(refused))
         try:
             target = _own_folder() / name
             build(compiler, write(), target)

@@ -43,7 +43,7 @@ def _interrupts() -> Iterator[None]:
 
 @pytest.fixture(scope="module")
 def logs() -> Dataset:
-    return Dataset(simulate_case(Case("crazyflie", (("added_mass", {"value": 0.004}),), seed=1), 3, 200))
+    return Dataset(simulate_case(Case("crazyflie", (("added_mass", {"value": 0.004}),), seed=1), 3, 350))
 
 
 def written(found: Diagnosis, logs: Dataset, out: Path) -> str:

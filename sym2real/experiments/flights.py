@@ -16,7 +16,7 @@ import torch
 from torch import Tensor
 
 from sym2real.control import Disturbed, GeometricQuadrotor, PurePursuit
-from sym2real.experiments.excitation import ColouredNoise, GoalAfterGoal, RandomDriving, RandomRates
+from sym2real.experiments.excitation import ColouredNoise, GoalAfterGoal, RandomDriving, RandomRates, unlimited
 from sym2real.plants import MujocoPlant, random_push, run_episode
 from sym2real.protocols import Change, Controller
 from sym2real.robots import CRAZYFLIE, MUSHR
@@ -94,12 +94,12 @@ def car_drives(
     kinds: tuple[Draw, ...] = (_round, _goals, _random_driving)
     if out_of_distribution:
         kinds = (_reverse, _fast_round)
-    return _runs(MujocoPlant(MUSHR, changes), kinds, count, seed, steps=steps, pushed=pushed)
+    return _runs(MujocoPlant(unlimited(MUSHR), changes), kinds, count, seed, steps=steps, pushed=pushed)
 
 
 def reverse_drives(count: int, seed: int, *, steps: int = 400) -> Dataset:
     """Drives in reverse alone, the part of the cars' out-of-distribution set that has a bar of its own."""
-    return _runs(MujocoPlant(MUSHR), (_reverse,), count, seed, steps=steps, pushed=False)
+    return _runs(MujocoPlant(unlimited(MUSHR)), (_reverse,), count, seed, steps=steps, pushed=False)
 
 
 def _runs(plant: MujocoPlant, kinds: Sequence[Draw], count: int, seed: int, *, steps: int, pushed: bool) -> Dataset:

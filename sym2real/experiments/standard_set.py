@@ -20,7 +20,7 @@ from sym2real.control.geometric_quadrotor import Gains
 from sym2real.effects import effect
 from sym2real.errors import ModelError
 from sym2real.experiments import standard_conditions as conditions
-from sym2real.experiments.excitation import ColouredNoise
+from sym2real.experiments.excitation import ColouredNoise, unlimited
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Controller, Plant
 from sym2real.robots import ROBOTS, Robot
@@ -88,7 +88,8 @@ def simulate_case(case: Case, trajectories: int = 8, rows: int = 400) -> Dataset
     def plant(rng: np.random.Generator) -> MujocoPlant:
         trim = conditions.trim(robot, rng)
         return MujocoPlant(
-            robot, (shared, *changes, *trim, conditions.disturbance(robot, rng), conditions.sensors(robot, rng))
+            unlimited(robot),
+            (shared, *changes, *trim, conditions.disturbance(robot, rng), conditions.sensors(robot, rng)),
         )
 
     runs = (standard_run(robot, plant, case.seed, index, yaw=case.yaw, rows=rows) for index in range(trajectories))

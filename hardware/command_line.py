@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import inspect
 import os
+import signal
 import sys
+import threading
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
@@ -18,7 +20,13 @@ from sym2real.errors import DataError, Sym2RealError, reason
 
 
 def main(verb: Any, prog: str, arguments: Sequence[str] | None = None) -> None:
-    """Run a verb; exit with 2 and one clear message on bad input or a robot that does not answer, 130 on Ctrl-C."""
+    """Run a verb; exit with 2 and one clear message on bad input or a robot that does not answer, 130 on Ctrl-C.
+
+    SIGTERM lands or brakes as Ctrl-C does, and Ctrl-C does so even where a shell in the background has it ignored.
+    """
+    if threading.current_thread() is threading.main_thread():
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.default_int_handler)
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     chosen = parse(verb, prog, inspect.getdoc(verb) or "", list(sys.argv[1:] if arguments is None else arguments))
     # A person beside a robot reads what it waits for while it waits.

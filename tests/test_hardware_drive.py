@@ -135,10 +135,13 @@ def test_a_script_that_is_killed_leaves_a_car_that_stops_and_a_record(
     assert "killed" in yaml.safe_load((out / "drive.yaml").read_text())["ended"]
 
 
-def test_ctrl_c_brakes_and_closes_the_record(model: str, tmp_path: Path, fake: FakeMushr) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_brakes_and_closes_the_record(
+    model: str, tmp_path: Path, fake: FakeMushr, number: signal.Signals
+) -> None:
     out = tmp_path / "run"
     script = started(model, out, fake)
-    script.send_signal(signal.SIGINT)
+    script.send_signal(number)
     assert script.wait(60.0) == 130
     wait_for(lambda: stands(fake))
     record = read_log(out / "drive.parquet", layouts=MUSHR.layouts)

@@ -26,6 +26,7 @@ from hardware.provenance import hash_of, revision
 from hardware.recorder import Recorder, task_of
 from sym2real.cli.places import Place
 from sym2real.errors import DataError, ModelError
+from sym2real.layout import Layouts
 from sym2real.protocols import Controller
 from sym2real.robots import Robot
 from sym2real.tasks import Task, make_task
@@ -36,6 +37,28 @@ if TYPE_CHECKING:
 OBSERVED = 2.0  # s at rest before anything moves
 PLANNED = 2.0  # s of a dry run
 WARM = 30  # actions before arming: the first ones compile and fill caches
+
+
+def require_columns(model: str, found: Layouts, wanted: Layouts) -> None:
+    """Refuse a model whose states or commands are not the robot's, before anything warms up or arms.
+
+    Args:
+        model: as the user names it.
+        found: its layouts; hidden states count for nothing.
+        wanted: the robot's.
+
+    Raises:
+        ModelError: with both groups of columns.
+    """
+    seen = [name for field in found.state.fields if not field.hidden for name in field.columns]
+    for group, columns, needed in (
+        ("state", seen, wanted.state.columns),
+        ("commands", found.action.columns, wanted.action.columns),
+    ):
+        if set(columns) != set(needed):
+            raise ModelError(
+                f"{model}: expected a model with the {group} {' '.join(needed)}, found {' '.join(columns)}"
+            )
 
 
 @dataclass(frozen=True)
@@ -105,6 +128,7 @@ class Mission(ABC):
         described = below(model).robot
         if described not in ("", self.robot.name):
             raise ModelError(f"{self.model} is of a {described}; this script is for a {self.robot.name}")
+        require_columns(str(self.model), below(model).layouts, self.robot.layouts)
         if (self.out / self.RECORD).exists():
             raise DataError(self.out, "a new folder: no run is written over another", f"{self.RECORD} in it")
         return model

@@ -105,6 +105,8 @@ def test_logs_one_a_round_and_their_effects_in_the_equations(place: Path) -> Non
     ("arguments", "said"),
     [
         (["base", "nowhere", "circle"], "unknown target: neither a folder nor a robot 'nowhere'"),
+        (["base", "nowhere", "--spec", "x.toml"], "unknown target: neither a folder nor a robot 'nowhere'"),
+        (["base", "changed", "circle"], "changed is a model; expected the simulator in it: changed/simulator"),
         (["base", "crazyflie", "circle"], "crazyflie is a crazyflie; the model is of a mushr"),
         (["base", "mushr", "loop"], "unknown task 'loop'"),
         (["base", "mushr"], "TASK: expected what to fly in mushr"),
@@ -112,7 +114,7 @@ def test_logs_one_a_round_and_their_effects_in_the_equations(place: Path) -> Non
         (["base", "mushr", "circle", "--spec", "x.toml"], "--spec is for logs"),
         (["flyer", "drives"], "drive_0.csv"),
         (["base", "base"], "files that end in"),
-        (["base", "drives", "--out", "base"], "--out: the new model would replace"),
+        (["base", "drives", "--out", "base"], "a place for --out that is not read, found what model names"),
         (["base", "drives", "--out", "changed"], "holds a model that was not adapted there"),
         (["base", "drives", "--undo", "3"], "no complete round"),
         (["base", "drives", "--undo", "-1"], "a whole number from 0 on"),

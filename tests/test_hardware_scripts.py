@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from hardware.interfaces import Reading
 from hardware.safety import Limits
 from sym2real.errors import DataError, ModelError
 from sym2real.logs import read_log
-from sym2real.robots import CRAZYFLIE
+from sym2real.robots import CRAZYFLIE, quadrotor
 from sym2real.symbolic.storage import save_model
 
 # A machine that others use may be late: what is tested is what happens, not how fast.
@@ -120,3 +121,12 @@ def test_what_forbids_a_take_off_is_named(changed: dict[str, object], name: str)
     failed = [check for check in checks(ground(**changed), Limits()) if not check.holds]
     assert name in [check.name for check in failed]
     assert all(check.advice for check in failed)
+
+
+@pytest.mark.parametrize(("interface", "group"), [("motors", "commands"), ("thrust_attitude", "state")])
+def test_a_model_of_other_commands_is_refused_before_anything_arms(interface: Any, group: str, tmp_path: Path) -> None:
+    save_model(quadrotor(0.03, (1.6e-5, 1.6e-5, 2.9e-5), interface=interface), tmp_path / "model")
+    script = FlyCrazyflie(str(tmp_path / "model"), "hover", tmp_path / "run", Laboratory(sim=True))
+    with pytest.raises(ModelError, match=f"expected a model with the {group} .*, found"):
+        script.run(Console(quiet=True))
+    assert not (tmp_path / "run").exists()

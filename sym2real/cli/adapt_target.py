@@ -47,11 +47,15 @@ def chosen_target(base: Base, model: str, target: str, task: str | None, *, spec
         ModelError: for the plant of another robot, without a task to fly, or with an option that does not fit.
         DataError: for a log that cannot be read as one of this model's.
     """
-    from sym2real.errors import ModelError
+    from sym2real.errors import ModelError, UnknownNameError
     from sym2real.plants.plant_file import PLANT
     from sym2real.robots import ROBOTS
 
     folder = Path(target)
+    if not folder.exists() and target not in ROBOTS:
+        raise UnknownNameError("target: neither a folder nor a robot", target, ROBOTS)
+    if (folder / "simulator" / PLANT).exists():
+        raise ModelError(f"{target} is a model; expected the simulator in it: {folder / 'simulator'}")
     if folder.is_dir() and not (folder / PLANT).exists():
         for given, option in ((task, "TASK"), (noise, "--noise")):
             if given:
@@ -88,14 +92,12 @@ def _recordings(base: Base, folder: Path, spec: str | None) -> Chosen:
 
 def _simulator(base: Base, target: str, name: str, noise: bool) -> Chosen:
     """The plain simulator of a robot, or the one of a folder."""
-    from sym2real.errors import ModelError, UnknownNameError
+    from sym2real.errors import ModelError
     from sym2real.experiments.noisy_plant import NoisyPlant
     from sym2real.plants import MujocoPlant, load_plant
     from sym2real.robots import ROBOTS
     from sym2real.tasks import make_task
 
-    if not Path(target).is_dir() and target not in ROBOTS:
-        raise UnknownNameError("target: neither a folder nor a robot", target, ROBOTS)
     plant = load_plant(target) if Path(target).is_dir() else MujocoPlant(ROBOTS[target])
     if plant.robot.name != base.robot:
         raise ModelError(f"{target} is a {plant.robot.name}; the model is of a {base.robot}")

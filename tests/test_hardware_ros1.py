@@ -159,7 +159,9 @@ def test_the_real_bag_recorder_keeps_what_we_send(uri: str, tmp_path: Path) -> N
         pytest.skip("rosbag is not here: apt-get install --no-install-recommends python3-rosbag")
     bag = tmp_path / "drive.bag"
     command = ["rosbag", "record", "-O", str(bag), "/car/pose", "/car/command"]
-    recorder = subprocess.Popen(command, env=environment(uri), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    # Tests in a shell's background have SIGINT ignored, and so would the recorder, which closes its bag on it.
+    recorder = subprocess.Popen(["env", "--default-signal=INT", *command], env=environment(uri), **quiet)
     with Node("/here", uri, "127.0.0.1") as node:
         poses, commands = node.advertise("/car/pose", POSE), node.advertise("/car/command", ACKERMANN)
         wait_for(lambda: poses.subscribers == commands.subscribers == 1)

@@ -122,7 +122,7 @@ class Mission(ABC):
 
     def _opened(self) -> Model:
         from sym2real.cli.model import open_with_progress  # noqa: PLC0415 — SymPy takes a second to load
-        from sym2real.experiments.models import below  # noqa: PLC0415
+        from sym2real.neural.model_folder import below  # noqa: PLC0415
 
         model = open_with_progress(self.model)
         described = below(model).robot
@@ -201,9 +201,9 @@ class Mission(ABC):
     def _compare(self, model: Model, console: Console) -> dict[str, Any]:
         from sym2real.cli.model import logs_for  # noqa: PLC0415
         from sym2real.diagnosis import compare  # noqa: PLC0415
-        from sym2real.experiments.models import below  # noqa: PLC0415
         from sym2real.logs import write_log  # noqa: PLC0415
         from sym2real.neural.composed import in_double  # noqa: PLC0415
+        from sym2real.neural.model_folder import below  # noqa: PLC0415
         from sym2real.report.comparison import comparison_report  # noqa: PLC0415
 
         log = self.out / f"{self.task}.csv"

@@ -6,13 +6,13 @@ import math
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hardware.clock import Clock, SystemClock
+from hardware.closing import Closing
 from hardware.crazyflie.connection import Connection
 from hardware.crazyflie.routes import ROUTES, Packet, wire_rates
 from hardware.crazyflie.sender import NewestOnly
@@ -31,7 +31,7 @@ CONNECTING, ARMING, STOPPING = 20.0, 3.0, 0.5  # s
 ESTIMATOR = {"stabilizer.estimator": 2}
 
 
-class CrazyflieLink:
+class CrazyflieLink(Closing):
     """A :class:`~hardware.interfaces.RobotLink`.
 
     The robot stands with its front along the world's x axis when it is switched on: its yaw is its own estimate.
@@ -165,14 +165,6 @@ class CrazyflieLink:
             self._sender = None
             self.connection.close()
         self._capture.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _stop(self) -> None:
         self.connection.crazyflie.commander.send_stop_setpoint()

@@ -10,14 +10,14 @@ import os
 import threading
 from collections import defaultdict
 from collections.abc import Callable
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 from xmlrpc.client import Error, ServerProxy
 
+from hardware.closing import Closing
 from hardware.ros1.rpc import SUCCESS, RpcServer, TimedTransport
 
 
-class FakeMaster:
+class FakeMaster(Closing):
     """A master on a free port of this machine; as a context manager it ends."""
 
     def __init__(self) -> None:
@@ -30,14 +30,6 @@ class FakeMaster:
     def close(self) -> None:
         """End."""
         self._server.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _methods(self) -> dict[str, Callable[..., list[Any]]]:
         return {

@@ -6,13 +6,13 @@ import math
 import threading
 import time
 from dataclasses import asdict
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hardware.clock import Clock, SystemClock
+from hardware.closing import Closing
 from hardware.errors import LinkError
 from hardware.interfaces import PoseStream, Reading
 from hardware.mushr.limits import CarLimits
@@ -29,7 +29,7 @@ UNHEARD = "unheard"  # the flag of a car that nobody hears the commands of
 ZEROS = 5  # periods of zeros on the way out: the mux holds a command for 0.2 s
 
 
-class MushrLink:
+class MushrLink(Closing):
     """A :class:`~hardware.interfaces.RobotLink`.
 
     Args:
@@ -132,14 +132,6 @@ class MushrLink:
             self._publisher = None
         self._capture.close()
         self._node.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _tell(self, action: Array) -> Array:
         if self._publisher is None:

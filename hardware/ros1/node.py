@@ -10,11 +10,11 @@ import http.client
 import os
 import socket
 from collections.abc import Callable
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 from urllib.parse import urlsplit
 from xmlrpc.client import Error, ServerProxy
 
+from hardware.closing import Closing
 from hardware.errors import LinkError
 from hardware.ros1.messages import MessageType
 from hardware.ros1.publisher import Publisher, Server
@@ -24,7 +24,7 @@ from hardware.ros1.subscription import Heard, Subscription
 MASTER = "http://localhost:11311"
 
 
-class Node:
+class Node(Closing):
     """A node; as a context manager it says goodbye to the master.
 
     Args:
@@ -71,14 +71,6 @@ class Node:
         self._subscriptions.clear()
         self._server.close()
         self._slave.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def publisher_update(self, topic: str, publishers: list[str]) -> None:
         """The master tells who publishes a topic now."""

@@ -15,8 +15,8 @@ from sym2real.adaptation.model_limits import beyond_limits
 from sym2real.adaptation.progress import OnProgress, Progress
 from sym2real.adaptation.round_report import Learned
 from sym2real.errors import ModelError
-from sym2real.neural.composed import Base, Composed
-from sym2real.neural.model_folder import Model
+from sym2real.neural.composed import Base
+from sym2real.neural.model_folder import Model, below
 from sym2real.protocols import Learner
 from sym2real.robots import Robot
 from sym2real.symbolic import Equations
@@ -89,11 +89,6 @@ class Training:
             return model, penalty, ""
         refused = beyond_limits(model, base, list(data), self.robot, self.seed)
         return None if refused else model, penalty, refused
-
-
-def below(model: Model) -> Base:
-    """The frozen base below what was trained; any other model itself."""
-    return model.below if isinstance(model, Composed) else model
 
 
 def effects_of(model: Model) -> tuple[str, ...]:

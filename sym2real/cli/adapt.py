@@ -110,10 +110,10 @@ class Adapt:
 
     def _prepared(self) -> _Run:
         from sym2real.adaptation import Adapting
-        from sym2real.adaptation.training import below
         from sym2real.cli.adapt_target import chosen_target
         from sym2real.cli.model import open_with_progress, require_another_folder
         from sym2real.experiments.learners import make_learner
+        from sym2real.neural.model_folder import below
 
         require_another_folder(self.model, self.out)
         model = open_with_progress(self.model)
@@ -134,10 +134,10 @@ class Adapt:
 
     def _inform(self, run: _Run, on_progress: OnProgress) -> Inform | None:
         from sym2real.adaptation import Progress
-        from sym2real.adaptation.training import below
         from sym2real.cli.found import plain_simulator
         from sym2real.errors import ModelError
         from sym2real.experiments.informing import informing
+        from sym2real.neural.model_folder import below
         from sym2real.symbolic import Equations
 
         if not self.diagnose:

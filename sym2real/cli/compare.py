@@ -38,8 +38,8 @@ class Compare:
         """Print the report, draw the figures."""
         from sym2real.cli.model import folder_of, logs_for, open_with_progress
         from sym2real.diagnosis import compare, training_region
-        from sym2real.experiments.models import below
         from sym2real.neural.composed import in_double
+        from sym2real.neural.model_folder import below
         from sym2real.report.comparison import comparison_report
 
         model = in_double(open_with_progress(self.model))

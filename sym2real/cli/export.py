@@ -38,8 +38,8 @@ class Export:
     def run(self, console: Console) -> dict[str, Any]:
         """Write the file."""
         from sym2real.cli.model import open_with_progress
-        from sym2real.experiments.models import below
         from sym2real.neural import export
+        from sym2real.neural.model_folder import below
         from sym2real.symbolic import Equations
         from sym2real.symbolic.exporting import interface_of
         from sym2real.symbolic.interface import outside_said

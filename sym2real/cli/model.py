@@ -14,12 +14,13 @@ from sym2real.cli.progress import stage_one_progress
 from sym2real.diagnosis.lengths import long_enough
 from sym2real.diagnosis.start import ROWS
 from sym2real.errors import DataError, ModelError
-from sym2real.experiments.models import base_folder, below, open_model
+from sym2real.experiments.models import base_folder, open_model
 from sym2real.logs import read_logs
 from sym2real.logs.dropouts import tells_of_loss
 from sym2real.logs.reader import expand
 from sym2real.neural import Model
 from sym2real.neural.composed import Base, state_of
+from sym2real.neural.model_folder import below
 from sym2real.robots import ROBOTS, Robot
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset, Trajectory

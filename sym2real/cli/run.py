@@ -57,7 +57,7 @@ class Run:
         from sym2real.cli.progress import steps_progress
         from sym2real.control import mppi_controller
         from sym2real.experiments.flying import fly
-        from sym2real.experiments.models import below
+        from sym2real.neural.model_folder import below
         from sym2real.report.tables import flight_table
         from sym2real.tasks import make_task
 

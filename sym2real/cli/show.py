@@ -31,8 +31,8 @@ class Show:
         from sym2real.cli.model import folder_of, open_with_progress
         from sym2real.effects import noted
         from sym2real.experiments.learning import trained_dependence
-        from sym2real.experiments.models import below
         from sym2real.neural.describing import described
+        from sym2real.neural.model_folder import below
         from sym2real.report.tables import dependence_table, equation_table, readable
         from sym2real.symbolic import Equations
 

@@ -12,9 +12,10 @@ from sym2real import __version__
 from sym2real.adaptation import Progress, StageOne
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.experiments.learning import learn_from_drives, learn_in_simulation
-from sym2real.neural import Composed, Model
+from sym2real.neural import Model
 from sym2real.neural import open_model as open_folder
 from sym2real.neural.composed import Base, state_of
+from sym2real.neural.model_folder import below
 from sym2real.robots import ROBOTS, Robot
 from sym2real.symbolic import Equations, load_model
 
@@ -41,11 +42,6 @@ def open_model(name: str, on_progress: Callable[[Progress], None] = lambda _: No
     if name not in ROBOTS:
         raise UnknownNameError("model: neither a folder nor a robot", name, ROBOTS)
     return cached_base(ROBOTS[name], on_progress)
-
-
-def below(model: Model) -> Base:
-    """What lies below a model's residual; the model where it has none."""
-    return model.below if isinstance(model, Composed) else model
 
 
 def _require_columns_of_its_robot(base: Base, name: str) -> None:

@@ -48,6 +48,11 @@ NETWORK, EXPRESSIONS = RESIDUALS
 WHAT = "the parts of a model with their digests"
 
 
+def below(model: Model) -> Base:
+    """What lies below a model's residual; the model where it has none."""
+    return model.below if isinstance(model, Composed) else model
+
+
 def save_model(model: Model, folder: str | Path) -> Path:
     """Write a model folder; other files that the folder holds are left alone.
 

@@ -19,8 +19,9 @@ from sym2real.adaptation.predictions import STRIDE, horizon_errors, one_step_err
 from sym2real.adaptation.progress import OnProgress, Progress, silent
 from sym2real.adaptation.round_report import Learned, RoundReport, best_of, settled
 from sym2real.adaptation.rounds import Rounds, rounds_in
-from sym2real.adaptation.target import Flights, Recordings, Target, reference_errors
+from sym2real.adaptation.target import Flights, MakeController, Recordings, Target, reference_errors
 from sym2real.adaptation.training import Inform, Training, digest_of
+from sym2real.control import mppi_controller
 from sym2real.errors import ModelError
 from sym2real.neural.model_folder import Model
 from sym2real.protocols import Learner, Plant
@@ -100,6 +101,7 @@ def adapt(
     inform: Inform | None = None,
     folder: Path | None = None,
     on_progress: OnProgress = silent,
+    controller: MakeController | None = None,
 ) -> Adaptation:
     """Adapt a model to a target, one trajectory at a time.
 
@@ -114,6 +116,7 @@ def adapt(
         inform: gives equations with what the logs establish in them; the learner then trains on those.
         folder: keeps every round as it happens; a second call continues there.
         on_progress: told of every control step and every finished round.
+        controller: makes what flies a model; MPPI by default.
 
     Raises:
         ModelError: without a task to fly, with fewer than two recordings, or when the folder holds another run.
@@ -121,7 +124,7 @@ def adapt(
     """
     settings = settings or Adapting()
     robot = robot or getattr(target, "robot", None)
-    source = source_of(target, task, robot, settings, on_progress)
+    source = source_of(target, task, robot, settings, on_progress, controller=controller)
     rounds = Rounds(folder, source.layouts)
     rounds.claim(settings_of_run(base, source, learner, settings, inform))
     training = Training(learner, inform, robot, settings.seed, on_progress)
@@ -166,6 +169,8 @@ def source_of(
     robot: Robot | None,
     settings: Adapting,
     on_progress: OnProgress,
+    *,
+    controller: MakeController | None = None,
 ) -> Target:
     """Where logs come from; arguments and errors as of :func:`adapt`."""
     if isinstance(target, Sequence):
@@ -174,7 +179,8 @@ def source_of(
         return Recordings(tuple(target))
     if task is None or robot is None:
         raise ModelError("expected a robot and a task to fly in a plant")
-    return Flights(target, robot, task, settings.steps, settings.samples, settings.seed, on_progress)
+    made = controller or mppi_controller
+    return Flights(target, robot, task, settings.steps, settings.samples, settings.seed, on_progress, made)
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,10 @@ import numpy as np
 
 from sym2real.adaptation.episode_report import episode_cost, episode_error, position_errors
 from sym2real.adaptation.progress import OnProgress, Progress
-from sym2real.control import mppi_controller
 from sym2real.layout import Layouts
 from sym2real.neural.model_folder import Model
 from sym2real.plants import run_episode
-from sym2real.protocols import Plant
+from sym2real.protocols import Controller, Plant
 from sym2real.robots import Robot
 from sym2real.tasks import Task
 from sym2real.trajectory import Array, Dataset
@@ -54,6 +53,14 @@ class Target(Protocol):
         ...
 
 
+class MakeController(Protocol):
+    """Makes the controller that flies a model."""
+
+    def __call__(self, model: Model, robot: Robot, task: Task, *, samples: int | None, seed: int) -> Controller:
+        """A controller; samples None for the robot's own number."""
+        ...
+
+
 @dataclass(frozen=True)
 class Flights:
     """Episodes in a plant, all from one start, so that they can be compared row by row.
@@ -66,6 +73,7 @@ class Flights:
         samples: of MPPI; the robot's own number by default.
         seed: of the start; with a round's number, of MPPI's noise and of the plant.
         on_progress: told of every step.
+        controller: makes what flies a model.
     """
 
     plant: Plant
@@ -75,6 +83,7 @@ class Flights:
     samples: int | None
     seed: int
     on_progress: OnProgress
+    controller: MakeController
 
     logs = math.inf
     recorded = False
@@ -102,7 +111,7 @@ class Flights:
         """An episode with MPPI and this model."""
         draw = np.random.default_rng([self.seed, number])
         seeds = draw.integers(2**31, size=2).tolist()
-        controller = mppi_controller(model, self.robot, self.task, samples=self.samples, seed=seeds[0])
+        controller = self.controller(model, self.robot, self.task, samples=self.samples, seed=seeds[0])
         what = f"round {number}: {self.task.name} in the target"
         episode = run_episode(
             self.plant,

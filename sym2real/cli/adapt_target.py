@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from sym2real.adaptation.target import MakeController
     from sym2real.neural.composed import Base
     from sym2real.protocols import Plant
     from sym2real.robots import Robot
@@ -23,12 +24,14 @@ class Chosen:
         task: what is flown; None with recordings.
         robot: None where the model names none that is registered.
         words: what it is, for a person.
+        controller: makes what flies a model; MPPI by default.
     """
 
     target: Plant | tuple[Dataset, ...]
     task: Task | None
     robot: Robot | None
     words: str
+    controller: MakeController | None = None
 
 
 def chosen_target(base: Base, model: str, target: str, task: str | None, *, spec: str | None, noise: bool) -> Chosen:

@@ -1,0 +1,189 @@
+"""What every ``adapt`` shares, whatever it adapts to: options, loop, table and figure."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import tyro
+from rich.console import Console
+
+from sym2real.cli.numbers import Count, Memory, OptionalRound, OptionalSamples, OptionalSeconds, Seed, steps_in
+from sym2real.cli.places import Place
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from contextlib import AbstractContextManager
+
+    from sym2real.adaptation import Adapting, RoundReport
+    from sym2real.adaptation.progress import OnProgress
+    from sym2real.adaptation.training import Inform
+    from sym2real.cli.adapt_target import Chosen
+    from sym2real.neural import Model
+    from sym2real.protocols import Learner
+
+FIGURE = "adaptation.png"
+
+
+@dataclass(frozen=True, kw_only=True)
+class AdaptVerb(ABC):
+    """An ``adapt`` says what its target is, and has these options and its own."""
+
+    model: tyro.conf.Positional[Place]
+    """A model folder, or a robot's name (its base is learned once and cached)."""
+    out: Path
+    """Folder of the adapted model and of every round."""
+    rounds: Count = 10
+    """Learn from at most so many trajectories; one more tests the last model."""
+    all_rounds: bool = False
+    """Go on to the last round, whether it helps or not."""
+    seconds: OptionalSeconds = None
+    """Length of an episode; the task's own by default."""
+    samples: OptionalSamples = None
+    """MPPI samples; the robot's own number by default."""
+    learner: Literal["residual", "residual-paper", "residual-search", "fine-tune", "none"] = "residual"
+    """What learns on top of the model: a network of 2 × 64 or the paper's 4 × 200, equations, or nothing (with
+    --diagnose); fine-tune fits the model's own constants instead."""
+    memory: Memory = "auto"
+    """Past commands that the network sees, for a delay or a slow actuator: a number, off, or auto, as many as the logs
+    ask for, counted behind the effects that --diagnose adds. Where the model's other errors are large, auto may see
+    too few: then give a number, a delay of 0.2 s in periods of 0.05 s asking for 4."""
+    diagnose: bool = False
+    """Put the physical effects that the logs establish into the equations first; the learner gets what is left."""
+    seed: Seed = 0
+    """Of the start, MPPI's samples, noise and first weights."""
+    dry_run: bool = False
+    """Say what would be done and what is there already; fly, learn and write nothing."""
+    undo: OptionalRound = None
+    """Put the model of this round at the top of OUT, and do nothing else; 0 is the model as it was given."""
+    json: Path | None = None
+    """Write the result to this file (- is standard output)."""
+
+    @abstractmethod
+    def chosen(self, model: Model, console: Console) -> AbstractContextManager[Chosen]:
+        """What to adapt to, open as long as it lasts; errors as of :func:`sym2real.cli.adapt_target.chosen_target`."""
+
+    def run(self, console: Console) -> dict[str, Any]:
+        """Adapt, print the table, write the figure."""
+        from sym2real.adaptation import undo
+        from sym2real.cli.model import open_with_progress, require_another_folder
+
+        if self.undo is not None:
+            return self._tell(undo(self.out, self.undo), self.undo, console)
+        require_another_folder(self.model, self.out)
+        model = open_with_progress(self.model)
+        with self.chosen(model, console) as chosen:
+            run = self._prepared(model, chosen)
+            return self._foretell(run, console) if self.dry_run else self._adapted(run, console)
+
+    def _adapted(self, run: _Run, console: Console) -> dict[str, Any]:
+        from sym2real.adaptation import adapt
+        from sym2real.cli.progress import stage_one_progress
+
+        with stage_one_progress() as on_progress:
+            found = adapt(
+                run.model,
+                run.chosen.target,
+                run.chosen.task,
+                run.learner,
+                run.settings,
+                robot=run.chosen.robot,
+                inform=self._inform(run, on_progress),
+                folder=self.out,
+                on_progress=on_progress,
+                controller=run.chosen.controller,
+            )
+        return self._tell(found.reports, found.best, console)
+
+    def _prepared(self, model: Model, chosen: Chosen) -> _Run:
+        from sym2real.adaptation import Adapting
+        from sym2real.experiments.learners import make_learner
+
+        steps = Adapting.steps
+        if chosen.task is not None and chosen.robot is not None:
+            steps = steps_in(self.seconds or chosen.task.duration, chosen.robot.dt)
+        settings = Adapting(
+            rounds=self.rounds,
+            steps=steps,
+            samples=self.samples,
+            until_settled=not self.all_rounds,
+            seed=self.seed,
+        )
+        angles = () if chosen.robot is None else chosen.robot.angles
+        learner = make_learner(self.learner, self.seed, memory=self.memory, angles=angles)
+        return _Run(model, chosen, learner, settings)
+
+    def _inform(self, run: _Run, on_progress: OnProgress) -> Inform | None:
+        from sym2real.adaptation import Progress
+        from sym2real.cli.found import plain_simulator
+        from sym2real.errors import ModelError
+        from sym2real.experiments.informing import informing
+        from sym2real.neural.model_folder import below
+        from sym2real.symbolic import Equations
+
+        if not self.diagnose:
+            return None
+        base = below(run.model)
+        if not isinstance(base, Equations):
+            raise ModelError(f"--diagnose: effects go into equations; {self.model} is made of networks")
+        return informing(plain_simulator(base), lambda what: on_progress(Progress(f"diagnosing: {what}", 0, 0)))
+
+    def _foretell(self, run: _Run, console: Console) -> dict[str, Any]:
+        """What would be done, and what is there already."""
+        from sym2real.adaptation import rounds_to_continue
+        from sym2real.adaptation.progress import silent
+
+        chosen, settings = run.chosen, run.settings
+        done = rounds_to_continue(
+            run.model,
+            chosen.target,
+            chosen.task,
+            run.learner,
+            settings,
+            folder=self.out,
+            inform=self._inform(run, silent),
+        )
+        most = settings.rounds + 1
+        if chosen.task is None or chosen.robot is None:
+            most = min(most, len(chosen.target))  # type: ignore[arg-type]
+            flights = f"nothing flies; at most {most} logs are used, the last of them to score"
+        else:
+            seconds = settings.steps * chosen.robot.dt
+            flights = f"{chosen.task.name}: at most {most} episodes of {seconds:g} s, {most * seconds:g} s in all"
+        there = f"rounds 0 to {len(done) - 1} of this run, which goes on behind them" if done else "no round yet"
+        lines = [
+            f"model: {self.model}",
+            f"target: {chosen.words}",
+            flights,
+            f"learner: {self.learner}{', after a diagnosis' if self.diagnose else ''}",
+            f"in {self.out}: {there}",
+            "nothing was flown, learned or written",
+        ]
+        for line in lines:
+            console.print(line, markup=False)
+        return {"dry_run": lines, "rounds": [report.to_dict() for report in done], "most": most}
+
+    def _tell(self, reports: Sequence[RoundReport], on_top: int, console: Console) -> dict[str, Any]:
+        """The table and the figure; what ``adaptation.json`` holds and where things are."""
+        from sym2real.adaptation import settled
+        from sym2real.adaptation.rounds import ANSWER
+        from sym2real.files import read_object
+        from sym2real.report.adaptation import rounds_figure, rounds_table
+        from sym2real.report.figures import save
+
+        console.print(rounds_table(reports, on_top, settled(reports)))
+        figure = save(rounds_figure(reports, on_top), self.out / FIGURE)
+        console.print(f"model of round {on_top}, {ANSWER} and figure in {self.out}", markup=False)
+        return read_object(self.out / ANSWER, "an adaptation") | {"model": self.out, "figure": figure}
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """What is asked for, opened and checked."""
+
+    model: Model
+    chosen: Chosen
+    learner: Learner[Any, Any]
+    settings: Adapting

@@ -14,9 +14,9 @@ from rich.console import Console
 
 from sym2real.cli.diagnosis_folder import write_diagnosis
 from sym2real.diagnosis import Diagnosis, diagnose
-from sym2real.diagnosis.findings import Estimate, Finding
-from sym2real.diagnosis.held_out import Gate
-from sym2real.diagnosis.ladder import Stage, StageError
+from sym2real.diagnosis.errors.rungs import Stage, StageError
+from sym2real.diagnosis.score.finding import Estimate, Finding
+from sym2real.diagnosis.score.held_out import Gate
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import load_model

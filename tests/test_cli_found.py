@@ -17,8 +17,8 @@ from sym2real.cli.found import write_simulator
 from sym2real.cli.model import logs_for
 from sym2real.data import example_flight
 from sym2real.diagnosis import add, add_term, compare, diagnose, try_effect
-from sym2real.diagnosis.select import Selection
-from sym2real.diagnosis.simulator import flown_along, with_effects_of
+from sym2real.diagnosis.estimate.simulator import flown_along, with_effects_of
+from sym2real.diagnosis.search.select import Selection
 from sym2real.effects import noted
 from sym2real.effects.voltage import with_voltage
 from sym2real.errors import ModelError

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sym2real.cli import main
-from sym2real.diagnosis.start import noise_level
+from sym2real.diagnosis.data.start import noise_level
 from sym2real.experiments.standard_conditions import POSITION_NOISE
 from sym2real.logs import read_log
 from sym2real.plants import save_plant

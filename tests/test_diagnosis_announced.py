@@ -6,8 +6,8 @@ import pytest
 from noisy_flights import LEFT_OUT, flights_with
 
 from sym2real.diagnosis import Gate, diagnose
-from sym2real.diagnosis.findings import shares_of
-from sym2real.diagnosis.ladder import Stage, StageError
+from sym2real.diagnosis.errors.rungs import Stage, StageError
+from sym2real.diagnosis.score.finding import shares_of
 from sym2real.effects import effect
 from sym2real.robots import CRAZYFLIE
 

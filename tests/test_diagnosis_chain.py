@@ -11,11 +11,11 @@ from noisy_flights import LEFT_OUT, flights, flights_with
 
 from sym2real import rotation
 from sym2real.diagnosis import Diagnosis, diagnose
-from sym2real.diagnosis.library import Library
-from sym2real.diagnosis.sanity import check
-from sym2real.diagnosis.segments import cut
-from sym2real.diagnosis.sensitivity import Problem
-from sym2real.diagnosis.whitening import Spread, estimate
+from sym2real.diagnosis.data.segments import cut
+from sym2real.diagnosis.estimate.whitening import Spread, estimate
+from sym2real.diagnosis.faults.sanity import check
+from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import effect
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import symbol

@@ -13,8 +13,8 @@ from sympy import sqrt
 
 from sym2real.data import example_flight
 from sym2real.diagnosis import ROWS, compare, diagnose, predict_windows
-from sym2real.diagnosis.prediction_errors import off_the_mean
-from sym2real.diagnosis.start import noise_level, start_states
+from sym2real.diagnosis.data.start import noise_level, start_states
+from sym2real.diagnosis.errors.skill import off_the_mean
 from sym2real.errors import ModelError, ShapeError
 from sym2real.experiments.real_flight import motor_level_equations
 from sym2real.layout import Layout, Layouts

@@ -8,8 +8,8 @@ from itertools import product
 import pytest
 
 from sym2real.diagnosis import Finding
-from sym2real.diagnosis.confidence import Confidence, counts, kind
-from sym2real.diagnosis.findings import rated
+from sym2real.diagnosis.score.finding import rated
+from sym2real.diagnosis.score.reliability import Confidence, counts, kind
 
 FLAGS = (True, False)
 FOUND = (Finding("wind", {}, 0.7), Finding("delay", {}, 0.2))

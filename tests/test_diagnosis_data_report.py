@@ -11,9 +11,9 @@ import torch
 
 from sym2real.control import RandomCommands, geometric_controller
 from sym2real.data import example_flight
-from sym2real.diagnosis.agreement import rate_agreement, velocity_agreement
-from sym2real.diagnosis.data_report import data_report
-from sym2real.diagnosis.sanity import check
+from sym2real.diagnosis.data.agreement import rate_agreement, velocity_agreement
+from sym2real.diagnosis.faults.report import data_report
+from sym2real.diagnosis.faults.sanity import check
 from sym2real.experiments.standard_conditions import sensors
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import read_log

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 import torch
 
-from sym2real.diagnosis.dependence import Terms, find_dependence
-from sym2real.diagnosis.fit import Problems
-from sym2real.diagnosis.leftover import Leftover
-from sym2real.diagnosis.library import Library
-from sym2real.diagnosis.nuisance import Nuisance
-from sym2real.diagnosis.push_terms import features_in
-from sym2real.diagnosis.select import Selection
-from sym2real.diagnosis.sensitivity import Problem
-from sym2real.diagnosis.whitening import Spread, estimate
+from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.whitening import Spread, estimate
+from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.nuisance import Nuisance
+from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.unexplained.dependence import Terms, find_dependence
+from sym2real.diagnosis.unexplained.leftover import Leftover
+from sym2real.diagnosis.unexplained.push_terms import features_in
 from sym2real.effects import effect
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import ROBOTS

@@ -7,12 +7,12 @@ import pytest
 import torch
 
 from sym2real.diagnosis import compare
-from sym2real.diagnosis.floor import Floor, floor_of_explained, no_higher_than_reached
-from sym2real.diagnosis.ladder import Stage, StageError, horizons_for, ladder
-from sym2real.diagnosis.library import Library
-from sym2real.diagnosis.sensitivity import Problem
-from sym2real.diagnosis.sensor_noise import SensorNoise
-from sym2real.diagnosis.whitening import Spread, estimate
+from sym2real.diagnosis.errors.floor import Floor, floor_of_explained, no_higher_than_reached
+from sym2real.diagnosis.errors.rungs import Stage, StageError, horizons_for, ladder
+from sym2real.diagnosis.errors.sensor_noise import SensorNoise
+from sym2real.diagnosis.estimate.whitening import Spread, estimate
+from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.experiments.standard_conditions import ANGLE_NOISE, POSITION_NOISE
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE

@@ -7,19 +7,19 @@ import torch
 from noisy_flights import LEFT_OUT, flights_with
 
 from sym2real.diagnosis import Finding, Gate, diagnose
-from sym2real.diagnosis.candidates import candidates
-from sym2real.diagnosis.fit import Problems
-from sym2real.diagnosis.groups import groups_of
-from sym2real.diagnosis.held_out import LAST_THIRD, makes_worse
-from sym2real.diagnosis.ladder import Stage, StageError, windows_of
-from sym2real.diagnosis.leftover import Leftover, find_misfit
-from sym2real.diagnosis.library import Library
-from sym2real.diagnosis.sanity import Fault
-from sym2real.diagnosis.select import Selection
-from sym2real.diagnosis.sensitivity import Problem
-from sym2real.diagnosis.significance import FEWEST_BLOCKS
-from sym2real.diagnosis.verdict import summary, verdict
-from sym2real.diagnosis.whitening import Spread
+from sym2real.diagnosis.conclusion import summary, verdict
+from sym2real.diagnosis.errors.rungs import Stage, StageError, windows_of
+from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.significance import FEWEST_BLOCKS
+from sym2real.diagnosis.estimate.whitening import Spread
+from sym2real.diagnosis.faults.sanity import Fault
+from sym2real.diagnosis.predict.candidate import candidates
+from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.score.held_out import LAST_THIRD, makes_worse
+from sym2real.diagnosis.search.groups import groups_of
+from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.unexplained.leftover import Leftover, find_misfit
 from sym2real.effects import effect
 from sym2real.robots import CRAZYFLIE
 from sym2real.trajectory import Dataset

@@ -7,17 +7,18 @@ from dataclasses import replace
 import pytest
 import torch
 
-from sym2real.diagnosis import Estimate, calibrate
+from sym2real.diagnosis import Estimate
 from sym2real.diagnosis.adding import try_effect
-from sym2real.diagnosis.candidates import candidates, library_for
-from sym2real.diagnosis.cleaned import cleaned
-from sym2real.diagnosis.fit import Fit, Hypothesis, Problems
-from sym2real.diagnosis.library import Library
-from sym2real.diagnosis.refine import refined
-from sym2real.diagnosis.segments import cut, with_velocities
-from sym2real.diagnosis.sensitivity import Problem
-from sym2real.diagnosis.significance import half_widths
-from sym2real.diagnosis.weighing import whiten
+from sym2real.diagnosis.data.segments import cut, with_velocities
+from sym2real.diagnosis.estimate import calibrate
+from sym2real.diagnosis.estimate.fit import Fit, Hypothesis, Problems
+from sym2real.diagnosis.estimate.refine import refined
+from sym2real.diagnosis.estimate.significance import half_widths
+from sym2real.diagnosis.estimate.weighing import whiten
+from sym2real.diagnosis.predict.candidate import candidates, library_for
+from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.score.cleaning import cleaned
 from sym2real.effects import effect
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.plants import MujocoPlant

@@ -9,11 +9,11 @@ import pytest
 from noisy_flights import flights_with
 
 from sym2real.diagnosis import Diagnosis, diagnose
-from sym2real.diagnosis.constant import Constants
-from sym2real.diagnosis.leftover import find_misfit
-from sym2real.diagnosis.library import Library
-from sym2real.diagnosis.sensitivity import Problem
-from sym2real.diagnosis.whitening import Spread, estimate
+from sym2real.diagnosis.estimate.whitening import Spread, estimate
+from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.unexplained.constant import Constants
+from sym2real.diagnosis.unexplained.leftover import find_misfit
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.trajectory import Dataset

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from sym2real.diagnosis import compare
-from sym2real.diagnosis.features import features, over_windows, training_range
-from sym2real.diagnosis.locate import locate, training_region, where_of, worst_segments
-from sym2real.diagnosis.window_errors import WindowErrors, window_errors
+from sym2real.diagnosis.data.conditions import features, over_windows, training_range
+from sym2real.diagnosis.errors.by_window import WindowErrors, window_errors
+from sym2real.diagnosis.errors.regions import locate, training_region, where_of, worst_segments
 from sym2real.errors import DataError, ShapeError
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE

@@ -10,8 +10,8 @@ import pytest
 from noisy_flights import flights
 
 from sym2real.cli import main
-from sym2real.diagnosis.candidates import candidates, library_for
-from sym2real.diagnosis.competing import EXCLUDED, NotTried, competing, not_tried_said
+from sym2real.diagnosis.predict.candidate import candidates, library_for
+from sym2real.diagnosis.predict.competitors import EXCLUDED, NotTried, competing, not_tried_said
 from sym2real.effects.catalogue import known
 from sym2real.layout import Layouts
 from sym2real.logs import write_log

@@ -8,14 +8,15 @@ import torch
 from noisy_flights import LEFT_OUT, flights, flights_with
 from numpy.typing import NDArray
 
-from sym2real.diagnosis import add, calibrate, diagnose
-from sym2real.diagnosis.candidates import candidates, library_for
-from sym2real.diagnosis.library import Library
-from sym2real.diagnosis.overfit import lower_factor
-from sym2real.diagnosis.refine import refined
-from sym2real.diagnosis.segments import WARM_UP
-from sym2real.diagnosis.sensitivity import Problem
-from sym2real.diagnosis.weighing import whiten
+from sym2real.diagnosis import add, diagnose
+from sym2real.diagnosis.data.segments import WARM_UP
+from sym2real.diagnosis.estimate import calibrate
+from sym2real.diagnosis.estimate.overfit import lower_factor
+from sym2real.diagnosis.estimate.refine import refined
+from sym2real.diagnosis.estimate.weighing import whiten
+from sym2real.diagnosis.predict.candidate import candidates, library_for
+from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import effect
 from sym2real.effects.filters import with_hidden_start
 from sym2real.plants import MujocoPlant

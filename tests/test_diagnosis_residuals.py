@@ -9,9 +9,9 @@ import pytest
 from scipy.signal import lfilter
 
 from sym2real.diagnosis import compare, one_step_residuals
-from sym2real.diagnosis.one_step import residual_of, tangent_units
-from sym2real.diagnosis.residuals import Residual, Residuals
-from sym2real.diagnosis.serial import autocorrelation, centred, cross_correlation, cross_deviation, summed_lags
+from sym2real.diagnosis.errors.one_step import residual_of, tangent_units
+from sym2real.diagnosis.errors.residuals import Residual, Residuals
+from sym2real.diagnosis.errors.serial import autocorrelation, centred, cross_correlation, cross_deviation, summed_lags
 from sym2real.layout import Layout, Layouts
 from sym2real.robots import ROBOTS
 from sym2real.symbolic import Equations

@@ -7,7 +7,7 @@ import torch
 from motor_flights import equations, motor_flights
 
 from sym2real.diagnosis import add, diagnose
-from sym2real.diagnosis.library import CHOICES, Library
+from sym2real.diagnosis.predict.library import CHOICES, Library
 from sym2real.effects import applicable, effect
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import compile_model

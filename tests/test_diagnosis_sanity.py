@@ -13,11 +13,11 @@ from noisy_flights import flights_with
 from sym2real import rotation
 from sym2real.control import geometric_controller
 from sym2real.diagnosis import Diagnosis, add, compare
-from sym2real.diagnosis.candidates import library_for
-from sym2real.diagnosis.sanity import check
-from sym2real.diagnosis.segments import component_noise
-from sym2real.diagnosis.sensitivity import Problem
-from sym2real.diagnosis.sensor_faults import readings
+from sym2real.diagnosis.data.segments import component_noise
+from sym2real.diagnosis.faults.sanity import check
+from sym2real.diagnosis.faults.sensor_faults import readings
+from sym2real.diagnosis.predict.candidate import library_for
+from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.experiments import standard_conditions
 from sym2real.experiments.flying import fly
 from sym2real.experiments.standard_set import Case, simulate_case

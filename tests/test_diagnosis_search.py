@@ -6,14 +6,16 @@ import pytest
 import torch
 from noisy_flights import flights_with
 
-from sym2real.diagnosis.fit import REFIT_STEPS, Hypothesis, Problems
-from sym2real.diagnosis.library import Library
-from sym2real.diagnosis.pairs import add_pair
-from sym2real.diagnosis.select import Selection
-from sym2real.diagnosis.sensitivity import Problem
-from sym2real.diagnosis.significance import chance_of_gain, large_in_every_log
-from sym2real.diagnosis.weighing import weigh
-from sym2real.diagnosis.whitening import Spread
+from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Hypothesis, Problems
+from sym2real.diagnosis.estimate.significance import chance_of_gain, large_in_every_log
+from sym2real.diagnosis.estimate.whitening import Spread
+from sym2real.diagnosis.faults.checking import Question
+from sym2real.diagnosis.pipeline import prepare
+from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.search.pairs import add_pair
+from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.stages import Stages
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE, MUSHR
@@ -72,5 +74,6 @@ def test_a_delay_that_stays_at_a_whole_step_is_found_from_its_other_starts() -> 
 
 
 def selection_of(case: Case) -> Selection:
-    weighed = weigh(MUSHR.nominal(), simulate_case(case, 4, 240), MujocoPlant(MUSHR))
-    return Selection(weighed.problems, weighed.tried, weighed.origin)
+    question = Question(MUSHR.nominal(), simulate_case(case, 4, 240), MujocoPlant(MUSHR))
+    prepared = prepare(question, Stages(lambda _: None))
+    return Selection(prepared.problems, prepared.tried, prepared.origin)

@@ -9,12 +9,12 @@ import pytest
 from noisy_flights import flights
 
 from sym2real.diagnosis import Estimate, Finding
-from sym2real.diagnosis.candidates import candidates
-from sym2real.diagnosis.library import Library
-from sym2real.diagnosis.sensitivity import Problem
-from sym2real.diagnosis.separation import with_advice
-from sym2real.diagnosis.weighing import whiten
-from sym2real.diagnosis.whitening import Whitening
+from sym2real.diagnosis.design.separation import with_advice
+from sym2real.diagnosis.estimate.weighing import whiten
+from sym2real.diagnosis.estimate.whitening import Whitening
+from sym2real.diagnosis.predict.candidate import candidates
+from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import effect
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.plants import MujocoPlant

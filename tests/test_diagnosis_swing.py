@@ -8,11 +8,11 @@ import torch
 from noisy_flights import LEFT_OUT, flights_with
 
 from sym2real.diagnosis import diagnose
-from sym2real.diagnosis.candidates import candidates, library_for
-from sym2real.diagnosis.fit import Problems
-from sym2real.diagnosis.sensitivity import Problem
-from sym2real.diagnosis.swing import Swing, find_swing
-from sym2real.diagnosis.weighing import whiten
+from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.swing import Swing, find_swing
+from sym2real.diagnosis.estimate.weighing import whiten
+from sym2real.diagnosis.predict.candidate import candidates, library_for
+from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import effect
 from sym2real.robots import CRAZYFLIE
 from sym2real.trajectory import Dataset

@@ -11,11 +11,11 @@ from noisy_flights import flights, flights_with
 
 from sym2real.data import example_flight
 from sym2real.diagnosis import add, compare, diagnose
-from sym2real.diagnosis.agreement import thrust_agreement
-from sym2real.diagnosis.conventions import breaches
-from sym2real.diagnosis.data_report import data_report
-from sym2real.diagnosis.foreign_units import ForeignUnit, foreign_positions, foreign_velocities
-from sym2real.diagnosis.sanity import check
+from sym2real.diagnosis.data.agreement import thrust_agreement
+from sym2real.diagnosis.faults.conventions import breaches
+from sym2real.diagnosis.faults.foreign_units import ForeignUnit, foreign_positions, foreign_velocities
+from sym2real.diagnosis.faults.report import data_report
+from sym2real.diagnosis.faults.sanity import check
 from sym2real.experiments.real_flight import motor_level_equations
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import read_log, write_log

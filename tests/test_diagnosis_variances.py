@@ -6,7 +6,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from sym2real.diagnosis.variances import LEAST, MOST, STEPS, Products, most_likely
+from sym2real.diagnosis.estimate.variances import LEAST, MOST, STEPS, Products, most_likely
 
 SEGMENTS, ROWS, STARTS, PUSHES, PIECES = 6, 24, 3, 2, 4
 

@@ -9,9 +9,9 @@ import pytest
 import torch
 from torch import Tensor
 
-from sym2real.diagnosis.library import Library
-from sym2real.diagnosis.sensitivity import Problem
-from sym2real.diagnosis.whitening import PIECES, Spread, Whitening, estimate
+from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening, estimate
+from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import effect
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sym2real.diagnosis.candidates import candidates, library_for
+from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.effects import effect
 from sym2real.effects.groups import holding, others_of
 from sym2real.effects.manoeuvres import (

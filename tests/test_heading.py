@@ -11,9 +11,9 @@ import pandas as pd
 import pytest
 from kinematic_car import car
 
-from sym2real.diagnosis.data_report import data_report
-from sym2real.diagnosis.heading import against_the_path
-from sym2real.diagnosis.sanity import check
+from sym2real.diagnosis.data.heading import against_the_path
+from sym2real.diagnosis.faults.report import data_report
+from sym2real.diagnosis.faults.sanity import check
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import Inspection, LogSpec, inspect_logs, read_log, read_logs, write_log
 from sym2real.logs.course import between, course, together

@@ -12,8 +12,8 @@ from motor_flights import MIXER, equations, motor_flights, reordered
 from proposals import with_proposed_motors
 
 from sym2real.data import example_flight
-from sym2real.diagnosis.motor_columns import order_of_motors, spin_said, turned_the_other_way
-from sym2real.diagnosis.sanity import check
+from sym2real.diagnosis.faults.motor_columns import order_of_motors, spin_said, turned_the_other_way
+from sym2real.diagnosis.faults.sanity import check
 from sym2real.logs import LogSpec, inspect_logs, read_logs
 from sym2real.logs.motor_order import ORDERS, Turning, motor_order
 from sym2real.robots import Motors, quadrotor

@@ -12,7 +12,7 @@ import torch
 from reference_models import flying, late, motor_lagged
 
 from sym2real.control import MPPI, RandomCommands
-from sym2real.diagnosis.windows import predict_windows
+from sym2real.diagnosis.data.windows import predict_windows
 from sym2real.effects.filters import FilterState, with_hidden_start
 from sym2real.errors import DataError, ShapeError
 from sym2real.layout import Layout, Layouts

@@ -8,7 +8,9 @@ import pytest
 
 from sym2real.cli import main
 from sym2real.data import example_flight
-from sym2real.diagnosis.weighing import weigh
+from sym2real.diagnosis.faults.checking import Question
+from sym2real.diagnosis.pipeline import prepare
+from sym2real.diagnosis.stages import Stages
 from sym2real.logs import read_log
 from sym2real.robots import PER_KILOGRAM
 from sym2real.symbolic import load_model
@@ -32,4 +34,4 @@ def test_forces_per_kilogram_are_said_to_be(
         assert " ".join(capsys.readouterr().out.split()).count(PER_KILOGRAM) == said, command[0]
     equations = load_model(tmp_path / "model")
     log = read_log(flight, spec=SPEC, layouts=equations.layouts, dt=equations.dt)
-    assert weigh(equations, log, None).notes.count(PER_KILOGRAM) == said
+    assert prepare(Question(equations, log), Stages(lambda _: None)).notes.count(PER_KILOGRAM) == said

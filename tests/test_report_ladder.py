@@ -12,7 +12,7 @@ from rich.measure import Measurement
 
 from sym2real.control import RandomCommands
 from sym2real.diagnosis import Floor, compare
-from sym2real.diagnosis.ladder import Stage, StageError
+from sym2real.diagnosis.errors.rungs import Stage, StageError
 from sym2real.effects import EFFECTS
 from sym2real.experiments.standard_conditions import sensors
 from sym2real.plants import MujocoPlant, run_episode

@@ -22,6 +22,15 @@ FLOORS: dict[str, int] = {
     **dict.fromkeys(("report", "experiments"), 4),
     **dict.fromkeys(("cli", "__main__"), 5),
 }
+# The same within the diagnosis, whose data flow one way; folders have a dozen files at most.
+DIAGNOSIS_FLOORS = {
+    name: floor
+    for floor, name in enumerate(
+        ("stages", "data", "faults", "predict", "estimate", "errors", "search", "score", "unexplained", "design",
+         "conclusion", "answer", "pipeline", "adding")
+    )
+}  # fmt: skip
+MOST_FILES = 12
 SIBLINGS_ALLOWED = {
     ("robots", "symbolic"), ("tasks", "symbolic"), ("effects", "symbolic"), ("tasks", "robots"), ("__main__", "cli"),
     ("report", "experiments"),
@@ -79,6 +88,27 @@ def test_imports_point_down() -> None:
     rooms = [(path, module.split(".")[1]) for path, module in imports(FILES) if module.startswith("sym2real.")]
     wrong = [(str(path), room) for path, room in rooms if room in FLOORS and not may_import(room_of(path), room)]
     assert wrong == []
+
+
+def test_the_diagnosis_flows_one_way() -> None:
+    folder, prefix, wrong = PACKAGE / "diagnosis", "sym2real.diagnosis.", []
+    for path, module in imports(sorted(folder.rglob("*.py"))):
+        here = path.relative_to(folder).parts[0].removesuffix(".py")
+        if here != "__init__" and module.startswith(prefix):
+            there = module.removeprefix(prefix).split(".")[0]
+            wrong += [(str(path), module)] if DIAGNOSIS_FLOORS[there] > DIAGNOSIS_FLOORS[here] else []
+    assert wrong == []
+
+
+def test_folders_of_the_diagnosis_have_a_dozen_files() -> None:
+    folders = [folder for folder in (PACKAGE / "diagnosis").iterdir() if folder.is_dir()]
+    assert {folder.name for folder in folders if len([*folder.glob("*.py")]) > MOST_FILES} == set()
+
+
+def test_no_module_of_the_diagnosis_hides_behind_a_function() -> None:
+    for path in (PACKAGE / "diagnosis").rglob("*.py"):
+        names = {node.name for node in ast.parse(path.read_text()).body if isinstance(node, ast.FunctionDef)}
+        assert path.stem not in names, path
 
 
 def test_heavy_libraries_have_one_owner() -> None:

@@ -73,7 +73,7 @@ def write_figures(
     base: Equations, informed: Equations | None, data: Dataset, found: Diagnosis | Tried, folder: Path
 ) -> Iterator[Path]:
     """Figures of the base and the informed model on the logs, the faults of the data undone, one after the other."""
-    from sym2real.diagnosis.sanity import check
+    from sym2real.diagnosis.faults.sanity import check
     from sym2real.report.drawing import draw_found
 
     models = {"base": base} if informed is None else {"base": base, "with what was found": informed}

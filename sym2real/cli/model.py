@@ -11,8 +11,8 @@ from typing import Any
 from rich.console import Console
 
 from sym2real.cli.progress import stage_one_progress
-from sym2real.diagnosis.lengths import long_enough
-from sym2real.diagnosis.start import ROWS
+from sym2real.diagnosis.data.lengths import long_enough
+from sym2real.diagnosis.data.start import ROWS
 from sym2real.errors import DataError, ModelError
 from sym2real.experiments.models import base_folder, open_model
 from sym2real.logs import read_logs

@@ -1,13 +1,16 @@
 """Compare a model with measurements, and name the physical effect that it misses."""
 
 from sym2real.diagnosis.adding import add, try_effect
-from sym2real.diagnosis.compare import Comparison, compare
-from sym2real.diagnosis.data_report import DataReport, data_report
-from sym2real.diagnosis.diagnose import Diagnosis, diagnose
-from sym2real.diagnosis.findings import Estimate, Finding
-from sym2real.diagnosis.floor import Floor
-from sym2real.diagnosis.held_out import Fall, Gate
-from sym2real.diagnosis.locate import (
+from sym2real.diagnosis.answer import Diagnosis
+from sym2real.diagnosis.data.start import ROWS
+from sym2real.diagnosis.data.windows import Windows, predict_windows
+from sym2real.diagnosis.design.detectable import plan
+from sym2real.diagnosis.design.visible import AssumedNoise, Plan, Visible
+from sym2real.diagnosis.errors.by_window import WindowErrors, window_errors
+from sym2real.diagnosis.errors.comparison import Comparison, compare
+from sym2real.diagnosis.errors.floor import Floor
+from sym2real.diagnosis.errors.one_step import one_step_residuals
+from sym2real.diagnosis.errors.regions import (
     Segment,
     Where,
     locate,
@@ -15,17 +18,15 @@ from sym2real.diagnosis.locate import (
     where_of,
     worst_segments,
 )
-from sym2real.diagnosis.one_step import one_step_residuals
-from sym2real.diagnosis.plan import plan
-from sym2real.diagnosis.prediction_errors import ChannelError, HorizonErrors
-from sym2real.diagnosis.residuals import Residuals
-from sym2real.diagnosis.sanity import Fault
-from sym2real.diagnosis.start import ROWS
-from sym2real.diagnosis.term import Term, add_term
-from sym2real.diagnosis.tried import Rival, Tried
-from sym2real.diagnosis.visible import AssumedNoise, Plan, Visible
-from sym2real.diagnosis.window_errors import WindowErrors, window_errors
-from sym2real.diagnosis.windows import Windows, predict_windows
+from sym2real.diagnosis.errors.residuals import Residuals
+from sym2real.diagnosis.errors.skill import ChannelError, HorizonErrors
+from sym2real.diagnosis.faults.report import DataReport, data_report
+from sym2real.diagnosis.faults.sanity import Fault
+from sym2real.diagnosis.pipeline import diagnose
+from sym2real.diagnosis.score.finding import Estimate, Finding
+from sym2real.diagnosis.score.held_out import Fall, Gate
+from sym2real.diagnosis.score.tried import Rival, Tried
+from sym2real.diagnosis.unexplained.term import Term, add_term
 
 __all__ = [
     "ROWS",

@@ -10,19 +10,22 @@ from __future__ import annotations
 import time
 from collections.abc import Collection, Iterable, Mapping
 
-from sym2real.diagnosis.calibrate import Calibration
-from sym2real.diagnosis.candidates import Candidate, candidates
-from sym2real.diagnosis.findings import Finding, findings
-from sym2real.diagnosis.floor import floor_of_explained, no_higher_than_reached
-from sym2real.diagnosis.groups import always_alike, as_good
-from sym2real.diagnosis.held_out import Steps
-from sym2real.diagnosis.ladder import cut_said, require_step
-from sym2real.diagnosis.library import Library
-from sym2real.diagnosis.select import GAIN, Selection
-from sym2real.diagnosis.separation import with_advice
-from sym2real.diagnosis.significance import FEWEST_BLOCKS
-from sym2real.diagnosis.tried import Rival, Tried
-from sym2real.diagnosis.weighing import OnProgress, Weighed, check_and_filter, weigh
+from sym2real.diagnosis.design.separation import with_advice
+from sym2real.diagnosis.errors.floor import floor_of_explained, no_higher_than_reached
+from sym2real.diagnosis.errors.rungs import cut_said
+from sym2real.diagnosis.estimate.calibrate import Calibration
+from sym2real.diagnosis.estimate.significance import FEWEST_BLOCKS
+from sym2real.diagnosis.estimate.weighing import Prepared
+from sym2real.diagnosis.faults.checking import Question
+from sym2real.diagnosis.pipeline import prepare
+from sym2real.diagnosis.predict.candidate import Candidate, candidates
+from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.score.finding import Finding, findings
+from sym2real.diagnosis.score.held_out import Steps
+from sym2real.diagnosis.score.tried import Rival, Tried
+from sym2real.diagnosis.search.groups import always_alike, as_good
+from sym2real.diagnosis.search.select import GAIN, Selection
+from sym2real.diagnosis.stages import OnProgress, Stages
 from sym2real.effects import Effect, compose, effect
 from sym2real.errors import ModelError
 from sym2real.plants import MujocoPlant
@@ -88,34 +91,31 @@ def try_effect(
         ModelError: for an effect that does not apply, or whose parameters motion does not show.
         ShapeError: when no log is long enough, columns differ, or the horizon is no step long.
     """
-    require_step(horizon, equations.dt)
     started = time.perf_counter()
+    question = Question(equations, data, plant, calibrate, held_out, exclude, include=(key,), horizon=horizon)
     _check_fittable(effect(key, equations), equations)
-    weighed = weigh(
-        equations, data, plant, calibrate=calibrate, exclude=exclude, include=(key,), on_progress=on_progress
-    )
+    prepared = prepare(question, Stages(on_progress))
     on_progress(f"fitting {key}")
-    selection, gain, supported = _fitted(weighed, key)
+    selection, gain, supported = _fitted(prepared, key)
     on_progress("trying other effects in its place")
-    rivals = _rivals(selection, [one for one in weighed.tried if key not in one.keys])
+    rivals = _rivals(selection, [one for one in prepared.tried if key not in one.keys])
     on_progress("scoring on held-out data")
-    scored_logs = weighed.checked.data if held_out is None else check_and_filter(equations, held_out).data
-    steps = Steps.of(weighed.library, selection, same=held_out is None)
-    horizons = steps.horizons(scored_logs, horizon)
-    finding = _finding(selection, rivals if supported else (), weighed.calibration)
-    stages = steps.ladder(weighed.library, scored_logs, horizons)
-    floor = floor_of_explained(weighed.library, scored_logs, selection.fit.values, weighed.whitening, horizons)
+    steps = Steps.of(prepared.library, selection, same=held_out is None)
+    horizons = steps.horizons(prepared.scored, horizon)
+    finding = _finding(selection, rivals if supported else (), prepared.calibration)
+    stages = steps.ladder(prepared.library, prepared.scored, horizons)
+    floor = floor_of_explained(prepared.library, prepared.scored, selection.fit.values, prepared.whitening, horizons)
     return Tried(
-        finding=with_advice([finding], weighed.model, weighed.whitening, weighed.plant)[0],
+        finding=with_advice([finding], prepared.model, prepared.whitening, prepared.plant)[0],
         supported=supported,
         gain=gain,
         rivals=tuple(rival for rival in rivals if rival.gain > max(GAIN, WORTH_A_LINE * gain))[:MOST_RIVALS],
-        faults=weighed.checked.faults,
+        faults=prepared.checked.faults,
         ladder=stages,
         floor=no_higher_than_reached(floor, stages),
-        held_out=steps.names_of(scored_logs),
+        held_out=steps.names_of(prepared.scored),
         apart=held_out is not None,
-        notes=(*weighed.notes, *cut_said(horizons, horizon)),
+        notes=(*prepared.notes, *cut_said(horizons, horizon)),
         seconds=time.perf_counter() - started,
     )
 
@@ -138,11 +138,11 @@ def _candidate(key: str, library: Library, data: Dataset) -> Candidate:
     return Candidate(key, (key,), tuple((slot,) for slot in library.indices(key)))
 
 
-def _fitted(weighed: Weighed, key: str) -> tuple[Selection, float, bool]:
+def _fitted(prepared: Prepared, key: str) -> tuple[Selection, float, bool]:
     """The effect alone, chosen whatever it gains; its held-out gain, and whether the logs ask for it."""
-    own = _candidate(key, weighed.library, weighed.checked.data)
-    selection = Selection(weighed.problems, (own,), weighed.origin)
-    (scored,) = selection.ranked([], weighed.origin, [own])
+    own = _candidate(key, prepared.library, prepared.checked.data)
+    selection = Selection(prepared.problems, (own,), prepared.origin)
+    (scored,) = selection.ranked([], prepared.origin, [own])
     gain = selection.gain(scored)
     supported = gain > GAIN and selection.significant(scored.fit, own)
     selection.put([own], scored.fit)

@@ -1,11 +1,13 @@
-"""The stages of a diagnosis behind its search: Ctrl-C ends the one that runs, and what is done is kept."""
+"""The stages of a diagnosis: each says what it does; behind the search Ctrl-C ends one, and what is done is kept."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import TypeVar
 
+Taken = TypeVar("Taken")
 Made = TypeVar("Made")
+OnProgress = Callable[[str], None]
 
 
 class Stages:
@@ -19,15 +21,19 @@ class Stages:
         interrupted: stages that were.
     """
 
-    def __init__(self, on_progress: Callable[[str], None], *, finish: bool) -> None:
-        self._on_progress, self._finish = on_progress, finish
+    def __init__(self, on_progress: OnProgress, *, finish: bool = False) -> None:
+        self.on_progress, self._finish = on_progress, finish
         self.interrupted: list[str] = []
 
-    def run(self, what: str, work: Callable[[], Made]) -> Made | None:
-        """What a stage makes, as in "searching among 20 effects"; None where Ctrl-C ended it."""
+    def run(self, what: str, work: Callable[[Taken], Made], value: Taken) -> Made:
+        """What a stage makes of a value."""
+        self.on_progress(what)
+        return work(value)
+
+    def try_to(self, what: str, work: Callable[[Taken], Made], value: Taken) -> Made | None:
+        """What a stage makes of a value, as in "searching among 20 effects"; None where Ctrl-C ended it."""
         try:
-            self._on_progress(what)
-            return work()
+            return self.run(what, work, value)
         except KeyboardInterrupt:
             if not self._finish:
                 raise

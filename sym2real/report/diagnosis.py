@@ -10,8 +10,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from sym2real.diagnosis import Diagnosis, Fall, Fault, Finding, Term, Tried, Where
-from sym2real.diagnosis.competing import not_tried_said
-from sym2real.diagnosis.leftover import MISFIT
+from sym2real.diagnosis.predict.competitors import not_tried_said
+from sym2real.diagnosis.unexplained.leftover import MISFIT
 from sym2real.report.ladder import ladder_table
 from sym2real.report.tables import number
 

@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from sym2real.diagnosis import Floor, Where, WindowErrors
-from sym2real.diagnosis.features import UNITS
-from sym2real.diagnosis.ladder import Stage
+from sym2real.diagnosis.data.conditions import UNITS
+from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.report.figures import INFORMED, MEASURED, PREDICTED, REFERENCE
 from sym2real.trajectory import Array
 

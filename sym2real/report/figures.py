@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from sym2real.diagnosis import ROWS, Comparison, Windows, predict_windows
-from sym2real.diagnosis.prepared import prepared
-from sym2real.diagnosis.start import Start
+from sym2real.diagnosis.data.preparation import prepared
+from sym2real.diagnosis.data.start import Start
 from sym2real.files import whole
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations

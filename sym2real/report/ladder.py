@@ -10,7 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from sym2real.diagnosis import Floor
-from sym2real.diagnosis.ladder import Stage
+from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.report.sparkline import sparkline
 from sym2real.report.tables import compact_table, number
 

@@ -60,7 +60,7 @@ class Options:
     results: Path | None = None
     """Keep every answer in this file, one JSON line each, and go on from what is there."""
     confidence: Path | None = None
-    """Write how often findings of each kind were right to this file (sym2real/diagnosis/confidence.json)."""
+    """Write how often findings of each kind were right to this file (sym2real/diagnosis/score/confidence.json)."""
     json: Path | None = None
     """Write the figures to this file (- is standard output)."""
 

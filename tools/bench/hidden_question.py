@@ -9,7 +9,7 @@ import torch
 from hidden_scores import Record
 from hidden_truth import error_of_the_truth
 
-from sym2real.diagnosis.diagnose import diagnose
+from sym2real.diagnosis import diagnose
 from sym2real.effects import effect
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.plants import MujocoPlant

@@ -15,7 +15,7 @@ import numpy as np
 from figures import Figure
 from scipy import stats
 
-from sym2real.diagnosis.confidence import kind
+from sym2real.diagnosis.score.reliability import kind
 from sym2real.effects import same_group
 
 Record = dict[str, Any]
@@ -125,7 +125,7 @@ def calibration(records: Sequence[Record], robot: str) -> list[Figure]:
 
 
 def confidences(records: Sequence[Record]) -> dict[str, dict[str, int]]:
-    """Findings that were right, and all, by kind: what ``sym2real.diagnosis.confidence`` quotes.
+    """Findings that were right, and all, by kind: what ``sym2real.diagnosis.score.reliability`` quotes.
 
     Nothing that is found in a null case is right, nor anything in the place of an effect that the library lacks.
     """

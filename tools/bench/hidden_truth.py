@@ -5,9 +5,9 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from sym2real.diagnosis.ladder import windows_of
-from sym2real.diagnosis.segments import WARM_UP
-from sym2real.diagnosis.windows import HORIZONS
+from sym2real.diagnosis.data.segments import WARM_UP
+from sym2real.diagnosis.data.windows import HORIZONS
+from sym2real.diagnosis.errors.rungs import windows_of
 from sym2real.effects import effect
 from sym2real.effects.compose import compose
 from sym2real.effects.sensors import Sensors

@@ -34,7 +34,7 @@ from rotorpy_plant import QUICK, Quadrotor, RotorpyPlant
 from single_track_plant import WHEELBASE, Car, SingleTrackPlant
 
 from sym2real.diagnosis import Diagnosis, diagnose
-from sym2real.diagnosis.ladder import Stage
+from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.effects import same_group
 from sym2real.errors import UnknownNameError
 from sym2real.experiments.models import cached_base

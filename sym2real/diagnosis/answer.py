@@ -1,0 +1,161 @@
+"""What a diagnosis says: verdict, faults, findings, what is left, and the errors that bear it out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from sym2real.diagnosis.conclusion import Verdict, summary, verdict
+from sym2real.diagnosis.errors.floor import Floor
+from sym2real.diagnosis.errors.regions import Where
+from sym2real.diagnosis.errors.rungs import Stage, cut_said
+from sym2real.diagnosis.faults.sanity import Fault, with_sensors_of
+from sym2real.diagnosis.predict.competitors import NotTried
+from sym2real.diagnosis.score.finding import Finding, applied
+from sym2real.diagnosis.score.held_out import Gate
+from sym2real.diagnosis.score.scoring import findings_of
+from sym2real.diagnosis.search.growing import Found
+from sym2real.diagnosis.unexplained.explaining import Explained
+from sym2real.diagnosis.unexplained.leftover import Leftover
+from sym2real.diagnosis.unexplained.term import Term
+from sym2real.symbolic import Equations
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What was found.
+
+    Args:
+        verdict, summary: the answer in a word and in a sentence.
+        faults: of the data, undone before the search where the logs tell how.
+        findings: effects that are there, in order of importance.
+        leftovers: what no effect explains, the strongest first.
+        proposal: a term that would explain some of the first, unverified.
+        where: regions in which the model fails.
+        ladder: errors of the base and of the first k findings, on held-out data.
+        floor: errors of a fully explained model.
+        held_out: names of the logs that scored the ladder.
+        apart: whether these took no part in any fit; else each is scored by the fit of the others.
+        gate: whether free runs on them become better by as much as they must.
+        seconds: time it took.
+        tried: number of hypotheses that competed.
+        not_tried: effects that did not compete, and why.
+        notes: remarks on data and method.
+        misfit: whitened squares per degree of freedom, of the base and of the result; 1 is fully explained.
+    """
+
+    verdict: Verdict
+    summary: str
+    faults: tuple[Fault, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    leftovers: tuple[Leftover, ...] = ()
+    proposal: Term | None = None
+    where: tuple[Where, ...] = ()
+    ladder: tuple[Stage, ...] = ()
+    floor: tuple[Floor, ...] = ()
+    held_out: tuple[str, ...] = ()
+    apart: bool = False
+    gate: Gate = field(default_factory=Gate)
+    seconds: float = 0.0
+    tried: int = 0
+    not_tried: tuple[NotTried, ...] = ()
+    notes: tuple[str, ...] = ()
+    misfit: tuple[float, float] = field(default=(float("nan"), float("nan")))
+
+    @property
+    def leftover(self) -> Leftover | None:
+        """The strongest of what is left."""
+        return self.leftovers[0] if self.leftovers else None
+
+    @property
+    def established(self) -> bool:
+        """Whether something was found that held-out predictions bear out."""
+        return self.verdict == "EFFECT" and bool(self.findings) and self.gate.passed
+
+    def apply(self, equations: Equations) -> Equations:
+        """The equations with every finding in them, and with the sensors that were found wrong.
+
+        What is wrong with how a log is written (a unit, an order of columns, a time stamp) is no part of a model.
+        """
+        return with_sensors_of(applied(equations, self.findings), self.faults)
+
+    def _leftover(self) -> dict[str, Any] | None:
+        """The strongest, with where the push changes in words, and the proposed expression as its term."""
+        if self.leftover is None:
+            return None
+        words, proposed = {**self.leftover.to_dict(), "split": self.leftover.term}, self.proposal
+        if proposed is None:
+            return {**words, "term": ""}
+        return {**words, "term": proposed.expression, "gain": proposed.gain, "verified": False}
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``--json`` prints (DESIGN.md, "Names that stay")."""
+        return {
+            "verdict": self.verdict,
+            "summary": self.summary,
+            "faults": [fault.to_dict() for fault in self.faults],
+            "findings": [finding.to_dict() for finding in self.findings],
+            "leftover": self._leftover(),
+            "leftovers": [one.to_dict() for one in self.leftovers],
+            "where": [one.to_dict() for one in self.where],
+            "ladder": [stage.to_dict() for stage in self.ladder],
+            "floor": [one.to_dict() for one in self.floor],
+            "held_out": list(self.held_out),
+            "held_out_apart": self.apart,
+            "gate": self.gate.to_dict(),
+            "seconds": self.seconds,
+            "tried": self.tried,
+            "not_tried": [one.to_dict() for one in self.not_tried],
+            "notes": list(self.notes),
+        }
+
+
+def conclude(explained: Explained) -> Diagnosis:
+    """The answer that findings, what is left beside them, and held-out errors make."""
+    scored, findings, leftovers = explained.scored, explained.findings, explained.leftovers
+    found, prepared = scored.found, scored.found.prepared
+    faults, finished = prepared.checked.faults, found.finished
+    answer = verdict(faults, findings, leftovers, scored.gate, prepared.problems, finished=finished)
+    interrupted = "" if finished else "the search"
+    sentence = summary(
+        answer, faults, findings, leftovers, gate=scored.gate, stages=scored.stages, interrupted=interrupted
+    )
+    return Diagnosis(
+        verdict=answer,
+        summary=sentence,
+        faults=faults,
+        findings=findings,
+        leftovers=leftovers,
+        proposal=explained.proposal,
+        ladder=scored.stages,
+        floor=scored.floor,
+        held_out=scored.steps.names_of(prepared.scored),
+        apart=prepared.question.held_out is not None,
+        gate=scored.gate,
+        tried=found.selection.tried,
+        not_tried=prepared.not_tried,
+        notes=(*prepared.notes, *cut_said(scored.horizons, prepared.question.horizon)),
+        misfit=_misfit(found),
+    )
+
+
+def unscored(found: Found) -> Diagnosis:
+    """What the search has found, where the scoring was interrupted: nothing is established."""
+    prepared, findings = found.prepared, findings_of(found, {})
+    faults = prepared.checked.faults
+    return Diagnosis(
+        verdict="CANNOT_TELL",
+        summary=summary("CANNOT_TELL", faults, findings, (), gate=Gate(), stages=(), interrupted="the scoring"),
+        faults=faults,
+        findings=findings,
+        tried=found.selection.tried,
+        not_tried=prepared.not_tried,
+        notes=prepared.notes,
+        misfit=_misfit(found),
+    )
+
+
+def _misfit(found: Found) -> tuple[float, float]:
+    problems = found.prepared.problems
+    base = problems.whitening.loss(problems.problem.residuals(found.prepared.library.null[None])).sum()
+    return float(base) / problems.whitening.freedom, found.selection.fit.total / problems.whitening.freedom

@@ -1,0 +1,103 @@
+"""The answer in one word and one sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+from sym2real.diagnosis.data.windows import JUDGED
+from sym2real.diagnosis.errors.rungs import Stage
+from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.significance import FEWEST_BLOCKS
+from sym2real.diagnosis.faults.sanity import Fault
+from sym2real.diagnosis.score.finding import Finding
+from sym2real.diagnosis.score.held_out import JUDGED_AT, LEAST_FALL, Fall, Gate
+from sym2real.diagnosis.unexplained.leftover import Leftover
+
+Verdict = Literal["EFFECT", "NOTHING_MISSING", "UNEXPLAINED", "CANNOT_TELL"]
+
+
+def verdict(
+    faults: Sequence[Fault],
+    found: Sequence[Finding],
+    leftovers: Sequence[Leftover],
+    gate: Gate,
+    problems: Problems,
+    *,
+    finished: bool = True,
+) -> Verdict:
+    """Which of the four answers the parts make; findings that do not improve long predictions are no answer.
+
+    Fewer than ten independent blocks leave no test, and an unfinished search cannot say that nothing is missing, or
+    that no effect explains what is left. A fault alone is the answer only where nothing is left once it is undone.
+    """
+    established = bool(found) and gate.passed
+    if problems.block_count < FEWEST_BLOCKS or not (finished or established):
+        return "CANNOT_TELL"
+    if established:
+        return "EFFECT"
+    if leftovers:
+        return "UNEXPLAINED"
+    if faults:
+        return "EFFECT"
+    return "CANNOT_TELL" if found else "NOTHING_MISSING"
+
+
+def summary(
+    answer: Verdict,
+    faults: Sequence[Fault],
+    found: Sequence[Finding],
+    leftovers: Sequence[Leftover],
+    *,
+    gate: Gate,
+    stages: Sequence[Stage],
+    interrupted: str = "",
+) -> str:
+    """One sentence a person reads; ``interrupted`` is what was, search or scoring, if anything."""
+    parts = []
+    if faults:
+        parts.append("the data show " + ", ".join(fault.name for fault in faults))
+    provisional = any(finding.provisional for finding in found)
+    if found:
+        missing = "perhaps missing: " if provisional else "missing: "
+        parts.append(missing + "; ".join(_one(finding) for finding in found))
+        fall = fall_of_error(stages)
+        if fall is not None:
+            parts.append(f"with it the {fall[0]} error on held-out pieces changes from {fall[1]:.3g} to {fall[2]:.3g}")
+    parts += [f"{one.statement} is left ({one.measure})" for one in leftovers]
+    if answer == "NOTHING_MISSING":
+        parts.append("nothing is missing beyond noise and small disturbances")
+    if found and gate.best is not None and not gate.passed:
+        parts.append(f"but {_failed(gate.best)}")
+    if provisional or (answer == "CANNOT_TELL" and not found and not interrupted):
+        tested = ", so that no finding can be tested" if found else ""
+        parts.append(f"too little data: fewer than {FEWEST_BLOCKS} independent pieces of a second{tested}")
+    if interrupted:
+        parts.append(f"{interrupted} was interrupted before it ended")
+    sentence = "; ".join(parts)
+    return sentence[:1].upper() + sentence[1:] + "."
+
+
+def _failed(best: Fall) -> str:
+    changed = f"falls by only {100 * best.part:.0f} %" if best.part >= 0 else f"rises by {-100 * best.part:.0f} %"
+    return (
+        f"no held-out error falls by {100 * LEAST_FALL:.0f} %: that of {best.channel} after {best.horizon:g} s "
+        f"{changed}, and noise and disturbances hide whether it matters"
+    )
+
+
+def _one(finding: Finding) -> str:
+    values = ", ".join(f"{name} {estimate.said}" for name, estimate in finding.parameters.items())
+    others = [key for key in finding.group if key != finding.effect]
+    return f"{finding.effect} ({values})" + (f", or {' or '.join(others[:3])}" if others else "")
+
+
+def fall_of_error(stages: Sequence[Stage]) -> tuple[str, float, float] | None:
+    """Channel, first and last error at the horizon that is judged of the channel that falls most."""
+    if len(stages) < 2 or not stages[0].horizons:
+        return None
+    horizon = stages[0].nearest(JUDGED_AT)
+    first, last = stages[0].horizons[horizon], stages[-1].horizons[horizon]
+    channels = [channel for channel in first if channel in JUDGED]
+    best = min(channels, key=lambda channel: last[channel].value / max(first[channel].value, 1e-12))
+    return f"{best} ({horizon:g} s)", first[best].value, last[best].value

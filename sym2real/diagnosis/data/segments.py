@@ -1,0 +1,197 @@
+"""Short pieces of logs that a model is fitted to: where they start, what was sent, what was measured in them.
+
+A segment compares positions, attitude and body rates with the prediction from a start that is free; velocities are
+left out, because logs have them by differencing what is compared already.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from sym2real.diagnosis.data.lengths import rows_of
+from sym2real.diagnosis.data.start import ROWS, noise_level, start_states
+from sym2real.diagnosis.data.tangent import places_of_fields, tangents
+from sym2real.errors import ShapeError
+from sym2real.layout import Layout
+from sym2real.trajectory import Array, Dataset, Trajectory
+
+# Rows of a segment, and rows of a log before the first one: filters and smoothers settle in them.
+LENGTH = {"attitude": 25, "heading": 20}
+OTHER_LENGTH = 25
+SETTLING = 12
+# Rows before a segment from which hidden states are brought to its start.
+WARM_UP = 8
+COMPARED = ("position", "attitude", "heading", "rate")
+# A segment with this share of rows in which nothing moves by a bit holds frozen measurements.
+FROZEN = 0.3
+
+
+@dataclass(frozen=True, eq=False)
+class Segments:
+    """Pieces of a data set.
+
+    Args:
+        log: which log each is from ``# (S,)``.
+        row: its first row there ``# (S,)``.
+        start: estimated state at the first row ``# (S, state)``.
+        before: estimated state :data:`WARM_UP` rows earlier ``# (S, state)``.
+        measured: ``# (S, N, state)``.
+        layout: state columns of the log.
+        compared: positions in the tangent of what is compared ``# (C,)``.
+        channel: number of the field of each compared component ``# (C,)``.
+        noise: standard deviation of each compared component from third differences ``# (C,)``.
+    """
+
+    log: NDArray[np.int64]
+    row: NDArray[np.int64]
+    start: Tensor
+    before: Tensor
+    measured: Tensor
+    layout: Layout
+    compared: tuple[int, ...]
+    channel: tuple[int, ...]
+    noise: Array
+
+    def __len__(self) -> int:
+        return len(self.log)
+
+    @property
+    def length(self) -> int:
+        """Rows of a segment."""
+        return self.measured.shape[1]
+
+    def some(self, most: int) -> Segments:
+        """At most so many of them, evenly over the data set."""
+        if len(self) <= most:
+            return self
+        return self.of(torch.linspace(0, len(self) - 1, most, dtype=torch.float64).round().long())
+
+    def of(self, which: Tensor) -> Segments:
+        """Those of an index or mask ``# (S,)``."""
+        index = which.numpy()
+        return replace(
+            self,
+            log=self.log[index],
+            row=self.row[index],
+            start=self.start[index],
+            before=self.before[index],
+            measured=self.measured[index],
+        )
+
+    def edges(self, pieces: int) -> NDArray[np.int64]:
+        """Steps at which equal pieces of a segment begin, and the last one ends ``# (pieces + 1,)``."""
+        return np.linspace(0, self.length - 1, pieces + 1).round().astype(np.int64)
+
+    def ahead(self, before: int = 0) -> NDArray[np.int64]:
+        """Rows whose actions lead through each segment, from so many rows before it ``# (S, N - 1 + before)``."""
+        return self.row[:, None] + np.arange(-before, self.length - 1)
+
+
+def segment_length(layout: Layout) -> int:
+    """Rows of a segment for a robot with these state columns."""
+    return next((LENGTH[field] for field in LENGTH if layout.has_field(field)), OTHER_LENGTH)
+
+
+def cut(data: Dataset) -> Segments:
+    """Segments of all logs, without overlap.
+
+    Raises:
+        ShapeError: when no log is long enough for one.
+    """
+    layout = data.layouts.state
+    length = segment_length(layout)
+    logs, rows = [], []
+    for index, trajectory in enumerate(data):
+        for first in range(SETTLING + WARM_UP, len(trajectory) - length, length):
+            if not _frozen(trajectory, first, length):
+                logs.append(index)
+                rows.append(first)
+    if not rows:
+        raise _without_segments(data, SETTLING + WARM_UP + length + 1)
+    log, row = np.array(logs, dtype=np.int64), np.array(rows, dtype=np.int64)
+    compared, channel = compared_components(layout)
+    return Segments(
+        log=log,
+        row=row,
+        start=_states(data, log, row),
+        before=_states(data, log, row - WARM_UP),
+        measured=torch.as_tensor(np.stack([data[i].state[k : k + length] for i, k in zip(logs, rows, strict=True)])),
+        layout=layout,
+        compared=compared,
+        channel=channel,
+        noise=component_noise(data)[list(compared)],
+    )
+
+
+def with_velocities(segments: Segments) -> Segments:
+    """The same pieces with velocities compared as well, of data in which they are no differences of positions."""
+    compared, channel = compared_components(segments.layout, (*COMPARED, "velocity"))
+    return replace(segments, compared=compared, channel=channel)
+
+
+def compared_components(layout: Layout, names: Collection[str] = COMPARED) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Tangent positions of what is compared, fields of these names, and the number of the field of each."""
+    compared: list[int] = []
+    channel: list[int] = []
+    for number, (field, places) in enumerate(zip(layout.fields, places_of_fields(layout), strict=True)):
+        if field.name in names and not field.hidden:
+            compared += places
+            channel += [number] * len(places)
+    return tuple(compared), tuple(channel)
+
+
+def compared_fields(segments: Segments) -> tuple[Layout, list[int], list[int] | None]:
+    """Fields that hold what is compared, their columns, and its places in their tangent; None for all of them."""
+    layout = segments.layout
+    numbers, places_of = sorted(set(segments.channel)), places_of_fields(layout)
+    part = Layout(tuple(layout.fields[number] for number in numbers))
+    places = [place for number in numbers for place in places_of[number]]
+    chosen = [places.index(component) for component in segments.compared]
+    columns = [layout.index(column) for column in part]
+    return part, columns, None if chosen == list(range(len(places))) else chosen
+
+
+def component_noise(data: Dataset) -> Array:
+    """Noise of every tangent component, median over logs ``# (tangent,)``; a few rows among longer logs show none."""
+    long_enough = [trajectory for trajectory in data if len(trajectory) > ROWS] or data
+    return np.median([noise_level(tangents(trajectory)) for trajectory in long_enough], axis=0)
+
+
+def _without_segments(data: Dataset, needed: int) -> ShapeError:
+    wanted, names = f"a log of at least {needed} moving rows", ", ".join(log.name for log in data)
+    if any(len(log) >= needed for log in data):
+        return ShapeError(
+            f"expected {wanted}, found that the measured state does not change from row to row in {names}: "
+            "a sensor or a link that stood still, or a robot that did"
+        )
+    return ShapeError(f"expected {wanted}, found {rows_of(list(data))}")
+
+
+def _states(data: Dataset, log: NDArray[np.int64], row: NDArray[Any]) -> Tensor:
+    states = np.empty((len(row), data.layouts.state.size))
+    for index, trajectory in enumerate(data):
+        mine = log == index
+        if mine.any():
+            states[mine] = start_states(trajectory, np.maximum(row[mine], ROWS - 1))
+    return torch.as_tensor(states)
+
+
+def _frozen(trajectory: Trajectory, row: int, length: int) -> bool:
+    piece = trajectory.state[row : row + length]
+    return bool((np.diff(piece, axis=0) == 0).all(axis=1).mean() > FROZEN)
+
+
+def padded(arrays: Iterable[Array]) -> Tensor:
+    """Arrays of different lengths, the last row repeated, as one tensor ``# (logs, rows, columns)``."""
+    arrays = list(arrays)
+    longest = max(len(array) for array in arrays)
+    return torch.as_tensor(
+        np.stack([np.concatenate([array, np.repeat(array[-1:], longest - len(array), axis=0)]) for array in arrays])
+    )

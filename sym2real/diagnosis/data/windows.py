@@ -1,0 +1,111 @@
+"""Prediction windows along a log: start state, what was sent, what was known, what came out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from sym2real.diagnosis.data.start import ROWS, Start, start_states
+from sym2real.errors import ShapeError
+from sym2real.layout import Field, Layout
+from sym2real.past import past_rows
+from sym2real.protocols import DynamicsModel
+from sym2real.symbolic import rollout
+from sym2real.trajectory import Array, Trajectory
+
+# How an error is measured (DESIGN.md): windows start every so many s, and end after these.
+STRIDE = 0.1
+HORIZONS = (0.1, 0.2, 0.5, 0.8, 1.0)
+# Free run in s: a car drifts slowly, a quadrotor with a wrong model is upside down after two seconds.
+FREE_RUN = {"heading": 5.0, "otherwise": 2.0}
+# Channels by which predictions are judged: what a user sees, and what logs do not have by differencing.
+JUDGED = ("position", "attitude", "yaw")
+
+CHANNEL_OF_FIELD = {"heading": "yaw"}
+UNIT_OF_KIND = {"quaternion": "rad", "circle": "rad"}
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """Predictions over windows of one length, all starting where a start state can be estimated.
+
+    Args:
+        rows: row at which each window starts ``# (windows,)``.
+        predicted: ``# (windows, steps, state)``.
+        measured: ``# (windows, steps, state)``.
+        start: the start states, which "hold" keeps for ever ``# (windows, state)``.
+        layout: the state's columns.
+    """
+
+    rows: NDArray[np.int64]
+    predicted: Tensor
+    measured: Tensor
+    start: Tensor
+    layout: Layout
+
+    def errors(self, step: int) -> dict[str, Array]:
+        """Norm of the prediction error per channel ``steps`` after the start ``# (windows,)``."""
+        return channel_errors(self.layout, self.predicted[:, step - 1], self.measured[:, step - 1])
+
+    def hold_errors(self, step: int) -> dict[str, Array]:
+        """The same for the prediction that nothing changes."""
+        return channel_errors(self.layout, self.start, self.measured[:, step - 1])
+
+
+def free_run_seconds(layout: Layout) -> float:
+    """How long a free run is, s."""
+    return FREE_RUN["heading" if layout.has_field("heading") else "otherwise"]
+
+
+def channel_name(field: Field) -> str:
+    """What reports call a field: its name, but "yaw" for a heading on the circle."""
+    return CHANNEL_OF_FIELD.get(field.name, field.name)
+
+
+def channel_units(layout: Layout) -> dict[str, str]:
+    """Unit of every channel's error; rotations are counted in rad."""
+    return {channel_name(field): UNIT_OF_KIND.get(field.kind, field.unit) for field in layout.fields}
+
+
+def channel_errors(layout: Layout, predicted: Tensor, measured: Tensor) -> dict[str, Array]:
+    """Norm of the difference per field, on the manifold ``# (...)``."""
+    tangent = layout.difference(predicted, measured)
+    parts = tangent.split([field.tangent_size for field in layout.fields], dim=-1)
+    return {channel_name(field): part.norm(dim=-1).numpy() for field, part in zip(layout.fields, parts, strict=True)}
+
+
+def predict_windows(
+    model: DynamicsModel, trajectory: Trajectory, steps: int, start: Start = "smoothed", stride: int | None = None
+) -> Windows:
+    """Predict ``steps`` rows ahead from every start along a log.
+
+    Args:
+        model: predicts in float64; one that sees the past says of how many commands and states by ``past_rows``.
+        trajectory: the log, its columns those of the model.
+        steps: length of a window in rows.
+        start: how the start state is found (:mod:`sym2real.diagnosis.data.start`).
+        stride: rows between starts; every :data:`STRIDE` s by default.
+
+    Raises:
+        ShapeError: when the log is too short for one window.
+    """
+    stride = stride or max(1, round(STRIDE / trajectory.dt))
+    rows = np.arange(ROWS - 1, len(trajectory) - steps, stride)
+    if not len(rows):
+        raise ShapeError(
+            f"trajectory {trajectory.name!r} has {len(trajectory)} rows; "
+            f"a window of {steps} steps after {ROWS} rows of history needs {ROWS + steps}"
+        )
+    ahead = rows[:, None] + np.arange(steps)
+    state = torch.as_tensor(start_states(trajectory, rows, start))
+    action, inputs = torch.as_tensor(trajectory.action[ahead]), torch.as_tensor(trajectory.inputs[ahead])
+    seen = past_rows(model)
+    past = torch.as_tensor(trajectory.past(*seen)[rows]) if any(seen) else None
+    with torch.no_grad():
+        predicted = rollout(model, state, action, inputs, past=past)
+    layout = trajectory.layouts.state
+    return Windows(rows, predicted, torch.as_tensor(trajectory.state[ahead + 1]), state, layout)

@@ -1,0 +1,1 @@
+"""What a manoeuvre would show before it is flown, and which one tells rivals apart."""

@@ -1,0 +1,247 @@
+"""Which manoeuvre tells apart what the logs could not: tried in the plain simulator before anybody flies it.
+
+What was found is put into the prediction of every manoeuvre; then its rival is fitted to that in its place, all that
+it has free, with the noise and the disturbances of the logs. The part of the effect that the rival does not explain is
+what the manoeuvre shows: the two part where it is more than the gain that any finding needs (the rule by which they
+were held for one in the logs).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from fnmatch import fnmatch
+
+import numpy as np
+
+from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Hypothesis, Problems
+from sym2real.diagnosis.estimate.flying import fly
+from sym2real.diagnosis.estimate.whitening import Spread, Whitening
+from sym2real.diagnosis.predict.candidate import Candidate, candidates
+from sym2real.diagnosis.predict.competitors import STANDS_FOR
+from sym2real.diagnosis.predict.library import SWINGING, Library
+from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.score.finding import Finding
+from sym2real.diagnosis.search.select import GAIN
+from sym2real.effects import effect
+from sym2real.plants import MujocoPlant
+from sym2real.symbolic import Equations
+from sym2real.tasks.standard_paths import Manoeuvre, path_of
+from sym2real.tasks.task import motion
+from sym2real.trajectory import Dataset
+
+SECONDS, LONG = 8.0, 16.0
+# White dither on the commands of every manoeuvre: thrust N and rates rad/s; steering rad and speed m/s. And more of it.
+DITHER = {"flight": (0.005, 0.05, 0.05, 0.05), "drive": (0.01, 0.03)}
+MORE = 6.0
+# Rivals of a finding that are tried, and the part of it that they may explain where no better manoeuvre is looked for.
+MOST_RIVALS, CLEAR = 2, 0.3
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A manoeuvre that may tell effects apart.
+
+    Args:
+        words: what is flown, for a sentence.
+        paths: its parts.
+        shows: patterns of effects that it is made for; it is flown first where one of them is in question.
+        yaw_rate: of a quadrotor's heading in rad/s.
+        dither: factor on :data:`DITHER`.
+        seconds: of every part.
+    """
+
+    words: str
+    paths: tuple[Manoeuvre, ...]
+    shows: tuple[str, ...]
+    yaw_rate: float = 0.0
+    dither: float = 1.0
+    seconds: float = SECONDS
+
+
+HOVER = Manoeuvre("hover", height=0.6)
+BOTH_WAYS, TIGHT = (
+    tuple(Manoeuvre("circle", size, speed, clockwise=clockwise) for clockwise in (False, True))
+    for size, speed in ((1.5, 1.0), (1.2, 1.9))
+)
+LATE = ("delay*", "lag*", "motor_lag", "rate_limit*")
+DRAG = ("linear_drag", "quadratic_drag", "translational_lift", "flapping_moment")
+TRIALS = {
+    "flight": (
+        Trial("hover with a heading that turns at 0.6 rad/s", (HOVER,), ("wind", "mounting_tilt"), yaw_rate=0.6),
+        Trial("circles at 0.5, 1 and 1.5 m/s", tuple(Manoeuvre("circle", 0.7, v, 0.6) for v in (0.5, 1.0, 1.5)), DRAG),
+        Trial("climbs and descents by 0.3 m", (Manoeuvre("hover", height=0.8, swing=0.3),), ("thrust_curve",)),
+        Trial(
+            "low flight whose height moves between 0.08 and 0.2 m",
+            (Manoeuvre("hover", height=0.14, swing=0.06),),
+            ("ground_effect",),
+        ),
+        Trial("hover with rate commands that are dithered by 0.3 rad/s", (HOVER,), LATE, dither=MORE),
+        Trial("16 s of hover in one go", (HOVER,), ("battery_sag",), seconds=LONG),
+    ),
+    "drive": (
+        Trial("circles of 1.5 m both ways", BOTH_WAYS, ("offset:steer", "yaw_bias", "lever_arm", "wheelbase")),
+        Trial(
+            "wide circles at 0.5 to 2 m/s",
+            tuple(Manoeuvre("circle", 3.0, v) for v in (0.5, 1.0, 1.5, 2.0)),
+            ("*:speed", "rolling_resistance", "understeer", "tyre_slip"),
+        ),
+        Trial("tight circles both ways at 3 m/s²", TIGHT, ("tyre_friction", "lateral_slip", "yaw_drag")),
+        Trial(
+            "figures of eight whose speed swings by a third",
+            (Manoeuvre("eight", 2.0, 1.2, modulation=0.33),),
+            ("lag:speed", "rate_limit:speed"),
+        ),
+        Trial("commands that are dithered", (Manoeuvre("circle", 2.0, 1.0),), LATE, dither=MORE),
+    ),
+}
+
+
+@dataclass(frozen=True)
+class _Outcome:
+    """What a manoeuvre shows: the part of a finding that each rival explains, and how much is left at least.
+
+    Args:
+        words: what is flown.
+        explained: by rival.
+        left: of the whitened squares, by the rival that leaves least, in units of what parts them.
+    """
+
+    words: str
+    explained: dict[str, float]
+    left: float
+
+
+def with_advice(
+    found: Sequence[Finding], equations: Equations, whitening: Whitening, plant: MujocoPlant | None
+) -> tuple[Finding, ...]:
+    """The findings, those that others may stand for with the manoeuvre that tells them apart and what it shows.
+
+    Args:
+        found: findings.
+        equations: the base.
+        whitening: noise and disturbances of the logs.
+        plant: the plain simulator; None where nothing can be tried, which the advice then says.
+    """
+    rivals = {one.effect: _testable(one, equations) for one in found}
+    if plant is None or not any(rivals.values()):
+        return tuple(replace(one, separate_by=_untried(one, rivals[one.effect])) for one in found)
+    keys = dict.fromkeys(key for one in found if rivals[one.effect] for key in (one.effect, *rivals[one.effect]))
+    library = Library.of(equations, [effect(key, equations) for key in keys])
+    flights, result = _Flights(plant), []
+    for one in found:
+        outcomes: list[_Outcome] = []
+        for flown in flights.made_for((one.effect, *rivals[one.effect])) if rivals[one.effect] else ():
+            outcomes.append(_outcome(one, rivals[one.effect], library, whitening, flown))
+            if outcomes[-1].left > 1.0 and max(outcomes[-1].explained.values()) < CLEAR:
+                break
+        said = _advice(one, outcomes) if outcomes else _untried(one, rivals[one.effect])
+        result.append(replace(one, separate_by=said))
+    return tuple(result)
+
+
+def _testable(one: Finding, equations: Equations) -> tuple[str, ...]:
+    """Rivals that physics may tell from a finding, and that a fit can put in its place."""
+    if one.effect in SWINGING:
+        return ()
+    others = [key for key in one.group if key != one.effect and not _always(key, one.effect)]
+    # One that stands for a rival on every flight fares as that does.
+    first = [key for place, key in enumerate(others) if not any(_always(key, other) for other in others[:place])]
+    return tuple(key for key in first if effect(key, equations).applies(equations))[:MOST_RIVALS]
+
+
+def _always(one: str, other: str) -> bool:
+    return any(fnmatch(b, pattern) for a, b in ((one, other), (other, one)) for pattern in STANDS_FOR.get(a, ()))
+
+
+class _Flights:
+    """The manoeuvres in the simulator, each flown once, when it is asked for; without those that cannot be flown."""
+
+    def __init__(self, plant: MujocoPlant) -> None:
+        self._plant, self._flown = plant, dict[str, Dataset | None]()
+        self._motion = motion(plant.robot)
+
+    def made_for(self, effects: Sequence[str]) -> Iterator[tuple[Trial, Dataset]]:
+        """All of them, those that are made for one of the effects first."""
+
+        def others(trial: Trial) -> bool:
+            return not any(fnmatch(key, shown) for key in effects for shown in trial.shows)
+
+        for trial in sorted(TRIALS[self._motion], key=others):
+            if trial.words not in self._flown:
+                self._flown[trial.words] = self._fly(trial)
+            data = self._flown[trial.words]
+            if data is not None:
+                yield trial, data
+
+    def _fly(self, trial: Trial) -> Dataset | None:
+        dither, rows = np.array(DITHER[self._motion]), round(trial.seconds / self._plant.robot.dt)
+        logs = []
+        for number, path in enumerate(trial.paths):
+            noise = np.random.default_rng(number).standard_normal((rows, len(dither)))
+            reference = path_of(self._plant.robot, path, 0.0, trial.yaw_rate)
+            logs.append(fly(self._plant, reference, trial.dither * dither * noise, name=f"{trial.words} {number}"))
+        return Dataset(logs) if all(len(log) == rows for log in logs) else None
+
+
+def _outcome(
+    one: Finding, rivals: Sequence[str], library: Library, whitening: Whitening, flown: tuple[Trial, Dataset]
+) -> _Outcome:
+    trial, data = flown
+    values = library.null
+    for slot in (name for name in range(len(library.slots)) if library.slots[name].effect == one.effect):
+        values[slot] = one.values.get(library.slots[slot].parameter.name, float(values[slot]))
+    plain = Problem(library, data)
+    segments = replace(plain.segments, measured=plain.states(values[None])[0])
+    problem = Problem(library, data, segments)
+    problems = Problems.of(problem, Spread.of(problem, library.null).like(whitening))
+    nothing = problems.quadratics([Hypothesis((), library.null)])[0].total
+    known, explained = candidates(library, data), {}
+    least = nothing
+    for key in rivals:
+        fits = problems.fit(_hypotheses(library, [c for c in known if key in c.keys]), REFIT_STEPS)
+        left = min((fit.total for fit in fits), default=nothing)
+        explained[key] = 1.0 - left / max(nothing, 1e-300)
+        least = min(least, left)
+    return _Outcome(trial.words, explained, least / (GAIN * problems.whitening.freedom))
+
+
+def _hypotheses(library: Library, rivals: Sequence[Candidate]) -> list[Hypothesis]:
+    """A fit from the null, and one from every start."""
+    found = []
+    for one in rivals:
+        for level in (None, *one.starts):
+            values = library.null
+            if level is not None:
+                values[list(one.free[0])] = level
+            found.append(Hypothesis(one.free, values))
+    return found
+
+
+def _advice(one: Finding, outcomes: Sequence[_Outcome]) -> str:
+    """What to fly, and what that shows; or that nothing which was tried would do."""
+    parts = []
+    if outcomes:
+        best = max(outcomes, key=lambda outcome: outcome.left)
+        shares = " and ".join(f"{key} explains {100 * part:.3g} %" for key, part in best.explained.items())
+        if best.left > 1.0:
+            parts.append(f"{best.words}: there {shares} of what {one.effect} does")
+        else:
+            parts.append(f"none of {len(outcomes)} manoeuvres that were tried (at best {best.words}: {shares} of it)")
+    return "; ".join([*parts, *_never(one)])
+
+
+def _untried(one: Finding, rivals: Sequence[str]) -> str:
+    never = _never(one)
+    if not rivals:
+        return "; ".join(never)
+    untried = "not tried: there is no simulator for it"
+    return "; ".join([*never, f"{' or '.join(rivals)}: {untried}"]) if never else f"{one.separate_by} ({untried})"
+
+
+def _never(one: Finding) -> list[str]:
+    same = [key for key in one.group if key != one.effect and _always(key, one.effect)]
+    if not same:
+        return []
+    instead = ", but scales do: weigh the robot" if "added_mass" in (one.effect, *same) else ""
+    return [f"nothing in flight tells it from {' or '.join(same)}{instead}"]

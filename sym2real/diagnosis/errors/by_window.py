@@ -1,0 +1,111 @@
+"""Prediction errors of windows over all logs, beside what a person would say of the windows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sym2real.diagnosis.data.conditions import UNITS, features, over_windows
+from sym2real.diagnosis.data.lengths import long_enough
+from sym2real.diagnosis.data.preparation import prepared
+from sym2real.diagnosis.data.start import ROWS, noise_level
+from sym2real.diagnosis.data.tangent import places_of_fields, tangents
+from sym2real.diagnosis.data.windows import predict_windows
+from sym2real.layout import Layout
+from sym2real.protocols import DynamicsModel
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Array, Dataset, Trajectory
+
+HORIZON = 0.5  # s
+BLOCK = 2.0  # s: pieces of a single log that stand for logs in the cross-validation
+# What is up and what is level is told apart, because gravity does.
+VERTICAL = "z"
+
+
+@dataclass(frozen=True, eq=False)
+class WindowErrors:
+    """Errors and features of windows over all logs.
+
+    Args:
+        errors: by channel ``# (windows,)``.
+        floor: by channel, the noise of one measurement of it.
+        features: by name, mean over the window ``# (windows,)``.
+        log: position of each window's log ``# (windows,)``.
+        group: log, or piece of a single log, for cross-validation ``# (windows,)``.
+        start, end: in s from the log's start ``# (windows,)``.
+        names: of the logs.
+    """
+
+    errors: dict[str, Array]
+    floor: dict[str, float]
+    features: dict[str, Array]
+    log: NDArray[np.int64]
+    group: NDArray[np.int64]
+    start: Array
+    end: Array
+    names: tuple[str, ...]
+
+
+def window_errors(
+    model: Equations | DynamicsModel, data: Dataset | Trajectory, horizon: float = HORIZON
+) -> WindowErrors:
+    """Errors at the end of windows, with what a person would say of them.
+
+    Args:
+        model: predicts in float64, with the data's columns.
+        data: logs.
+        horizon: length of the windows in s; the longest that the logs allow if that is shorter.
+
+    Raises:
+        ShapeError: when columns or time steps differ, or no log is long enough for a window.
+    """
+    predictor, dataset = prepared(model, long_enough(data))
+    longest = max(len(trajectory) for trajectory in dataset) - ROWS
+    steps = max(1, min(round(horizon / dataset.dt), longest))
+    layout, parts = dataset.layouts.state, []
+    for index, trajectory in enumerate(dataset):
+        if len(trajectory) < ROWS + steps:
+            continue
+        windows = predict_windows(predictor, trajectory, steps)
+        tangent = layout.difference(windows.predicted[:, -1], windows.measured[:, -1]).numpy()
+        said = {name: over_windows(values, windows.rows, steps) for name, values in features(trajectory).items()}
+        parts.append((index, trajectory, windows.rows, tangent, said))
+    common = set.intersection(*(set(said) for *_, said in parts))
+    log = np.concatenate([np.full(len(rows), index) for index, _, rows, _, _ in parts])
+    start = np.concatenate([trajectory.time[rows] - trajectory.time[0] for _, trajectory, rows, _, _ in parts])
+    tangents = np.concatenate([tangent for *_, tangent, _ in parts])
+    channels = _channels(layout)
+    return WindowErrors(
+        errors={name: np.linalg.norm(tangents[:, places], axis=1) for name, places in channels.items()},
+        floor={name: _noise(dataset, places) for name, places in channels.items()},
+        features={name: np.concatenate([said[name] for *_, said in parts]) for name in UNITS if name in common},
+        log=log,
+        group=log if len(parts) > 1 else (start / BLOCK).astype(np.int64),
+        start=start,
+        end=start + steps * dataset.dt,
+        names=tuple(trajectory.name for trajectory in dataset),
+    )
+
+
+def _channels(layout: Layout) -> dict[str, list[int]]:
+    """Tangent positions of what is compared: positions and angles, which logs hold without differences."""
+    channels: dict[str, list[int]] = {}
+    for field, places in zip(layout.fields, places_of_fields(layout), strict=True):
+        own = list(places)
+        if field.name == "position" and VERTICAL in field.columns:
+            height = own[field.columns.index(VERTICAL)]
+            channels |= {"z": [height], "xy": [slot for slot in own if slot != height]}
+        elif field.name in ("position", "attitude"):
+            channels[field.name] = own
+        elif field.kind == "circle":
+            channels["yaw"] = own
+    return channels
+
+
+def _noise(dataset: Dataset, places: Sequence[int]) -> float:
+    """Norm of the noise of some tangent components, median over logs."""
+    long_enough = (one for one in dataset if len(one) > ROWS)
+    return float(np.median([np.linalg.norm(noise_level(tangents(one)[:, list(places)])) for one in long_enough]))

@@ -1,0 +1,143 @@
+"""How far a model's predictions are from a log: one step, k steps and free run, per channel, beside a floor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import isnan
+from typing import Any
+
+from sym2real.diagnosis.data.conditions import Region
+from sym2real.diagnosis.data.lengths import long_enough
+from sym2real.diagnosis.data.preparation import prepared
+from sym2real.diagnosis.data.start import ROWS, Start
+from sym2real.diagnosis.data.windows import HORIZONS, free_run_seconds
+from sym2real.diagnosis.errors.by_window import window_errors
+from sym2real.diagnosis.errors.floor import Floor, floor_of_noise
+from sym2real.diagnosis.errors.one_step import one_step_residuals
+from sym2real.diagnosis.errors.regions import Segment, Where, where_of, worst_segments
+from sym2real.diagnosis.errors.residuals import Residuals
+from sym2real.diagnosis.errors.skill import HorizonErrors, prediction_errors
+from sym2real.diagnosis.faults.report import DataReport, data_report
+from sym2real.errors import ShapeError
+from sym2real.protocols import DynamicsModel
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Dataset, Trajectory
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What :func:`compare` found.
+
+    Args:
+        one_step: errors one row ahead.
+        horizons: errors at the horizons asked for that the logs are long enough for.
+        free_run: errors after 2 s (car 5 s), or what the longest log allows.
+        start: how start states were found.
+        notes: what was done to the logs on the way in, and what was left out.
+        where: regions in which the errors are larger.
+        worst: stretches of logs whose errors stand out most from the noise of their channel.
+        data: what the logs are fit for.
+        floor: the part of the errors that the sensors' noise alone makes, at start and end.
+        residuals: what one-step residuals remember of themselves and of the commands.
+    """
+
+    one_step: HorizonErrors
+    horizons: tuple[HorizonErrors, ...]
+    free_run: HorizonErrors
+    start: Start
+    notes: tuple[str, ...] = ()
+    where: tuple[Where, ...] = ()
+    worst: tuple[Segment, ...] = ()
+    data: DataReport | None = None
+    floor: tuple[Floor, ...] = ()
+    residuals: Residuals | None = None
+
+    def at(self, horizon: float) -> HorizonErrors:
+        """Errors at the horizon nearest to ``horizon`` s."""
+        return min(self.horizons, key=lambda errors: abs(errors.horizon - horizon))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``--json`` prints (DESIGN.md, "Names that stay")."""
+        return {
+            "one_step": self.one_step.to_dict(),
+            "horizons": [errors.to_dict() for errors in self.horizons],
+            "free_run": self.free_run.to_dict(),
+            "floor": [one.to_dict() for one in self.floor],
+            "start": self.start,
+            "notes": list(self.notes),
+            "where": [one.to_dict() for one in self.where],
+            "worst": [one.to_dict() for one in self.worst],
+            "residuals": None if self.residuals is None else self.residuals.to_dict(),
+            "data": None if self.data is None else self.data.to_dict(),
+        }
+
+
+def compare(
+    model: Equations | DynamicsModel,
+    data: Dataset | Trajectory,
+    horizons: Sequence[float] = HORIZONS,
+    start: Start = "smoothed",
+    region: Region | None = None,
+) -> Comparison:
+    """Compare a model's predictions with measured trajectories.
+
+    Windows start every 0.1 s; errors are taken at their end; what was sent and what was known along the log drive
+    the prediction.
+
+    Args:
+        model: equations, or a model that predicts in float64.
+        data: logs whose columns and time step are those of the model (``read_log(…, layouts=…, dt=…)``).
+        horizons: in s; those longer than every log are left out, and ``notes`` says so.
+        start: "smoothed" from the ten rows up to the start, or the "measured" row.
+        region: range of every column in the model's training, to say whether it fails inside or outside.
+
+    Raises:
+        ShapeError: when columns or time steps differ, no log is long enough for a window, or a horizon is no step long.
+    """
+    logs = long_enough(data)
+    predictor, dataset = prepared(model, logs)
+    longest = max(len(trajectory) for trajectory in dataset) - ROWS
+    short = [horizon for horizon in horizons if round(horizon / dataset.dt) < 1]
+    if short:
+        raise ShapeError(f"expected horizons of at least one time step, {dataset.dt:g} s, found {short[0]:g} s")
+    reachable = [horizon for horizon in horizons if round(horizon / dataset.dt) <= longest]
+    free = min(round(free_run_seconds(dataset.layouts.state) / dataset.dt), longest)
+    steps = sorted({1, free, *(round(horizon / dataset.dt) for horizon in reachable)})
+    floor = floor_of_noise(predictor, dataset, steps, start)
+    table = dict(zip(steps, prediction_errors(predictor, dataset, steps, start, floor), strict=True))
+    equations = model if isinstance(model, Equations) else getattr(model, "equations", None)
+    about = data_report(logs, equations if isinstance(equations, Equations) else None)
+    errors = window_errors(predictor, dataset)
+    return Comparison(
+        one_step=table[1],
+        horizons=tuple(replace(table[round(horizon / dataset.dt)], horizon=horizon) for horizon in reachable),
+        free_run=table[free],
+        start=start,
+        notes=_notes(dataset, [one for one in horizons if one not in reachable], list(table.values())),
+        where=where_of(errors, region),
+        worst=worst_segments(errors),
+        data=about,
+        floor=floor,
+        residuals=one_step_residuals(model, logs, about.constant),
+    )
+
+
+def _notes(data: Dataset, left_out: Sequence[float], errors: Sequence[HorizonErrors]) -> tuple[str, ...]:
+    said: dict[str, list[str]] = {}
+    for trajectory in data:
+        for note in trajectory.notes:
+            said.setdefault(note, []).append(trajectory.name)
+    notes = [
+        f"{'all logs' if len(names) == len(data) > 1 else ', '.join(names)}: {note}" for note, names in said.items()
+    ]
+    lost = {name: one.horizon for one in errors[::-1] for name, error in one.errors.items() if isnan(error.value)}
+    if lost:
+        found = ", ".join(f"{name} {horizon:g} s ahead" for name, horizon in lost.items())
+        notes.append(f"the model predicts no number of {found}: check the units of its commands and its parameters")
+    if left_out:
+        notes.append(f"no log is long enough for horizons {left_out} s")
+    few = [f"{one.windows} {one.horizon:g} s ahead" for one in errors if one.too_few]
+    if few:
+        notes.append(f"too few windows for fit or skill: {', '.join(few)}")
+    return tuple(notes)

@@ -1,0 +1,163 @@
+"""Errors that remain however good the model is: noise of the start and of the end, and small pushes in between.
+
+The start of a window is estimated from noisy rows. How far off it is, is found by drawing the sensors' noise once more
+on top of the log and estimating again (a parametric bootstrap), so that the estimator is measured with its choices.
+That error and the disturbances of the whitening go through the model's Jacobian to the end of the window, where a
+noisy row is what a prediction is held against:
+
+    floor² = E‖J_x δ‖² + Σ q_d² ‖J_d‖² + σ²        per channel
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from sym2real.diagnosis.data.segments import Segments, compared_components, segment_length
+from sym2real.diagnosis.data.start import ROWS, Start, start_states
+from sym2real.diagnosis.data.windows import channel_name, channel_units, predict_windows
+from sym2real.diagnosis.errors.rungs import Stage, windows_of
+from sym2real.diagnosis.errors.sensor_noise import SensorNoise
+from sym2real.diagnosis.estimate.whitening import PIECES, Whitening, disturbances
+from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.layout import Layout
+from sym2real.protocols import DynamicsModel
+from sym2real.trajectory import Dataset
+
+DRAWS = 4
+MOST_WINDOWS = 60
+# In s: windows for the floor of noise start this often, which is seldom enough not to cost more than the errors do.
+STRIDE = 0.2
+
+
+@dataclass(frozen=True)
+class Floor:
+    """Smallest error that any model can reach one horizon (s) ahead: by channel, its root mean square and unit."""
+
+    horizon: float
+    errors: Mapping[str, tuple[float, str]]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The entry of ``floor`` in DESIGN.md, "Names that stay"."""
+        errors = {channel: {"value": value, "unit": unit} for channel, (value, unit) in self.errors.items()}
+        return {"horizon": self.horizon, "errors": errors}
+
+
+def floor_of_noise(
+    model: DynamicsModel, data: Dataset, steps: Sequence[int], start: Start = "smoothed", seed: int = 0
+) -> tuple[Floor, ...]:
+    """The part of the floor that the sensors' noise makes: for any model, whatever disturbs the robot.
+
+    Third differences take fast motion for noise; no noise is larger than what a single step misses.
+
+    Args:
+        model: predicts in float64.
+        data: logs with the model's columns; those too short for the longest window take no part.
+        steps: lengths of windows in rows.
+        start: how start states are estimated.
+        seed: of the noise that is drawn.
+    """
+    layout, rng, longest = data.layouts.state, np.random.default_rng(seed), max(steps)
+    noise = _no_larger_than_one_step(SensorNoise.of(data), model, data)
+    stride, row, moved = max(1, round(STRIDE / data.dt)), torch.as_tensor(noise.of_a_row).square(), []
+    for trajectory in data:
+        if len(trajectory) < ROWS + longest:
+            continue
+        plain = predict_windows(model, trajectory, longest, start, stride).predicted
+        for _ in range(DRAWS):
+            other = predict_windows(model, noise.added_to(trajectory, rng), longest, start, stride).predicted
+            moved.append(layout.difference(other, plain))
+    if not moved:
+        return ()
+    square = torch.cat(moved).square().mean(0) + row  # (longest, tangent)
+    return tuple(_floor(count * data.dt, layout, square[count - 1]) for count in steps)
+
+
+def _no_larger_than_one_step(noise: SensorNoise, model: DynamicsModel, data: Dataset) -> SensorNoise:
+    layout, missed = data.layouts.state, []
+    for trajectory in (one for one in data if len(one) > ROWS):
+        windows = predict_windows(model, trajectory, 1, "measured", stride=1)
+        missed.append(layout.difference(windows.predicted[:, 0], windows.measured[:, 0]))
+    together = torch.cat(missed)
+    if len(together) < 2:  # a single window has no deviation
+        return noise
+    most = together.std(0).numpy()
+    return noise.with_deviation(tuple(range(layout.tangent_size)), np.minimum(noise.deviation, most))
+
+
+def floor_of_explained(
+    library: Library,
+    data: Dataset,
+    values: Tensor,
+    whitening: Whitening,
+    horizons: Sequence[float],
+    *,
+    seed: int = 0,
+) -> tuple[Floor, ...]:
+    """The floor of a model that misses nothing but noise and small disturbances.
+
+    Args:
+        library: the equations with every effect in them.
+        data: logs that the ladder is scored on.
+        values: parameter set of the fully explained model ``# (P,)``.
+        whitening: what noise and disturbances are.
+        horizons: in s.
+        seed: of the noise that is drawn.
+    """
+    steps = [round(horizon / library.equations.dt) for horizon in horizons]
+    windows = windows_of(data, max(steps)) if steps else None
+    if windows is None:
+        return ()
+    windows = windows.some(MOST_WINDOWS)
+    layout, problem = windows.layout, Problem(library, data, windows)
+    noise = SensorNoise.of(data).with_deviation(compared_components(layout)[0], whitening.sensor.numpy())
+    deviations = _start_deviations(data, windows, noise, np.random.default_rng(seed))  # (W, D, n)
+    started = torch.einsum("wri,wdi->wrd", problem.start_jacobian(values), deviations).square().mean(-1)
+    pushes = disturbances(library.equations)
+    pieces = max(1, round(max(steps) * PIECES / segment_length(layout)))
+    power = torch.tensor([whitening.pushes[name] / size for name, size in pushes], dtype=torch.float64)
+    pushed = (problem.push_jacobian(values, pushes, pieces) * power[:, None]).square().sum((-1, -2))
+    square = (started + pushed).mean(0).reshape(windows.length, -1) + torch.as_tensor(noise.of_a_row).square()
+    return tuple(_floor(horizon, layout, square[count]) for horizon, count in zip(horizons, steps, strict=True))
+
+
+def no_higher_than_reached(floor: Sequence[Floor], stages: Sequence[Stage]) -> tuple[Floor, ...]:
+    """The floor, nowhere above the lowest error of a ladder: what a model has reached can be reached.
+
+    Variances that were estimated too large raise the floor; motors sampled fast made it four times what was reached.
+    """
+    lowered = []
+    for one in floor:
+        reached = [stage.horizons[one.horizon] for stage in stages if one.horizon in stage.horizons]
+        errors = {
+            channel: (min([value, *(found[channel].value for found in reached)]), unit)
+            for channel, (value, unit) in one.errors.items()
+        }
+        lowered.append(Floor(one.horizon, errors))
+    return tuple(lowered)
+
+
+def _start_deviations(data: Dataset, windows: Segments, noise: SensorNoise, rng: np.random.Generator) -> Tensor:
+    """How far starts move when the noise is drawn once more ``# (W, DRAWS, tangent)``."""
+    found = torch.zeros(len(windows), DRAWS, windows.layout.tangent_size, dtype=torch.float64)
+    for index, trajectory in enumerate(data):
+        mine = windows.log == index
+        if not mine.any():
+            continue
+        for draw in range(DRAWS):
+            again = torch.as_tensor(start_states(noise.added_to(trajectory, rng), windows.row[mine]))
+            found[torch.as_tensor(mine), draw] = windows.layout.difference(again, windows.start[torch.as_tensor(mine)])
+    return found
+
+
+def _floor(horizon: float, layout: Layout, square: Tensor) -> Floor:
+    """From mean squares per tangent component."""
+    units, parts = channel_units(layout), square.split([field.tangent_size for field in layout.fields])
+    sizes = {channel_name(field): float(part.sum().sqrt()) for field, part in zip(layout.fields, parts, strict=True)}
+    return Floor(round(horizon, 6), {channel: (size, units[channel]) for channel, size in sizes.items()})

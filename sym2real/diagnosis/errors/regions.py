@@ -1,0 +1,238 @@
+"""Where a model fails, in terms a person uses: "where height is below 0.15 m the vertical error is 4.1× larger".
+
+The error of a window is the norm of a channel's prediction error at its end. For every channel and feature a tree with
+one feature, fitted to the logarithm of the error, cuts the feature's range into at most four pieces; the piece with
+the largest error is the statement. It is made only when the tree predicts logs that it has not seen (grouped
+cross-validation, R² > 0.15): a tree on the size of errors is weak evidence otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sym2real.diagnosis.data.conditions import UNITS, Region, training_range
+from sym2real.diagnosis.errors.by_window import HORIZON, WindowErrors, window_errors
+from sym2real.errors import DataError
+from sym2real.protocols import DynamicsModel
+from sym2real.symbolic import Equations
+from sym2real.symbolic.storage import TRAINING, training_of
+from sym2real.trajectory import Array, Dataset, Trajectory
+
+SHOWN = 0.15  # R² on unseen logs that a statement needs
+ALIKE = 0.05  # R² by which a plainer feature (earlier in the list) may be worse
+LARGER = 1.5  # least error ratio that is worth a statement
+MOST = 3
+DEPTH, LEAF = 2, 0.05  # of a tree; smallest piece as a part of the windows
+FEWEST_IN_LEAF = 8
+FOLDS = 5
+SAID = {"z": "vertical position", "xy": "horizontal position"}
+
+
+@dataclass(frozen=True)
+class Where:
+    """A region with larger errors.
+
+    Args:
+        statement: one sentence.
+        channel: "z", "xy", "position", "attitude", "yaw", ….
+        feature: what singles the region out.
+        low, high: its range, in the feature's unit.
+        ratio: root mean square error inside over outside.
+        coverage: part of the windows inside.
+        inside_training: whether the model's training reached there; None where nobody knows.
+    """
+
+    statement: str
+    channel: str
+    feature: str
+    low: float
+    high: float
+    ratio: float
+    coverage: float
+    inside_training: bool | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The entry of ``where`` in DESIGN.md, "Names that stay"."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A stretch of a log with a large error: times in s from the log's start, error in m, or rad for angles."""
+
+    log: str
+    start: float
+    end: float
+    channel: str
+    error: float
+
+    @property
+    def statement(self) -> str:
+        """One sentence a person reads."""
+        off = f"{SAID.get(self.channel, self.channel)} off by {self.error:.2g} {_unit(self.channel)}"
+        return f"{self.log} from {self.start:.1f} to {self.end:.1f} s: {off}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """An entry of ``worst`` in what ``compare --json`` prints."""
+        return {**asdict(self), "unit": _unit(self.channel), "statement": self.statement}
+
+
+def _unit(channel: str) -> str:
+    return "rad" if channel in ("attitude", "yaw") else "m"
+
+
+def training_region(folder: Path) -> dict[str, tuple[float, float]] | None:
+    """Range of every column in the training rows of a model folder; None where it does not say.
+
+    Raises:
+        DataError: when ``training.json`` cannot be read.
+    """
+    region = training_of(folder).get("region", {})
+    try:
+        return {column: (float(low), float(high)) for column, (low, high) in region.items()} or None
+    except (ValueError, AttributeError, TypeError, OverflowError) as error:
+        expected = "a JSON object with the range of every column under 'region'"
+        raise DataError(folder / TRAINING, expected, str(error)) from None
+
+
+def locate(
+    model: Equations | DynamicsModel,
+    data: Dataset | Trajectory,
+    region: Region | None = None,
+    horizon: float = HORIZON,
+) -> tuple[Where, ...]:
+    """At most three statements on where the errors are larger, the clearest first.
+
+    Args:
+        model: predicts in float64, with the data's columns.
+        data: logs.
+        region: range of every column in training (:func:`training_region`).
+        horizon: length of the windows in s; the longest that the logs allow if that is shorter.
+
+    Raises:
+        ShapeError: when no log is long enough for a window.
+    """
+    return where_of(window_errors(model, data, horizon), region)
+
+
+def where_of(errors: WindowErrors, region: Region | None = None) -> tuple[Where, ...]:
+    """Statements on errors at hand; see :func:`locate`."""
+    found: list[Where] = []
+    targets = {name: np.log(values + errors.floor[name]) for name, values in errors.errors.items()}
+    used: set[str] = set()
+    while len(found) < MOST:
+        scored = [
+            (_unseen_r2(values, targets[channel], errors.group), channel, feature)
+            for channel in targets
+            for feature, values in errors.features.items()
+            if feature not in used and np.ptp(values) > 0
+        ]
+        best = max((r2 for r2, *_ in scored), default=0.0)
+        if best <= SHOWN:
+            break
+        alike = [one for one in scored if one[0] >= max(best - ALIKE, SHOWN)]
+        _, channel, feature = min(alike, key=lambda one: (list(UNITS).index(one[2]), -one[0]))
+        used.add(feature)
+        statement = _statement(errors, channel, feature, targets[channel], region)
+        if statement is not None:
+            found.append(statement)
+        # What this feature explains, in any channel, is said.
+        targets = {name: target - _explained(errors.features[feature], target) for name, target in targets.items()}
+    return tuple(found)
+
+
+def _tree(values: Array, target: Array) -> Any:
+    from sklearn.tree import DecisionTreeRegressor  # noqa: PLC0415 — slow to import, and only needed here
+
+    leaf = max(FEWEST_IN_LEAF, round(LEAF * len(values)))
+    return DecisionTreeRegressor(max_depth=DEPTH, min_samples_leaf=leaf).fit(values[:, None], target)
+
+
+def _explained(values: Array, target: Array) -> Array:
+    predicted: Array = _tree(values, target).predict(values[:, None])
+    return predicted
+
+
+def _unseen_r2(values: Array, target: Array, group: NDArray[np.int64]) -> float:
+    """R² of a tree on groups that it has not seen."""
+    kinds = np.unique(group)
+    if len(kinds) < 2 or len(values) < 2 * FEWEST_IN_LEAF:
+        return 0.0
+    fold = np.searchsorted(kinds, group) % min(FOLDS, len(kinds))
+    predicted = np.empty_like(target)
+    for one in np.unique(fold):
+        unseen = fold == one
+        predicted[unseen] = _tree(values[~unseen], target[~unseen]).predict(values[unseen][:, None])
+    spread = np.square(target - target.mean()).sum()
+    return float(1.0 - np.square(target - predicted).sum() / spread) if spread > 0 else 0.0
+
+
+def _statement(errors: WindowErrors, channel: str, feature: str, target: Array, region: Region | None) -> Where | None:
+    values, size = errors.features[feature], errors.errors[channel]
+    inside = _worst_range(values, target)
+    if inside.all():
+        return None
+    ratio = float(np.sqrt(np.square(size[inside]).mean() / max(np.square(size[~inside]).mean(), 1e-300)))
+    if ratio < LARGER:
+        return None
+    low, high = float(values[inside].min()), float(values[inside].max())
+    known = None if region is None else training_range(feature, region)
+    trained = None if known is None else bool(known[0] <= np.median(values[inside]) <= known[1])
+    coverage = float(inside.mean())
+    words = _range_in_words(feature, low, high, values)
+    size_words = f"the {SAID.get(channel, channel)} error is {ratio:.1f}× larger"
+    said = f"where {words} {size_words}; {100 * coverage:.0f} % of the data"
+    if trained is not None:
+        said += f"; {'inside' if trained else 'outside'} the training region"
+    return Where(said, channel, feature, low, high, ratio, coverage, trained)
+
+
+def _worst_range(values: Array, target: Array) -> NDArray[np.bool_]:
+    """Windows of the tree's worst piece and of its neighbours that are more like it than like the mean."""
+    predicted = _explained(values, target)
+    order = np.argsort(values, kind="stable")
+    levels = predicted[order]
+    bad = levels >= 0.5 * (levels.max() + target.mean())
+    first = int(np.argmax(levels))
+    before, after = np.flatnonzero(~bad[:first]), np.flatnonzero(~bad[first:])
+    start = before[-1] + 1 if len(before) else 0
+    stop = first + after[0] if len(after) else len(levels)
+    inside = np.zeros(len(values), dtype=bool)
+    inside[order[start:stop]] = True
+    return inside
+
+
+def _range_in_words(feature: str, low: float, high: float, values: Array) -> str:
+    unit = UNITS[feature]
+    if low <= values.min():
+        return f"{feature} is below {high:.2g} {unit}"
+    if high >= values.max():
+        return f"{feature} is above {low:.2g} {unit}"
+    return f"{feature} is between {low:.2g} and {high:.2g} {unit}"
+
+
+def worst_segments(errors: WindowErrors, channels: Sequence[str] = (), count: int = MOST) -> tuple[Segment, ...]:
+    """The windows whose errors stand out most from the noise of their channel, the worst first; none overlap.
+
+    Args:
+        errors: of all windows.
+        channels: that are looked at; all by default.
+        count: most of them.
+    """
+    chosen = list(channels or errors.errors)
+    ratios = np.stack([errors.errors[channel] / errors.floor[channel] for channel in chosen])  # (channels, windows)
+    found: list[Segment] = []
+    for place in np.argsort(-ratios, axis=None):
+        channel, index = chosen[place // ratios.shape[1]], int(place % ratios.shape[1])
+        name, start, end = errors.names[errors.log[index]], float(errors.start[index]), float(errors.end[index])
+        if all(one.log != name or end <= one.start or start >= one.end for one in found):
+            found.append(Segment(name, start, end, channel, float(errors.errors[channel][index])))
+        if len(found) == count:
+            break
+    return tuple(found)

@@ -1,0 +1,186 @@
+"""What one-step residuals remember of themselves, and of the commands: a complete model leaves noise alone.
+
+The residual of a row is what was measured less what the model predicts from the measured row before it. White sensor
+noise enters two rows with opposite signs, so a negative correlation between neighbours accuses nobody; any other
+autocorrelation does. A residual that follows a command so many rows earlier shows a gain, a lag or a delay that the
+model lacks. Bands are those of :mod:`sym2real.diagnosis.errors.serial`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.stats import norm
+
+from sym2real.trajectory import Array
+
+CHANCE = 0.05
+# A command that answers the noise of a measured row meets it again in the residual up to this lag: a velocity by
+# differences has noise of two rows.
+ANSWERED = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Following:
+    """How a residual follows one command.
+
+    Args:
+        correlation: from ``-lags`` (the command comes after the residual) to ``lags`` rows earlier ``# (2·lags + 1,)``.
+        deviation: of every one of them if the two have nothing to do with each other.
+    """
+
+    correlation: Array
+    deviation: float
+
+    @property
+    def causal(self) -> Array:
+        """Lags from 0 on: the command of the step itself, then earlier ones ``# (lags + 1,)``."""
+        return self.correlation[len(self.correlation) // 2 :]
+
+    @property
+    def answers_noise(self) -> bool:
+        """Whether the next command goes with the residual, and the step's own against it, or the other way round.
+
+        Noise of a row stands in its own residual and, with the other sign, in the next; a controller answers it once
+        in between. A command that is merely slow goes with both alike.
+        """
+        after = self.correlation[len(self.correlation) // 2 - 1]
+        return bool(after * self.causal[0] < 0 and abs(after) > _bar(1) * self.deviation)
+
+
+@dataclass(frozen=True, eq=False)
+class Residual:
+    """One component's residuals.
+
+    Args:
+        deviation: standard deviation in ``unit``.
+        unit: m, rad, m/s or rad/s.
+        autocorrelation: 1 … lags rows apart ``# (lags,)``.
+        deviations: of the autocorrelations of what remembers at most one row ``# (lags,)``.
+        commands: how it follows each command that varies.
+    """
+
+    deviation: float
+    unit: str
+    autocorrelation: Array
+    deviations: Array
+    commands: dict[str, Following]
+
+    def worst(self) -> tuple[float, int]:
+        """Largest autocorrelation in deviations, and its lag; noise makes neighbours opposite, which does not count."""
+        size = np.abs(self.autocorrelation) / self.deviations
+        size[0] = max(self.autocorrelation[0] / self.deviations[0], 0.0)
+        return float(size.max()), int(size.argmax()) + 1
+
+
+@dataclass(frozen=True, eq=False)
+class Residuals:
+    """What :func:`~sym2real.diagnosis.errors.one_step.one_step_residuals` found.
+
+    Args:
+        dt: time between rows in s.
+        rows: of all logs together.
+        lags: longest lag in rows.
+        components: by name; those that the model predicts to the last digit are left out.
+    """
+
+    dt: float
+    rows: int
+    lags: int
+    components: dict[str, Residual]
+
+    @property
+    def white_bar(self) -> float:
+        """Deviations that the largest autocorrelation of all stays below in 95 % of complete models."""
+        return _bar(len(self.components) * self.lags)
+
+    @property
+    def command_bar(self) -> float:
+        """Deviations that the largest causal correlation with any command stays below, likewise."""
+        return _bar(sum(len(one.commands) for one in self.components.values()) * (self.lags + 1))
+
+    @property
+    def coloured(self) -> tuple[str, ...]:
+        """Components whose residual is not white beyond what noise makes, the clearest first."""
+        worst = {name: one.worst()[0] for name, one in self.components.items()}
+        return tuple(sorted((name for name in worst if worst[name] > self.white_bar), key=lambda name: -worst[name]))
+
+    def suspicious(self) -> dict[str, str]:
+        """Commands that a residual follows, each with the component that does so most clearly."""
+        found: dict[str, tuple[float, str]] = {}
+        for name, residual in self.components.items():
+            for command, one in residual.commands.items():
+                size = float(np.abs(one.causal).max()) / one.deviation
+                if size > max(self.command_bar, found.get(command, (0.0, ""))[0]):
+                    found[command] = size, name
+        return {command: name for command, (_, name) in found.items()}
+
+    def lines(self) -> list[str]:
+        """What a person should know, a sentence each."""
+        said = [self._following(name, command) for command, name in self.suspicious().items()]
+        if not self.components:
+            return said
+        if not self.coloured:
+            return ["the one-step residuals are white, but for what sensor noise makes", *said]
+        return [self._coloured(), *said]
+
+    def _coloured(self) -> str:
+        first = self.coloured[0]
+        one, (_, lag) = self.components[first], self.components[first].worst()
+        band = self.white_bar * one.deviations[lag - 1]
+        count = f"{len(self.coloured)} of {len(self.components)} components"
+        most = f"{first} most, {_rows(lag)} apart (r {one.autocorrelation[lag - 1]:.2f}, band {band:.2f})"
+        return f"the one-step residuals are not white in {count}: {most}"
+
+    def _following(self, name: str, command: str) -> str:
+        one = self.components[name].commands[command]
+        band = self.command_bar * one.deviation
+        extremes = (int(one.causal.argmax()), int(one.causal.argmin()))
+        # The later one first: a delay shows as what came so many rows earlier, less what comes now.
+        lags = sorted((lag for lag in extremes if abs(one.causal[lag]) > band), reverse=True)
+        names = (command, "it")
+        said = [
+            f"{_verb(one.causal[lag], what)} {_when(lag)} (r {one.causal[lag]:.2f})"
+            for lag, what in zip(lags, names, strict=False)
+        ]
+        noise = "; a loop that answers sensor noise may do that" if lags[0] <= ANSWERED and one.answers_noise else ""
+        return f"the residual of {name} {' and '.join(said)}, band {band:.2f}{noise}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object ``residuals`` that ``compare --json`` prints; bands are of 95 %, each lag for itself."""
+        pointwise = _bar(1)
+        components = {
+            name: {
+                "deviation": one.deviation,
+                "unit": one.unit,
+                "white": name not in self.coloured,
+                "autocorrelation": {
+                    "values": one.autocorrelation.tolist(),
+                    "band": (pointwise * one.deviations).tolist(),
+                },
+                "commands": {
+                    command: {"values": other.correlation.tolist(), "band": pointwise * other.deviation}
+                    for command, other in one.commands.items()
+                },
+            }
+            for name, one in self.components.items()
+        }
+        return {"dt": self.dt, "rows": self.rows, "lags": self.lags, "components": components, "lines": self.lines()}
+
+
+def _bar(tests: int) -> float:
+    return float(norm.isf(CHANCE / 2 / max(tests, 1)))
+
+
+def _rows(count: int) -> str:
+    return f"{count} row{'s' if count > 1 else ''}"
+
+
+def _when(lag: int) -> str:
+    return f"{_rows(lag)} earlier" if lag else "of the same row"
+
+
+def _verb(size: float, what: str) -> str:
+    return f"{'follows' if size > 0 else 'opposes'} {what}"

@@ -1,0 +1,168 @@
+"""Prediction errors on held-out logs: the base, then one effect after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from sym2real.diagnosis.data.segments import WARM_UP, Segments, compared_components
+from sym2real.diagnosis.data.start import ROWS, start_states
+from sym2real.diagnosis.data.windows import HORIZONS, STRIDE, channel_errors, channel_units
+from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.trajectory import Array, Dataset
+
+RESAMPLES = 200
+
+
+@dataclass(frozen=True)
+class StageError:
+    """Root mean square and mean of a channel's error norm over windows, with a 95 % interval over logs' blocks."""
+
+    value: float
+    mean: float
+    low: float
+    high: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A model of the ladder: errors by horizon and channel."""
+
+    model: str
+    horizons: dict[float, dict[str, StageError]]
+
+    def nearest(self, horizon: float) -> float:
+        """The horizon that is nearest to ``horizon`` s.
+
+        Raises:
+            ValueError: when there is none.
+        """
+        return min(self.horizons, key=lambda one: abs(one - horizon))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The entry of ``ladder`` in DESIGN.md, "Names that stay"."""
+        rows = [
+            {"horizon": horizon, "errors": {channel: asdict(error) for channel, error in errors.items()}}
+            for horizon, errors in self.horizons.items()
+        ]
+        return {"model": self.model, "horizons": rows}
+
+
+def windows_of(data: Dataset, steps: int, after: float = 0.0) -> Segments | None:
+    """Windows of so many steps that start every 0.1 s from what the rows before them say; None for short logs.
+
+    Args:
+        data: logs.
+        steps: rows from a window's start to its end.
+        after: part of every log behind which windows start.
+    """
+    layout, stride = data.layouts.state, max(1, round(STRIDE / data.dt))
+    pieces = []
+    for index, trajectory in enumerate(data):
+        rows = np.arange(_first_start(len(trajectory), after), len(trajectory) - steps, stride)
+        if len(rows):
+            measured = trajectory.state[rows[:, None] + np.arange(steps + 1)]
+            starts = start_states(trajectory, rows), start_states(trajectory, np.maximum(rows - WARM_UP, ROWS - 1))
+            pieces.append((np.full(len(rows), index), rows, *starts, measured))
+    if not pieces:
+        return None
+    log, rows, start, before, measured = (np.concatenate(parts) for parts in zip(*pieces, strict=True))
+    compared, channel = compared_components(layout, [field.name for field in layout.fields])
+    return Segments(
+        log=log,
+        row=rows,
+        start=torch.as_tensor(start),
+        before=torch.as_tensor(before),
+        measured=torch.as_tensor(measured),
+        layout=layout,
+        compared=compared,
+        channel=channel,
+        noise=np.ones(len(compared)),
+    )
+
+
+def _first_start(rows: int, after: float) -> int:
+    return max(ROWS - 1 + WARM_UP, round(after * rows))
+
+
+def horizons_for(data: Dataset, longest: float | None = None, after: float = 0.0) -> tuple[float, ...]:
+    """Horizons (s) that the logs are long enough for.
+
+    Args:
+        data: logs.
+        longest: none beyond this many seconds, and this one as well, or what the logs allow.
+        after: part of every log behind which windows start.
+    """
+    rows = max(len(trajectory) - 1 - _first_start(len(trajectory), after) for trajectory in data)
+    last = None if longest is None else min(longest, rows * data.dt)
+    wanted = HORIZONS if last is None else (*(one for one in HORIZONS if one < last), last)
+    return tuple(horizon for horizon in wanted if 1 <= round(horizon / data.dt) <= rows)
+
+
+def cut_said(horizons: Sequence[float], wanted: float | None) -> tuple[str, ...]:
+    """A sentence where the logs do not reach the longest horizon (s) that was wanted."""
+    longest = max(horizons, default=0.0)
+    if wanted is None or longest > wanted - 1e-9:
+        return ()
+    return (f"no held-out log is long enough for a horizon of {wanted:g} s: the ladder ends at {longest:g} s",)
+
+
+def ladder(
+    library: Library,
+    data: Dataset,
+    stages: Sequence[tuple[str, Tensor]],
+    fold_of: NDArray[np.int64] | None,
+    *,
+    horizons: Sequence[float],
+    after: float = 0.0,
+) -> list[Stage]:
+    """Errors of every stage at the horizons that the logs are long enough for.
+
+    Args:
+        library: effects in the base's equations.
+        data: held-out logs.
+        stages: name, and a parameter set per fold ``# (folds, P)``; one fold where the logs took no part in the fit.
+        fold_of: fold of each log; None for one fold.
+        horizons: in s, of :func:`horizons_for`.
+        after: part of every log behind which windows start.
+    """
+    steps = {one: round(one / library.equations.dt) for one in horizons}
+    if not steps:
+        return []
+    windows = windows_of(data, max(steps.values()), after)
+    if windows is None:
+        return []
+    problem = Problem(library, data, windows)
+    folds = torch.zeros(len(windows), dtype=torch.long)
+    if fold_of is not None:
+        folds = torch.as_tensor(fold_of)[torch.as_tensor(windows.log)].long()
+    found = []
+    for name, sets in stages:
+        mine = problem.states_by_segment(sets, folds if len(sets) > 1 else torch.zeros_like(folds))
+        table = {horizon: _errors(mine[:, count], windows, count) for horizon, count in steps.items()}
+        found.append(Stage(name, table))
+    return found
+
+
+def _errors(predicted: Tensor, windows: Segments, step: int) -> dict[str, StageError]:
+    units = channel_units(windows.layout)
+    errors = channel_errors(windows.layout, predicted, windows.measured[:, step])
+    return {channel: _summary(values, windows.log, units[channel]) for channel, values in errors.items()}
+
+
+def _summary(values: Array, log: NDArray[np.int64], unit: str) -> StageError:
+    """With an interval from resampling blocks of ten windows (1 s)."""
+    blocks = np.unique(log * 10_000 + np.arange(len(log)) // 10, return_inverse=True)[1]
+    sums = np.bincount(blocks, values**2)
+    counts = np.bincount(blocks).astype(float)
+    draws = np.random.default_rng(0).integers(0, len(sums), (RESAMPLES, len(sums)))
+    low, high = np.quantile(np.sqrt(sums[draws].sum(1) / counts[draws].sum(1)), (0.025, 0.975))
+    return StageError(float(np.sqrt(np.mean(values**2))), float(values.mean()), float(low), float(high), unit)

@@ -1,0 +1,73 @@
+"""Noise of the sensors, as a log shows it: how large it is, and drawn once more on top of the log."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+
+from sym2real.diagnosis.data.segments import component_noise
+from sym2real.diagnosis.data.tangent import places_of_columns
+from sym2real.trajectory import Array, Dataset, Trajectory
+
+# A velocity that differs from the change of the logged position by less than this part of its spread is that change.
+DIFFERENCED = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class SensorNoise:
+    """White noise on every tangent component; velocities that are differences of positions have theirs.
+
+    Args:
+        deviation: standard deviation per tangent component ``# (tangent,)``.
+        differenced: tangent place of each velocity that is the difference of a position, with that position's place.
+        dt: in s.
+    """
+
+    deviation: Array
+    differenced: dict[int, int]
+    dt: float
+
+    @classmethod
+    def of(cls, data: Dataset) -> SensorNoise:
+        """As third differences of the logs show it."""
+        places = places_of_columns(data.layouts.state)
+        pairs = {places[f"v{name}"]: place for name, place in places.items() if f"v{name}" in places}
+        columns = {place: name for name, place in places.items()}
+        found = {
+            velocity: position
+            for velocity, position in pairs.items()
+            if all(_is_difference(trajectory, columns[position], columns[velocity]) for trajectory in data)
+        }
+        return cls(component_noise(data), found, data.dt)
+
+    def with_deviation(self, places: tuple[int, ...], deviation: Array) -> SensorNoise:
+        """The same with other sizes for some components."""
+        changed = self.deviation.copy()
+        changed[list(places)] = deviation
+        return replace(self, deviation=changed)
+
+    @property
+    def of_a_row(self) -> Array:
+        """Standard deviation of one measured row ``# (tangent,)``."""
+        row = self.deviation.copy()
+        for velocity, position in self.differenced.items():
+            row[velocity] = np.sqrt(2.0) * self.deviation[position] / self.dt
+        return row
+
+    def added_to(self, trajectory: Trajectory, rng: np.random.Generator) -> Trajectory:
+        """The log with its noise drawn once more on top."""
+        layout = trajectory.layouts.state
+        drawn = rng.standard_normal((len(trajectory) + 1, layout.tangent_size)) * self.deviation
+        noise = drawn[1:].copy()
+        for velocity, position in self.differenced.items():
+            noise[:, velocity] = np.diff(drawn[:, position]) / self.dt
+        state = layout.retract(torch.as_tensor(trajectory.state), torch.as_tensor(noise)).numpy()
+        return replace(trajectory, state=state)
+
+
+def _is_difference(trajectory: Trajectory, position: str, velocity: str) -> bool:
+    changes = np.diff(trajectory.column(position)) / np.diff(trajectory.time)
+    logged = trajectory.column(velocity)[1:]
+    return bool(np.std(changes - logged) <= DIFFERENCED * max(float(np.std(logged)), 1e-9))

@@ -1,0 +1,170 @@
+"""Errors of windows summed up per channel: how large, and beside what: "hold", the mean, the floor of noise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+from typing import Any
+
+import numpy as np
+from torch import Tensor
+
+from sym2real.diagnosis.data.start import ROWS, Start
+from sym2real.diagnosis.data.windows import Windows, channel_errors, channel_units, predict_windows
+from sym2real.diagnosis.errors.floor import Floor
+from sym2real.layout import Layout
+from sym2real.protocols import DynamicsModel
+from sym2real.trajectory import Array, Dataset
+
+# Steps to the mean of rotations, each of which squares the error of the one before.
+MEAN_STEPS = 4
+# Windows begin every 0.1 s: over less than a second of starts a robot hardly moves, and what is large beside that is
+# not large.
+FEWEST_WINDOWS = 10
+
+
+@dataclass(frozen=True)
+class ChannelError:
+    """Error of one channel at the end of windows.
+
+    Args:
+        value: root mean square over windows of the channel's norm, in ``unit``.
+        mean: mean over windows.
+        median: median over windows.
+        p95: 95th percentile over windows.
+        hold: root mean square error of predicting that nothing changes.
+        spread: standard deviation of what was measured about its mean in its log: the error of predicting that mean;
+            not a number where logs have fewer than ten windows on average.
+        floor: the part that the sensors' noise alone makes; not a number where no log is long enough to tell.
+        unit: m, rad, m/s or rad/s.
+        windows: how many these figures are over.
+    """
+
+    value: float
+    mean: float
+    median: float
+    p95: float
+    hold: float
+    spread: float
+    floor: float
+    unit: str
+    windows: int
+
+    @property
+    def skill(self) -> float:
+        """1 − value/hold: 1 is perfect, 0 no better than predicting that nothing changes.
+
+        Not a number of fewer than ten windows.
+        """
+        if self.windows < FEWEST_WINDOWS:
+            return math.nan
+        return 1.0 - self.value / self.hold if self.hold > 0 else 0.0
+
+    @property
+    def skill_mean(self) -> float:
+        """1 − value/spread: 1 is perfect, 0 no better than the mean; not a number where ``spread`` is none, or zero."""
+        return 1.0 - self.value / self.spread if self.spread > 0 else math.nan
+
+    @property
+    def fit(self) -> float:
+        """The same in %, as system identification counts: 100·(1 − RMSE/standard deviation)."""
+        return 100.0 * self.skill_mean
+
+    @property
+    def excess(self) -> float:
+        """Error beyond the floor, √(value² − floor²), in ``unit``."""
+        return math.nan if math.isnan(self.floor) else math.sqrt(max(self.value**2 - self.floor**2, 0.0))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The entry of a channel in what ``sym2real compare --json`` prints, where null is what is not a number."""
+        compared = {"skill": self.skill, "skill_mean": self.skill_mean, "fit": self.fit, "excess": self.excess}
+        return {**vars(self), **compared}
+
+
+@dataclass(frozen=True)
+class HorizonErrors:
+    """Errors of every channel one horizon (s) ahead."""
+
+    horizon: float
+    errors: dict[str, ChannelError]
+
+    @property
+    def windows(self) -> int:
+        """How many the errors are over."""
+        return next(iter(self.errors.values())).windows
+
+    @property
+    def too_few(self) -> bool:
+        """Whether the windows are too few for a fit."""
+        return any(math.isnan(error.spread) for error in self.errors.values())
+
+    def to_dict(self) -> dict[str, Any]:
+        """An entry of ``horizons`` in what ``sym2real compare --json`` prints."""
+        channels = {channel: error.to_dict() for channel, error in self.errors.items()}
+        return {"horizon": self.horizon, "windows": self.windows, "errors": channels}
+
+
+def prediction_errors(
+    model: DynamicsModel,
+    dataset: Dataset,
+    steps: Sequence[int],
+    start: Start,
+    floor: Sequence[Floor],
+) -> Iterable[HorizonErrors]:
+    """Errors so many rows ahead, in the order of ``steps``.
+
+    Args:
+        model: predicts in float64.
+        dataset: logs with the model's columns.
+        steps: lengths of windows in rows, none longer than every log.
+        start: how start states are estimated.
+        floor: of every length, or of none.
+    """
+    for step, lowest in zip_longest(steps, floor):
+        windows = [
+            predict_windows(model, trajectory, step, start) for trajectory in dataset if len(trajectory) >= ROWS + step
+        ]
+        yield _summary(windows, step, dataset, lowest)
+
+
+def _summary(windows: Sequence[Windows], step: int, dataset: Dataset, floor: Floor | None) -> HorizonErrors:
+    units = channel_units(dataset.layouts.state)
+    errors = [window.errors(step) for window in windows]
+    holds = [window.hold_errors(step) for window in windows]
+    off_means = [off_the_mean(window.layout, window.measured[:, step - 1]) for window in windows]
+    varied = sum(len(window.rows) for window in windows) >= FEWEST_WINDOWS * len(windows)
+    channels = {
+        channel: _channel_error(
+            np.concatenate([one[channel] for one in errors]),
+            np.concatenate([one[channel] for one in holds]),
+            np.concatenate([one[channel] for one in off_means]) if varied else None,
+            math.nan if floor is None else floor.errors[channel][0],
+            unit,
+        )
+        for channel, unit in units.items()
+    }
+    return HorizonErrors(round(step * dataset.dt, 6), channels)
+
+
+def off_the_mean(layout: Layout, states: Tensor) -> dict[str, Array]:
+    """Distance of states from their mean on the manifold, per channel ``# (windows,)``."""
+    middle = states[:1]
+    for _ in range(MEAN_STEPS):
+        middle = layout.retract(middle, layout.difference(states, middle.expand_as(states)).mean(0, keepdim=True))
+    return channel_errors(layout, states, middle.expand_as(states))
+
+
+def _channel_error(errors: Array, hold: Array, off_mean: Array | None, floor: float, unit: str) -> ChannelError:
+    return ChannelError(
+        value=float(np.sqrt(np.mean(errors**2))),
+        mean=float(errors.mean()),
+        median=float(np.median(errors)),
+        p95=float(np.quantile(errors, 0.95)),
+        hold=float(np.sqrt(np.mean(hold**2))),
+        spread=math.nan if off_mean is None else float(np.sqrt(np.mean(off_mean**2))),
+        floor=floor,
+        unit=unit,
+        windows=len(errors),
+    )

@@ -1,0 +1,224 @@
+"""Joint Gauss–Newton fits of many hypotheses at once, and what their normal equations say of logs left out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from sym2real.diagnosis.data.parts import blocks_of, folds_of, logs_of
+from sym2real.diagnosis.estimate.whitening import Whitening
+from sym2real.diagnosis.predict.nuisance import Nuisance
+from sym2real.diagnosis.predict.sensitivity import Problem
+
+Free = tuple[tuple[int, ...], ...]
+NONE = Nuisance()
+
+LINE_SEARCH = (1.0, 0.4, 0.1)
+# Gauss–Newton steps of a hypothesis that competes.
+REFIT_STEPS = 4
+CONVERGED = 1e-4
+RIDGE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """Parameters that are free, and where a fit of them starts.
+
+    Args:
+        free: slots, those that move together in one tuple.
+        values: a whole parameter set ``# (P,)``.
+    """
+
+    free: Free
+    values: Tensor
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A hypothesis with its quadratic model per segment, in units of the parameters' scales.
+
+    Args:
+        free, values: as of a hypothesis.
+        held: nuisance parameters, free within bounds of their own, behind the others.
+        loss: whitened squares ``# (S,)``.
+        gradient: half its derivative ``# (S, A)``.
+        curvature: half its second derivative ``# (S, A, A)``.
+    """
+
+    free: Free
+    held: Free
+    values: Tensor
+    loss: Tensor
+    gradient: Tensor
+    curvature: Tensor
+
+    @property
+    def total(self) -> float:
+        """Whitened squares of all segments."""
+        return float(self.loss.sum())
+
+    @property
+    def whole(self) -> Free:
+        """All that is free."""
+        return (*self.free, *self.held)
+
+    def part(self, places: Sequence[int]) -> Fit:
+        """The same with some of the free parameters only, and the nuisance."""
+        index = [*places, *range(len(self.free), len(self.whole))]
+        return replace(
+            self,
+            free=tuple(self.free[i] for i in places),
+            gradient=self.gradient[:, index],
+            curvature=self.curvature[:, index][:, :, index],
+        )
+
+    def of_segments(self, which: Tensor) -> Fit:
+        """The same for some segments only."""
+        parts = (self.loss[which], self.gradient[which], self.curvature[which])
+        return Fit(self.free, self.held, self.values, *parts)
+
+
+@dataclass(frozen=True, eq=False)
+class Problems:
+    """A problem with what weighs it: whitening, folds of the cross-validation, blocks of the cluster-robust test.
+
+    Every hypothesis has the nuisance free beside its own parameters.
+    """
+
+    problem: Problem
+    whitening: Whitening
+    folds: NDArray[np.int64]
+    blocks: NDArray[np.int64]
+    nuisance: Nuisance = NONE
+
+    @classmethod
+    def of(cls, problem: Problem, whitening: Whitening, nuisance: Nuisance = NONE) -> Problems:
+        """With one fold per log and blocks of a second."""
+        dt = problem.library.equations.dt
+        return cls(problem, whitening, folds_of(problem.segments), blocks_of(problem.segments, dt), nuisance)
+
+    @property
+    def block_count(self) -> int:
+        """Number of blocks."""
+        return int(self.blocks.max()) + 1
+
+    @cached_property
+    def logs(self) -> NDArray[np.int64]:
+        """Log of every segment, by its number among those that have segments ``# (S,)``."""
+        return logs_of(self.problem.segments)
+
+    @property
+    def log_count(self) -> int:
+        """Number of logs that have segments."""
+        return int(self.logs.max()) + 1
+
+    def quadratics(self, hypotheses: Sequence[Hypothesis], *, with_nuisance: bool = True) -> list[Fit]:
+        """Losses and derivatives where the hypotheses stand."""
+        if not hypotheses:
+            return []
+        sets = torch.stack([one.values for one in hypotheses])
+        held = [self._held(one.free) if with_nuisance else () for one in hypotheses]
+        whole = [(*one.free, *others) for one, others in zip(hypotheses, held, strict=True)]
+        fits: list[Fit] = []
+        for one, others, columns in zip(hypotheses, held, self.problem.linearised(sets, whole), strict=True):
+            products = self.whitening.products(columns)
+            parts = (products[:, 0, 0], products[:, 1:, 0], products[:, 1:, 1:])
+            fits.append(Fit(one.free, others, one.values, *parts))
+        return fits
+
+    def _held(self, free: Free) -> Free:
+        taken = {slot for tied in free for slot in tied}
+        return tuple(tied for tied in self.nuisance.free if not taken & set(tied))
+
+    def fit(self, hypotheses: Sequence[Hypothesis], steps: int) -> list[Fit]:
+        """Gauss–Newton with a line search, all hypotheses in one rollout per step."""
+        fits = self.quadratics(hypotheses)
+        open_fits = [bool(one.whole) for one in fits]
+        for _ in range(steps):
+            waiting = [i for i, is_open in enumerate(open_fits) if is_open]
+            if not waiting:
+                break
+            trials = [self._moved(fits[i], part) for i in waiting for part in LINE_SEARCH]
+            losses = self.whitening.loss(self.problem.residuals(torch.stack(trials))).sum(1).reshape(len(waiting), -1)
+            better: list[tuple[int, Tensor]] = []
+            for row, i in enumerate(waiting):
+                best = int(losses[row].argmin())
+                gain = fits[i].total - float(losses[row, best])
+                open_fits[i] = gain > CONVERGED * fits[i].total
+                if gain > 0:
+                    better.append((i, trials[row * len(LINE_SEARCH) + best]))
+            renewed = self.quadratics([Hypothesis(fits[i].free, values) for i, values in better])
+            for (i, _), fit in zip(better, renewed, strict=True):
+                fits[i] = fit
+        return fits
+
+    def _moved(self, fit: Fit, part: float) -> Tensor:
+        step = solve(fit.curvature.sum(0), -fit.gradient.sum(0))
+        return self.moved(fit, step * part)
+
+    def moved(self, fit: Fit, step: Tensor) -> Tensor:
+        """Parameter set after a step ``# (A,)`` in units of scale, within bounds."""
+        values, scale = fit.values.clone(), self.problem.library.scale
+        index = [slot for tied in fit.whole for slot in tied]
+        owner = [place for place, tied in enumerate(fit.whole) for _ in tied]
+        low, high = self._bounds(fit)
+        moved = values[index] + step[owner] * scale[index]
+        values[index] = torch.minimum(torch.maximum(moved, low[owner]), high[owner])
+        return values
+
+    def _bounds(self, fit: Fit) -> tuple[Tensor, Tensor]:
+        """Of all that is free in a fit ``# (A,)`` each."""
+        low, high = (bound[[tied[0] for tied in fit.whole]] for bound in self.problem.library.bounds)
+        for place, tied in enumerate(fit.held, len(fit.free)):
+            number = self.nuisance.free.index(tied)
+            low[place], high[place] = self.nuisance.low[number], self.nuisance.high[number]
+        return low, high
+
+    def held_out(self, fit: Fit) -> Tensor:
+        """Loss of every fold under the parameters that the other folds give ``# (folds,)``.
+
+        Args:
+            fit: where its parameters are best, or the quadratic model's best is taken (bounds are heeded).
+        """
+        index = torch.as_tensor(self.folds)
+        count = int(index.max()) + 1
+        loss = torch.zeros(count, dtype=torch.float64).index_add(0, index, fit.loss)
+        size = len(fit.whole)
+        if not size:
+            return loss
+        gradient = torch.zeros(count, size, dtype=torch.float64).index_add(0, index, fit.gradient)
+        curvature = torch.zeros(count, size, size, dtype=torch.float64).index_add(0, index, fit.curvature)
+        others_g, others_h = gradient.sum(0) - gradient, curvature.sum(0) - curvature
+        step = self._within(fit, solve(others_h, -others_g))
+        quadratic = torch.einsum("fa,fab,fb->f", step, curvature, step)
+        return loss + 2 * (gradient * step).sum(1) + quadratic
+
+    def _within(self, fit: Fit, step: Tensor) -> Tensor:
+        """The step, cut where it leaves the bounds."""
+        low, high = self._bounds(fit)
+        index = [tied[0] for tied in fit.whole]
+        values, unit = fit.values[index], self.problem.library.scale[index]
+        return torch.minimum(torch.maximum(step, (low - values) / unit), (high - values) / unit)
+
+    def best_step(self, fit: Fit) -> Tensor:
+        """Step to the quadratic model's minimum within bounds ``# (A,)``."""
+        return self._within(fit, solve(fit.curvature.sum(0), -fit.gradient.sum(0)))
+
+
+def solve(matrix: Tensor, vector: Tensor) -> Tensor:
+    """Solutions with a hair of ridge, so that directions without weight stay put ``# (..., A, A), (..., A)``.
+
+    A robot of which nothing is found and nothing is free has no unknown, and so none to solve for.
+    """
+    if vector.shape[-1] == 0:
+        return vector
+    scale = matrix.diagonal(dim1=-2, dim2=-1).clamp_min(1e-300)
+    ridge = torch.diag_embed(RIDGE * scale + 1e-12 * scale.amax(-1, keepdim=True))
+    result: Tensor = torch.linalg.solve(matrix + ridge, vector)
+    return result

@@ -1,0 +1,116 @@
+"""Every effect fitted at once, held by priors: a model that misses little, though it may have the wrong reasons.
+
+What it leaves shows noise and small disturbances, from which the whitening is estimated. The parameters of a few
+thousand residuals are few dozen, so that fitting all of them takes less than a hundredth of the noise away.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from scipy.optimize import lsq_linear
+from torch import Tensor
+
+from sym2real.diagnosis.estimate.fit import CONVERGED, LINE_SEARCH, Fit, Free, Hypothesis, Problems
+from sym2real.diagnosis.predict.candidate import Candidate
+from sym2real.trajectory import Array
+
+# Gauss–Newton steps from the start, and from the result with another whitening.
+STEPS, AGAIN = 4, 2
+# Precision of a parameter beforehand, in units of its scale.
+PRIOR = 1.0
+# Part of the loss that an effect must save by itself to be in the fit when its null is no place to start from.
+STARTED = 0.02
+# Part of a curvature that may be rounding: what is left of it after the free starts of segments are projected out.
+ROUNDING = 1e-9
+
+
+def overfitted(problems: Problems, tried: Sequence[Candidate], start: Tensor, last: Tensor | None = None) -> Tensor:
+    """Parameter set ``# (P,)`` of the fit of everything.
+
+    Args:
+        problems: data with a first whitening.
+        tried: effects that compete.
+        start: where the fit starts, the mean of the priors ``# (P,)``.
+        last: result with an earlier whitening, to go on from ``# (P,)``.
+    """
+    smooth, others = ([one for one in tried if one.needs_start is flag] for flag in (False, True))
+    if last is not None:
+        kept = [one for one in others if last[one.free[0][0]] != start[one.free[0][0]]]
+        return _fitted(problems, [*smooth, *kept], _centre(start, last, kept), last, AGAIN)
+    away, started = _with_a_start(problems, others, start)
+    fits = [_fitted(problems, smooth, start, start, STEPS)]
+    if started:
+        fits.append(_fitted(problems, [*smooth, *started], away, away, STEPS))
+    losses = problems.whitening.loss(problems.problem.residuals(torch.stack(fits))).sum(1)
+    return fits[int(losses.argmin())]
+
+
+def _centre(start: Tensor, last: Tensor, kept: Sequence[Candidate]) -> Tensor:
+    """Means of the priors: those of effects whose null is infinitely far are where they have been found."""
+    centre, slots = start.clone(), [slot for one in kept for slot in one.slots]
+    centre[slots] = last[slots]
+    return centre
+
+
+def _fitted(problems: Problems, chosen: Sequence[Candidate], centre: Tensor, values: Tensor, steps: int) -> Tensor:
+    free = tuple(dict.fromkeys(tied for one in chosen for tied in one.free))
+    for _ in range(steps):
+        values, open_still = improved(problems, free, values, centre)
+        if not open_still:
+            break
+    return values
+
+
+def _with_a_start(problems: Problems, rivals: Sequence[Candidate], values: Tensor) -> tuple[Tensor, list[Candidate]]:
+    """The parameter set with the one rival that saves most by itself, if any saves much."""
+    trials = [(one, level) for one in rivals for level in one.starts]
+    if not trials:
+        return values, []
+    sets = values.repeat(len(trials) + 1, 1)
+    for row, (one, level) in enumerate(trials, 1):
+        sets[row, list(one.free[0])] = level
+    losses = problems.whitening.loss(problems.problem.residuals(sets)).sum(1)
+    best = int(losses[1:].argmin())
+    if float(losses[best + 1]) > (1 - STARTED) * float(losses[0]):
+        return values, []
+    return sets[best + 1], [trials[best][0]]
+
+
+def improved(problems: Problems, free: Free, values: Tensor, centre: Tensor) -> tuple[Tensor, bool]:
+    """One Gauss–Newton step within bounds, the prior's mean at ``centre``, and whether another is worth it."""
+    library = problems.problem.library
+    fit = problems.quadratics([Hypothesis(free, values)], with_nuisance=False)[0]
+    step = _bounded_step(problems, fit, centre)
+    trials = torch.stack([problems.moved(fit, step * part) for part in LINE_SEARCH])
+    slots = [tied[0] for tied in free]
+    away = (torch.cat([values[None], trials])[:, slots] - centre[slots]) / library.scale[slots]
+    losses = problems.whitening.loss(problems.problem.residuals(trials)).sum(1)
+    losses = torch.cat([fit.loss.sum()[None], losses]) + PRIOR * away.square().sum(1)
+    best = int(losses.argmin())
+    open_still = bool(losses[0] - losses[best] > CONVERGED * losses[0])
+    return torch.cat([values[None], trials])[best], open_still
+
+
+def _bounded_step(problems: Problems, fit: Fit, centre: Tensor) -> Tensor:
+    """Minimum of the quadratic model and the prior within bounds, as a step in units of scale ``# (A,)``."""
+    library, slots = problems.problem.library, [tied[0] for tied in fit.free]
+    values, unit = fit.values[slots], library.scale[slots]
+    curvature = fit.curvature.sum(0).numpy() + PRIOR * np.eye(len(slots))
+    gradient = fit.gradient.sum(0).numpy() + PRIOR * ((values - centre[slots]) / unit).numpy()
+    lower = lower_factor(curvature)
+    low, high = (((bound[slots] - values) / unit).numpy() for bound in library.bounds)
+    target = -np.linalg.solve(lower, gradient)
+    found = lsq_linear(lower.T, target, (np.minimum(low, -1e-12), np.maximum(high, 1e-12)), method="bvls")
+    return torch.as_tensor(found.x)
+
+
+def lower_factor(curvature: Array) -> Array:
+    """Cholesky factor ``# (A, A)`` of a curvature that rounding may have made indefinite.
+
+    Logs almost without noise weigh so much that rounding exceeds the prior.
+    """
+    lower = np.linalg.cholesky(curvature + ROUNDING * np.diag(curvature.diagonal()))
+    return np.asarray(lower, dtype=np.float64)

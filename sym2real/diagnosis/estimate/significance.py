@@ -1,0 +1,179 @@
+"""Whether parameters differ from none beyond chance: tests on blocks of a second, or on whole logs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from scipy import stats
+from torch import Tensor
+
+from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Fit, Hypothesis, Problems
+from sym2real.diagnosis.predict.candidate import Candidate
+
+# Small chances of a false alarm: per data set by blocks of a second, and for itself by whole logs, whose trim differs
+# from run to run, where there are so many logs; and blocks without which nobody can say.
+FALSE_ALARMS, BY_LOGS = 0.002, 0.01
+FEWEST_LOGS, FEWEST_BLOCKS = 6, 10
+# Part of the loss that chance does not take off every one of so many logs: by null data it takes a fiftieth of that.
+LARGE, SEVERAL = 0.1, 3
+
+
+def beyond_chance(problems: Problems, fit: Fit, one: Candidate, origin: Tensor, tried: int) -> bool:
+    """Whether a candidate's parameters differ from none beyond chance; with few blocks nobody can say.
+
+    Args:
+        problems: what was fitted.
+        fit: of the candidate and others, at its best.
+        one: the candidate.
+        origin: parameter set without effects ``# (P,)``.
+        tried: number of hypotheses that had a chance.
+    """
+    if problems.block_count < FEWEST_BLOCKS:
+        return True
+    if one.needs_start:  # its null is no value that a fit could be near: the loss itself is tested
+        values = fit.values.clone()
+        values[one.slots] = origin[one.slots]
+        rest = tuple(tied for tied in fit.free if tied not in one.free)
+        before = problems.fit([Hypothesis(rest, values)], REFIT_STEPS)[0]
+        if large_in_every_log(problems, before.loss, fit.loss):
+            return True
+        chance = chance_of_gain(problems, before.loss, fit.loss)
+    else:
+        neutral, places = _neutral(problems, fit, one, origin), [fit.free.index(tied) for tied in one.free]
+        chance = p_value(problems, fit, places, neutral)
+        enough = len(places) + 1 < FEWEST_LOGS <= problems.log_count
+        if enough and p_value(problems, fit, places, neutral, problems.logs) > BY_LOGS:
+            return False
+    return chance < FALSE_ALARMS / max(1, tried)
+
+
+def _neutral(problems: Problems, fit: Fit, one: Candidate, origin: Tensor) -> Tensor:
+    """Values of a candidate's parameters that need no effect ``# (free,)``."""
+    nearest = [problems.nuisance.nearest(tied, float(fit.values[tied[0]]), float(origin[tied[0]])) for tied in one.free]
+    return torch.tensor(nearest, dtype=torch.float64)
+
+
+def covariance(problems: Problems, fit: Fit, clusters: NDArray[np.int64] | None = None) -> Tensor:
+    """Cluster-robust covariance of the free parameters in units of their scale ``# (A, A)``.
+
+    Args:
+        problems: what was fitted.
+        fit: at its best.
+        clusters: of every segment, -1 for none ``# (S,)``; by default blocks of a second.
+    """
+    return clustered(fit.gradient, fit.curvature, problems.blocks if clusters is None else clusters)
+
+
+def clustered(gradient: Tensor, curvature: Tensor, clusters: NDArray[np.int64]) -> Tensor:
+    """Cluster-robust covariance of parameters at their best ``# (A, A)``.
+
+    Args:
+        gradient, curvature: half the loss's derivatives ``# (S, A), (S, A, A)``.
+        clusters: of every segment, -1 for none ``# (S,)``.
+    """
+    used = torch.as_tensor(clusters >= 0)
+    index = torch.as_tensor(clusters)[used]
+    count = int(clusters.max()) + 1
+    scores = gradient.new_zeros(count, gradient.shape[1]).index_add(0, index, gradient[used])
+    inflation = len(clusters) / max(1, int(used.sum()))
+    inverse = torch.linalg.pinv(curvature.sum(0), hermitian=True)
+    meat = (scores - scores.mean(0)).T @ (scores - scores.mean(0)) * inflation * count / max(1, count - 1)
+    result: Tensor = inverse @ meat @ inverse
+    return result
+
+
+def half_widths(problems: Problems, fit: Fit) -> Tensor:
+    """Half-widths of 95 % intervals of the free parameters in units of their scale ``# (A,)``.
+
+    The wider of two Student intervals: on blocks of a second, which are many, and on logs, which have a trim of their
+    own. A parameter that few logs tell has few degrees of freedom there: 1/Σ s² - 1, s the shares of the logs in its
+    variance (Satterthwaite's for unequal variances).
+
+    Args:
+        problems: what was fitted.
+        fit: at its best.
+    """
+    blocks = covariance(problems, fit).diagonal().clamp_min(0).sqrt()
+    half = blocks * float(stats.t.ppf(0.975, max(1, problems.block_count - 1)))
+    if problems.log_count < FEWEST_LOGS:
+        return half
+    log = torch.as_tensor(problems.logs)
+    inverse = torch.linalg.pinv(fit.curvature.sum(0), hermitian=True)
+    zeros = torch.zeros(problems.log_count, len(inverse), dtype=torch.float64)
+    moves = zeros.index_add(0, log, fit.gradient) @ inverse
+    shares = zeros.index_add(0, log, (inverse @ fit.curvature @ inverse).diagonal(dim1=1, dim2=2))
+    number = (shares.sum(0).square() / shares.square().sum(0).clamp_min(1e-300)).clamp_min(2.0)
+    deviation = (moves.square().sum(0) * number / (number - 1)).sqrt()
+    return torch.maximum(half, deviation * torch.as_tensor(stats.t.ppf(0.975, (number - 1).numpy())))
+
+
+def p_value(
+    problems: Problems, fit: Fit, places: Sequence[int], null: Tensor, clusters: NDArray[np.int64] | None = None
+) -> float:
+    """Probability of parameters this far from null by chance: Hotelling's test on clusters.
+
+    Args:
+        problems: what was fitted.
+        fit: at its best.
+        places: which of its free parameters.
+        null: their values without effect ``# (len(places),)``.
+        clusters: as of :func:`covariance`.
+    """
+    index = list(places)
+    slots = [fit.free[i][0] for i in index]
+    away = (fit.values[slots] - null) / problems.problem.library.scale[slots]
+    count = problems.block_count if clusters is None else len(np.unique(clusters[clusters >= 0]))
+    return chance_of(away, covariance(problems, fit, clusters)[index][:, index], count)
+
+
+def chance_of(away: Tensor, spread: Tensor, count: int) -> float:
+    """Probability of parameters this far from none by chance, by Hotelling's test.
+
+    Args:
+        away: the parameters ``# (A,)``.
+        spread: their covariance by clusters ``# (A, A)``.
+        count: number of clusters.
+    """
+    size = len(away)
+    if count <= size + 1:
+        return 1.0
+    squared = float(away @ torch.linalg.pinv(spread, hermitian=True) @ away)
+    freedom = count - size
+    return float(stats.f.sf(squared * freedom / (size * (count - 1)), size, freedom))
+
+
+def large_in_every_log(problems: Problems, before: Tensor, after: Tensor) -> bool:
+    """Whether several logs all lose a large part of their loss.
+
+    A rate limit acts for a second of a drive: the few blocks that it explains, however well, are too few for a test on
+    blocks, in most of which nothing changes but by what the other parameters move.
+
+    Args:
+        problems: what was fitted.
+        before, after: whitened squares per segment ``# (S,)``.
+    """
+    if problems.log_count < SEVERAL:
+        return False
+    log, zeros = torch.as_tensor(problems.logs), torch.zeros(problems.log_count, dtype=torch.float64)
+    old, new = (zeros.index_add(0, log, loss) for loss in (before, after))
+    return bool((new < (1 - LARGE) * old).all())
+
+
+def chance_of_gain(problems: Problems, before: Tensor, after: Tensor) -> float:
+    """Probability that a loss falls so widely by chance: Wilcoxon's one-sided signed-rank test on blocks.
+
+    Ranks, because a limit saves much in few blocks and little in many.
+
+    Args:
+        problems: what was fitted.
+        before, after: whitened squares per segment ``# (S,)``.
+    """
+    used = torch.as_tensor(problems.blocks >= 0)
+    gains = torch.zeros(problems.block_count, dtype=torch.float64)
+    gains = gains.index_add(0, torch.as_tensor(problems.blocks)[used], (before - after)[used])
+    if not bool(gains.any()):
+        return 1.0
+    return float(stats.wilcoxon(gains.numpy(), alternative="greater").pvalue)

@@ -1,0 +1,240 @@
+"""A force that swings: its frequency and its phase in every log, settled before the search, which then weighs its size.
+
+The likelihood of a frequency has as many peaks as a log has periods, so that no fit finds it from its null. What an
+over-fitted model leaves is therefore looked at frequency by frequency: a sine and a cosine of each force, constant over
+the pieces of a segment, beside a constant and a trend, by generalised least squares on the whitened residuals,
+
+    r + J (S sin ωt + C cos ωt + b₀ + b₁ t),        fall of the whitened squares by S and C, per log,
+
+a Lomb–Scargle periodogram in the metric of the fit (N. Lomb, Astrophys. Space Sci. 39 (1976) 447–462; with constant:
+M. Zechmeister, M. Kürster, A&A 496 (2009) 577–584). The highest peak counts if the sine that three quarters of a log
+give lowers the loss of the last quarter's blocks beyond chance, for all the frequencies that were looked at.
+
+What the robot itself does periodically looks periodic in everything that a model misses. So a frequency is passed over
+where the paths (of half the logs, because a swing is in all of them) swing by far more than such a force could move a
+free body, ω² |x| m > 3 |F|.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from sym2real.diagnosis.estimate.fit import Problems, solve
+from sym2real.diagnosis.estimate.significance import FALSE_ALARMS, FEWEST_BLOCKS, chance_of_gain
+from sym2real.diagnosis.estimate.whitening import PIECES, disturbances
+from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.effects.inputs import ANGLE
+from sym2real.effects.wrench import uses
+from sym2real.trajectory import Array, Dataset, Trajectory
+
+FORCES = ("fx", "fy", "fz")
+# Periods that the longest log must hold, and the fastest swing in periods per piece of a segment.
+PERIODS, FASTEST = 3.0, 0.25
+# Steps of a frequency in units of 1/duration, and finer ones about the peak.
+OVERSAMPLED, FINE = 3, 10
+# Motion beyond what the force does to a free body that a controller near its resonance may add.
+OWN_MOTION = 3.0
+QUARTERS = 4
+
+
+@dataclass(frozen=True)
+class Swing:
+    """A frequency, and where in its period every log begins.
+
+    Args:
+        omega, deviation: rad/s, and its standard deviation.
+        phases: of every log at its first row, rad.
+    """
+
+    omega: float
+    deviation: float
+    phases: tuple[float, ...]
+
+    def in_data(self, data: Dataset) -> Dataset:
+        """The logs with the angle of the swing in the middle of every step as a column."""
+        return Dataset(self._in_log(log, phase) for log, phase in zip(data, self.phases, strict=True))
+
+    def _in_log(self, log: Trajectory, phase: float) -> Trajectory:
+        angle = self.omega * (log.time - log.time[0] + log.dt / 2) + phase
+        return replace(log, extra={**log.extra, ANGLE: angle})
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """Forces on pieces of segments, whitened.
+
+    Args:
+        time: middle of each piece since its log's start, s ``# (S, P)``.
+        gradient, curvature: of half the whitened squares by the force on each piece ``# (S, D, P), (S, D, P, D, P)``.
+        log: of every segment ``# (S,)``.
+    """
+
+    time: Tensor
+    gradient: Tensor
+    curvature: Tensor
+    log: NDArray[np.int64]
+
+    def normal(self, omegas: Sequence[float]) -> tuple[Tensor, Tensor]:
+        """Gradient and curvature by sine, cosine, constant and trend of each force, at every frequency.
+
+        ``# (F, S, 4·D), (F, S, 4·D, 4·D)``
+        """
+        angle = torch.tensor(omegas, dtype=torch.float64)[:, None, None] * self.time
+        scaled = (self.time / self.time.max()).expand_as(angle)
+        shapes = torch.stack([angle.sin(), angle.cos(), torch.ones_like(angle), scaled], dim=-1)  # (F, S, P, 4)
+        gradient = torch.einsum("sdp,fspk->fskd", self.gradient, shapes).flatten(2)
+        half = torch.einsum("sdpeq,fsql->fsdpel", self.curvature, shapes)
+        curvature = torch.einsum("fspk,fsdpel->fskdle", shapes, half)
+        return gradient, curvature.reshape(*gradient.shape, gradient.shape[-1])
+
+    def by_log(self, omegas: Sequence[float]) -> tuple[Tensor, Tensor]:
+        """The same, added up over the segments of each log that has any ``# (F, L, 4·D), (F, L, 4·D, 4·D)``."""
+        logs, place = np.unique(self.log, return_inverse=True)
+        index = torch.as_tensor(place)
+        gradient, curvature = self.normal(omegas)
+        return (
+            gradient.new_zeros(len(omegas), len(logs), gradient.shape[-1]).index_add(1, index, gradient),
+            curvature.new_zeros(len(omegas), len(logs), *curvature.shape[-2:]).index_add(1, index, curvature),
+        )
+
+
+def find_swing(problems: Problems, values: Tensor, competitors: int) -> Swing | None:
+    """The swing that the residuals hold beyond chance, if there is one.
+
+    Args:
+        problems: data and their whitening; the equations have forces among their inputs.
+        values: parameter set of a fit that leaves little ``# (P,)``.
+        competitors: number of other hypotheses.
+    """
+    problem = problems.problem
+    names = [name for name in FORCES if uses(problem.library.equations, name)]
+    if not names or problems.block_count < FEWEST_BLOCKS:
+        return None
+    rows, grid = _rows(problems, values, names), _frequencies(problem)
+    if not len(grid):
+        return None
+    mass = problem.library.equations.numbers.get("mass", 1.0)
+    highest = (grid[place] for place in np.argsort(-_falls(rows, grid)))
+    omega = next((one for one in highest if not _own_motion(problem.data, one, mass, _size(rows, one))), None)
+    if omega is None:
+        return None
+    step = grid[1] - grid[0] if len(grid) > 1 else 0.1 * omega
+    fine = omega + step * np.arange(-FINE, FINE + 1) / FINE
+    omega = float(fine[_falls(rows, fine).argmax()])
+    looks = max(1, len(grid) // OVERSAMPLED)
+    if _chance(rows, problems, omega) > FALSE_ALARMS / max(1, competitors) / looks:
+        return None
+    return Swing(omega, _deviation(rows, omega, step / FINE), _phases(rows, omega, len(problem.data)))
+
+
+def _rows(problems: Problems, values: Tensor, names: list[str]) -> _Rows:
+    problem, whitening = problems.problem, problems.whitening
+    sizes = dict(disturbances(problem.library.equations))
+    pushes = [(name, sizes.get(name, 0.01)) for name in names]
+    jacobian = problem.push_jacobian(values, pushes, PIECES)  # (S, R, D, P)
+    jacobian = jacobian / torch.tensor([size for _, size in pushes], dtype=torch.float64)[:, None]
+    residual = problem.residuals(values[None])[0]
+    products = whitening.products(torch.cat([residual[..., None], jacobian.flatten(-2)], dim=-1))
+    count = len(residual)
+    segments, dt = problem.segments, problem.library.equations.dt
+    edges = segments.edges(PIECES)
+    middle = (segments.row[:, None] + (edges[1:] + edges[:-1])[None] / 2) * dt
+    shape = (count, len(names), PIECES)
+    return _Rows(
+        torch.as_tensor(middle),
+        products[:, 0, 1:].reshape(shape),
+        products[:, 1:, 1:].reshape(*shape, *shape[1:]),
+        segments.log,
+    )
+
+
+def _frequencies(problem: Problem) -> Array:
+    """Candidates in rad/s."""
+    dt = problem.library.equations.dt
+    longest = max(len(log) for log in problem.data) * dt
+    piece = (problem.segments.length - 1) * dt / PIECES
+    first, last = 2 * np.pi * PERIODS / longest, 2 * np.pi * FASTEST / piece
+    return np.arange(first, last, 2 * np.pi / longest / OVERSAMPLED)
+
+
+def _falls(rows: _Rows, omegas: Array) -> Array:
+    """Of the whitened squares by sine and cosine beyond constant and trend, over all logs ``# (F,)``."""
+    gradient, curvature = rows.by_log(omegas.tolist())
+    half = gradient.shape[-1] // 2
+    rest, inner = gradient[..., half:], curvature[..., half:, half:]
+    falls: Array = (
+        (gradient * solve(curvature, gradient)).sum((1, 2)) - (rest * solve(inner, rest)).sum((1, 2))
+    ).numpy()
+    return falls
+
+
+def _waves(rows: _Rows, omega: float) -> Tensor:
+    """Sine's and cosine's coefficients of every log in N ``# (logs, 2, D)``."""
+    gradient, curvature = rows.by_log([omega])
+    waves = -solve(curvature, gradient)[0]
+    return waves.reshape(len(waves), 4, -1)[:, :2]
+
+
+def _size(rows: _Rows, omega: float) -> float:
+    """Root mean square over logs of the swing's amplitude, N."""
+    return float(_waves(rows, omega).square().sum((1, 2)).mean().sqrt())
+
+
+def _phases(rows: _Rows, omega: float, logs: int) -> tuple[float, ...]:
+    """Of every log, along the direction that the logs share; zero for logs without segments."""
+    waves = _waves(rows, omega)
+    along = torch.linalg.eigh(torch.einsum("lkd,lke->de", waves, waves))[1][:, -1]
+    along = along * along[along.abs().argmax()].sign()
+    sine, cosine = (waves @ along).unbind(1)
+    found = dict(zip(np.unique(rows.log).tolist(), torch.atan2(cosine, sine).tolist(), strict=True))
+    return tuple(found.get(log, 0.0) for log in range(logs))
+
+
+def _own_motion(data: Dataset, omega: float, mass: float, force: float) -> bool:
+    """Whether the robot's path swings by more at this frequency than such a force could move a free body."""
+    squares = []
+    for log in data:
+        time = log.time - log.time[0]
+        names = [name for name in ("x", "y", "z") if name in log.layouts.state]
+        path = np.stack([log.column(name) for name in names], axis=1)
+        shapes = np.stack([np.sin(omega * time), np.cos(omega * time), np.ones(len(time)), time], axis=1)
+        # A window, because slow motion is large beside this one and its side lobes would hide it.
+        window = np.hanning(len(time))[:, None]
+        squares.append(np.square(np.linalg.lstsq(window * shapes, window * path, rcond=None)[0][:2]).sum())
+    return float(omega**2 * np.sqrt(np.median(squares)) * mass) > OWN_MOTION * force
+
+
+def _chance(rows: _Rows, problems: Problems, omega: float) -> float:
+    """Probability that quarters of logs tell each other so much by chance: signed ranks of gains of blocks."""
+    gradient, curvature = (one[0] for one in rows.normal([omega]))
+    half, gains = gradient.shape[1] // 2, torch.zeros(len(gradient), dtype=torch.float64)
+    for log in np.unique(rows.log):
+        mine = np.flatnonzero(rows.log == log)
+        for part in np.array_split(mine, QUARTERS):
+            rest = torch.as_tensor(np.setdiff1d(mine, part))
+            if not len(part) or not len(rest):
+                continue
+            g, h = gradient[rest].sum(0), curvature[rest].sum(0)
+            plain = torch.cat([torch.zeros(half, dtype=torch.float64), -solve(h[half:, half:], g[half:])])
+            gains[part] = _changes(gradient[part], curvature[part], plain) - _changes(
+                gradient[part], curvature[part], -solve(h, g)
+            )
+    return chance_of_gain(problems, gains, torch.zeros_like(gains))
+
+
+def _changes(gradient: Tensor, curvature: Tensor, step: Tensor) -> Tensor:
+    """Of the whitened squares of every segment by a step ``# (S,)``."""
+    return 2 * gradient @ step + torch.einsum("a,sab,b->s", step, curvature, step)
+
+
+def _deviation(rows: _Rows, omega: float, step: float) -> float:
+    """Standard deviation of the frequency, from the curvature of the squares about their minimum."""
+    below, here, above = _falls(rows, omega + step * np.array([-1.0, 0.0, 1.0])).tolist()
+    curvature = (2 * here - below - above) / step**2
+    return float((2.0 / curvature) ** 0.5) if curvature > 0 else step

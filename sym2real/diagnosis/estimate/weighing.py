@@ -1,0 +1,205 @@
+"""What comes before any search: the base's own faults, candidates, and the covariance that weighs errors."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+import torch
+
+from sym2real.diagnosis.estimate.calibrate import Calibration, calibrated
+from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.overfit import overfitted
+from sym2real.diagnosis.estimate.refine import refined
+from sym2real.diagnosis.estimate.simulator import SWITCHED_OFF, flown_along, with_effects_of
+from sym2real.diagnosis.estimate.swing import Swing, find_swing
+from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate
+from sym2real.diagnosis.faults.checking import Examined, Question
+from sym2real.diagnosis.faults.sanity import Checked
+from sym2real.diagnosis.predict.candidate import Candidate, candidates, library_for, swings, with_inputs_of
+from sym2real.diagnosis.predict.competitors import NotTried, competing
+from sym2real.diagnosis.predict.library import SWINGING, Library
+from sym2real.diagnosis.predict.nuisance import nuisance_of
+from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.predict.unpredicted import unpredicted_said
+from sym2real.plants import MujocoPlant
+from sym2real.robots import PER_KILOGRAM
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Dataset
+
+NO_SWING = "nothing in these logs swings at a frequency that is not the path's"
+
+# Times that variances are estimated from over-fitted residuals, each over-fit weighed by the last estimate.
+ROUNDS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Refined:
+    """A model whose constants fit whole pieces of what the plain simulator does.
+
+    Args:
+        examined: what was asked, and the checked data.
+        model: the base without its command filters, which have acted on the data.
+        library: its equations with every candidate in them.
+        searched: the same with the refined base, on which hypotheses compete.
+        plant: the plain simulator with the effects that the model has already, if there is one.
+        flown: the logs' manoeuvres in it, where it can fly them.
+        notes: remarks on data and method.
+    """
+
+    examined: Examined
+    model: Equations
+    library: Library
+    searched: Library
+    plant: MujocoPlant | None
+    flown: Dataset | None
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Weighed:
+    """Segments of the data, and the covariance of what a fully explained model leaves of them.
+
+    Args:
+        refined: what hypotheses compete on.
+        checked: the data, with the phase of a force that swings if one was found.
+        tried: what competes.
+        problem: predictions of all segments.
+        spread, whitening: the covariance.
+        swing: frequency and phases of a force that swings.
+    """
+
+    refined: Refined
+    checked: Checked
+    tried: tuple[Candidate, ...]
+    problem: Problem
+    spread: Spread
+    whitening: Whitening
+    swing: Swing | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A model against checked data, ready for hypotheses.
+
+    Args:
+        question: what was asked.
+        model: the base without its command filters, which have acted on the data.
+        checked: the data, faults undone.
+        scored: the logs that score what is found.
+        library: the model's equations with every candidate in them; hypotheses compete on a refined base.
+        tried: what competes.
+        problems: data, whitening, folds.
+        spread: what shapes the covariance.
+        origin: parameter set from which effects are counted: null, or what calibration says of the base ``# (P,)``.
+        calibration: the base against the plain simulator; None without one.
+        notes: remarks on data and method.
+        plant: the plain simulator with the effects that the model has already, if there is one.
+        swing: frequency and phases of a force that swings, if one was found.
+        not_tried: effects that do not compete, and why.
+    """
+
+    question: Question
+    model: Equations
+    checked: Checked
+    scored: Dataset
+    library: Library
+    tried: tuple[Candidate, ...]
+    problems: Problems
+    spread: Spread
+    origin: torch.Tensor
+    calibration: Calibration | None
+    notes: tuple[str, ...]
+    plant: MujocoPlant | None
+    swing: Swing | None
+    not_tried: tuple[NotTried, ...]
+
+    @property
+    def whitening(self) -> Whitening:
+        """Noise and disturbances of the logs."""
+        return self.problems.whitening
+
+
+def refine_base(examined: Examined) -> Refined:
+    """The logs' manoeuvres flown in the plain simulator, and the base's constants fitted to that."""
+    question, checked, model = examined.question, examined.checked, examined.question.model
+    plant, uncalibrated = with_effects_of(model, question.plant)
+    flown = None
+    if not question.calibrate:
+        uncalibrated = SWITCHED_OFF
+    elif plant is not None:
+        flown, uncalibrated = flown_along(model, plant, checked.data)
+    notes = (*checked.notes, *units_said(model), *([uncalibrated] if uncalibrated else []))
+    model = replace(model, filters=()) if model.filters else model
+    library = library_for(model, checked.data, question.exclude, question.include)
+    base = model if flown is None else refined(library, flown, checked.data)
+    own = base is model
+    searched = library if own else library_for(base, checked.data, question.exclude, question.include)
+    return Refined(examined, model, library, searched, plant, flown, notes)
+
+
+def weigh_errors(base: Refined) -> Weighed:
+    """Segments, noise and disturbances, and the phase of a force that swings."""
+    checked, searched = base.examined.checked, base.searched
+    tried, problem = candidates(searched, checked.data), Problem(searched, checked.data)
+    base = replace(base, notes=(*base.notes, *unpredicted_said(problem)))
+    spread, whitening, values = whiten(problem, tried)
+    swing = None
+    if any(name in SWINGING for name in searched.effects):
+        swing = find_swing(Problems.of(problem, whitening), values, len(tried))
+    if swing is not None:
+        checked = replace(checked, data=swing.in_data(checked.data))
+        tried, problem = candidates(searched, checked.data), Problem(searched, checked.data)
+        spread, whitening, _ = whiten(problem, tried)
+    return Weighed(base, checked, tried, problem, spread, whitening, swing)
+
+
+def calibrate_base(weighed: Weighed) -> Prepared:
+    """What the base itself gets wrong about the plain simulator, from which effects are counted."""
+    base, searched, question = weighed.refined, weighed.refined.searched, weighed.refined.examined.question
+    own = None if base.flown is None else calibrated(searched, weighed.tried, base.flown, weighed.whitening)
+    origin = searched.null if own is None else own.origin
+    logs = weighed.checked.data
+    return Prepared(
+        question=question,
+        model=base.model,
+        checked=weighed.checked,
+        scored=logs if question.held_out is None else base.examined.scored,
+        library=base.library,
+        tried=weighed.tried,
+        problems=Problems.of(weighed.problem, weighed.whitening, nuisance_of(searched, origin)),
+        spread=weighed.spread,
+        origin=origin,
+        calibration=own,
+        notes=base.notes,
+        plant=base.plant,
+        swing=weighed.swing,
+        not_tried=_not_tried(base.model, logs, question.exclude, question.include),
+    )
+
+
+def _not_tried(
+    model: Equations, data: Dataset, exclude: Collection[str], include: Sequence[str]
+) -> tuple[NotTried, ...]:
+    keys, others = competing(with_inputs_of(model, data), data, exclude)
+    calm = [NotTried(key, NO_SWING) for key in keys if key in SWINGING and not swings(data)]
+    return (*(one for one in others if one.effect not in include), *calm)
+
+
+def units_said(model: Equations) -> list[str]:
+    """What a reader of forces and masses must know, where nobody gave the robot's mass."""
+    return [note for note in model.notes if note == PER_KILOGRAM]
+
+
+def whiten(problem: Problem, tried: tuple[Candidate, ...]) -> tuple[Spread, Whitening, torch.Tensor]:
+    """The covariance of what a fully explained model leaves, from over-fitted residuals; and the over-fit itself."""
+    null, segments = problem.library.null, problem.segments
+    spread = Spread.of(problem, null)
+    whitening = estimate(spread, problem.residuals(null[None])[0], segments.noise, segments.channel, alike=True)
+    values = overfitted(Problems.of(problem, whitening), tried, null)
+    for left in reversed(range(ROUNDS)):
+        if left < ROUNDS - 1:
+            values = overfitted(Problems.of(problem, whitening), tried, null, values)
+        residuals = problem.residuals(values[None])[0]
+        whitening = estimate(spread, residuals, segments.noise, segments.channel, alike=left == ROUNDS - 1)
+    return spread, whitening, values

@@ -1,0 +1,209 @@
+"""What a fully explained model would still miss: sensor noise, an unknown start, and small pushes of every kind.
+
+Per segment the residual's covariance is C = Σ σ_c² I_c + J_x P_x J_xᵀ + Σ q_d J_d J_dᵀ: noise of every channel, a start
+that is hardly known (its directions carry no weight then), and disturbances that are constant over a fifth of a
+segment. The variances σ², q maximise the likelihood of residuals that an over-fitted model leaves, by the
+multiplicative minorise–maximise step of H. Zhou et al., "MM algorithms for variance components models", J. Comp.
+Graph. Stat. 28 (2019): θ ← θ √(rᵀC⁻¹A C⁻¹r / tr C⁻¹A).
+
+Real logs have pieces in which something rare happens that no model of pushes foresees (a motor controller winds up, a
+wheel slips). Few of them must not decide, nor hide what all others obey: where the over-fitted residuals have heavy
+tails, each segment's covariance is C/g with the weight g that Student's t gives it, g = (ν + n)/(ν + rᵀC⁻¹r), its
+degrees of freedom ν by maximum likelihood. Gaussian residuals make ν infinite and every g one. Sources: K. Lange, R.
+Little, J. Taylor, "Robust statistical modeling using the t distribution", J. Am. Stat. Assoc. 84 (1989); weights
+divided by their mean, so that the scale converges: C. Liu, D. Rubin, Y. Wu, "Parameter expansion to accelerate EM",
+Biometrika 85 (1998).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import lgamma, log
+
+import torch
+from torch import Tensor
+
+from sym2real.diagnosis.estimate.variances import Products, most_likely
+from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.effects.body import GRAVITY
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Array
+
+PIECES = 5
+# Standard deviation of the free start in the tangent's units, far above any error of its estimate.
+FREE_START = {"position": 0.05, "attitude": 0.2, "heading": 0.3, "velocity": 0.5, "rate": 2.0}
+FREE_OTHERWISE = 1.0
+# What counts as one push, and its first guess: share of the weight, angular acceleration, command.
+PUSH_SIZES = {"steer": 0.05, "speed": 0.1}
+FORCE_SHARE, TORQUE_ACCELERATION = 0.01, 1.0
+# Degrees of freedom that are tried, twice the log likelihood that they must be better by (99.9 % of χ² with one degree
+# of freedom), and rounds of weights and variances.
+TAILS, HEAVY, TRUST_ROUNDS = (3.0, 5.0, 8.0, 12.0, 20.0, 40.0, 80.0), 10.8, 3
+# Segments that variances are estimated from.
+MOST_SEGMENTS = 60
+
+
+@dataclass(frozen=True, eq=False)
+class Whitening:
+    """Covariance of a data set's segments.
+
+    Args:
+        sensor: standard deviation of each compared component ``# (C,)``.
+        pushes: name of each disturbance and its standard deviation.
+        weight, lost: the inverse covariance is diag(weight) - lost lostᵀ ``# (R,), (S, R, K)``.
+        freedom: number of residual components that the free start leaves, all segments together.
+        trust: factor of every segment's inverse covariance ``# (S,)``.
+    """
+
+    sensor: Tensor
+    pushes: dict[str, float]
+    weight: Tensor
+    lost: Tensor
+    freedom: int
+    trust: Tensor
+
+    def products(self, columns: Tensor) -> Tensor:
+        """Products under C⁻¹ of columns ``# (S, R, A)`` with each other ``# (S, A, A)``."""
+        whole = columns.mT @ (columns * self.weight[:, None]) - _square(self.lost.mT @ columns)
+        return whole * self.trust[:, None, None]
+
+    def loss(self, residuals: Tensor) -> Tensor:
+        """Whitened squares per segment ``# (B, S)`` of ``# (B, S, R)``."""
+        columns = residuals.permute(1, 2, 0)  # (S, R, B)
+        whole = (columns.square() * self.weight[:, None]).sum(dim=1)
+        return (whole - (self.lost.mT @ columns).square().sum(dim=1)).T * self.trust
+
+    def inverse_times(self, columns: Tensor) -> Tensor:
+        """C⁻¹ times columns ``# (S, R, A)``, every segment trusted alike."""
+        return columns * self.weight[:, None] - self.lost @ (self.lost.mT @ columns)
+
+
+def _square(columns: Tensor) -> Tensor:
+    return columns.mT @ columns
+
+
+@dataclass(frozen=True, eq=False)
+class Spread:
+    """What shapes the covariance, before its variances are known.
+
+    Args:
+        start: derivative of the residuals by the free start, in units of its deviation ``# (S, R, n)``.
+        pushes: by every disturbance over every piece, in units of its size ``# (S, R, D, P)``.
+        names: of the disturbances: columns of inputs or commands.
+        sizes: what counts as one, in the column's unit ``# (D,)``.
+        components: that a row compares, C; R is N·C.
+    """
+
+    start: Tensor
+    pushes: Tensor
+    names: tuple[str, ...]
+    sizes: Tensor
+    components: int
+
+    @classmethod
+    def of(cls, problem: Problem, values: Tensor) -> Spread:
+        """Sensitivities at one parameter set ``# (P,)``."""
+        layout = problem.segments.layout
+        free = [FREE_START.get(f.name, FREE_OTHERWISE) for f in layout.fields for _ in range(f.tangent_size)]
+        names = disturbances(problem.library.equations)
+        jacobian = problem.push_jacobian(values, names, PIECES)
+        return cls(
+            start=problem.start_jacobian(values) * torch.tensor(free, dtype=torch.float64),
+            pushes=jacobian,
+            names=tuple(name for name, _ in names),
+            sizes=torch.tensor([size for _, size in names], dtype=torch.float64),
+            components=len(problem.segments.compared),
+        )
+
+    def of_segments(self, index: Tensor) -> Spread:
+        """Those of some segments only."""
+        return replace(self, start=self.start[index], pushes=self.pushes[index])
+
+    def like(self, other: Whitening) -> Whitening:
+        """With the noise and the disturbances of another."""
+        power = torch.tensor([other.pushes[name] for name in self.names], dtype=torch.float64) / self.sizes
+        return self.whitening(other.sensor.square(), power.square())
+
+    def whitening(self, sensor: Tensor, power: Tensor) -> Whitening:
+        """The inverse covariance by Woodbury's identity.
+
+        Args:
+            sensor: variances of components ``# (C,)``.
+            power: variances of pushes in units of their size ``# (D,)``.
+        """
+        segments, rows = self.start.shape[:2]
+        weight = 1.0 / sensor.repeat(rows // self.components)
+        columns = torch.cat([self.start, (self.pushes * power.sqrt()[:, None]).reshape(segments, rows, -1)], dim=-1)
+        weighted = columns * weight[:, None]
+        inner = torch.eye(columns.shape[-1], dtype=columns.dtype) + columns.mT @ weighted
+        lower = torch.linalg.cholesky(inner)
+        lost = torch.linalg.solve_triangular(lower, weighted.mT, upper=False).mT
+        freedom = segments * (rows - int(torch.linalg.matrix_rank(self.start[0])))
+        deviations = power.sqrt() * self.sizes
+        pushes = dict(zip(self.names, deviations.tolist(), strict=True))
+        return Whitening(sensor.sqrt(), pushes, weight, lost, freedom, weight.new_ones(segments))
+
+
+def disturbances(equations: Equations) -> list[tuple[str, float]]:
+    """Columns whose pushes stand for what no model knows, each with its unit size: wrench inputs, or commands."""
+    inputs, numbers = equations.layouts.inputs, equations.numbers
+    weight = GRAVITY * numbers.get("mass", 1.0)
+    sizes = dict.fromkeys(("fx", "fy", "fz"), FORCE_SHARE * weight)
+    sizes |= {f"t{a}": TORQUE_ACCELERATION * numbers.get(f"j{a}", 1e-5) for a in "xyz"}
+    planar = "z" not in equations.layouts.state
+    used = [n for n in sizes if n in inputs and any(equations.depends(c, n) for c in equations.next)]
+    if used and not planar:
+        return [(name, sizes[name]) for name in used]
+    others = {"thrust": FORCE_SHARE * weight, "wx_cmd": 0.1, "wy_cmd": 0.1, "wz_cmd": 0.1, **PUSH_SIZES}
+    return [(name, others.get(name, 0.05)) for name in equations.layouts.action]
+
+
+def estimate(
+    spread: Spread, residuals: Tensor, noise: Array, channel: tuple[int, ...], *, alike: bool = False
+) -> Whitening:
+    """The whitening that makes residuals ``# (S, R)`` most likely.
+
+    Args:
+        spread: sensitivities.
+        residuals: of an over-fitted model.
+        noise: first guess of the sensors' standard deviation ``# (C,)``.
+        channel: channel of each component; components of a channel share one variance ``# (C,)``.
+        alike: every segment is trusted alike. While an effect may still be missing from the model, segments in which
+            it acts are not to be taken for odd ones.
+    """
+    few = torch.linspace(0, len(residuals) - 1, min(len(residuals), MOST_SEGMENTS)).round().long()
+    part = spread.of_segments(few)
+    number = torch.tensor([sorted(set(channel)).index(one) for one in channel])  # (C,)
+    first = torch.as_tensor(noise, dtype=torch.float64).square()
+    sensor = torch.stack([first[number == one].mean() for one in range(int(number.max()) + 1)])
+    power = torch.full((len(spread.names),), 0.25, dtype=torch.float64)
+    rows = number.repeat(residuals.shape[1] // spread.components)
+    products = Products.of(part.start, part.pushes, residuals[few], rows)
+    sensor, power = most_likely(products, sensor, power)
+    found = spread.whitening(sensor[number], power)
+    for _ in range(0 if alike else TRUST_ROUNDS):
+        trust = _trust(found, residuals)
+        if bool((trust == 1).all()):
+            return found
+        weight = trust[few] / trust[few].mean()  # without the mean the scale would hardly move (see above)
+        sensor, power = most_likely(products.weighted(weight), sensor, power)
+        found = spread.whitening(sensor[number], power)
+    return found if alike else replace(found, trust=_trust(found, residuals))
+
+
+def _trust(whitening: Whitening, residuals: Tensor) -> Tensor:
+    """Weight of every segment ``# (S,)``; ones where the residuals' tails are not clearly heavy."""
+    plain = replace(whitening, trust=torch.ones_like(whitening.trust))
+    squares, size = plain.loss(residuals[None])[0], whitening.freedom / len(residuals)
+    gaussian = float((-size / 2 * log(2) - squares / 2).sum())
+    likely = {nu: float(_student(squares, size, nu).sum()) for nu in TAILS}
+    nu = max(likely, key=lambda one: likely[one])
+    if 2 * (likely[nu] - gaussian) < HEAVY:
+        return plain.trust
+    return (nu + size) / (nu + squares)
+
+
+def _student(squares: Tensor, size: float, nu: float) -> Tensor:
+    """Logarithm of Student's density of so many components, but for what does not depend on ν ``# (S,)``."""
+    constant = lgamma((nu + size) / 2) - lgamma(nu / 2) - size / 2 * log(nu)
+    return constant - (nu + size) / 2 * torch.log1p(squares / nu)

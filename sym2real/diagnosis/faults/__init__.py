@@ -1,0 +1,1 @@
+"""What is wrong with logs before a model is blamed: units, signs, orders, frames, sensors."""

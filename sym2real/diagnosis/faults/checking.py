@@ -1,0 +1,79 @@
+"""What is asked of a diagnosis, and its data: checked once, faults undone, commands as they reach the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from math import isfinite
+
+from sym2real.diagnosis.data.lengths import long_enough
+from sym2real.diagnosis.data.preparation import with_filtered_commands
+from sym2real.diagnosis.faults.sanity import Checked, check
+from sym2real.errors import ShapeError
+from sym2real.plants import MujocoPlant
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Dataset, Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """A model, logs, and how they are held against each other; arguments as of :func:`sym2real.diagnosis.diagnose`.
+
+    Args:
+        include: keys of effects that compete whatever the rules for candidates say.
+
+    Raises:
+        ShapeError: when the horizon is below one step, or not finite.
+    """
+
+    model: Equations
+    data: Dataset | Trajectory
+    plant: MujocoPlant | None = None
+    calibrate: bool = True
+    held_out: Dataset | None = None
+    exclude: Collection[str] = ()
+    include: Sequence[str] = ()
+    horizon: float | None = None
+
+    def __post_init__(self) -> None:
+        horizon, dt = self.horizon, self.model.dt
+        if horizon is not None and not (isfinite(horizon) and round(horizon / dt) >= 1):
+            raise ShapeError(
+                f"horizon: expected at least one time step, {dt:g} s, and a finite one, found {horizon:g} s"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Examined:
+    """A question whose data are fit to be searched.
+
+    Args:
+        question: what was asked.
+        checked: the data, faults undone, commands as they reach the robot.
+        scored: the logs that score what is found; those of the search themselves where none were kept aside.
+    """
+
+    question: Question
+    checked: Checked
+    scored: Dataset
+
+
+def check_data(question: Question) -> Examined:
+    """Faults of the data undone, of the logs that are kept aside too.
+
+    Raises:
+        ShapeError: when no log is long enough to judge.
+    """
+    checked = check_and_filter(question.model, question.data)
+    aside = None if question.held_out is None else check_and_filter(question.model, question.held_out).data
+    return Examined(question, checked, checked.data if aside is None else aside)
+
+
+def check_and_filter(model: Equations, data: Dataset | Trajectory) -> Checked:
+    """Faults of the data undone, and commands as they reach a robot with the model's own filters.
+
+    Raises:
+        ShapeError: when no log is long enough to judge.
+    """
+    checked = check(model, long_enough(data))
+    return replace(checked, data=with_filtered_commands(model, checked.data))

@@ -1,0 +1,99 @@
+"""What a model makes of single steps along logs, with commands divided by something."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import exp, log
+
+import numpy as np
+import torch
+from scipy.optimize import minimize_scalar
+
+from sym2real.diagnosis.data.preparation import with_filtered_commands
+from sym2real.diagnosis.data.scaled import divided
+from sym2real.effects.inputs import with_inputs
+from sym2real.effects.visible import VisibleModel, visible_state
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Dataset
+
+FAR = 3.0  # times
+GRID = np.geomspace(1.0, 1e7, 140)
+MOST_ROWS = 500
+
+
+class Steps:
+    """Rows of logs one step apart, and what a model makes of them with commands divided by something."""
+
+    def __init__(self, model: Equations, predict: VisibleModel, data: Dataset) -> None:
+        self.model, self._predict, self.data = model, predict, data
+        self._state, self._action = data.layouts.state, data.layouts.action
+        lengths = [len(one) for one in data]
+        firsts = np.cumsum([0, *lengths[:-1]])
+        rows = np.concatenate([np.arange(n - 1) + first for n, first in zip(lengths, firsts, strict=True)])
+        self._rows = rows[:: max(1, len(rows) // MOST_ROWS)]
+        state, inputs = (
+            torch.as_tensor(np.concatenate([getattr(one, k) for one in data])) for k in ("state", "inputs")
+        )
+        self._now, self._later = state[self._rows], state[self._rows + 1]
+        self._given = inputs[self._rows] if inputs.shape[-1] else None
+        self._changed = self._state.difference(self._later, self._now).square().mean(0)
+
+    @classmethod
+    def of(cls, model: Equations, data: Dataset) -> Steps | None:
+        """None where the logs have other columns than the model, or nothing moves."""
+        known = with_inputs(model.layouts.inputs, data)
+        if replace(model.layouts, state=visible_state(model)) != known.layouts:
+            return None
+        steps = cls(model, VisibleModel(model, torch.float64), known)
+        return steps if bool((steps._changed > 0).any()) else None
+
+    def only(self, place: int) -> Steps:
+        """Those of the log at this place."""
+        return Steps(self.model, self._predict, Dataset([self.data[place]]))
+
+    @property
+    def signed(self) -> list[str]:
+        """Commands that may be to both sides of zero: angles, their rates, and what has been there."""
+        sent = np.concatenate([one.action for one in self.data])
+        turns = [self._action.units[name] in ("rad", "rad/s") for name in self._action]
+        sides = [column.min() < 0 < column.max() for column in sent.T]
+        return [name for name, *either in zip(self._action, turns, sides, strict=True) if any(either)]
+
+    def groups(self, settled: Sequence[str]) -> list[tuple[str, ...]]:
+        """Columns that may share a unit: all that have one in common, and each by itself."""
+        units, shared = self._action.units, dict[str, list[str]]()
+        for name in self._action:
+            if name not in settled:
+                shared.setdefault(units[name], []).append(name)
+        alone = [(name,) for columns in shared.values() if len(columns) > 1 for name in columns]
+        return [*map(tuple, shared.values()), *alone]
+
+    def scale(self, columns: Sequence[str], factor: float) -> None:
+        """Divide columns from now on."""
+        self.data = divided(self.data, columns, factor)
+
+    def best(self, columns: Sequence[str]) -> tuple[float, float]:
+        """What is missed with the factor by which least is, and that factor."""
+        missed = [self.missed(columns, factor) for factor in GRID]
+        place = int(np.argmin(missed))
+        around = log(GRID[max(0, place - 1)]), log(GRID[min(len(GRID) - 1, place + 1)])
+        found = minimize_scalar(lambda at: self.missed(columns, exp(at)), bounds=around, method="bounded")
+        return float(found.fun), exp(found.x)
+
+    def rise(self, columns: Sequence[str], factor: float) -> float:
+        """How many times more is missed, in the column where most is, with columns divided by far more and far less."""
+        here, *beside = (self.errors(columns, factor * by) for by in (1.0, FAR, 1.0 / FAR))
+        return float((torch.minimum(*beside) / here).max())
+
+    def missed(self, columns: Sequence[str], factor: float) -> float:
+        """Mean of :meth:`errors`, infinite where one of them is no number."""
+        missed = float(self.errors(columns, factor).mean())
+        return missed if np.isfinite(missed) else float("inf")
+
+    def errors(self, columns: Sequence[str], factor: float) -> torch.Tensor:
+        """Mean square of a step's error over that of the step itself, of every column that moves ``# (k,)``."""
+        data = with_filtered_commands(self.model, divided(self.data, columns, factor))
+        sent = torch.as_tensor(np.concatenate([one.action for one in data]))[self._rows]
+        error = self._state.difference(self._later, self._predict(self._now, sent, self._given)).square().mean(0)
+        return (error / self._changed)[self._changed > 0]

@@ -1,0 +1,166 @@
+"""Columns in another unit than the vocabulary's, known by how many times too large they are: deg/s, mm, cm/s.
+
+What is measured twice tells: rates against the attitude that they turn, velocities against the position that they move,
+and how a quadrotor is pushed aside against where its thrust points. A column is judged alone, and only where both
+go together so well that noise cannot make one seem larger; those that hardly move go with the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from math import log
+
+import numpy as np
+
+from sym2real.diagnosis.data.agreement import Agreement, rate_agreement, thrust_agreement, velocity_agreement
+from sym2real.diagnosis.data.scaled import divided
+from sym2real.logs.units import UNITS, standard_unit
+from sym2real.trajectory import Dataset
+
+SURE = 0.9  # correlation from which a ratio of sizes is a ratio of units
+NEAR = 1.25  # times; a unit is named where the ratio is as near to its own
+LARGE, UNHEARD_OF = 3.0, 30.0  # times; less is no other unit, more is one even if it has no name
+POSITIONS = ("x", "y", "z")
+Judged = tuple[Mapping[str, float | None], str]  # column → logged over meant, and over what
+
+
+@dataclass(frozen=True)
+class ForeignUnit:
+    """Columns that are not in the unit that they stand for.
+
+    Args:
+        columns: of the state or the action.
+        ratio: what is logged over what is meant, as found.
+        unit: key of :data:`~sym2real.logs.units.UNITS`; "" where none has such a factor.
+        factor: what is logged over what is meant, of that unit; as found where there is none.
+        than: what they are so many times, for a sentence.
+        mass: kg, of a thrust that is logged per unit mass.
+        log: place and name of the one log in which they are; None where it is so in all.
+    """
+
+    columns: tuple[str, ...]
+    ratio: float
+    unit: str
+    factor: float
+    than: str
+    mass: float | None = None
+    log: tuple[int, str] | None = None
+
+    @property
+    def evidence(self) -> str:
+        """What shows it, one clause."""
+        meant, names = standard_unit(self.columns[0]), " ".join(self.columns)
+        told = f"{self.unit} instead of {meant}" if self.unit else f"no unit of {meant} that is known"
+        where = "" if self.log is None else f" in {self.log[1]}, other than in other logs"
+        return f"{names} in {told}{where}: the logged numbers are {_plain(self.ratio)} times {self.than}"
+
+    @property
+    def fix(self) -> str:
+        """What to change."""
+        value = f'unit = "{self.unit}"' if self.unit else f"scale = {1.0 / self.factor:.4g}"
+        told = f"give {' and '.join(self.columns)} {value} in a specification of the log"
+        per_mass = self.unit and UNITS[self.unit][0] == "m/s^2" and standard_unit(self.columns[0]) == "N"
+        return f"{told}, and mass = {self.mass:g} at its top" if per_mass else told
+
+    def undone(self, data: Dataset) -> Dataset:
+        """The logs with these columns in the unit that is meant."""
+        return divided(data, self.columns, self.factor, only=None if self.log is None else self.log[0])
+
+
+def unit_of(column: str, ratio: float, least: float, mass: float | None = None) -> tuple[str, float] | None:
+    """Unit and factor of numbers that are so many times too large; "" and the ratio where it has no name.
+
+    Args:
+        column: standard column name.
+        ratio: what is logged over what is meant.
+        least: factor of a unit, below which nobody tells it from what a robot does.
+        mass: kg, where a thrust may be logged per unit mass.
+
+    Returns:
+        None where the ratio is that of no unit, and not so large that there must be one.
+    """
+    known = {unit: factor for unit, factor in factors(column, mass).items() if factor >= least}
+    unit = min(known, key=lambda one: abs(log(known[one] / ratio)), default="")
+    if unit and abs(log(known[unit] / ratio)) <= log(NEAR):
+        return unit, known[unit]
+    return ("", ratio) if ratio >= UNHEARD_OF else None
+
+
+def factors(column: str, mass: float | None = None) -> dict[str, float]:
+    """Unit → how many times larger its numbers are than the column's own; ``mass`` as of :func:`unit_of`."""
+    meant = standard_unit(column)
+    found = {unit: 1.0 / value for unit, (inside, value) in UNITS.items() if inside == meant}
+    if meant == "N" and mass is not None:
+        found |= {unit: 1.0 / (value * mass) for unit, (inside, value) in UNITS.items() if inside == "m/s^2"}
+    return found
+
+
+def foreign_positions(data: Dataset) -> list[ForeignUnit]:
+    """The position, by a quadrotor's pushes or by the velocity that it should have."""
+    return _by_log(_positions, data)
+
+
+def foreign_velocities(data: Dataset) -> list[ForeignUnit]:
+    """The velocity, by how the position changes."""
+    return _by_log(lambda logs: (_ratios(velocity_agreement(list(logs))), "what the position changes by"), data)
+
+
+def foreign_rates(data: Dataset) -> list[ForeignUnit]:
+    """The body rates, by how the attitude or heading turns."""
+    return _by_log(lambda logs: (_ratios(rate_agreement(list(logs))), "what the robot turns by"), data)
+
+
+def _positions(data: Dataset) -> Judged:
+    pushed = _ratio(thrust_agreement(list(data)))
+    if pushed is not None and pushed >= UNHEARD_OF:  # below, thrust is that of a fast turn
+        columns = (name for name in POSITIONS if name in data.layouts.state)
+        return dict.fromkeys(columns, pushed), "how far thrust moves the robot"
+    moved = _ratios(velocity_agreement(list(data)))
+    inverse = {name.removeprefix("v"): None if ratio is None else 1.0 / ratio for name, ratio in moved.items()}
+    return inverse, "how far the velocity moves the robot"
+
+
+def _ratios(found: Mapping[str, Agreement]) -> dict[str, float | None]:
+    return {name: _ratio(one) for name, one in found.items()}
+
+
+def _by_log(judge: Callable[[Dataset], Judged], data: Dataset) -> list[ForeignUnit]:
+    """What is so in all logs, or, where logs that can be judged contradict each other, what is so in each."""
+    alone = [judge(Dataset([log])) for log in data] if len(data) > 1 else []
+    judged = [{name: ratio for name, ratio in ratios.items() if ratio is not None} for ratios, _ in alone]
+    large = [{name for name, ratio in own.items() if unit_of(name, ratio, LARGE)} for own in judged]
+    if any(set[str]().union(*large) & own.keys() - here for own, here in zip(judged, large, strict=True)):
+        return [in_one_log(one, data, place) for place, own in enumerate(alone) for one in _foreign(*own)]
+    return _foreign(*judge(data))
+
+
+def in_one_log(one: ForeignUnit, data: Dataset, place: int) -> ForeignUnit:
+    """As found in the log at this place alone."""
+    return replace(one, log=(place, data[place].name))
+
+
+def _foreign(ratios: Mapping[str, float | None], than: str) -> list[ForeignUnit]:
+    """One entry for each unit that columns are in; what cannot be judged is in the one that all others are in."""
+    judged = {name: ratio for name, ratio in ratios.items() if ratio is not None}
+    units = {name: unit_of(name, ratio, LARGE) for name, ratio in judged.items()}
+    shared = {None if found is None else found[0] for found in units.values()}
+    found = []
+    for unit in sorted(one for one in shared if one is not None):
+        own = [name for name, known in units.items() if known is not None and known[0] == unit]
+        columns = tuple(ratios) if len(shared) == 1 else tuple(own)
+        ratio = float(np.exp(np.mean(np.log([judged[name] for name in own]))))
+        found.append(ForeignUnit(columns, ratio, unit, factors(own[0])[unit] if unit else ratio, than))
+    return found
+
+
+def _ratio(one: Agreement) -> float | None:
+    """How many times as large as the derivative a column is; None where nobody can tell, or in another frame."""
+    if one.correlation is None or abs(one.correlation) < SURE or not one.ratio:
+        return None
+    elsewhere = one.in_other_frame
+    return None if elsewhere is not None and elsewhere > one.correlation else one.ratio
+
+
+def _plain(number: float) -> str:
+    return np.format_float_positional(number, precision=3, fractional=False, trim="-")

@@ -1,0 +1,152 @@
+"""Whether a log's motor columns stand in the model's order, by what the equations say that motors do to the rates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from sym2real import rotation
+from sym2real.diagnosis.data.agreement import RATES, VELOCITIES
+from sym2real.effects.filters import spelled_out
+from sym2real.effects.inputs import with_inputs
+from sym2real.effects.thrust import MOTOR_TORQUES
+from sym2real.effects.visible import VisibleModel, visible_state
+from sym2real.layout import MOTORS
+from sym2real.logs.motor_order import ORDERS, MotorOrder, Turning, motor_order
+from sym2real.symbolic import Equations, compile_function
+from sym2real.symbolic.expressions import names_in
+from sym2real.trajectory import Array, Dataset, Trajectory
+
+# Of Newton's method for commands that turn the body the other way: its step, steps that thrust curves need, and what
+# it may miss of the largest thrust and torques.
+STEP, ROUNDS, MISSED = 1e-6, 8, 1e-6
+
+
+def order_of_motors(model: Equations, data: Dataset) -> MotorOrder | None:
+    """The order in which the columns fit the equations, where it is beyond doubt that it is another one."""
+    state, action = model.layouts.state, model.layouts.action
+    if not all(name in action for name in MOTORS) or not all(name in state for name in RATES):
+        return None
+    known = with_inputs(model.layouts.inputs, data)
+    if replace(model.layouts, state=visible_state(model)) != known.layouts:
+        return None
+    predict = VisibleModel(model, torch.float64)
+    return motor_order([_turning(predict, log) for log in known])
+
+
+def _turning(predict: VisibleModel, log: Trajectory) -> Turning:
+    layout = log.layouts.state
+    rates = log.state[:, layout.indices(RATES)]
+    return Turning(log.time, rates, _air(log), np.stack([_caused(predict, log, order) for order in ORDERS]))
+
+
+def _air(log: Trajectory) -> Array:
+    """Velocity along body axes ``# (rows, 3)``, as far as the log knows it."""
+    layout = log.layouts.state
+    if not layout.has_field("attitude") or not all(name in layout for name in VELOCITIES):
+        return np.zeros((len(log), 0))
+    inverse = rotation.conjugate(torch.as_tensor(log.state[:, layout.slice("attitude")]))
+    along: Array = rotation.rotate(inverse, torch.as_tensor(log.state[:, layout.indices(VELOCITIES)])).numpy()
+    return along
+
+
+def _caused(predict: VisibleModel, log: Trajectory, order: tuple[int, ...]) -> Array:
+    """Angular acceleration by the columns in this order, less that by four motors of one mean ``# (rows, 3)``."""
+    place, rates = log.layouts.action.indices(MOTORS), log.layouts.state.indices(RATES)
+    sent, alike = torch.as_tensor(log.action).clone(), torch.as_tensor(log.action).clone()
+    sent[:, place] = sent[:, place][:, list(order)]
+    alike[:, place] = alike[:, place].mean()
+    state, inputs = torch.as_tensor(log.state), torch.as_tensor(log.inputs)
+    given = inputs if inputs.shape[-1] else None
+    apart = predict(state, sent, given) - predict(state, alike, given)
+    caused: Array = apart[:, rates].numpy() / predict.equations.dt
+    return caused
+
+
+def in_order(found: MotorOrder, data: Dataset) -> Dataset:
+    """The logs with their motor columns in the model's order."""
+    place, logs = data.layouts.action.indices(MOTORS), []
+    for log in data:
+        action = log.action.copy()
+        action[:, place] = action[:, place][:, list(found.columns)]
+        logs.append(replace(log, action=action))
+    return Dataset(logs)
+
+
+def turned_the_other_way(model: Equations, data: Dataset) -> Dataset | None:
+    """The logs with motors that give the same thrust, roll and pitch, and the opposite of their yaw torque.
+
+    None where the equations have no such torques, they follow from more than the motors, or motors would have to pull
+    that can only push.
+    """
+    wanted = ("thrust", *MOTOR_TORQUES)
+    if not all(name in model.quantities for name in wanted):
+        return None
+    expressions = [spelled_out(model, model.quantities[name]) for name in wanted]
+    if any(names_in(expression) - {*MOTORS} for expression in expressions):
+        return None
+    pushed = compile_function(expressions, [MOTORS])
+    place, logs = data.layouts.action.indices(MOTORS), []
+    for log in data:
+        action = log.action.copy()
+        motors = _mirrored(pushed, torch.as_tensor(action[:, place]))
+        if motors is None:
+            return None
+        action[:, place] = motors.numpy()
+        logs.append(replace(log, action=action))
+    return Dataset(logs)
+
+
+def _mirrored(pushed: Callable[[Tensor], Tensor], sent: Tensor) -> Tensor | None:
+    """Motors ``# (rows, 4)`` whose thrust and torques are those of others with the last reversed; None without any."""
+    goal = pushed(sent) * torch.tensor([1.0, 1.0, 1.0, -1.0], dtype=torch.float64)
+    motors, steps = sent, STEP * torch.eye(4, dtype=torch.float64)
+    for _ in range(ROUNDS):
+        here = pushed(motors)
+        slopes = (pushed(motors[:, None] + steps) - here[:, None]) / STEP  # (rows, motors, pushes)
+        motors = motors + torch.linalg.solve_ex(slopes.mT, goal - here).result
+    missed = (pushed(motors) - goal).abs()
+    return motors if bool((missed <= MISSED * goal.abs().amax(0)).all()) else None
+
+
+def order_said(found: MotorOrder) -> tuple[str, str]:
+    """What shows another order, one clause, and what to change."""
+    shown = (
+        f"how the rates change correlates with them by {found.correlation:.2f} then, "
+        f"by {found.as_it_stands:.2f} as they stand"
+    )
+    if not found.certain:
+        return (
+            f"motor columns in another order than the model's; the log does not tell which ({shown} at best)",
+            "look up how the log counts its motors, or fly turns about all three axes; the logs stay as they are",
+        )
+    pairs = [f"{MOTORS[column]} acts as the model's {MOTORS[motor]}" for motor, column in found.moved.items()]
+    now, then = (", ".join(MOTORS[place] for place in places) for places in (found.moved, found.moved.values()))
+    return (
+        f"motor columns in another order than the model's: {', '.join(pairs)} ({shown})",
+        f"reorder them in the log's specification: let {now} read the columns that {then} read now",
+    )
+
+
+def spin_said(model: Equations, data: Dataset) -> tuple[str, str]:
+    """What a model says that has the rotors turn the wrong way, one clause, and what to change."""
+    log = with_inputs(model.layouts.inputs, data)[0]
+    place = log.layouts.action.indices(MOTORS)
+    # Where all four turn: those that stand answer a square with nothing.
+    row = int(log.action[:, place].min(1).argmax())
+    sent = torch.as_tensor(log.action[row]).repeat(4, 1)
+    more = sent.clone()
+    more[:, place] += STEP * torch.eye(4, dtype=torch.float64)
+    predict, state = VisibleModel(model, torch.float64), torch.as_tensor(log.state[row]).repeat(4, 1)
+    inputs = torch.as_tensor(log.inputs[row]).repeat(4, 1) if log.inputs.shape[1] else None
+    apart = predict(state, more, inputs) - predict(state, sent, inputs)
+    spin = apart[:, log.layouts.state.index("wz")].sign()
+    told = " ".join(f"{-sign:.0f}" for sign in spin.tolist())
+    return (
+        "rotors that turn the other way than the model says: yaw answers the motors with the opposite sign",
+        f"make the model with these rotors: `sym2real nominal quadrotor --interface motors --spin {told} …`",
+    )

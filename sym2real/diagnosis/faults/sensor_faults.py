@@ -1,0 +1,187 @@
+"""Scale, bias and time shift of measured rates and velocities, against the attitude and position that they change.
+
+A sensor that reports w(t) = k ω(t - d) + b satisfies over any stretch of a log
+
+    Δθ = ∫ω dt = (1/k) ∫w dt - (b/k) Δt + (d/k) Δw,
+
+linear in what is unknown, with ∫w dt from the sensor and Δθ from the attitude (Δx from the position): integrals, so
+that nothing noisy is differentiated. Shifts of several rows are looked for row by row first. What is tested must be
+beyond chance, and beyond what honest logs have: velocities by differences are half a row late, filtered ones a row.
+
+White noise of the sensor makes 1/k too small by the part that it has of the variance of ∫w (attenuation, see W. Fuller,
+"Measurement Error Models", 1987, section 1.1), and the rate's mean then looks like a bias: on one circle, where a rate
+hardly changes, that is most of it. What noise may have done in this way is no fault.
+
+Where the sensor misses more than white noise (a rate that changes between two rows), the same happens to a degree that
+nobody knows. So a scale is one only where the two go together beyond chance, and where the other regression, of the
+sensor on the angle, says so as well: noise makes the one slope too small and the other's inverse too large, and the
+true one lies between (C. Gini, Metron 1, 1921).
+
+A controller that sees a noisy angle answers the noise: the rate follows it a row later, as if the sensor were early. So
+a shift is one only where the angle's changes miss more without it than the angle's own noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import sqrt
+
+import numpy as np
+
+from sym2real.diagnosis.data.agreement import RATES, VELOCITIES, turning
+from sym2real.diagnosis.data.start import ROWS, noise_level
+from sym2real.trajectory import Array, Dataset, Trajectory
+
+STRETCH = 0.4  # s
+FEWEST = 20  # stretches
+# Standard deviations beyond which a value is no chance.
+SURE = 5.0
+# What honest sensors have: relative scale, bias (rad/s or m/s), rows of a shift; and the shifts looked for, rows.
+SCALE, BIAS, SHIFT = 0.05, 0.02, 1.0
+EARLIEST, LATEST = -5, 12
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How a sensor reports what it measures: w(t) = scale · ω(t - shift) + bias.
+
+    Args:
+        column: of the state.
+        scale, bias, shift: factor, offset in the column's unit, s; 1, 0 and 0 where nothing is wrong.
+        correlation: of what the sensor says and the other measurement, over stretches.
+    """
+
+    column: str
+    scale: float
+    bias: float
+    shift: float
+    correlation: float
+
+    @property
+    def faulty(self) -> dict[str, float]:
+        """What is wrong, by kind of effect, in the order in which it is undone."""
+        wrong = {"time_shift": (self.shift, 0.0), "sensor_bias": (self.bias, 0.0), "sensor_scale": (self.scale, 1.0)}
+        return {kind: value for kind, (value, null) in wrong.items() if value != null}
+
+    def undone(self, log: Trajectory) -> Trajectory:
+        """The log as an honest sensor would have written it; its ends are held where a shift leaves them."""
+        time, state = log.time, log.state.copy()
+        place = log.layouts.state.index(self.column)
+        state[:, place] = (np.interp(time + self.shift, time, state[:, place]) - self.bias) / self.scale
+        return replace(log, state=state)
+
+
+def readings(data: Dataset) -> tuple[Reading, ...]:
+    """Columns whose sensor is wrong in scale, bias or time; the others are left out, and logs too short to judge by."""
+    layout, found = data.layouts.state, []
+    logs = [log for log in data if len(log) > ROWS]
+    if not logs:
+        return ()
+    turns = layout.has_field("attitude") or layout.has_field("heading")
+    for column in (*RATES, *VELOCITIES):
+        other = column.removeprefix("v")
+        if column not in layout or (column in RATES and not turns) or (column in VELOCITIES and other not in layout):
+            continue
+        one = _reading(logs, column, [_change(log, column) for log in logs])
+        if one is not None and one.faulty:
+            found.append(one)
+    return tuple(found)
+
+
+def _change(log: Trajectory, column: str) -> Array:
+    """Between rows, of the angle or position that a column is the rate of ``# (rows - 1,)``."""
+    if column in RATES:
+        return turning(log, column) * np.diff(log.time)
+    return np.diff(log.column(column.removeprefix("v")))
+
+
+def _reading(logs: Sequence[Trajectory], column: str, changes: Sequence[Array]) -> Reading | None:
+    dt = float(np.median(np.concatenate([np.diff(log.time) for log in logs])))
+    length = max(5, round(STRETCH / dt))
+    tables = {rows: _stretches(logs, column, changes, length, rows) for rows in range(EARLIEST, LATEST + 1)}
+    if len(tables[0]) < FEWEST:
+        return None
+    left = {rows: float(_fit(table)[2].var()) for rows, table in tables.items() if len(table) >= FEWEST}
+    rows = min(left, key=lambda one: left[one])
+    # A likelihood ratio, which must be as far beyond chance as the rest.
+    if len(tables[0]) * np.log(max(left[0], 1e-300) / max(left[rows], 1e-300)) < SURE**2:
+        rows = 0
+    values, covariance, _ = _fit(tables[rows])
+    inverse, constant, late = values
+    if inverse <= 0:
+        return None
+    spread = np.sqrt(covariance.diagonal())
+    noise = float(np.median([noise_level(log.column(column)[:, None]) for log in logs]) * dt * np.sqrt(length))
+    of_angle = float(np.median([noise_level(np.cumsum(change)[:, None]) for change in changes]))
+    weakened = _attenuation(tables[rows], noise)
+    turned_by = weakened * abs(tables[rows][:, 1].sum() / tables[rows][:, 2].sum())
+    scale, bias, shift = 1.0 / inverse, -constant / inverse, rows * dt + late / inverse
+    least, most = _slopes(tables[rows])
+    sure = {
+        "scale": abs(inverse - 1.0) > SURE * spread[0] + weakened
+        and abs(np.log(scale)) > SCALE
+        and inverse > SURE * spread[0]
+        and not least <= 1.0 <= most,
+        "bias": abs(constant) > SURE * spread[1] + turned_by and abs(bias) > BIAS * max(1.0, scale),
+        "shift": abs(shift) > SURE * spread[2] / inverse
+        and abs(shift) > SHIFT * dt
+        and _misses_more(tables[0], noise**2 + 2.0 * of_angle**2),
+    }
+    correlation = float(np.corrcoef(tables[rows][:, 0], tables[rows][:, 1])[0, 1])
+    return Reading(
+        column,
+        scale if sure["scale"] else 1.0,
+        bias if sure["bias"] else 0.0,
+        shift if sure["shift"] else 0.0,
+        correlation,
+    )
+
+
+def _stretches(logs: Sequence[Trajectory], column: str, changes: Sequence[Array], length: int, rows: int) -> Array:
+    """Change, integral of the sensor so many rows later, time and change of the sensor ``# (stretches, 4)``."""
+    found = []
+    for log, change in zip(logs, changes, strict=True):
+        value, steps = log.column(column), np.diff(log.time)
+        added = np.concatenate([[0.0], np.cumsum(0.5 * (value[1:] + value[:-1]) * steps)])
+        turned = np.concatenate([[0.0], np.cumsum(change)])
+        for first in range(max(0, -EARLIEST), len(value) - length - LATEST, length):
+            last = first + length
+            whole = added[last + rows] - added[first + rows]
+            moved = value[last + rows] - value[first + rows]
+            found.append((turned[last] - turned[first], whole, log.time[last] - log.time[first], moved))
+    return np.array(found).reshape(-1, 4)
+
+
+def _fit(table: Array) -> tuple[Array, Array, Array]:
+    """Least squares with a covariance that holds for errors of any size: values, covariance, what is left."""
+    target, design = table[:, 0], table[:, 1:]
+    inverse = np.linalg.pinv(design.T @ design)
+    values = inverse @ design.T @ target
+    left = target - design @ values
+    meat = (design * left[:, None] ** 2).T @ design
+    return values, inverse @ meat @ inverse, left
+
+
+def _misses_more(table: Array, variance: float) -> bool:
+    """Whether scale and bias alone leave more than noise of this variance, beyond chance."""
+    _, _, left = _fit(table[:, :3])
+    return float(np.square(left).mean()) > variance * (1.0 + SURE * sqrt(2.0 / len(left)))
+
+
+def _slopes(table: Array) -> tuple[float, float]:
+    """Slope of Δθ on ∫w, and the inverse of that of ∫w on Δθ, both beyond what time and Δw explain.
+
+    Noise of ∫w makes the first too small, noise of Δθ the second too large.
+    """
+    both, others = table[:, :2], table[:, 2:]
+    turned, whole = (both - others @ np.linalg.lstsq(others, both, rcond=None)[0]).T
+    together = float(turned @ whole)
+    return together / max(float(whole @ whole), 1e-300), float(turned @ turned) / max(together, 1e-300)
+
+
+def _attenuation(table: Array, noise: float) -> float:
+    """Part of the variance of ∫w, beyond what time and Δw explain of it, that noise of this size makes."""
+    whole, others = table[:, 1], table[:, 2:]
+    rest = whole - others @ np.linalg.lstsq(others, whole, rcond=None)[0]
+    return min(1.0, noise**2 / max(float(np.square(rest).mean()), 1e-300))

@@ -1,0 +1,86 @@
+"""Name the physical effect that a model misses, from logs: stages, each from one frozen value to the next."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Collection
+from dataclasses import replace
+from functools import partial
+
+from sym2real.diagnosis.answer import Diagnosis, conclude, unscored
+from sym2real.diagnosis.data.conditions import Region
+from sym2real.diagnosis.design.separation import with_advice
+from sym2real.diagnosis.errors.regions import locate
+from sym2real.diagnosis.estimate.weighing import Prepared, calibrate_base, refine_base, weigh_errors
+from sym2real.diagnosis.faults.checking import Question, check_data
+from sym2real.diagnosis.score.scoring import score
+from sym2real.diagnosis.search.growing import search
+from sym2real.diagnosis.stages import OnProgress, Stages
+from sym2real.diagnosis.unexplained.explaining import explain_rest
+from sym2real.plants import MujocoPlant
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Dataset, Trajectory
+
+
+def prepare(question: Question, stages: Stages) -> Prepared:
+    """A model against checked data, ready for hypotheses.
+
+    Raises:
+        ShapeError: when no log is long enough to judge.
+    """
+    examined = stages.run("checking the data", check_data, question)
+    base = stages.run("calibrating the base in the plain simulator", refine_base, examined)
+    weighed = stages.run("weighing errors", weigh_errors, base)
+    return stages.run("calibrating effects in the plain simulator", calibrate_base, weighed)
+
+
+def diagnose(
+    model: Equations,
+    data: Dataset | Trajectory,
+    plant: MujocoPlant | None = None,
+    *,
+    calibrate: bool = True,
+    held_out: Dataset | None = None,
+    exclude: Collection[str] = (),
+    horizon: float | None = None,
+    region: Region | None = None,
+    on_progress: OnProgress = lambda _: None,
+    finish_on_interrupt: bool = False,
+) -> Diagnosis:
+    """Find the effects that a model misses.
+
+    Args:
+        model: the base's equations.
+        data: logs with the model's columns and time step.
+        plant: the robot's plain simulator, to calibrate the base and to try manoeuvres in; without one both are
+            skipped. Effects that the model has already (``Equations.effects``) are put into it here.
+        calibrate: whether the simulator calibrates the base.
+        held_out: logs that score the ladder; by default every log by the fit without it, the last third of a single
+            log by the fit to the rest.
+        exclude: keys or patterns of effects that are not to be tried.
+        horizon: the ladder's longest, in s.
+        region: range of every column in the model's training, to say whether it fails inside or outside.
+        on_progress: told what is being done.
+        finish_on_interrupt: Ctrl-C during the search, or behind it, ends the stage that runs, and the answer is made
+            of what is done.
+
+    Raises:
+        ShapeError: when no log is long enough, columns differ, or the horizon is no step long.
+    """
+    started, stages = time.perf_counter(), Stages(on_progress, finish=finish_on_interrupt)
+    question = Question(model, data, plant, calibrate, held_out, exclude, horizon=horizon)
+    prepared = prepare(question, stages)
+    found = search(prepared, stages)
+    scored = stages.try_to("scoring on held-out data", score, found)
+    explained = scored and stages.try_to("looking at what is left", explain_rest, scored)
+    answer = conclude(explained) if explained else unscored(found)
+    advise = partial(with_advice, equations=prepared.model, whitening=prepared.whitening, plant=prepared.plant)
+    findings = stages.try_to("looking for manoeuvres that would tell more", advise, answer.findings)
+    where = stages.try_to("locating errors", partial(locate, prepared.model, region=region), prepared.checked.data)
+    return replace(
+        answer,
+        findings=answer.findings if findings is None else findings,
+        where=where or (),
+        notes=(*answer.notes, *stages.notes),
+        seconds=time.perf_counter() - started,
+    )

@@ -1,0 +1,60 @@
+"""Commands of whole logs as effects with memory let them through, for many parameter sets."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from sym2real.diagnosis.data.segments import padded
+from sym2real.diagnosis.predict.library import Library
+from sym2real.trajectory import Dataset
+
+# Filtered logs that are kept, by the values of their filters.
+MOST_CACHED = 400
+
+
+class FilteredCommands:
+    """The commands of a data set behind the filters of a library.
+
+    Args:
+        library: the candidates, whose filters act on commands.
+        data: logs.
+    """
+
+    def __init__(self, library: Library, data: Dataset) -> None:
+        self._library = library
+        self._actions = padded(trajectory.action for trajectory in data)  # (logs, T, m)
+        self._filtered: dict[bytes, Tensor] = {}
+
+    def of(self, sets: Tensor) -> tuple[Tensor, Tensor]:
+        """Filtered commands for every different set of filters ``# (U, logs, T, m)``, and which set has which."""
+        library = self._library
+        columns = [i for key, _ in library.equations.filters for i in library.indices(key)]
+        if not columns:
+            return self._actions[None], torch.zeros(len(sets), dtype=torch.long)
+        unique, which = torch.unique(sets[:, columns], dim=0, return_inverse=True)
+        names = [values.numpy().tobytes() for values in unique]
+        missing = [i for i, name in enumerate(names) if name not in self._filtered]
+        if missing:
+            if len(self._filtered) + len(missing) > MOST_CACHED:
+                self._filtered.clear()
+                missing = list(range(len(names)))
+            self._filtered.update(zip([names[i] for i in missing], self._filter(unique[missing]), strict=True))
+        return torch.stack([self._filtered[name] for name in names]), which
+
+    def _filter(self, unique: Tensor) -> Tensor:
+        """Commands of all logs ``# (U, logs, T, m)`` through filters of these values ``# (U, filter slots)``."""
+        library = self._library
+        rows = self._actions.expand(len(unique), -1, -1, -1)
+        place = 0
+        for key, _ in library.equations.filters:
+            effect, slots = library.effects[key], library.indices(key)
+            values = unique[:, place : place + len(slots)]
+            null = torch.tensor([library.slots[i].parameter.null for i in slots], dtype=torch.float64)
+            place += len(slots)
+            busy = (values != null).any(dim=1)
+            if busy.any():
+                given = {library.slots[i].parameter.name: values[busy, j, None] for j, i in enumerate(slots)}
+                rows = rows.clone()
+                rows[busy] = effect.filter(rows[busy], library.equations.dt, given)
+        return rows

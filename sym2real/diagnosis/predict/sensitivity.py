@@ -1,0 +1,249 @@
+"""Predictions of all segments under many parameter sets in one rollout, and their derivatives by differences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import torch
+from torch import Tensor
+
+from sym2real.diagnosis.data.segments import WARM_UP, Segments, compared_fields, cut, padded
+from sym2real.diagnosis.predict.filtered import FilteredCommands
+from sym2real.diagnosis.predict.library import Library
+from sym2real.effects.inputs import inputs_along
+from sym2real.effects.sensors import Sensors
+from sym2real.symbolic import rollout
+from sym2real.trajectory import Dataset
+
+# Parameter sets that go through one rollout, and difference steps in units of a parameter's scale.
+BATCH = 48
+STEP = 1e-3
+# Difference steps of the start state, in the tangent's units.
+START_STEP = 1e-5
+
+
+class Problem:
+    """A library of effects against a data set.
+
+    Args:
+        library: the candidates.
+        data: logs with the base's columns.
+        segments: pieces of the logs; all of them, cut without overlap, by default.
+    """
+
+    def __init__(self, library: Library, data: Dataset, segments: Segments | None = None) -> None:
+        self.library = library
+        self.data = data
+        self.segments: Segments = cut(data) if segments is None else segments
+        self._commands = FilteredCommands(library, data)
+        self._inputs = padded(inputs_along(library.equations.layouts.inputs, trajectory) for trajectory in data)
+        self._defaults = torch.tensor(list(library.equations.parameters.values()), dtype=torch.float64)
+        self._visible = data.layouts.state.size
+        self._compared = compared_fields(self.segments)
+        measured = self.segments.measured[..., self._compared[1]].permute(2, 1, 0).contiguous()
+        self._measured_columns = measured.permute(1, 2, 0)[:, None]  # (N, 1, S, columns)
+
+    @property
+    def log_names(self) -> tuple[str, ...]:
+        """Name of every segment's log."""
+        return tuple(self.data[log].name for log in self.segments.log)
+
+    def residuals(self, sets: Tensor) -> Tensor:
+        """Predicted less measured ``# (B, S, N·C)`` under parameter sets ``# (B, P)``."""
+        return torch.cat([self._residuals(part) for part in sets.split(BATCH)])
+
+    def linearised(self, sets: Tensor, active: Sequence[Sequence[tuple[int, ...]]]) -> list[Tensor]:
+        """Per set, residuals and their derivative by its active parameters ``# (S, R, 1 + A)``.
+
+        Args:
+            sets: parameter sets ``# (B, P)``.
+            active: per set, its free parameters: slots that move together, in units of their scale.
+        """
+        rows, steps = [], []
+        _, high = self.library.bounds
+        for values, free in zip(sets, active, strict=True):
+            rows.append(values)
+            for tied in free:
+                index = list(tied)
+                sign = torch.where(values[index] + STEP * self.library.scale[index] > high[index], -1.0, 1.0)
+                moved = values.clone()
+                moved[index] += sign[0] * STEP * self.library.scale[index]
+                rows.append(moved)
+                steps.append(float(sign[0]) * STEP)
+        everything = self.residuals(torch.stack(rows)).transpose(0, 1)  # (S, B, R)
+        found, place, step = [], 0, 0
+        for free in active:
+            columns = everything[:, place : place + 1 + len(free)].clone()
+            columns[:, 1:] -= columns[:, :1]
+            columns[:, 1:] /= torch.tensor(steps[step : step + len(free)], dtype=torch.float64)[:, None]
+            found.append(columns.mT)
+            place, step = place + 1 + len(free), step + len(free)
+        return found
+
+    def start_jacobian(self, values: Tensor) -> Tensor:
+        """Derivative of residuals by the start state's tangent ``# (S, R, tangent)`` at one set ``# (P,)``."""
+        size = self.segments.layout.tangent_size
+        moves = torch.cat([torch.zeros(1, size), torch.eye(size)]).double() * START_STEP
+        found = self._residuals(values.expand(size + 1, -1), moves=moves)
+        return ((found[1:] - found[0]) / START_STEP).permute(1, 2, 0)
+
+    def push_jacobian(self, values: Tensor, pushes: Sequence[tuple[str, float]], pieces: int) -> Tensor:
+        """Derivative by pushes, each held over one of so many pieces of a segment ``# (S, R, pushes, pieces)``.
+
+        Args:
+            values: parameter set ``# (P,)``.
+            pushes: input or action column and the size that counts as one.
+            pieces: per segment.
+        """
+        layouts, steps = self.library.equations.layouts, self.segments.length - 1
+        edges, count = self.segments.edges(pieces), len(pushes) * pieces + 1
+        actions, inputs = (torch.zeros(count, 1, steps, len(one)) for one in (layouts.action, layouts.inputs))
+        for i, (column, size) in enumerate(pushes):
+            target, layout = (inputs, layouts.inputs) if column in layouts.inputs else (actions, layouts.action)
+            for j in range(pieces):
+                target[1 + i * pieces + j, 0, edges[j] : edges[j + 1], layout.index(column)] = size * STEP
+        found = self._residuals(values.expand(count, -1), actions=actions.double(), inputs=inputs.double())
+        return ((found[1:] - found[0]) / STEP).reshape(len(pushes), pieces, *found.shape[1:]).permute(2, 3, 0, 1)
+
+    def _residuals(
+        self, sets: Tensor, moves: Tensor | None = None, actions: Tensor | None = None, inputs: Tensor | None = None
+    ) -> Tensor:
+        layout, columns, chosen = self._compared
+        states = self._states(sets, moves, actions, inputs).permute(2, 0, 1, 3)  # (N, B, S, state), as it lies
+        parts = torch.stack([states[..., column] for column in columns]).movedim(0, -1)
+        difference = layout.difference(parts, self._measured_columns)
+        difference = difference if chosen is None else difference[..., chosen]
+        return difference.nan_to_num(nan=1e3).clamp_(-1e3, 1e3).permute(1, 2, 0, 3).flatten(-2)
+
+    def states(self, sets: Tensor) -> Tensor:
+        """Predicted measurements of every row of the segments ``# (B, S, N, state)``."""
+        return self._states(sets, None, None, None)
+
+    def states_by_segment(self, sets: Tensor, which: Tensor) -> Tensor:
+        """Predicted measurements of every segment under a parameter set of its own ``# (S, N, state)``.
+
+        Args:
+            sets: ``# (K, P)``.
+            which: row of ``sets`` for each segment ``# (S,)``.
+        """
+        found = torch.empty(len(self.segments), self.segments.length, self._visible, dtype=torch.float64)
+        for number in which.unique():
+            mine = which == number
+            part = Problem(self.library, self.data, self.segments.of(mine))
+            found[mine] = part.states(sets[number][None])[0]
+        return found
+
+    def _states(self, sets: Tensor, moves: Tensor | None, actions: Tensor | None, inputs: Tensor | None) -> Tensor:
+        library, segments = self.library, self.segments
+        parameters = self._defaults.repeat(len(sets), 1, 1)  # (B, 1, all)
+        parameters[:, 0, list(library.columns)] = sets
+        log, ahead = torch.as_tensor(segments.log)[:, None], torch.as_tensor(segments.ahead())
+        commands = self._commands.of(sets)  # (U, logs, T, m), row of each set
+        sent = commands[0][:, log, ahead][commands[1]]
+        known = self._inputs[log, ahead].expand(len(sets), -1, -1, -1)
+        start = self._start(segments.start, sets, parameters, moves)
+        if library.hidden_start is not None:
+            start = self._with_hidden(start, commands, parameters, sets, library.busy(sets, library.remembering))
+        predicted = self._rolled_out(
+            start,
+            sent if actions is None else sent + actions,
+            known if inputs is None else known + inputs,
+            parameters,
+        )
+        turned = self._turned(sets)
+        if turned.all():
+            return self._measured(_with_first(start, predicted), parameters[..., None, :])[..., : self._visible]
+        states = _with_first(start, predicted)
+        if turned.any():
+            states[turned] = self._measured(states[turned], parameters[turned][..., None, :])
+        return states[..., : self._visible]
+
+    def _turned(self, sets: Tensor) -> Tensor:
+        """Parameter sets whose measurements are not the state itself ``# (B,)``."""
+        whole = None if self.library.base.output else self.library.measuring
+        return self.library.busy(sets, whole)
+
+    def _start(self, measured: Tensor, sets: Tensor, parameters: Tensor, moves: Tensor | None) -> Tensor:
+        """State whose measurement is ``measured``, moved by a tangent step ``# (B, S, state)``."""
+        layout = self.segments.layout
+        start = measured.expand(len(parameters), -1, -1)
+        turned = self._turned(sets)
+        if turned.any():
+            start = start.clone()
+            start[turned] = self._unmeasured(measured, parameters[turned])
+        return start if moves is None else layout.retract(start, moves[:, None].expand(-1, start.shape[1], -1))
+
+    @cached_property
+    def _unsensed(self) -> tuple[Tensor, Tensor]:
+        """States that the base's own sensors report as the start ``# (S, state)``, and how they follow the report."""
+        sensors = Sensors(self.library.base)
+        start = sensors.state(self.segments.start)
+        return start, sensors.inverse_slope(start)
+
+    def _unmeasured(self, measured: Tensor, parameters: Tensor) -> Tensor:
+        """State whose measurement is ``measured # (S, state)`` under parameters ``# (B, 1, all)``."""
+        layout, (start, slope) = self.segments.layout, self._unsensed
+        start = start.expand(len(parameters), -1, -1)
+        hidden = self.library.equations.layouts.state.size - self._visible
+        for _ in range(2):
+            whole = torch.cat([start, start.new_zeros(*start.shape[:-1], hidden)], dim=-1)
+            reported = self._measured(whole, parameters)[..., : self._visible]
+            away = layout.difference(reported, measured)
+            start = layout.retract(start, -(slope @ away[..., None])[..., 0])
+        return start
+
+    def _measured(self, states: Tensor, parameters: Tensor) -> Tensor:
+        output = self.library.output
+        if output is None:
+            return states
+        given = [states]
+        if parameters.shape[-1]:
+            given.append(parameters.expand(*states.shape[:-1], -1))
+        found: Tensor = output(*given)
+        return found
+
+    def _with_hidden(
+        self, start: Tensor, commands: tuple[Tensor, Tensor], parameters: Tensor, sets: Tensor, busy: Tensor
+    ) -> Tensor:
+        """Hidden states at the start: they run through the rows before it, from a start in rest.
+
+        Args:
+            start: ``# (B, S, visible)``.
+            commands: of :meth:`FilteredCommands.of`.
+            parameters: ``# (B, 1, all)``.
+            sets: ``# (B, P)``.
+            busy: parameter sets to which hidden states matter ``# (B,)``; others have zeros.
+        """
+        hidden = start.new_zeros(*start.shape[:-1], self.library.equations.layouts.state.size - self._visible)
+        if busy.any():
+            hidden[busy] = self._warmed_up((commands[0], commands[1][busy]), sets[busy], parameters[busy])
+        return torch.cat([start, hidden], dim=-1)
+
+    def _warmed_up(self, commands: tuple[Tensor, Tensor], sets: Tensor, parameters: Tensor) -> Tensor:
+        segments, first = self.segments, self.library.hidden_start
+        log = torch.as_tensor(segments.log)[:, None]
+        rows = torch.as_tensor(segments.row)[:, None] + torch.arange(-WARM_UP, 0)
+        sent, known = commands[0][:, log, rows][commands[1]], self._inputs[log, rows]
+        before = self._start(segments.before, sets, parameters, None)
+        size = self.library.equations.layouts.state.size - self._visible
+        whole = torch.cat([before, before.new_zeros(*before.shape[:-1], size)], dim=-1)
+        groups = [whole, sent[..., 0, :], known[:, 0], parameters]
+        groups = [g.expand(*whole.shape[:-1], -1) for g in groups if g.shape[-1]]
+        assert first is not None
+        whole[..., self._visible :] = first(*groups)
+        moved = self._rolled_out(whole, sent, known.expand(len(parameters), -1, -1, -1), parameters)
+        return moved[..., -1, self._visible :]
+
+    def _rolled_out(self, start: Tensor, actions: Tensor, inputs: Tensor, parameters: Tensor) -> Tensor:
+        """States after each action ``# (B, S, N, state)``: the one place where the diagnosis rolls out."""
+        with torch.no_grad():
+            return rollout(self.library.model, start, actions, inputs, parameters)
+
+
+def _with_first(first: Tensor, others: Tensor) -> Tensor:
+    """States of all rows ``# (B, S, N, state)``, column by column and row by row in memory, as rollouts lie there."""
+    sets, segments, steps, size = others.shape
+    states = torch.empty(steps + 1, size, sets, segments, dtype=others.dtype).movedim((0, 1), (-2, -1))
+    states[..., 0, :], states[..., 1:, :] = first, others
+    return states

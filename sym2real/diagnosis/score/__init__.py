@@ -1,0 +1,1 @@
+"""What was found, on data that took no part in its fit: ladder, gate, values with intervals."""

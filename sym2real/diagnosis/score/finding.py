@@ -1,0 +1,252 @@
+"""What a diagnosis says of one effect: values with intervals, share, rivals that the data cannot exclude."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from itertools import pairwise
+from typing import Any
+
+import torch
+
+from sym2real.diagnosis.estimate.calibrate import Calibration
+from sym2real.diagnosis.estimate.fit import Fit
+from sym2real.diagnosis.estimate.significance import half_widths
+from sym2real.diagnosis.estimate.swing import Swing
+from sym2real.diagnosis.predict.candidate import Candidate
+from sym2real.diagnosis.predict.library import SWINGING, Library
+from sym2real.diagnosis.predict.nuisance import BY_TORQUE, STIFFNESS
+from sym2real.diagnosis.score.cleaning import cleaned
+from sym2real.diagnosis.score.importance import by_importance
+from sym2real.diagnosis.score.reliability import Confidence, confidence, kind
+from sym2real.diagnosis.search.deviations import reported
+from sym2real.diagnosis.search.select import Selection
+from sym2real.effects import Effect, compose, effect
+from sym2real.effects.kind import with_unit
+from sym2real.effects.voltage import REFERENCE, VOLTAGE, with_voltage
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Dataset
+
+# Model form dominates quoted intervals (DIAGNOSIS.md): relative floor of their half-width.
+INTERVAL_FLOOR = 0.03
+# Filters act on the mean of a command over a control step. One that changes steadily within the step moves a position
+# by a third of its change, its mean by a half: a sixth of a step that a lag's time cannot be told from.
+WITHIN_A_STEP, LAGGING = 1 / 6, ("lag", "motor_lag")
+# Standard deviations of a 95 % interval.
+TWO_SIDED = 1.96
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A parameter's value with its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+    @property
+    def said(self) -> str:
+        """Value and unit for a sentence."""
+        return with_unit(self.value, self.unit)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One effect that is there.
+
+    Args:
+        effect: its key.
+        parameters: by name.
+        share: part of the base's excess whitened loss that it removes in its order.
+        group: itself and the effects that this data cannot tell from it.
+        separate_by: the manoeuvre that would.
+        provisional: too few independent pieces of data for a test.
+        fix: what to change on the robot or in the model.
+        log_spread: standard deviation of each parameter over logs that are fitted one by one.
+        voltage: of the battery where the thrust map holds (V), when the effect goes by the voltage.
+        confidence: how often findings of its kind are right; None where nobody has counted.
+    """
+
+    effect: str
+    parameters: dict[str, Estimate]
+    share: float
+    group: tuple[str, ...] = ()
+    separate_by: str = ""
+    provisional: bool = False
+    fix: str = ""
+    log_spread: dict[str, float] = field(default_factory=dict)
+    voltage: float | None = None
+    confidence: Confidence | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The entry of ``findings`` in DESIGN.md, "Names that stay"."""
+        return {
+            "effect": self.effect,
+            "parameters": {name: asdict(estimate) for name, estimate in self.parameters.items()},
+            "share": self.share,
+            "group": list(self.group),
+            "separate_by": self.separate_by,
+            "provisional": self.provisional,
+            "fix": self.fix,
+            "spread_over_logs": self.log_spread,
+            "confidence": None if self.confidence is None else self.confidence.to_dict(),
+        } | ({} if self.voltage is None else {"full_battery": self.voltage})
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Values alone, by parameter."""
+        return {name: estimate.value for name, estimate in self.parameters.items()}
+
+    def bound(self, equations: Equations) -> Equations:
+        """The equations with the inputs that the effect's values refer to."""
+        return equations if self.voltage is None else with_voltage(equations, self.voltage)
+
+
+def applied(equations: Equations, found: Sequence[Finding]) -> Equations:
+    """The equations with effects at their fitted values, and with the inputs that these refer to."""
+    for one in found:
+        equations = one.bound(equations)
+    return compose(equations, [(effect(one.effect, equations), one.values) for one in found])
+
+
+def estimates(selection: Selection, one: Candidate, fit: Fit) -> dict[str, dict[str, Estimate]]:
+    """Values of a chosen candidate in a fit of all, by effect and parameter."""
+    library, halves = selection.problems.problem.library, half_widths(selection.problems, fit)
+    found: dict[str, dict[str, Estimate]] = {}
+    for place, tied in zip(selection.places(selection.chosen, one), one.free, strict=True):
+        for index in tied:
+            of, slot = library.slots[index].effect, library.slots[index].parameter
+            origin = float(selection.origin[index])
+            value = reported(float(fit.values[index]), origin, slot)
+            half = float(halves[place]) * slot.scale
+            reference = value - slot.null if slot.null in (0.0, 1.0) else value
+            floor = (INTERVAL_FLOOR**2 + (STIFFNESS if of in BY_TORQUE else 0.0) ** 2) ** 0.5
+            half = (half**2 + (floor * reference) ** 2 + _unresolved(library, of) ** 2) ** 0.5
+            found.setdefault(of, {})[slot.name] = Estimate(value, value - half, value + half, slot.unit)
+    return found
+
+
+def _unresolved(library: Library, name: str) -> float:
+    """Half-width of what control steps hide of a lag's time in s; none of other effects."""
+    lagging = library.effects[name].kind in LAGGING if name in library.effects else False
+    return WITHIN_A_STEP * library.equations.dt if lagging else 0.0
+
+
+def spread_over_logs(selection: Selection, one: Candidate, fit: Fit) -> dict[str, float]:
+    """Standard deviation over logs of each parameter when every log fits its own, in its unit."""
+    problems = selection.problems
+    log = torch.as_tensor(problems.problem.segments.log)
+    steps = []
+    for index in log.unique():
+        mine = log == index
+        steps.append(problems.best_step(fit.of_segments(mine)))
+    if len(steps) < 2:
+        return {}
+    deviation = torch.stack(steps).std(dim=0)
+    slots = problems.problem.library.slots
+    return {
+        slots[tied[0]].parameter.name: float(deviation[place]) * slots[tied[0]].parameter.scale
+        for place, tied in zip(selection.places(selection.chosen, one), one.free, strict=True)
+    }
+
+
+def findings(
+    selection: Selection,
+    groups: dict[str, tuple[str, ...]],
+    freedom: int,
+    provisional: bool,
+    own: Calibration | None,
+) -> list[Finding]:
+    """All chosen effects, in order of importance, each with its share in that order.
+
+    Args:
+        selection: what was found.
+        groups: by name of a candidate, effects that the data cannot tell from it.
+        freedom: whitened squares that nobody can explain.
+        provisional: whether there are too few independent pieces of data for a test.
+        own: the base against the plain simulator, if there is one.
+    """
+    library, problems = selection.problems.problem.library, selection.problems
+    fit = cleaned(problems, selection.fit, own)
+    ordered = by_importance(selection)
+    base = float(problems.whitening.loss(problems.problem.residuals(selection.origin[None])).sum())
+    shares = shares_of([base, *(stage.total for _, stage in ordered)], freedom)
+    found = []
+    for (one, _), share in zip(ordered, shares, strict=True):
+        logs = spread_over_logs(selection, one, fit)
+        for key, parameters in estimates(selection, one, fit).items():
+            of = library.effects[key]
+            group = tuple(dict.fromkeys((key, *groups.get(one.name, ()))))
+            found.append(
+                Finding(
+                    effect=key,
+                    parameters=parameters,
+                    share=share / len(one.keys),
+                    group=group,
+                    separate_by=of.shown_by if len(group) > 1 else "",
+                    provisional=provisional,
+                    fix=of.fix,
+                    log_spread=logs,
+                    voltage=_voltage(of),
+                )
+            )
+    return found
+
+
+def shares_of(losses: Sequence[float], freedom: float) -> list[float]:
+    """Part of the excess loss that each finding removes in its order.
+
+    Args:
+        losses: whitened squares without findings, then with one more each.
+        freedom: squares that nobody can explain.
+    """
+    excess = max(losses[0] - min(freedom, losses[-1]), 1e-9)
+    return [max(0.0, (before - after) / excess) for before, after in pairwise(losses)]
+
+
+def told(found: Sequence[Finding], library: Library, swing: Swing | None, logs: Dataset) -> tuple[Finding, ...]:
+    """The findings under the keys that a user types, with what was settled before the search.
+
+    That is which rotor lost thrust, and how fast a force swings; also its phase where there is one log, which at the
+    start of a log of length T is known to T/√3 times the frequency's deviation (both from one line through the angle).
+    """
+    known: dict[str, Estimate] = {}
+    if swing is not None:
+        known["omega"] = _about(swing.omega, swing.deviation, "rad/s")
+        if len(logs) == 1:
+            known["phase"] = _about(swing.phases[0], swing.deviation * len(logs[0]) * logs[0].dt / 3**0.5, "rad")
+    result = []
+    for one in found:
+        chosen = {name: Estimate(value, value, value, "1") for name, value in library.choice(one.effect).items()}
+        settled = chosen | (known if one.effect in SWINGING else {})
+        group = tuple(dict.fromkeys(library.key(name) for name in one.group))
+        result.append(
+            replace(one, effect=library.key(one.effect), parameters={**settled, **one.parameters}, group=group)
+        )
+    return tuple(result)
+
+
+def rated(found: Sequence[Finding], *, passed: bool, leftover: bool, calibrated: bool) -> tuple[Finding, ...]:
+    """The findings with their confidence, where their kind has been counted.
+
+    Args:
+        found: in order of importance.
+        passed: whether the gate on held-out data was.
+        leftover: whether something is left over.
+        calibrated: whether the base was calibrated in its simulator, as wherever findings were counted.
+    """
+    kinds = (kind(passed=passed, leftover=leftover, first=place == 0) for place in range(len(found)))
+    return tuple(
+        replace(one, confidence=confidence(name) if calibrated and not one.provisional else None)
+        for one, name in zip(found, kinds, strict=True)
+    )
+
+
+def _about(value: float, deviation: float, unit: str) -> Estimate:
+    return Estimate(value, value - TWO_SIDED * deviation, value + TWO_SIDED * deviation, unit)
+
+
+def _voltage(found: Effect) -> float | None:
+    by_voltage = found.kind == "battery_sag" and VOLTAGE in found.body.layouts.inputs
+    return found.body.numbers.get(REFERENCE) if by_voltage else None

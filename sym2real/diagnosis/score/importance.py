@@ -1,0 +1,96 @@
+"""In which order findings matter: by how much worse free predictions are without each.
+
+The whitened loss that the search works with says how sure an effect is; a tiny effect on a quiet axis is very sure.
+What matters to a user is the error of long predictions, from windows all along the logs, of position and attitude as a
+product, so that no unit counts more than another. The order is found from behind: of all findings, the one without
+which the others predict best is the last, and so on; all keep their values, because one that is fitted without another
+borrows what that does (drag is huge where wind is forbidden). Trim, which the next run has anew, stays in meanwhile
+and comes last of all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import torch
+
+from sym2real.diagnosis.data.segments import WARM_UP
+from sym2real.diagnosis.data.start import ROWS
+from sym2real.diagnosis.data.windows import JUDGED, channel_errors, free_run_seconds
+from sym2real.diagnosis.errors.rungs import windows_of
+from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Fit, Hypothesis
+from sym2real.diagnosis.predict.candidate import Candidate
+from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.search.deviations import parameter_set
+from sym2real.diagnosis.search.select import Selection
+from sym2real.effects.trim import is_trim
+
+LEAST = 1e-9
+
+Ordered = list[tuple[Candidate, Fit]]
+
+
+def by_importance(selection: Selection) -> Ordered:
+    """Chosen effects, the most important first, each with the fit of all so far."""
+    if selection.order is None:
+        selection.order = _ordered(selection)
+    return selection.order
+
+
+def _ordered(selection: Selection) -> Ordered:
+    order = _order(selection)
+    problems, values = selection.problems, selection.origin
+    ordered: Ordered = []
+    for number, one in enumerate(order, start=1):
+        if number == len(order):
+            return [*ordered, (one, selection.fit)]
+        values = values.clone()
+        values[one.slots] = selection.fit.values[one.slots]
+        (fit,) = problems.fit([Hypothesis(selection.free(order[:number]), values)], REFIT_STEPS)
+        ordered.append((one, fit))
+        values = fit.values
+    return ordered
+
+
+def _order(selection: Selection) -> list[Candidate]:
+    if len(selection.chosen) < 2:
+        return list(selection.chosen)
+    windows = _windows(selection)
+    trim = [one for one in selection.chosen if _is_trim(selection, one)]
+    lasting = [one for one in selection.chosen if one not in trim]
+    return [*_from_behind(selection, windows, lasting, trim), *_from_behind(selection, windows, trim, lasting)]
+
+
+def _from_behind(
+    selection: Selection, windows: Problem, some: Sequence[Candidate], others: Sequence[Candidate]
+) -> list[Candidate]:
+    """Some of the effects by importance, while the others stay."""
+    rest, last = list(some), list[Candidate]()
+    while len(rest) > 1:
+        scores = [_score(selection, windows, [*others, *(kept for kept in rest if kept is not one)]) for one in rest]
+        last.append(rest.pop(scores.index(min(scores))))
+    return [*rest, *reversed(last)]
+
+
+def _is_trim(selection: Selection, one: Candidate) -> bool:
+    problem = selection.problems.problem
+    slots, found = problem.library.slots, parameter_set(selection, [one], selection.fit.values)
+    values = {slots[i].parameter.name: float(found[i]) for i in one.slots}
+    return all(is_trim(problem.library.effects[key], values, problem.data) for key in one.keys)
+
+
+def _windows(selection: Selection) -> Problem:
+    """The logs in windows as long as a free run, or as the longest log allows."""
+    problem = selection.problems.problem
+    longest = max(len(trajectory) for trajectory in problem.data) - ROWS - WARM_UP - 1
+    steps = min(round(free_run_seconds(problem.data.layouts.state) / problem.library.equations.dt), longest)
+    return Problem(problem.library, problem.data, windows_of(problem.data, steps))
+
+
+def _score(selection: Selection, windows: Problem, kept: Sequence[Candidate]) -> float:
+    """Sum of the logarithms of the errors at the windows' end with some effects at their values among all."""
+    values = parameter_set(selection, kept, selection.fit.values)
+    predicted = windows.states(values[None])[0, :, -1]
+    errors = channel_errors(windows.segments.layout, predicted, windows.segments.measured[:, -1])
+    squares = [float((errors[name] ** 2).mean()) for name in JUDGED if name in errors]
+    return float(torch.tensor(squares).clamp_min(LEAST).log().sum())

@@ -1,0 +1,1 @@
+"""Which effects are there, and which the data cannot tell from them."""

@@ -1,0 +1,60 @@
+"""Effects that this data cannot tell from one that was found."""
+
+from __future__ import annotations
+
+from fnmatch import fnmatch
+
+import torch
+
+from sym2real.diagnosis.predict.competitors import STANDS_FOR
+from sym2real.diagnosis.search.select import GAIN, Selection
+from sym2real.effects import applicable
+from sym2real.symbolic import Equations
+
+# A rival of the same group saves this share of what the finding saves, and leaves no more loss than this beyond it,
+# relative; the larger one only where folds do not agree on who is better, by a paired t.
+SHARE, PAIRED_T, AT_MOST = 0.8, 2.5, 0.1
+
+
+def groups_of(selection: Selection) -> dict[str, tuple[str, ...]]:
+    """Per chosen effect, the rivals that explain the data as well, and those that always do."""
+    if not selection.chosen:
+        return {}
+    rivals, equations = selection.rivals(), selection.problems.problem.library.equations
+    found = {}
+    for one in selection.chosen:
+        members = [*one.alike, *always_alike(one.name, equations)]
+        for scored, share, difference in rivals[one.name]:
+            name = scored.candidate.name
+            if name in {other.name for other in selection.chosen}:
+                continue
+            if as_good(share, difference, selection.loss):
+                members += [name, *always_alike(name, equations)]
+        found[one.name] = tuple(dict.fromkeys(member for member in members if member != one.name))
+    return found
+
+
+def as_good(share: float, difference: torch.Tensor, loss: float) -> bool:
+    """Whether a rival explains the data as well: by less than the gain that any finding needs, it makes no difference.
+
+    Args:
+        share: of the finding's gain.
+        difference: the rival's loss less the finding's, by fold ``# (folds,)``.
+        loss: the finding's.
+    """
+    beyond = float(difference.sum()) / max(loss, 1e-12)
+    return share > SHARE and (beyond < GAIN or (beyond < AT_MOST and _paired(difference) < PAIRED_T))
+
+
+def always_alike(name: str, equations: Equations) -> tuple[str, ...]:
+    """Effects of these equations that an effect stands for on every flight."""
+    patterns = STANDS_FOR.get(name, ())
+    return tuple(one.key for one in applicable(equations) if any(fnmatch(one.key, pattern) for pattern in patterns))
+
+
+def _paired(difference: torch.Tensor) -> float:
+    """t of the rivals' losses less the finding's, over folds."""
+    if len(difference) < 2:
+        return 0.0
+    spread = float(difference.std()) / float(len(difference)) ** 0.5
+    return float(difference.mean()) / max(float(spread), 1e-12)

@@ -1,0 +1,49 @@
+"""What the findings do not explain: pushes, constants, dependences, a misfit; and a term for the strongest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sym2real.diagnosis.score.finding import Finding, applied, rated
+from sym2real.diagnosis.score.scoring import Scored
+from sym2real.diagnosis.unexplained.constant import find_constants
+from sym2real.diagnosis.unexplained.dependence import find_dependence
+from sym2real.diagnosis.unexplained.leftover import Leftover, Rest, find_leftovers, find_misfit
+from sym2real.diagnosis.unexplained.term import Term, propose
+
+
+@dataclass(frozen=True, eq=False)
+class Explained:
+    """Findings, and what is left beside them.
+
+    Args:
+        scored: findings and held-out errors.
+        findings: with their confidence, which what is left has a say in.
+        leftovers: what no effect explains, the strongest first.
+        proposal: a term that would explain some of the first, unverified.
+    """
+
+    scored: Scored
+    findings: tuple[Finding, ...]
+    leftovers: tuple[Leftover, ...]
+    proposal: Term | None
+
+
+def explain_rest(scored: Scored) -> Explained:
+    """What is left, and how sure the findings are in view of it."""
+    found, prepared = scored.found, scored.found.prepared
+    selection, own, spread = found.selection, prepared.calibration, prepared.spread
+    problems = selection.problems
+    rest = Rest.of(problems.problem, spread, problems.whitening, selection.fit.values)
+    of_the_base = None if own is None else lambda: Rest.of(own.problem, own.spread, own.whitening, own.origin)
+    leftovers = find_leftovers(rest, of_the_base)
+    leftovers += find_constants(selection, spread, own, exclude=[one.channel for one in leftovers])
+    leftovers = leftovers or find_dependence(selection, spread, own)
+    leftovers = leftovers or find_misfit(selection.fit.total / problems.whitening.freedom)
+    calibrated = own is not None and found.finished
+    sure = rated(scored.findings, passed=scored.gate.passed, leftover=bool(leftovers), calibrated=calibrated)
+    proposal = None
+    if leftovers:
+        informed = applied(prepared.model, sure)
+        proposal = propose(informed, prepared.checked.data, rest, leftovers[0], problems.whitening)
+    return Explained(scored, sure, tuple(leftovers), proposal)

@@ -1,0 +1,247 @@
+"""What is left after the effects that were found: pushes that the data still ask for, and what they depend on.
+
+The push over every fifth of a segment is its most likely value given the residual, d = Q JᵀC⁻¹r; less the log's mean.
+A random forest that predicts pushes of logs it has not seen (R² > 0.1) shows an effect that the library does not
+have; a small tree on the signed push says where.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from sym2real import rotation
+from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
+from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.layout import WRENCH
+from sym2real.trajectory import Array, Trajectory
+
+DEPENDS, SUSPECT = 0.10, 0.03
+# Of what counts as one push. Where noise of a column goes into push and feature alike, as on a steady circle, what
+# seems to depend on it was less than a two-hundredth of that.
+NEGLIGIBLE = 0.01
+# A dependence of this size relative to the logs' in the plain simulator's data is the base's own.
+OWN = 0.5
+TREES, LEAF, FOLDS = 20, 8, 4
+FEWEST = 60
+# Whitened squares per degree of freedom of an answer that leaves something out: null data leave 1.06 at most.
+MISFIT, TOO_MUCH = "misfit", 1.2
+
+
+@dataclass(frozen=True)
+class Leftover:
+    """A push that depends on something, or is the same everywhere.
+
+    Args:
+        explained_by: the feature it depends on most, "constant", or "misfit" where it is no push that is left.
+        channel: direction of the push; empty for a misfit.
+        r2: share of its variance (of its squares, where it is constant) that logs not seen confirm; share of a misfit's
+            squares that noise and disturbances do not make.
+        term: where the push changes, in words.
+        size, unit: of a constant push, as the model lacks it.
+    """
+
+    explained_by: str
+    channel: str
+    r2: float
+    term: str
+    size: float | None = None
+    unit: str = ""
+
+    @property
+    def statement(self) -> str:
+        """What is left, for a sentence."""
+        if self.explained_by == MISFIT:
+            return f"an error {(1 - self.r2) ** -0.5:.2f} times that of noise and disturbances"
+        pushed = self.channel in WRENCH
+        if self.size is not None:
+            how = f"push along {self.channel} of" if pushed else f"change of {self.channel} by"
+            return f"a constant {how} {self.size:.3g} {self.unit}"
+        return f"a {'push along' if pushed else 'change of'} {self.channel} that depends on {self.explained_by}"
+
+    @property
+    def measure(self) -> str:
+        """How much of what is left that is, in words."""
+        return f"{100 * self.r2:.0f} % of the squares" if self.explained_by == MISFIT else f"R² {self.r2:.2f}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The entry of ``leftover`` in DESIGN.md, "Names that stay"."""
+        return dict(vars(self))
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """What is left of a data set at a parameter set.
+
+    Args:
+        names, units, sizes: of the pushes; what counts as one.
+        pushes: less the log's mean ``# (pieces, D)``.
+        features: their names.
+        values: features of every piece ``# (pieces, F)``.
+        groups: pieces that are left out together ``# (pieces,)``.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    sizes: tuple[float, ...]
+    pushes: Array
+    features: list[str]
+    values: Array
+    groups: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, problem: Problem, spread: Spread, whitening: Whitening, values: torch.Tensor) -> Rest:
+        """What a parameter set ``# (P,)`` leaves of a problem."""
+        pushes = most_likely_pushes(problem, spread, whitening, values)
+        names, features = features_of(problem)
+        logs = np.repeat(problem.segments.log, PIECES)
+        for log in np.unique(logs):
+            pushes[logs == log] -= pushes[logs == log].mean(axis=0)
+        groups = logs if len(np.unique(logs)) > 2 else logs * 100 + np.arange(len(logs)) * 4 // len(logs)
+        units = tuple(unit_of(problem, name) for name in spread.names)
+        return cls(spread.names, units, tuple(spread.sizes.tolist()), pushes, names, features, groups)
+
+    def explained(self, channel: str) -> tuple[float, float]:
+        """R² of a push on pieces not seen, and the size of what is so explained in its unit."""
+        target = self.pushes[:, self.names.index(channel)]
+        r2 = float(cross_validated(self.values, target[:, None], self.groups)[0])
+        return r2, float(np.sqrt(max(r2, 0.0)) * target.std())
+
+    def suspects(self) -> list[str]:
+        """Channels that may depend on something, the likeliest first: one forest for all of them says so."""
+        shares = cross_validated(self.values, self.pushes / (self.pushes.std(axis=0) + 1e-300), self.groups)
+        return [self.names[place] for place in np.argsort(-shares) if shares[place] > SUSPECT]
+
+
+def find_misfit(squares: float) -> tuple[Leftover, ...]:
+    """A misfit that no push describes, and that is none of noise and disturbances; none where the data are explained.
+
+    Args:
+        squares: whitened, per degree of freedom.
+    """
+    if squares <= TOO_MUCH:
+        return ()
+    return (Leftover(MISFIT, "", 1.0 - 1.0 / squares, f"{squares:.2f} whitened squares per degree of freedom"),)
+
+
+def find_leftovers(rest: Rest, of_the_base: Callable[[], Rest] | None = None) -> tuple[Leftover, ...]:
+    """What is left and depends on something, the strongest first.
+
+    Args:
+        rest: of the logs.
+        of_the_base: gives what is left of the plain simulator's data: a channel in which the base misses as much
+            there shows the base's own fault and is passed over.
+    """
+    if len(rest.pushes) < FEWEST:
+        return ()
+    base: Rest | None = None
+    found = []
+    scored = sorted(((*rest.explained(channel), channel) for channel in rest.suspects()), reverse=True)
+    for r2, size, channel in scored:
+        if r2 <= DEPENDS:
+            break
+        place = rest.names.index(channel)
+        if size < NEGLIGIBLE * rest.sizes[place]:
+            continue
+        base = of_the_base() if base is None and of_the_base is not None else base
+        if base is not None and base.explained(channel)[1] > OWN * size:
+            continue
+        feature, term = split_in_words(rest.features, rest.values, rest.pushes[:, place], rest.units[place])
+        found.append(Leftover(feature, channel, r2, term))
+    return tuple(found)
+
+
+def most_likely_pushes(problem: Problem, spread: Spread, whitening: Whitening, values: torch.Tensor) -> Array:
+    """Pushes in their unit ``# (S·pieces, D)``."""
+    residual = problem.residuals(values[None])[0]
+    weighted = whitening.inverse_times(residual[..., None])  # (S, R, 1)
+    power = torch.tensor([whitening.pushes[name] for name in spread.names], dtype=torch.float64)
+    likely = (spread.pushes.flatten(-2).mT @ weighted)[..., 0].reshape(len(residual), len(spread.names), PIECES)
+    # The model's push would have to change by minus what makes prediction less measurement.
+    likely = -likely * ((power / spread.sizes) ** 2 * spread.sizes)[:, None]
+    pushes: Array = likely.permute(0, 2, 1).reshape(-1, len(spread.names)).numpy()
+    return pushes
+
+
+def features_of(problem: Problem) -> tuple[list[str], Array]:
+    """Names, and means over every piece of every segment ``# (S·pieces, features)``."""
+    segments = problem.segments
+    tables = [_features(trajectory) for trajectory in problem.data]
+    names = list(tables[0])
+    columns = [np.stack([table[name] for name in names], axis=1) for table in tables]
+    rows = [
+        columns[log][row + first : row + last].mean(axis=0)
+        for log, row in zip(segments.log, segments.row, strict=True)
+        for first, last in pairwise(segments.edges(PIECES))
+    ]
+    return names, np.stack(rows)
+
+
+def _features(trajectory: Trajectory) -> dict[str, Array]:
+    layout = trajectory.layouts.state
+    found: dict[str, Array] = {"time": trajectory.time - trajectory.time[0]}
+    if "z" in layout:
+        found["height"] = trajectory.column("z")
+    velocity = np.stack([_smooth(trajectory.column(c)) for c in ("vx", "vy", "vz") if c in layout], axis=1)
+    found["speed"] = np.linalg.norm(velocity, axis=1)
+    found |= {f"velocity {axis}": column for axis, column in zip("xyz", velocity.T, strict=False)}
+    if layout.has_field("heading"):
+        sine, cosine = trajectory.column("sin_yaw"), trajectory.column("cos_yaw")
+        found["forward speed"] = velocity[:, 0] * cosine + velocity[:, 1] * sine
+    if layout.has_field("attitude"):
+        attitude = torch.as_tensor(trajectory.state[:, layout.slice("attitude")])
+        body = rotation.rotate(rotation.conjugate(attitude), torch.as_tensor(velocity)).numpy()
+        found |= {f"body velocity {axis}": column for axis, column in zip("xyz", body.T, strict=True)}
+        found["tilt"] = rotation.tilt(attitude).numpy()
+    found |= {name: trajectory.column(name) for name in ("wx", "wy", "wz", "vbat") if name in _names(trajectory)}
+    for name in trajectory.layouts.action:
+        command = trajectory.column(name)
+        found[name] = command
+        found[f"change of {name}"] = np.gradient(_smooth(command))
+    return found
+
+
+def _names(trajectory: Trajectory) -> set[str]:
+    return {*trajectory.layouts.state, *trajectory.layouts.inputs, *trajectory.extra}
+
+
+def _smooth(column: Array) -> Array:
+    smoothed: Array = np.convolve(np.pad(column, 2, mode="edge"), np.ones(5) / 5, "valid")
+    return smoothed
+
+
+def cross_validated(features: Array, targets: Array, groups: NDArray[np.int64]) -> Array:
+    """R² of each target ``# (pieces, D)`` by a random forest on groups that it has not seen ``# (D,)``."""
+    from sklearn.ensemble import RandomForestRegressor  # noqa: PLC0415 — heavy, and only needed at the end
+    from sklearn.model_selection import GroupKFold  # noqa: PLC0415
+
+    predicted = np.empty_like(targets)
+    for seen, unseen in GroupKFold(min(FOLDS, len(np.unique(groups)))).split(features, targets, groups):
+        forest = RandomForestRegressor(TREES, min_samples_leaf=LEAF, max_features=0.33, random_state=0)
+        forest.fit(features[seen], targets[seen].squeeze())
+        predicted[unseen] = forest.predict(features[unseen]).reshape(len(unseen), -1)
+    missed = np.square(targets - predicted).sum(axis=0)
+    shares: Array = 1.0 - missed / np.maximum(np.square(targets - targets.mean(axis=0)).sum(axis=0), 1e-300)
+    return shares
+
+
+def unit_of(problem: Problem, name: str) -> str:
+    """Unit of a push."""
+    layouts = problem.library.equations.layouts
+    return (layouts.inputs if name in layouts.inputs else layouts.action).units[name]
+
+
+def split_in_words(names: Sequence[str], features: Array, target: Array, unit: str) -> tuple[str, str]:
+    """The feature of the first split of a tree on the signed push, and the split in words."""
+    from sklearn.tree import DecisionTreeRegressor  # noqa: PLC0415
+
+    tree = DecisionTreeRegressor(max_depth=1, min_samples_leaf=len(target) // 20).fit(features, target).tree_
+    feature, threshold = names[tree.feature[0]], tree.threshold[0]
+    low, high = (float(tree.value[child].item()) for child in (tree.children_left[0], tree.children_right[0]))
+    return feature, f"{low:.3g} {unit} where {feature} is below {threshold:.3g}, {high:.3g} {unit} above"

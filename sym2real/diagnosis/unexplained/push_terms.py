@@ -1,0 +1,212 @@
+"""Pushes that are functions of something measured: their shapes, and what each would change in a fit.
+
+A term pushes a channel by a constant and three powers of a feature's rank among the logs' values, ranks so that no
+tail decides; or by what a command was a few rows ago less what it is, as any filter that acts on it would. The latter
+says nothing of whole logs, and is taken less every log's mean: trim that differs from log to log has no part in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from sym2real.diagnosis.estimate.fit import Free, solve
+from sym2real.diagnosis.estimate.significance import chance_of, clustered
+from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
+from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.unexplained.constant import CONSTANT
+from sym2real.diagnosis.unexplained.leftover import features_of
+from sym2real.trajectory import Array
+
+# Rows by which a command is looked back at.
+EARLIER = (1, 3, 9)
+SMALLEST = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Feature:
+    """Something that a push may depend on.
+
+    Args:
+        name: in words.
+        columns: names of its columns; none for the constant.
+        values: means over every piece ``# (S·pieces, columns)``.
+        within: whether it varies within logs alone.
+    """
+
+    name: str
+    columns: tuple[str, ...]
+    values: Array
+    within: bool = False
+
+    def shapes(self, among: Feature) -> Tensor:
+        """Shapes of its term ``# (S, pieces, K)``, ranks being those among the values of another data set."""
+        whole = self.values
+        if not self.within:
+            rank = np.empty((len(whole), 0))
+            if self.columns:
+                ordered = np.sort(among.values[:, 0])
+                rank = np.interp(whole, ordered, np.linspace(-1.0, 1.0, len(ordered)))
+            whole = np.concatenate([np.ones((len(whole), 1)), rank, rank**2, rank**3], axis=1)
+        return torch.as_tensor(whole).reshape(-1, PIECES, whole.shape[1])
+
+
+def features_in(problem: Problem) -> dict[str, Feature]:
+    """Everything that a push may depend on, by name."""
+    names, values = features_of(problem)
+    found = {name: Feature(name, (name,), values[:, [place]]) for place, name in enumerate(names)}
+    dt, sent = problem.library.equations.dt, _sent(problem, (0, *EARLIER))
+    for column, name in enumerate(problem.data.layouts.action):
+        words = tuple(f"{name} {k * dt:.2g} s earlier less {name}" for k in EARLIER)
+        change = _within((sent[1:, :, column] - sent[0, :, column]).T, np.repeat(problem.segments.log, PIECES))
+        found[f"earlier {name}"] = Feature(f"earlier {name}", words, change, within=True)
+    varying = {name: one for name, one in found.items() if np.ptp(one.values) > SMALLEST}
+    return {CONSTANT: Feature(CONSTANT, (), np.empty((len(values), 0))), **varying}
+
+
+def _within(columns: Array, log: NDArray[np.int64]) -> Array:
+    """Columns ``# (pieces, columns)`` less their mean over every log."""
+    _, place = np.unique(log, return_inverse=True)
+    means = np.stack([columns[place == one].mean(axis=0) for one in range(place.max() + 1)])
+    without: Array = columns - means[place]
+    return without
+
+
+def _sent(problem: Problem, earlier: Sequence[int]) -> Array:
+    """Mean command over every piece, so many rows earlier ``# (len(earlier), S·pieces, m)``."""
+    segments = problem.segments
+    edges = segments.edges(PIECES)
+    # Of all rows before each, so that the sum over any piece is a difference.
+    sums = [np.pad(log.action.cumsum(0), ((1, 0), (0, 0))) for log in problem.data]
+    back, count = np.array(earlier)[:, None], np.diff(edges)[:, None]
+    places = zip(segments.log, segments.row, strict=True)
+    return np.concatenate([np.diff(sums[log][row + edges - back], axis=1) / count for log, row in places], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class Moments:
+    """Products under C⁻¹, per segment, of all that terms are judged by.
+
+    Args:
+        products: of the residual, its derivatives by the parameters that were found, and every push over every piece,
+            with each other ``# (S, 1 + A + D·pieces, ·)``.
+        found: number of those parameters, A.
+    """
+
+    products: Tensor
+    found: int
+
+    def joined(self, channel: int, term: Tensor) -> tuple[Tensor, Tensor]:
+        """Half of the loss's derivatives by the parameters and a term's ``# (S, A + K), (S, A + K, A + K)``.
+
+        Args:
+            channel: number of the push.
+            term: its shapes ``# (S, pieces, K)``.
+        """
+        first, fitted = 1 + self.found + channel * PIECES, slice(0, 1 + self.found)
+        pieces = slice(first, first + PIECES)
+        across = self.products[:, fitted, pieces] @ term  # (S, 1 + A, K)
+        inside = term.mT @ self.products[:, pieces, pieces] @ term
+        upper = torch.cat([self.products[:, fitted, fitted], across], dim=2)
+        whole = torch.cat([upper, torch.cat([across.mT, inside], dim=2)], dim=1)
+        return whole[:, 1:, 0], whole[:, 1:, 1:]
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """A data set: the logs, or the plain simulator's.
+
+    Args:
+        columns: residuals at one parameter set, and their derivatives by those that are fitted ``# (S, R, 1 + A)``.
+        spread: shapes of the pushes.
+        terms: shapes of every term, by the feature's name ``# (S, pieces, K)``.
+        logs: name of every segment's log.
+    """
+
+    columns: Tensor
+    spread: Spread
+    terms: dict[str, Tensor]
+    logs: tuple[str, ...]
+
+    @classmethod
+    def of(cls, problem: Problem, spread: Spread, values: Tensor, free: Free, among: dict[str, Feature]) -> Side:
+        """At a parameter set ``# (P,)``.
+
+        Args:
+            problem: the data.
+            spread: of it.
+            values: the parameter set ``# (P,)``.
+            free: what is fitted.
+            among: features of the logs, whose ranks count.
+        """
+        (columns,) = problem.linearised(values[None], [free])
+        here = features_in(problem)
+        terms = {name: here[name].shapes(one) for name, one in among.items() if name in here}
+        return cls(columns, spread, terms, problem.log_names)
+
+    def moments(self, whitening: Whitening) -> Moments:
+        """Under a whitening of these data."""
+        columns = torch.cat([self.columns, self.spread.pushes.flatten(-2)], dim=-1)
+        return Moments(whitening.products(columns), self.columns.shape[-1] - 1)
+
+    def after(self, channel: int, name: str, step: Tensor) -> Tensor:
+        """Residuals after a step of the parameters and a term ``# (S, R)``."""
+        shapes = self.spread.pushes[:, :, channel] @ self.terms[name]  # (S, R, K)
+        return self.columns[..., 0] + torch.cat([self.columns[..., 1:], shapes], dim=-1) @ step
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """A term beside what was found, under one whitening.
+
+    Args:
+        channel, name: number of the push, and the feature it depends on.
+        found: number of parameters before the term's.
+        gradient, curvature: half the loss's derivatives by parameters and term, without what is the base's own
+            ``# (S, A + K), (S, A + K, A + K)``.
+    """
+
+    channel: int
+    name: str
+    found: int
+    gradient: Tensor
+    curvature: Tensor
+
+    @property
+    def step(self) -> Tensor:
+        """To the best parameters and term ``# (A + K,)``."""
+        return solve(self.curvature.sum(0), -self.gradient.sum(0))
+
+    @property
+    def most(self) -> float:
+        """Fall of the loss by the term that is fitted to it."""
+        gradient, curvature, n = self.gradient.sum(0), self.curvature.sum(0), self.found
+        before = float(gradient[:n] @ solve(curvature[:n, :n], gradient[:n])) if n else 0.0
+        return float(gradient @ solve(curvature, gradient)) - before
+
+    def fall(self, folds: NDArray[np.int64]) -> float:
+        """Fall of the held-out loss by the term."""
+        index = torch.as_tensor(folds)
+        empty = self.curvature.new_zeros(int(index.max()) + 1, *self.curvature.shape[1:])
+        gradient = empty[..., 0].index_add(0, index, self.gradient)
+        curvature = empty.index_add(0, index, self.curvature)
+        before = _saved(gradient[:, : self.found], curvature[:, : self.found, : self.found])
+        return _saved(gradient, curvature) - before
+
+    def chance(self, clusters: NDArray[np.int64]) -> float:
+        """Probability that the term is this far from none by chance."""
+        step, term = self.step, slice(self.found, None)
+        spread = clustered(self.gradient + self.curvature @ step, self.curvature, clusters)
+        return chance_of(step[term], spread[term, term], len(np.unique(clusters[clusters >= 0])))
+
+
+def _saved(gradient: Tensor, curvature: Tensor) -> float:
+    """Fall of quadratic losses ``# (folds, A), (folds, A, A)``, each at the best of the others."""
+    others = curvature.sum(0) - curvature
+    step = solve(others, gradient - gradient.sum(0))
+    return -float(2 * (gradient * step).sum() + torch.einsum("fa,fab,fb->", step, curvature, step))

@@ -2,40 +2,32 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Generic
 
+import tyro
 from rich.console import Console
 
-from hardware.checks import Check, connected
-from hardware.interfaces import Reading, RobotLink
+from hardware.checks import connected
+from hardware.robots import Kind
 
 
 @dataclass(frozen=True)
-class Checking(ABC):
-    """What checks share; a script's options are these and its own."""
+class Checking(Generic[Kind]):
+    """Connect to a robot and its motion capture, and measure for some seconds what a run needs. Nothing moves."""
 
+    laboratory: Annotated[Kind, tyro.conf.arg(name="")]
+    """The robot and what sees it; what is measured must keep within half of the ages that its limits allow."""
     seconds: float = 3.0
     """How long to measure."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
 
-    @abstractmethod
-    def link(self) -> AbstractContextManager[RobotLink]:
-        """A link that sends nothing, not yet connected."""
-
-    @abstractmethod
-    def checks(self, readings: Sequence[Reading]) -> list[Check]:
-        """Judge what was observed."""
-
     def run(self, console: Console) -> dict[str, Any]:
         """Connect, measure, say what holds."""
-        with self.link() as link:
-            found = connected(link, self.checks, self.seconds, console.print)
+        with self.laboratory.open(self.laboratory.ROBOT.start, console.print, dry=True) as opened:
+            found = connected(opened.link, self.laboratory.checks, self.seconds, console.print)
         ready = all(check.holds for check in found)
         console.print("ready" if ready else "not ready")
         return {"ready": ready, "checks": [asdict(check) for check in found]}

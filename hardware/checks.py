@@ -8,9 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from hardware.clock import Clock, SystemClock
+from hardware.errors import LinkError
 from hardware.interfaces import Reading, RobotLink
 from sym2real.trajectory import Array
 
+OBSERVED = 2.0  # s at rest before anything moves
 STILL = 0.01  # m of spread while it stands
 
 
@@ -49,6 +51,16 @@ def connected(link: RobotLink, judge: Judge, seconds: float, say: Callable[[str]
         advice = "" if check.holds else f" ({check.advice})"
         say(f"{'ok  ' if check.holds else 'FAIL'}  {check.name}: {check.measured}{advice}")
     return found
+
+
+def require_ready(link: RobotLink, judge: Judge, say: Callable[[str], None]) -> None:
+    """Connect, observe for two seconds at rest, and go on only where everything holds.
+
+    Raises:
+        LinkError: where something does not answer or does not hold.
+    """
+    if not all(check.holds for check in connected(link, judge, OBSERVED, say)):
+        raise LinkError("the robot is not ready, as said above")
 
 
 def observe(link: RobotLink, clock: Clock, seconds: float) -> list[Reading]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import os
 import signal
 import sys
@@ -19,16 +18,23 @@ from sym2real.cli.terminal import say_error
 from sym2real.errors import DataError, Sym2RealError, reason
 
 
-def main(verb: Any, prog: str, arguments: Sequence[str] | None = None) -> None:
-    """Run a verb; exit with 2 and one clear message on bad input or a robot that does not answer, 130 on Ctrl-C.
+def main(verb: Any, prog: str, description: str | None, arguments: Sequence[str] | None = None) -> None:
+    """Run a verb, or the one of several that is named.
 
-    SIGTERM lands or brakes as Ctrl-C does, and Ctrl-C does so even where a shell in the background has it ignored.
+    Exits with 2 and one clear message on bad input or a robot that does not answer, with 130 on Ctrl-C. SIGTERM lands
+    or brakes as Ctrl-C does, and Ctrl-C does so even where a shell in the background has it ignored.
+
+    Args:
+        verb: for ``tyro.cli``.
+        prog: name of the program.
+        description: text of its help.
+        arguments: what was typed after the program's name.
     """
     if threading.current_thread() is threading.main_thread():
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, signal.default_int_handler)
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    chosen = parse(verb, prog, inspect.getdoc(verb) or "", list(sys.argv[1:] if arguments is None else arguments))
+    chosen = parse(verb, prog, description or "", list(sys.argv[1:] if arguments is None else arguments))
     # A person beside a robot reads what it waits for while it waits.
     console = Console(stderr=chosen.json == STANDARD_OUTPUT, highlight=False)
     try:

@@ -15,6 +15,7 @@ from typing import Any, Protocol, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sym2real.errors import ShapeError
 from sym2real.robots import Robot
 from sym2real.trajectory import Array
 
@@ -199,3 +200,15 @@ class RobotLink(Protocol):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None: ...
+
+
+def finite_action(action: ArrayLike, robot: Robot) -> Array:
+    """An action as an array ``# (action,)``.
+
+    Raises:
+        ShapeError: for other columns, or numbers that are not finite.
+    """
+    wanted, columns = np.asarray(action, dtype=np.float64), robot.layouts.action.columns
+    if wanted.shape != (len(columns),) or not np.isfinite(wanted).all():
+        raise ShapeError(f"expected finite numbers for {', '.join(columns)}, found {wanted.tolist()}")
+    return wanted

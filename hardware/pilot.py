@@ -17,7 +17,7 @@ from sym2real.trajectory import Array
 BELOW_GROUND = 0.3  # m: a landing aims there, so that it does not float in its own ground effect
 ARRIVED, SETTLED = 0.1, 0.25  # m from the place and m/s, which must hold for:
 DWELL = 0.5  # s
-HOLDING = 2.0  # s
+HOLDING = 2.0  # s: the battery empties
 PATIENCE = 8.0  # s beyond the way's duration
 LIMITS = Limits()
 AT_REST = 0.05  # m/s, rad and rad/s: a start that moves more is out of reach
@@ -34,18 +34,9 @@ class FlightPilot:
 
     def __init__(self, robot: Robot, limits: Limits = LIMITS, mass: float | None = None) -> None:
         self.robot, self.limits = robot, limits
+        self.late, self.holding = limits.late, HOLDING
         self.safe = SafeFlight(robot, mass)
         self._start(0.0)
-
-    @property
-    def late(self) -> float:
-        """s that an action may be late."""
-        return self.limits.late
-
-    @property
-    def holding(self) -> float:
-        """s that a hover at the start lasts: the battery empties."""
-        return HOLDING
 
     def begin(self, reading: Reading) -> None:
         """A flight begins, from where the robot stands on the ground."""

@@ -7,10 +7,8 @@ lands the robot.
 
 from __future__ import annotations
 
-import math
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
 from types import TracebackType
 from typing import Self
 
@@ -19,35 +17,13 @@ from numpy.typing import ArrayLike
 
 from hardware.clock import Clock, SystemClock
 from hardware.errors import LinkError, UnreachableError
-from hardware.interfaces import Command, Pilot, Reading, RobotLink, Verdict
+from hardware.interfaces import Pilot, RobotLink, Verdict
+from hardware.piloted import PilotedLink
+from hardware.row import Row
 from sym2real.errors import ShapeError
 from sym2real.layout import Layouts
+from sym2real.robots import Robot
 from sym2real.trajectory import Array
-
-
-@dataclass(frozen=True, eq=False)
-class Row:
-    """One control period for the record.
-
-    Args:
-        reading: at its beginning.
-        asked: what the controller wanted ``# (action,)``; NaN where it wanted nothing.
-        sent: what the robot was told ``# (action,)``.
-        command: of the pilot.
-        stage: what the flight was about ("way to the start", "task", "landing").
-        late: s that the period began after it was due.
-        taken: s from the reading to the sending.
-        missed: periods left out before this one.
-    """
-
-    reading: Reading
-    asked: Array
-    sent: Array
-    command: Command
-    stage: str
-    late: float
-    taken: float
-    missed: int
 
 
 class HardwarePlant:
@@ -59,10 +35,11 @@ class HardwarePlant:
         clock: the computer's by default.
         record: called once a control period.
         guard: watch for a silent controller from a second thread; without it, call :meth:`watch`.
+        put: has a person bring the robot near a start ``# (state,)``; then a fault does not keep it from the next run.
 
     Attributes:
-        sent: the action that the robot was told last, after the pilot, rounding and saturation ``# (action,)``.
-        missed: control periods that went by without an action since the last :meth:`reset`.
+        sent: the action of the last step as the robot was told it, after the pilot, rounding and saturation
+            ``# (action,)``.
         ended: why the last flight ended; empty while it goes on.
     """
 
@@ -74,32 +51,42 @@ class HardwarePlant:
         clock: Clock | None = None,
         record: Callable[[Row], None] = lambda _: None,
         guard: bool = True,
+        put: Callable[[Array], None] | None = None,
     ) -> None:
-        self.link, self._pilot, self._record = link, pilot, record
+        self.link, self._pilot, self._put = link, pilot, put
         self._clock = clock or SystemClock()
         self._lock = threading.RLock()
         self._moving = self._awaiting = self._holding = self._faulty = False
-        self._stage, self.ended, self.sent = "", "", np.zeros(link.robot.layouts.action.size)
-        self._overruns = self._skipped = self.missed = 0
-        self._due = self._began = self._held = 0.0
+        self._acting = PilotedLink(link, pilot, self._clock, record)
+        self.ended, self.sent, self._held = "", np.zeros(link.robot.layouts.action.size), 0.0
         self._closing = threading.Event()
         if guard:
             threading.Thread(target=self._watching, name="landing guard", daemon=True).start()
 
     @property
+    def robot(self) -> Robot:
+        """Columns, limits and control period."""
+        return self.link.robot
+
+    @property
     def layouts(self) -> Layouts:
         """The robot's columns."""
-        return self.link.robot.layouts
+        return self.robot.layouts
 
     @property
     def dt(self) -> float:
         """Control period in s."""
-        return self.link.robot.dt
+        return self.robot.dt
 
     @property
     def inputs(self) -> Array:
         """No push is known on hardware: zeros ``# (inputs,)``."""
         return np.zeros(self.layouts.inputs.size)
+
+    @property
+    def missed(self) -> int:
+        """Control periods that went by without an action since the last :meth:`reset`."""
+        return self._acting.periods.missed
 
     @property
     def crashed(self) -> bool:
@@ -122,12 +109,16 @@ class HardwarePlant:
         goal = self.link.robot.start if state is None else np.asarray(state, dtype=np.float64)
         if goal.shape != (self.layouts.state.size,) or not np.isfinite(goal).all():
             raise ShapeError(f"expected a finite state with columns {self.layouts.state.columns}, found {goal}")
+        if self._put is not None:
+            self._land_or_cut("the robot is put back")
+            self._put(goal)
+            self._faulty = False
         with self._lock:
-            self._stage = "way to the start"
+            self._acting.stage = "way to the start"
             self._go_to(goal)
-            self.missed, self._held = 0, self._clock.now()
+            self._acting.periods.missed, self._held = 0, self._clock.now()
             self._awaiting = self._holding = True
-            return self._reading.state.copy()
+            return self._acting.reading.state.copy()
 
     def step(self, action: ArrayLike) -> Array:
         """Send an action ``# (action,)`` as far as it is safe; the state ``# (state,)`` one control period later.
@@ -144,27 +135,27 @@ class HardwarePlant:
         with self._lock:
             if not self.ended:
                 self._require_reset()
-                self._stage = "task"
+                self._acting.stage = "task"
                 self._awaiting = self._holding = False
-                if self._tick(wanted).verdict is Verdict.GO:
-                    self._schedule()
+                verdict = self._acting.tick(wanted).verdict
+                self.sent = self._acting.sent  # on the state that this step began with; a landing's is in the record
+                if verdict is Verdict.GO:
+                    self._acting.periods.finish()
                     self._awaiting = True
                 else:
-                    sent = self.sent  # on the state that this step began with; the landing's own is in the record
                     self._finish()
-                    self.sent = sent
         if not self.ended:
-            self._clock.sleep_until(self._due)
+            self._acting.periods.wait()
         with self._lock:
             if not self.ended:
-                self._measure()
-            return self._reading.state.copy()
+                self._acting.measure()
+            return self._acting.reading.state.copy()
 
     def land(self, reason: str = "the task is over") -> None:
         """Land from wherever it is and switch the motors off; nothing where it stands on the ground."""
         with self._lock:
             if self._moving:
-                self._stage = "landing"
+                self._acting.stage = "landing"
                 self._finish(reason, faulty=False)
 
     def watch(self) -> None:
@@ -205,7 +196,7 @@ class HardwarePlant:
             raise UnreachableError(
                 f"the last flight ended by a fault ({self.ended}): look at the robot, then start anew"
             )
-        if not np.isfinite(self._reading.state).all():
+        if not np.isfinite(self._acting.reading.state).all():
             raise LinkError("expected a whole state before a take-off: a pose and an attitude must arrive first")
 
     def _require_reset(self) -> None:
@@ -213,24 +204,23 @@ class HardwarePlant:
             raise LinkError("expected a reset before the first step: the robot stands on the ground")
 
     def _go_to(self, goal: Array) -> None:
-        self._measure()
+        self._acting.measure()
         if not self._moving:
             self._require_whole_state()
-            self._pilot.begin(self._reading)
-        seconds = self._pilot.approach(self._reading, goal)
+            self._pilot.begin(self._acting.reading)
+        seconds = self._pilot.approach(self._acting.reading, goal)
         if not self._moving:
             self.link.arm()
-            self.ended, self._moving, self._overruns = "", True, 0
+            self.ended, self._moving = "", True
         self._awaiting = self._holding = False
-        self._measure()
-        self._due = self._began
+        self._acting.measure(anew=True)
         for _ in range(round(seconds / self.dt)):
-            if self._pilot.arrived(self._reading):
+            if self._pilot.arrived(self._acting.reading):
                 return
-            if self._tick(self._pilot.towards(self._reading)).verdict is not Verdict.GO:
+            if self._acting.tick(self._pilot.towards(self._acting.reading)).verdict is not Verdict.GO:
                 self._finish()
                 raise UnreachableError(f"the start was not reached: {self.ended}")
-            self._next()
+            self._acting.next()
         self._finish(f"the start was not reached in {seconds:.0f} s")
         raise UnreachableError(self.ended)
 
@@ -239,57 +229,22 @@ class HardwarePlant:
         if self._clock.now() - self._held > self._pilot.holding:
             self._finish(f"no action in {self._pilot.holding:g} s after the start was reached", faulty=False)
             return
-        self._measure()
-        self._due = self._began
-        if self._tick(self._pilot.towards(self._reading)).verdict is not Verdict.GO:
+        self._acting.measure(anew=True)
+        if self._acting.tick(self._pilot.towards(self._acting.reading)).verdict is not Verdict.GO:
             self._finish()
 
     def _finish(self, asked: str = "", *, faulty: bool = True) -> None:
         """Land until the motors are cut; where nobody asked, the pilot has the reason."""
         self._awaiting = self._holding = False
         self._faulty = faulty
-        self._measure()
-        self._due = self._began
-        while (command := self._tick(None, asked)).verdict is not Verdict.CUT:
-            self._next()
+        self._acting.measure(anew=True)
+        while (command := self._acting.tick(None, asked)).verdict is not Verdict.CUT:
+            self._acting.next()
         self._moving, self.ended = False, command.reason
-
-    def _tick(self, wanted: Array | None, asked: str = "") -> Command:
-        overdue = 0.0 if wanted is None else self._clock.now() - self._began - self.dt
-        self._overruns = self._overruns + 1 if overdue > 0.0 else 0
-        command = self._pilot.act(self._reading, wanted, late=overdue, overruns=self._overruns, asked=asked)
-        if command.verdict is Verdict.CUT:
-            self.link.stop()
-            self.sent = command.action
-        else:
-            self.sent = self.link.send(command.action)
-        self._note(command, np.full(len(command.action), np.nan) if wanted is None else wanted)
-        return command
-
-    def _note(self, command: Command, asked: Array) -> None:
-        late, taken = self._began - self._due, self._clock.now() - self._began
-        self._record(Row(self._reading, asked, self.sent, command, self._stage, late, taken, self._skipped))
-
-    def _next(self) -> None:
-        self._schedule()
-        self._clock.sleep_until(self._due)
-        self._measure()
-
-    def _schedule(self) -> None:
-        """The next period is due; those that have gone by already are left out, and counted."""
-        self._due += self.dt
-        # From one measurement to the next at least half a period passes.
-        self._skipped = max(0, math.ceil((self._began - self._due) / self.dt + 0.5))
-        self.missed += self._skipped
-        self._due += self._skipped * self.dt
-
-    def _measure(self) -> None:
-        self._began = self._clock.now()
-        self._reading = self.link.state()
 
     def _overdue(self) -> float:
         """How late the controller's next action is, s; below zero while it is not, or nobody waits for one."""
-        return self._clock.now() - max(self._began, self._due) - self.dt if self._awaiting else -self.dt
+        return self._acting.periods.overdue() if self._awaiting else -self.dt
 
     def _watching(self) -> None:
         while not self._closing.wait(self.dt):

@@ -1,12 +1,30 @@
-"""What a flight was flown with: the model's hash and the revision of the code."""
+"""What a run was flown or driven with: the model's hash, the link, the revision of the code."""
 
 from __future__ import annotations
 
 import hashlib
 import subprocess
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import sym2real
+from hardware.interfaces import RobotLink
+
+
+def about_run(task: str, model: str, link: RobotLink, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """What a record says of its run, besides how it ended.
+
+    Args:
+        task: its name.
+        model: as the user names it.
+        link: connected.
+        settings: of the pilot.
+    """
+    from sym2real.cli.model import folder_of  # noqa: PLC0415 — SymPy takes a second to load
+
+    known = {"task": task, "model": model, "model_sha256": hash_of(folder_of(model)), "revision": revision()}
+    return known | {**link.about, **settings}
 
 
 def hash_of(path: Path) -> str:

@@ -18,7 +18,7 @@ from typing import Any, Protocol, Self
 
 import numpy as np
 
-from hardware.plant import Row
+from hardware.row import Row
 from sym2real.errors import DataError, MissingDependencyError, reason
 from sym2real.files import make_folder, write_text
 from sym2real.logs import arrow_file

@@ -15,19 +15,19 @@ import yaml
 from rich.console import Console
 from ros_peers import wait_for
 
-from hardware.check_car import CheckCar
+from hardware.checking import Checking
 from hardware.command_line import main as run_verb
-from hardware.drive_mushr import DriveMushr
 from hardware.errors import LinkError
 from hardware.fakes.master import FakeMaster
 from hardware.fakes.mushr import POSES, Car, FakeMushr, Truth
 from hardware.interfaces import Reading, Verdict
 from hardware.mushr import DriveLimits, DrivePilot, MushrLink
 from hardware.mushr.checks import checks
-from hardware.mushr.laboratory import Laboratory
+from hardware.mushr.laboratory import MushrLaboratory
 from hardware.mushr.link import UNHEARD
 from hardware.ros1 import Node
 from hardware.ros1.capture import RosCapture, Topic
+from hardware.run import Run
 from sym2real.errors import DataError, ModelError
 from sym2real.logs import read_log
 from sym2real.robots import CRAZYFLIE, MUSHR
@@ -55,8 +55,8 @@ def fake() -> Iterator[FakeMushr]:
 def test_a_drive_from_check_to_comparison(model: str, tmp_path: Path) -> None:
     """Hidden in the fake: its steering is off by 0.1 rad. The model predicts less yaw to the left than there is."""
     out, said = tmp_path / "run", Console(record=True, width=120)
-    laboratory = Laboratory(sim=True, effects=("offset:steer", "value=0.1"))
-    driven = DriveMushr(model, "circle", out, seconds=4.0, samples=64, laboratory=laboratory, limits=PATIENT)
+    laboratory = MushrLaboratory(sim=True, effects=("offset:steer", "value=0.1"), limits=PATIENT)
+    driven = Run(model, "circle", out, laboratory, seconds=4.0, samples=64)
     result = driven.run(said)
     words = said.export_text()
     order = ["warming", "waiting for", "measuring", "the car listens", "driving to", "braking", "record in", "ahead"]
@@ -81,9 +81,9 @@ def test_a_drive_from_check_to_comparison(model: str, tmp_path: Path) -> None:
 
 
 def test_a_dry_run_sends_nothing(model: str, tmp_path: Path, fake: FakeMushr) -> None:
-    there = Laboratory(master=fake._node.master)
+    there = MushrLaboratory(master=fake._node.master, limits=PATIENT)
     out = tmp_path / "run"
-    dry = DriveMushr(model, "circle", out, samples=64, dry_run=True, laboratory=there, limits=PATIENT)
+    dry = Run(model, "circle", out, there, samples=64, dry_run=True)
     assert dry.run(Console(quiet=True))["sent"] == 0
     assert not fake.car._inputs
     assert not out.exists()
@@ -91,11 +91,11 @@ def test_a_dry_run_sends_nothing(model: str, tmp_path: Path, fake: FakeMushr) ->
 
 def test_the_car_is_checked_and_nothing_moves(fake: FakeMushr, capsys: pytest.CaptureFixture[str]) -> None:
     options = ["--seconds", "0.5", "--json", "-", "--master", fake._node.master, "--limits.pose-age", "5"]
-    run_verb(CheckCar, "check_car", options)
+    run_verb(Checking[MushrLaboratory], "check_car", None, options)
     told = json.loads(capsys.readouterr().out)
     assert told["ready"], told
     assert not fake.car._inputs
-    run_verb(CheckCar, "check_car", [*options, "--commands", "/elsewhere"])
+    run_verb(Checking[MushrLaboratory], "check_car", None, [*options, "--commands", "/elsewhere"])
     failed = [check for check in json.loads(capsys.readouterr().out)["checks"] if not check["holds"]]
     assert [check["measured"] for check in failed] == ["nobody listens"]
 
@@ -204,9 +204,9 @@ def test_what_forbids_a_drive_is_named(changed: dict[str, object], name: str) ->
 
 
 def test_options_that_do_not_fit_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(ModelError, match="--sim"), Laboratory(latency=0.2).link():
+    with pytest.raises(ModelError, match="--sim"), MushrLaboratory(latency=0.2).open(MUSHR.start, print):
         pass
     save_model(CRAZYFLIE.nominal(), tmp_path / "drone")
-    wrong = DriveMushr(str(tmp_path / "drone"), "circle", tmp_path / "run", laboratory=Laboratory(sim=True))
+    wrong = Run(str(tmp_path / "drone"), "circle", tmp_path / "run", MushrLaboratory(sim=True))
     with pytest.raises(ModelError, match=r"is of a crazyflie; this script is for a mushr"):
         wrong.run(Console(quiet=True))

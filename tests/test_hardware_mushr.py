@@ -20,9 +20,10 @@ from hardware.fakes.mushr import INPUTS, PERIOD, POSES, TIMEOUT, Car, FakeMushr,
 from hardware.interfaces import Pose, Reading, Verdict
 from hardware.mushr import CarLimits, DriveLimits, DrivePilot, MushrLink
 from hardware.mushr.pose_filter import PoseFilter
-from hardware.plant import HardwarePlant, Row
+from hardware.plant import HardwarePlant
 from hardware.ros1 import Node
 from hardware.ros1.capture import RosCapture, Topic
+from hardware.row import Row
 from sym2real.control.pure_pursuit import PurePursuit
 from sym2real.effects import effect
 from sym2real.errors import ShapeError
@@ -387,7 +388,7 @@ def test_actions_that_are_none_are_refused(uri: str, fake: FakeMushr) -> None:
     with link_to(uri) as link:
         link.connect()
         for action in ([math.nan, 0.0], [0.0], [[0.0, 0.0]]):
-            with pytest.raises(ShapeError, match="two finite numbers"):
+            with pytest.raises(ShapeError, match="finite numbers for steer, speed"):
                 link.send(action)
 
 

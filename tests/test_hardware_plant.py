@@ -10,7 +10,8 @@ import pytest
 from hardware.errors import LinkError, UnreachableError
 from hardware.interfaces import Reading, Verdict
 from hardware.pilot import FlightPilot
-from hardware.plant import HardwarePlant, Row
+from hardware.plant import HardwarePlant
+from hardware.row import Row
 from sym2real.adaptation import tracking_error
 from sym2real.control import geometric_controller
 from sym2real.effects import effect

@@ -9,10 +9,11 @@ import numpy as np
 from hardware.fakes.master import FakeMaster
 from hardware.fakes.mushr import Car, FakeMushr
 from hardware.mushr import DriveLimits, DrivePilot
-from hardware.mushr.laboratory import Laboratory
-from hardware.plant import Row
-from hardware.put_back import PutBackPlant
+from hardware.mushr.laboratory import MushrLaboratory
+from hardware.plant import HardwarePlant
 from hardware.ros1 import Node
+from hardware.row import Row
+from sym2real.robots import MUSHR
 from sym2real.trajectory import Array
 
 NARROW = DriveLimits(low=(-1.0, -1.0), high=(0.5, 1.0), pose_age=5.0, late=5.0, overruns=10000)
@@ -23,8 +24,9 @@ def test_a_drive_that_ended_by_a_fault_does_not_keep_the_next_from_its_start() -
     with (
         FakeMaster() as master,
         FakeMushr(Node("/fake", master.uri), Car()) as fake,
-        Laboratory(master.uri).link() as link,
+        MushrLaboratory(master=master.uri).open(MUSHR.start, print) as opened,
     ):
+        link = opened.link
         link.connect()
 
         def put(start: Array) -> None:
@@ -34,7 +36,7 @@ def test_a_drive_that_ended_by_a_fault_does_not_keep_the_next_from_its_start() -
             while link.state().extra["pose_stamp"] < before + 0.2:
                 pass
 
-        with PutBackPlant(link, lambda: DrivePilot(link.robot, NARROW), put, rows.append) as plant:
+        with HardwarePlant(link, DrivePilot(link.robot, NARROW), record=rows.append, put=put) as plant:
             for _ in range(2):
                 state = plant.reset([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
                 assert np.hypot(*state[:2]) < 0.15

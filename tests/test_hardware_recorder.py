@@ -14,9 +14,10 @@ import yaml
 
 from hardware.interfaces import Verdict
 from hardware.pilot import FlightPilot
-from hardware.plant import HardwarePlant, Row
+from hardware.plant import HardwarePlant
 from hardware.provenance import hash_of, revision
 from hardware.recorder import Recorder, task_of
+from hardware.row import Row
 from sym2real.errors import DataError
 from sym2real.logs import read_log
 from sym2real.robots import CRAZYFLIE

@@ -11,13 +11,13 @@ import pytest
 import yaml
 from rich.console import Console
 
-from hardware.check_link import CheckLink
-from hardware.check_link import main as run_verb
+from hardware.checking import Checking
+from hardware.command_line import main as run_verb
 from hardware.crazyflie.checks import checks
-from hardware.crazyflie.laboratory import Laboratory
+from hardware.crazyflie.laboratory import CrazyflieLaboratory
 from hardware.crazyflie.thrust_map import THRUST_MAPS
-from hardware.fly_crazyflie import FlyCrazyflie
 from hardware.interfaces import Reading
+from hardware.run import Run
 from hardware.safety import Limits
 from sym2real.errors import DataError, ModelError
 from sym2real.logs import read_log
@@ -38,8 +38,8 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> str:
 def test_a_flight_from_check_to_comparison(model: str, tmp_path: Path) -> None:
     """Hidden in the fake: a fifth of the thrust is missing. It still takes off, hovers too low, and lands."""
     out, said = tmp_path / "run", Console(record=True, width=120)
-    laboratory = Laboratory(sim=True, effects=("gain:thrust", "value=0.85"))
-    flown = FlyCrazyflie(model, "hover", out, laboratory=laboratory, seconds=4.0, samples=64, limits=PATIENT)
+    laboratory = CrazyflieLaboratory(sim=True, effects=("gain:thrust", "value=0.85"), limits=PATIENT)
+    flown = Run(model, "hover", out, laboratory, seconds=4.0, samples=64)
     result = flown.run(said)
     words = said.export_text()
     order = ["warming", "waiting for", "measuring", "taking off", "landing", "record in", "ahead"]
@@ -62,35 +62,50 @@ def test_a_flight_from_check_to_comparison(model: str, tmp_path: Path) -> None:
 
 def test_a_dry_run_sends_nothing(model: str, tmp_path: Path) -> None:
     out = tmp_path / "run"
-    dry = FlyCrazyflie(model, "hover", out, samples=64, dry_run=True, laboratory=Laboratory(sim=True), limits=PATIENT)
+    dry = Run(model, "hover", out, CrazyflieLaboratory(sim=True, limits=PATIENT), samples=64, dry_run=True)
     assert dry.run(Console(quiet=True))["sent"] == 0
     assert not out.exists()
 
 
 def test_the_link_is_checked_and_nothing_moves(capsys: pytest.CaptureFixture[str]) -> None:
-    run_verb(CheckLink, "check_link", ["--sim", "--seconds", "1", "--json", "-", "--limits.pose-age", "5"])
+    run_verb(
+        Checking[CrazyflieLaboratory],
+        "check_link",
+        None,
+        ["--sim", "--seconds", "1", "--json", "-", "--limits.pose-age", "5"],
+    )
     told = json.loads(capsys.readouterr().out)
     held = {check["name"]: check["holds"] for check in told["checks"]}
     assert held["battery"] and held["tilt"] and held["position"] and held["motion capture"]
     assert held["yaw against motion capture"]
 
 
-def test_a_map_must_be_named_for_a_real_robot() -> None:
+def test_a_map_must_be_named_for_a_real_robot(model: str, tmp_path: Path) -> None:
     with pytest.raises(ModelError, match=r"--thrust-map.*2026\.04"):
-        Laboratory().map()
+        CrazyflieLaboratory().map()
     with pytest.raises(ModelError, match="--mass"):
-        Laboratory(thrust_map="2025.02", hover_counts=40000.0).map()
-    calibrated = Laboratory(thrust_map="2025.02", hover_counts=40000.0, mass=0.03, gain=0.5).map()
+        CrazyflieLaboratory(thrust_map="2025.02", hover_counts=40000.0).map()
+    calibrated = CrazyflieLaboratory(thrust_map="2025.02", hover_counts=40000.0, mass=0.03, gain=0.5).map()
     assert calibrated.per_newton == pytest.approx(2 * 40000.0 / (0.03 * 9.81))
-    assert Laboratory(sim=True).map() is THRUST_MAPS["2025.02"]
-    with pytest.raises(ModelError, match="--sim"), Laboratory(thrust_map="paper", effects=("wind",)).link():
+    assert CrazyflieLaboratory(sim=True).map() is THRUST_MAPS["2025.02"]
+    said = Console(record=True)
+    with pytest.raises(ModelError, match="--thrust-map"):
+        Run(model, "hover", tmp_path / "run", CrazyflieLaboratory()).run(said)
+    assert "warming" not in said.export_text(), "it is asked for before the work"
+    wrong = CrazyflieLaboratory(thrust_map="paper", effects=("wind",))
+    with pytest.raises(ModelError, match="--sim"), wrong.open(CRAZYFLIE.start, print):
         pass
 
 
 def test_a_robot_that_does_not_answer_is_one_error(capsys: pytest.CaptureFixture[str]) -> None:
     mock = ["--capture", "mock", "--settings", "rigid_bodies=cf1(0,0,0,1,0,0,0)", "frequency=100"]
     with pytest.raises(SystemExit) as ended:
-        run_verb(CheckLink, "check_link", ["--thrust-map", "paper", "--uri", "udp://127.0.0.1:1", *mock])
+        run_verb(
+            Checking[CrazyflieLaboratory],
+            "check_link",
+            None,
+            ["--thrust-map", "paper", "--uri", "udp://127.0.0.1:1", *mock],
+        )
     assert ended.value.code == 2
     assert "udp://127.0.0.1:1" in capsys.readouterr().err
 
@@ -126,7 +141,7 @@ def test_what_forbids_a_take_off_is_named(changed: dict[str, object], name: str)
 @pytest.mark.parametrize(("interface", "group"), [("motors", "commands"), ("thrust_attitude", "state")])
 def test_a_model_of_other_commands_is_refused_before_anything_arms(interface: Any, group: str, tmp_path: Path) -> None:
     save_model(quadrotor(0.03, (1.6e-5, 1.6e-5, 2.9e-5), interface=interface), tmp_path / "model")
-    script = FlyCrazyflie(str(tmp_path / "model"), "hover", tmp_path / "run", Laboratory(sim=True))
+    script = Run(str(tmp_path / "model"), "hover", tmp_path / "run", CrazyflieLaboratory(sim=True))
     with pytest.raises(ModelError, match=f"expected a model with the {group} .*, found"):
         script.run(Console(quiet=True))
     assert not (tmp_path / "run").exists()

@@ -33,8 +33,9 @@ class Connection:
 
     def __init__(self, uri: str, cache: Path | None = None) -> None:
         try:
-            from cflib import crtp  # noqa: PLC0415
-            from cflib.crazyflie import Crazyflie  # noqa: PLC0415
+            with warnings.catch_warnings():  # it would have every library's deprecations told, for the whole process
+                from cflib import crtp  # noqa: PLC0415
+                from cflib.crazyflie import Crazyflie  # noqa: PLC0415
         except ImportError as error:
             raise MissingDependencyError(f"flying a Crazyflie needs {LIBRARY}") from error
         if not crtp.CLASSES:  # a second time would list every driver twice

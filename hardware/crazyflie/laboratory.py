@@ -1,29 +1,42 @@
-"""What the launch scripts of the Crazyflie connect to: a robot and its motion capture, or fakes beside the script."""
+"""What the verbs connect to for a Crazyflie: a robot and its motion capture, or fakes beside the script."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import asdict, dataclass
+from typing import Any, ClassVar, Literal
 
 from platformdirs import user_cache_path
 
+from hardware.captures import capture_of
+from hardware.checks import Check
+from hardware.crazyflie.checks import checks
 from hardware.crazyflie.link import CrazyflieLink
 from hardware.crazyflie.thrust_map import THRUST_MAPS, ThrustMap
 from hardware.fakes.beside import beside
 from hardware.fakes.capture import FakeCapture
 from hardware.frame import Frame
-from hardware.interfaces import MotionCapture
-from hardware.motion_capture import LaboratoryCapture
+from hardware.interfaces import MotionCapture, Reading
+from hardware.laboratory import Laboratory, Opened, Say
+from hardware.pilot import FlightPilot
+from hardware.safety import Limits
 from sym2real.errors import ModelError
+from sym2real.robots import CRAZYFLIE, Robot
+from sym2real.trajectory import Array
 
 FAKE_MAP = "2025.02"
+LIMITS = Limits()
 
 
-@dataclass(frozen=True)
-class Laboratory:
-    """The robot and what sees it."""
+@dataclass(frozen=True, kw_only=True)
+class CrazyflieLaboratory(Laboratory):
+    """A Crazyflie and what sees it."""
+
+    ROBOT: ClassVar[Robot] = CRAZYFLIE
+    RECORD: ClassVar[str] = "flight.parquet"
+    GOING: ClassVar[str] = "arming, taking off, flying to the start"
+    STOPPING: ClassVar[str] = "landing"
 
     uri: str = "radio://0/80/2M/E7E7E7E7E7"
     """Of the Crazyflie."""
@@ -39,17 +52,14 @@ class Laboratory:
     route: Literal["packet", "manual", "commander"] = "packet"
     """How set-points go: an own packet or cflib's manual set-point (firmware from 2025.09 on), or port 3 (any)."""
     capture: str = "vicon"
-    """Kind of motion capture, as the library `motioncapture` calls it: vicon, optitrack, qualisys, vrpn, …"""
+    """Kind of motion capture, as the library `motioncapture` calls it (vicon, optitrack, qualisys, vrpn, …), or ros for
+    a topic of ROS 1."""
     body: str = "cf1"
     """Name of the robot's rigid body there."""
     settings: tuple[str, ...] = ()
-    """Of the library: NAME=VALUE, such as hostname=192.168.1.2."""
-    axes: tuple[str, str, str] = ("x", "y", "z")
-    """Which of its axes are the world's x, y and z (z up); x -z y where y points upward."""
-    sim: bool = False
-    """A fake Crazyflie and fake motion capture start beside this script, in a process of their own."""
-    effects: tuple[str, ...] = ()
-    """Hidden in the fake: each KIND or KIND:COLUMN, then its PARAMETER=VALUE (`sym2real effects` lists them)."""
+    """Of the library: NAME=VALUE, such as hostname=192.168.1.2; of ros: topic, type, master, host."""
+    limits: Limits = LIMITS
+    """When a flight ends: the fence, ages, battery, tilt."""
 
     def map(self) -> ThrustMap:
         """The thrust map, calibrated and corrected.
@@ -67,29 +77,38 @@ class Laboratory:
         return chosen if self.gain == 1.0 else chosen.corrected(self.gain)
 
     @contextmanager
-    def link(self, *, dry: bool = False) -> Iterator[CrazyflieLink]:
-        """A link that is not yet connected, closed in the end.
-
-        Raises:
-            ModelError: for options that do not fit together.
-            LinkError: where the fake does not start.
-        """
+    def open(self, start: Array, say: Say, *, dry: bool = False) -> Iterator[Opened]:
+        """A link; the drone flies to any start itself. Arguments and errors as of a laboratory."""
         if self.effects and not self.sim:
             raise ModelError("--effects are hidden in the fake of --sim")
+        thrust_map = self.map()
         with ExitStack() as stack:
             capture, uri = self._capture(stack)
             cache = user_cache_path("sym2real") / "crazyflie"
-            made = CrazyflieLink(uri, capture, self.map(), route=self.route, cache=cache, dry=dry)
-            yield stack.enter_context(made)
+            link = CrazyflieLink(uri, capture, thrust_map, route=self.route, cache=cache, dry=dry)
+            yield Opened(stack.enter_context(link))
+
+    def checks(self, readings: Sequence[Reading]) -> list[Check]:
+        """What a take-off needs."""
+        return checks(readings, self.limits)
+
+    def pilot(self) -> FlightPilot:
+        """Takes off, lands, and knows the mass."""
+        return FlightPilot(CRAZYFLIE, self.limits, self.mass)
+
+    @property
+    def about(self) -> dict[str, Any]:
+        """Mass and limits."""
+        return {"mass": self.mass or CRAZYFLIE.mass, "limits": asdict(self.limits)}
 
     def _capture(self, stack: ExitStack) -> tuple[MotionCapture, str]:
         if not self.sim:
             settings = dict(_pair(setting) for setting in self.settings)
-            return LaboratoryCapture(self.capture, self.body, settings, Frame(self.axes)), self.uri
+            return stack.enter_context(capture_of(self.capture, self.body, settings, Frame(self.axes))), self.uri
         capture = FakeCapture()
         options = ["--poses-to", str(capture.address[1])]
         options += ["--effects", *self.effects] if self.effects else []
-        return capture, stack.enter_context(beside("hardware.fakes", options))
+        return capture, stack.enter_context(beside("hardware.fakes", options)).address
 
 
 def _pair(text: str) -> tuple[str, str]:

@@ -20,8 +20,7 @@ from hardware.crazyflie.telemetry import PERIOD_MS, Telemetry, block_for, read
 from hardware.crazyflie.thrust_map import ThrustMap
 from hardware.errors import LinkError
 from hardware.frame import heading
-from hardware.interfaces import MotionCapture, Reading
-from sym2real.errors import ShapeError
+from hardware.interfaces import MotionCapture, Reading, finite_action
 from sym2real.robots import CRAZYFLIE, Robot
 from sym2real.trajectory import Array
 
@@ -139,9 +138,7 @@ class CrazyflieLink(Closing):
         Raises:
             ShapeError: for an action that is not finite or has other columns; nothing is sent then.
         """
-        wanted = np.asarray(action, dtype=np.float64)
-        if wanted.shape != (4,) or not np.isfinite(wanted).all():
-            raise ShapeError(f"expected four finite numbers, thrust and rates, found {wanted.tolist()}")
+        wanted = finite_action(action, self.robot)
         battery = math.nan if self._telemetry is None else self._telemetry.battery
         counts = self.thrust_map.counts(float(wanted[0]), battery)
         self._count = self.route.reachable(counts.value)

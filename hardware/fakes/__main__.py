@@ -61,4 +61,4 @@ class Fake:
 
 
 if __name__ == "__main__":
-    main(Fake, "python -m hardware.fakes")
+    main(Fake, "python -m hardware.fakes", Fake.__doc__)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 from hardware.errors import LinkError
@@ -13,9 +14,22 @@ from hardware.errors import LinkError
 ROOT = Path(__file__).resolve().parents[2]
 
 
+@dataclass(frozen=True)
+class Fake:
+    """A fake robot that runs.
+
+    Args:
+        address: where it answers.
+        tell: writes it a line.
+    """
+
+    address: str
+    tell: Callable[[str], None]
+
+
 @contextmanager
-def beside(module: str, options: Sequence[str]) -> Iterator[str]:
-    """The address of a fake robot, which ends with this or when this process dies.
+def beside(module: str, options: Sequence[str]) -> Iterator[Fake]:
+    """A fake robot, which ends with this or when this process dies.
 
     Args:
         module: to run; it prints its address first.
@@ -28,13 +42,19 @@ def beside(module: str, options: Sequence[str]) -> Iterator[str]:
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT)
     assert process.stdout is not None
     assert process.stdin is not None
+    told = process.stdin
+
+    def tell(line: str) -> None:
+        told.write(f"{line}\n")
+        told.flush()
+
     try:
         words = process.stdout.readline().strip()
         if "://" not in words:
             raise LinkError(f"the fake robot did not start: {words or 'no word'}")
-        yield words
+        yield Fake(words, tell)
     finally:
-        process.stdin.close()
-        process.terminate()
+        process.kill()  # it would linger, for the watchdogs of a client that was killed
         process.wait()
+        told.close()
         process.stdout.close()

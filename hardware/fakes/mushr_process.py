@@ -26,7 +26,8 @@ LINGER = 10.0 * TIMEOUT  # s: longer than the multiplexer holds a command, and t
 class FakeCar:
     """A MuSHR on ROS 1 with MuJoCo behind it, its multiplexer, its motion capture, and a ROS master.
 
-    It prints the master's address, and ends when its standard input does (Ctrl-D).
+    It prints the master's address, and ends when its standard input does (Ctrl-D). A line with x and y in m and yaw in
+    rad puts the car there.
 
     For example:
       python -m hardware.fakes.mushr_process --latency 0.2 --effects offset:steer value=0.1
@@ -54,12 +55,14 @@ class FakeCar:
         car = Car(Truth(latency=self.latency, start=self.start, seed=self.seed), hidden)
         with ExitStack() as stack:
             master = self.master or stack.enter_context(FakeMaster()).uri
-            stack.enter_context(FakeMushr(Node("/fake_mushr", master), car))
+            fake = stack.enter_context(FakeMushr(Node("/fake_mushr", master), car))
             print(master, flush=True)
-            sys.stdin.read()
+            for line in sys.stdin:
+                x, y, yaw = map(float, line.split())
+                fake.put(x, y, yaw)
             time.sleep(LINGER)
         return {"master": master}
 
 
 if __name__ == "__main__":
-    main(FakeCar, "python -m hardware.fakes.mushr_process")
+    main(FakeCar, "python -m hardware.fakes.mushr_process", FakeCar.__doc__)

@@ -1,33 +1,46 @@
-"""What the launch scripts of the MuSHR connect to: a car and its motion capture on ROS 1, or fakes beside them."""
+"""What the verbs connect to for a MuSHR: a car and its motion capture on ROS 1, or fakes beside the script."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import asdict, dataclass
+from typing import Any, ClassVar, Literal
 
-from hardware.fakes.beside import beside
+from hardware.captures import KINDS
+from hardware.checks import Check
+from hardware.errors import LinkError
+from hardware.fakes.beside import Fake, beside
 from hardware.frame import Frame
+from hardware.interfaces import Reading
+from hardware.laboratory import Laboratory, Opened, Say
+from hardware.mushr.checks import checks
 from hardware.mushr.limits import CarLimits
 from hardware.mushr.link import COMMANDS, MushrLink
-from hardware.ros1 import POSE, TRANSFORM, Node
+from hardware.mushr.pilot import DriveLimits, DrivePilot
+from hardware.ros1 import Node
 from hardware.ros1.capture import RosCapture, Topic
 from sym2real.errors import ModelError
-from sym2real.robots import MUSHR
+from sym2real.robots import MUSHR, Robot
 from sym2real.trajectory import Array
 
 NODE = "/sym2real"
 LOOPBACK = "127.0.0.1"
-KINDS = {"PoseStamped": POSE, "TransformStamped": TRANSFORM}
 BEHIND = 0.3  # m from the start, where a person might have put the fake car
-STOCK = CarLimits()
+PUT = 1.0  # s until filters see the place where it was put, and no way there
+STOCK, LIMITS = CarLimits(), DriveLimits()
 
 
-@dataclass(frozen=True)
-class Laboratory:
-    """The robot and what sees it."""
+@dataclass(frozen=True, kw_only=True)
+class MushrLaboratory(Laboratory):
+    """A MuSHR and what sees it."""
+
+    ROBOT: ClassVar[Robot] = MUSHR  # MPPI may ask for more than its drivers take, so that its mean reaches what they do
+    RECORD: ClassVar[str] = "drive.parquet"
+    GOING: ClassVar[str] = "driving to the start"
+    STOPPING: ClassVar[str] = "braking"
 
     master: str | None = None
     """Address of the ROS master; ROS_MASTER_URI by default."""
@@ -39,44 +52,68 @@ class Laboratory:
     """Type of its messages, of geometry_msgs; Vicon's bridge sends TransformStamped."""
     commands: str = COMMANDS
     """Topic of the commands: an input of the car's multiplexer."""
-    axes: tuple[str, str, str] = ("x", "y", "z")
-    """Which of motion capture's axes are the world's x, y and z (z up); x -z y where y points upward."""
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Of motion capture in the world, m: tasks are around the world's origin."""
     car: CarLimits = STOCK
     """What the car's drivers take."""
-    sim: bool = False
-    """A ROS master, a fake MuSHR and its poses start beside this script, in a process of their own."""
-    effects: tuple[str, ...] = ()
-    """Hidden in the fake: each KIND or KIND:COLUMN, then its PARAMETER=VALUE (`sym2real effects` lists them)."""
     latency: float = 0.0
     """Of the fake: from a command's arrival to the wheels, s."""
+    limits: DriveLimits = LIMITS
+    """When a drive ends: the fence, ages, lateness."""
 
     @contextmanager
-    def link(self, *, dry: bool = False, near: Array = MUSHR.start) -> Iterator[MushrLink]:
-        """A link that is not yet connected, closed in the end.
-
-        Args:
-            dry: nothing is sent.
-            near: state ``# (7,)`` a little behind which the fake stands.
-
-        Raises:
-            ModelError: for options that do not fit together.
-            LinkError: where no master answers, or the fake does not start.
-        """
+    def open(self, start: Array, say: Say, *, dry: bool = False) -> Iterator[Opened]:
+        """A link; a person puts the car back before a drive. Arguments and errors as of a laboratory."""
         if (self.effects or self.latency) and not self.sim:
             raise ModelError("--effects and --latency are hidden in the fake of --sim")
         with ExitStack() as stack:
-            node = Node(NODE, *self._network(stack, near))
-            topic = Topic(self.poses, KINDS[self.kind])
-            capture = RosCapture(node, topic, Frame(self.axes, origin=self.origin))
-            yield stack.enter_context(MushrLink(node, capture, limits=self.car, topic=self.commands, dry=dry))
+            fake = (
+                stack.enter_context(beside("hardware.fakes.mushr_process", self._hidden(start))) if self.sim else None
+            )
+            node = Node(NODE, fake.address, LOOPBACK) if fake else Node(NODE, self.master, self.host)
+            capture = RosCapture(node, Topic(self.poses, KINDS[self.kind]), Frame(self.axes, origin=self.origin))
+            link = stack.enter_context(MushrLink(node, capture, limits=self.car, topic=self.commands, dry=dry))
+            yield Opened(link, _by_program(fake) if fake else _by_hand(say))
 
-    def _network(self, stack: ExitStack, near: Array) -> tuple[str | None, str | None]:
-        if not self.sim:
-            return self.master, self.host
-        x, y, sine, cosine = near[:4].tolist()
-        place = [x - BEHIND * cosine, y - BEHIND * sine, math.atan2(sine, cosine)]
-        options = ["--start", *map(repr, place), "--latency", repr(self.latency)]
-        options += ["--effects", *self.effects] if self.effects else []
-        return stack.enter_context(beside("hardware.fakes.mushr_process", options)), LOOPBACK
+    def checks(self, readings: Sequence[Reading]) -> list[Check]:
+        """What a drive needs."""
+        return checks(readings, self.limits)
+
+    def pilot(self) -> DrivePilot:
+        """Drives to the start, and brakes."""
+        return DrivePilot(MUSHR, self.limits, self.car)
+
+    @property
+    def about(self) -> dict[str, Any]:
+        """Limits."""
+        return {"limits": asdict(self.limits)}
+
+    def _hidden(self, start: Array) -> list[str]:
+        options = ["--start", *map(repr, _behind(start)), "--latency", repr(self.latency)]
+        return [*options, "--effects", *self.effects] if self.effects else options
+
+
+def _behind(start: Array) -> tuple[float, float, float]:
+    """A place ``x y yaw`` a little behind a start ``# (7,)``."""
+    x, y, sine, cosine = start[:4].tolist()
+    return x - BEHIND * cosine, y - BEHIND * sine, math.atan2(sine, cosine)
+
+
+def _by_program(fake: Fake) -> Callable[[Array], None]:
+    def put(start: Array) -> None:
+        fake.tell(" ".join(map(repr, _behind(start))))
+        time.sleep(PUT)
+
+    return put
+
+
+def _by_hand(say: Say) -> Callable[[Array], None]:
+    def put(start: Array) -> None:
+        x, y, yaw = _behind(start)
+        say(f"put the car near x {x:.2f} m, y {y:.2f} m, yaw {math.degrees(yaw):.0f}°, then press Enter")
+        try:
+            input()
+        except EOFError as error:
+            raise LinkError("expected a person at the keyboard who puts the car back; found no input") from error
+
+    return put

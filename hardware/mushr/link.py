@@ -14,12 +14,11 @@ from numpy.typing import ArrayLike
 from hardware.clock import Clock, SystemClock
 from hardware.closing import Closing
 from hardware.errors import LinkError
-from hardware.interfaces import PoseStream, Reading
+from hardware.interfaces import PoseStream, Reading, finite_action
 from hardware.mushr.limits import CarLimits
 from hardware.mushr.pose_filter import PoseFilter
 from hardware.ros1 import ACKERMANN, Message, Node
 from hardware.ros1.publisher import Publisher
-from sym2real.errors import ShapeError
 from sym2real.robots import MUSHR, Robot
 from sym2real.trajectory import Array
 
@@ -108,9 +107,7 @@ class MushrLink(Closing):
         Raises:
             ShapeError: for an action that is not finite or has other columns; nothing is sent then.
         """
-        wanted = np.asarray(action, dtype=np.float64)
-        if wanted.shape != (2,) or not np.isfinite(wanted).all():
-            raise ShapeError(f"expected two finite numbers, steering and speed, found {wanted.tolist()}")
+        wanted = finite_action(action, self.robot)
         if self._locked:
             return self._tell(np.zeros(2))
         # After a pause the car stands, or the mux has given the wheel to somebody else.

@@ -59,17 +59,8 @@ class DrivePilot:
 
     def __init__(self, robot: Robot, limits: DriveLimits | None = None, car: CarLimits | None = None) -> None:
         self.robot, self.limits, self.car = robot, limits or DriveLimits(), car or CarLimits()
+        self.late, self.holding = self.limits.late, HOLDING
         self._start()
-
-    @property
-    def late(self) -> float:
-        """s that an action may be late."""
-        return self.limits.late
-
-    @property
-    def holding(self) -> float:
-        """s that the car stands at the start."""
-        return HOLDING
 
     def begin(self, reading: Reading) -> None:
         """A drive begins."""

@@ -32,29 +32,25 @@ from figures import Figure, report
 from hardware.errors import LinkError
 from hardware.fakes.master import FakeMaster
 from hardware.fakes.mushr import POSES, Car, FakeMushr, Truth
-from hardware.mushr import DriveLimits, DrivePilot, MushrLink
-from hardware.mushr.laboratory import BEHIND, Laboratory
+from hardware.interfaces import RobotLink
+from hardware.mushr import DriveLimits, DrivePilot
+from hardware.mushr.laboratory import BEHIND, MushrLaboratory
 from hardware.mushr.link import COMMANDS
 from hardware.plant import HardwarePlant, Row
-from hardware.put_back import PutBackPlant
 from hardware.ros1 import Node
-from sym2real.adaptation import Adapting, adapt
 from sym2real.adaptation.episode_report import position_errors
-from sym2real.cli.progress import stage_one_progress
-from sym2real.effects import effect
-from sym2real.experiments.learners import make_learner
 from sym2real.logs import LogSpec, read_log
 from sym2real.logs.table import read_table
 from sym2real.robots import MUSHR
 from sym2real.symbolic.storage import save_model
-from sym2real.tasks import make_task
-from sym2real.trajectory import Array
 
 ROOT = Path(__file__).resolve().parents[2]
 LOOPBACK, SYSTEM_PYTHON = "127.0.0.1", "/usr/bin/python3"
 MESSAGES, WAITING = 100, 60.0
 # Room for a first drive with a wrong model; lateness is measured, not punished.
 ROOMY = DriveLimits(low=(-6.0, -6.0), high=(6.0, 6.0), pose_age=1.0, late=2.0, overruns=1000)
+ROOMY_OPTIONS = ["--limits.low", "-6", "-6", "--limits.high", "6", "6", "--limits.pose-age", "1"]
+ROOMY_OPTIONS += ["--limits.late", "2", "--limits.overruns", "1000"]
 START = (1.5, -BEHIND, math.pi / 2)
 OFFSET, LATENCY, DRIVES = 0.1, 0.2, 3
 COLUMNS = f'[columns]\nsteer = "{COMMANDS}.drive.steering_angle"\nspeed = "{COMMANDS}.drive.speed"\n' + "".join(
@@ -81,6 +77,8 @@ class Options:
     """Leave ROS and kill -9 out."""
     seconds: float = 20.0
     """Length of a drive; the paper authors' take 20 s."""
+    seeds: int = 3
+    """Of the starts, MPPI's samples and the networks: an adaptation for each."""
     json: Path | None = None
     """Write the figures to this file (- is standard output)."""
 
@@ -121,17 +119,18 @@ def wait_for(done: Callable[[], bool]) -> None:
 
 
 @contextmanager
-def connected(uri: str, car: Car) -> Iterator[tuple[FakeMushr, MushrLink]]:
-    """A fake car, and a link to it."""
-    with FakeMushr(Node("/fake_mushr", uri, LOOPBACK), car) as fake, Laboratory(uri, LOOPBACK).link() as link:
-        link.connect()
-        yield fake, link
+def connected(uri: str, car: Car) -> Iterator[RobotLink]:
+    """A link to a fake car."""
+    there = MushrLaboratory(master=uri, host=LOOPBACK).open(MUSHR.start, print)
+    with FakeMushr(Node("/fake_mushr", uri, LOOPBACK), car), there as opened:
+        opened.link.connect()
+        yield opened.link
 
 
 def over_ros(folder: Path) -> list[Figure]:
     """A drive of constant commands that rospy hears and rosbag records."""
     bag, rows = folder / "drive.bag", list[Row]()
-    with rosmaster() as (uri, known), connected(uri, Car(Truth(start=START))) as (_, link):
+    with rosmaster() as (uri, known), connected(uri, Car(Truth(start=START))) as link:
         listener = subprocess.Popen([SYSTEM_PYTHON, "-u", "-c", LISTEN, COMMANDS, str(MESSAGES)], env=known,
                                     stdout=subprocess.PIPE, text=True)  # fmt: skip
         recorder = subprocess.Popen(["rosbag", "record", "-O", str(bag), COMMANDS, POSES], env=known,
@@ -169,19 +168,9 @@ def kept(bag: Path, rows: list[Row]) -> list[Figure]:
 
 def killed(folder: Path) -> list[Figure]:
     """kill -9 of the launch script in the task: how long until the wheels stand, and what the record holds."""
-    save_model(MUSHR.nominal(), folder / "model")
     with FakeMaster() as master, FakeMushr(Node("/fake_mushr", master.uri), Car(Truth(start=START))) as fake:
         command = [sys.executable, "-m", "hardware.drive_mushr", str(folder / "model"), "circle", "--seconds", "300"]
-        command += [
-            "--master",
-            master.uri,
-            "--out",
-            str(folder / "killed"),
-            "--limits.late",
-            "2",
-            "--limits.overruns",
-            "1000",
-        ]
+        command += ["--master", master.uri, "--out", str(folder / "killed"), *ROOMY_OPTIONS]
         script = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL)
         wait_for(lambda: fake.car.driven[1] > 0.8 or script.poll() is not None)
         speed = float(fake.car.driven[1])
@@ -198,35 +187,31 @@ def killed(folder: Path) -> list[Figure]:
     ]
 
 
-def adapted(folder: Path, seconds: float) -> list[Figure]:
-    """Drives with MPPI: with the model as it was given, then with what it has learned."""
-    hidden = [effect("offset:steer", MUSHR).inject(value=OFFSET)]
-    task, steps, missed = make_task("circle", MUSHR), round(seconds / MUSHR.dt), list[int]()
-    car = Car(Truth(start=START, latency=LATENCY), hidden)
-    with FakeMaster() as master, connected(master.uri, car) as (fake, link):
-
-        def put(start: Array) -> None:
-            missed.append(plant.missed)
-            x, y, sine, cosine = start[:4].tolist()
-            fake.put(x - BEHIND * cosine, y - BEHIND * sine, math.atan2(sine, cosine))
-            time.sleep(1.0)
-
-        with PutBackPlant(link, lambda: DrivePilot(link.robot, ROOMY), put) as plant, stage_one_progress() as told:
-            found = adapt(MUSHR.nominal(), plant, task, make_learner("residual", 0, memory="auto", angles=MUSHR.angles),
-                          Adapting(rounds=DRIVES - 1, steps=steps, until_settled=False), folder=folder / "adapted",
-                          on_progress=told)  # fmt: skip
-            missed.append(plant.missed)
-    named = "offset 0.1 rad and 200 ms, drive"
-    settled = [float(position_errors(log[0])[steps // 2 :].mean()) for log in found.logs]
+def adapted(folder: Path, seconds: float, seed: int) -> list[Figure]:
+    """Drives with MPPI on the command line: with the model as it was given, then with what it has learned."""
+    out, steps = folder / f"adapted_{seed}", round(seconds / MUSHR.dt)
+    command = [sys.executable, "-m", "hardware.adapt", "mushr", str(folder / "model"), "circle", "--sim", "--effects"]
+    command += ["offset:steer", f"value={OFFSET}", "--latency", str(LATENCY), "--rounds", str(DRIVES - 1)]
+    command += ["--all-rounds", "--seconds", str(seconds), "--seed", str(seed), "--out", str(out), *ROOMY_OPTIONS]
+    subprocess.run(command, cwd=ROOT, stdout=subprocess.DEVNULL, check=True)
+    reports = json.loads((out / "adaptation.json").read_text())["rounds"]
+    settled = [_second_half(out / "rounds" / f"{number:02d}" / "log.parquet") for number in range(DRIVES)]
+    missed = read_table(out / "records" / "drive_1.parquet").columns["missed"].sum()
+    named = f"offset 0.1 rad and 200 ms, seed {seed}, drive"
     bars = [""] * (DRIVES - 1) + ["<= 0.15"]
     return [
         *(
-            Figure(f"{named} {one.number + 1}", one.error, "m", bar)
-            for one, bar in zip(found.reports, bars, strict=True)
+            Figure(f"{named} {one['number'] + 1}", one["error"], "m", bar)
+            for one, bar in zip(reports, bars, strict=True)
         ),
         *(Figure(f"second half of drive {number}", value, "m") for number, value in enumerate(settled, 1)),
-        Figure("periods missed in these drives", sum(missed), f"of {DRIVES * steps}"),
+        Figure("periods missed in these drives", float(missed), f"of {DRIVES * steps}"),
     ]
+
+
+def _second_half(log: Path) -> float:
+    errors = position_errors(read_log(log, layouts=MUSHR.layouts))
+    return float(errors[len(errors) // 2 :].mean())
 
 
 def car(options: Options) -> list[Figure]:
@@ -234,15 +219,18 @@ def car(options: Options) -> list[Figure]:
     logging.getLogger("hardware.ros1").setLevel(logging.ERROR)  # nodes come and go
     figures = []
     with tempfile.TemporaryDirectory() as name:
+        save_model(MUSHR.nominal(), Path(name) / "model")
         if not options.adapt_only:
             figures += over_ros(Path(name)) if shutil.which("rosmaster") else []
             figures += killed(Path(name))
-        return [*figures, *adapted(Path(name), options.seconds)]
+        for seed in range(options.seeds):
+            figures += adapted(Path(name), options.seconds, seed)
+        return figures
 
 
 def main(options: Options) -> None:
     """Print the table; write the figures."""
-    report("The car over ROS 1", car(options), [0], options.json)
+    report("The car over ROS 1", car(options), range(options.seeds), options.json)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,81 @@
+"""A model adapted to a robot on the command line: fakes beside the script, in processes of their own."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hardware.adapt import Adapt
+from hardware.command_line import main as run_verb
+from hardware.errors import LinkError
+from hardware.mushr.laboratory import MushrLaboratory
+from hardware.robots import of_every_robot
+from sym2real.logs import read_log
+from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.symbolic.storage import save_model
+
+# A machine that others use may be late: what is tested is what happens, not how fast.
+PATIENT = ["--limits.pose-age", "5", "--limits.late", "5", "--limits.overruns", "10000"]
+FAR = ["--limits.low", "-9", "-9", "--limits.high", "9", "9"]
+
+
+def test_a_car_is_put_back_before_every_round_and_each_is_recorded(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Hidden in the fake: its steering is off by 0.2 rad. The same command with a round more goes on with the run."""
+    save_model(MUSHR.nominal(), tmp_path / "model")
+    out = tmp_path / "adapted"
+    command = ["mushr", str(tmp_path / "model"), "circle", "--sim", "--effects", "offset:steer", "value=0.2"]
+    command += [
+        "--seconds",
+        "3",
+        "--samples",
+        "64",
+        "--memory",
+        "off",
+        "--all-rounds",
+        "--out",
+        str(out),
+        "--json",
+        "-",
+    ]
+    for rounds in ("1", "2"):
+        run_verb(of_every_robot(Adapt), "adapt", None, [*command, "--rounds", rounds, *PATIENT, *FAR])
+        told = json.loads(capsys.readouterr().out)
+    assert [row["rows"] for row in told["rounds"]] == [60, 60, 60]
+    assert told["rounds"][2]["prediction"] < 0.7 * told["rounds"][0]["prediction"]
+    for number in range(3):
+        log = read_log(out / "rounds" / f"{number:02d}" / "log.parquet", layouts=MUSHR.layouts)
+        start = [log.extra["ref_x"][0], log.extra["ref_y"][0]]
+        assert np.hypot(*(log.state[0, :2] - start)) < 0.3
+        assert np.hypot(*log.state[0, 4:6]) < 0.1, "it stands at the start"
+    drives = [read_log(out / "records" / f"drive_{number}.parquet") for number in (1, 2)]
+    assert [int(sum(drive.extra["stage"] == 1.0)) for drive in drives] == [120, 60]
+
+
+def test_a_dry_run_checks_the_drone_and_sends_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    save_model(CRAZYFLIE.nominal(), tmp_path / "model")
+    out = tmp_path / "adapted"
+    command = ["crazyflie", str(tmp_path / "model"), "hover", "--sim", "--dry-run", "--out", str(out), "--json", "-"]
+    run_verb(of_every_robot(Adapt), "adapt", None, [*command, "--limits.pose-age", "5", "--limits.attitude-age", "5"])
+    told = capsys.readouterr()
+    assert json.loads(told.out)["most"] == 11
+    assert "target: a Crazyflie 2.1, a fake one" in told.err
+    assert not out.exists()
+
+
+def test_a_person_is_asked_to_put_the_car_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    said: list[str] = []
+    with MushrLaboratory(sim=True).open(MUSHR.start, said.append) as fake:
+        master = fake.link.about["master"]
+        with MushrLaboratory(master=master).open(MUSHR.start, said.append) as opened:
+            assert opened.put is not None
+            monkeypatch.setattr("sys.stdin", io.StringIO("\n"))
+            opened.put(np.array([1.5, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]))
+            assert said == ["put the car near x 1.50 m, y -0.30 m, yaw 90°, then press Enter"]
+            with pytest.raises(LinkError, match="a person at the keyboard"):
+                opened.put(MUSHR.start)

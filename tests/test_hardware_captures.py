@@ -1,0 +1,66 @@
+"""Motion capture by the name of its kind: a topic of ROS sees the Crazyflie, as `motioncapture` and its mock do."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from ros_peers import master
+
+from hardware.captures import capture_of
+from hardware.crazyflie.laboratory import CrazyflieLaboratory
+from hardware.fakes.crazyflie import FakeCrazyflie
+from hardware.frame import Frame
+from hardware.motion_capture import LaboratoryCapture
+from hardware.ros1 import TRANSFORM, Message, Node
+from sym2real.errors import UnknownNameError
+from sym2real.robots import CRAZYFLIE
+
+
+@contextmanager
+def told(uri: str, topic: str, fake: FakeCrazyflie) -> Iterator[None]:
+    """Vicon's bridge, y axis upward: it sees the drone a hundred times a second."""
+    over = threading.Event()
+    with Node("/vicon", uri, "127.0.0.1") as node:
+        publisher = node.advertise(topic, TRANSFORM)
+
+        def tell() -> None:
+            while not over.wait(0.01):
+                x, y, z, *_ = fake.vehicle.seen().tolist()
+                half = np.sqrt(0.5)  # the body's axes seen from axes that are turned by -90° about x
+                publisher.publish(Message(time.time(), "vicon", ("cf1",), (x, z, -y, -half, 0.0, 0.0, half)))
+
+        thread = threading.Thread(target=tell)
+        thread.start()
+        yield
+        over.set()
+        thread.join()
+
+
+def test_the_crazyflie_is_seen_by_a_topic_of_ros() -> None:
+    with FakeCrazyflie() as fake, master() as uri, told(uri, "/vicon/cf1/cf1", fake):
+        settings = (f"master={uri}", "host=127.0.0.1")
+        laboratory = CrazyflieLaboratory(
+            uri=fake.uri, thrust_map="2025.02", capture="ros", settings=settings, axes=("x", "-z", "y")
+        )
+        with laboratory.open(CRAZYFLIE.start, print, dry=True) as opened:
+            opened.link.connect()
+            reading = opened.link.state()
+            np.testing.assert_allclose(reading.state[:3], fake.vehicle.state[:3], atol=0.01)
+            assert reading.extra["capture_yaw"] == pytest.approx(0.0, abs=1e-6)
+            assert reading.ages["pose"] < 1.0
+
+
+def test_a_kind_that_is_not_ros_is_the_librarys() -> None:
+    with capture_of("mock", "cf1", {"frequency": "100"}, Frame()) as capture:
+        assert isinstance(capture, LaboratoryCapture)
+
+
+@pytest.mark.parametrize(("settings", "wrong"), [({"topics": "/a"}, "topic"), ({"type": "Pose"}, "PoseStamped")])
+def test_what_ros_does_not_know_is_named(settings: dict[str, str], wrong: str) -> None:
+    with pytest.raises(UnknownNameError, match=f"did you mean.*{wrong}"), capture_of("ros", "cf1", settings, Frame()):
+        pass

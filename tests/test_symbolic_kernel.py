@@ -20,11 +20,10 @@ from sym2real.symbolic.influence import influences
 from sym2real.symbolic.intervals import Interval, bounds
 from sym2real.symbolic.native_choice import MANY
 from sym2real.symbolic.native_rollout import NativeRollout
-from sym2real.symbolic.order import A_CYCLE, absorbed, heights, latencies, scheduled
 from sym2real.symbolic.polynomials import written_out
 from sym2real.symbolic.program import Program
 from sym2real.symbolic.sines import Assumed, plan_sines
-from sym2real.symbolic.source import function_program, step_program
+from sym2real.symbolic.source import function_program
 
 EXPRESSIONS = (
     "a*b - c/(2 + cos(a))",
@@ -109,38 +108,6 @@ def test_polynomials_keep_their_error(function: str, interval: tuple[float, floa
         assert np.abs(found.astype(np.float64) - exact).max() <= 1.02 * tolerance
         lengths.append(polynomial.operations)
     assert lengths == sorted(lengths)
-
-
-def cycles_in_order(program: Program) -> int:
-    """Cycles of a processor that begins two operations a cycle, each when its operands are ready, in their order."""
-    inside, cycle, begun = absorbed(program), 0, 0
-    latency = latencies(program, inside)
-    done = dict.fromkeys(range(program.first_instruction), 0)
-    for value in program.computed:
-        ready = max((done[operand] for operand in program.instruction(value).operands), default=0)
-        if value in inside:  # its factors are read with the sum
-            done[value] = ready
-            continue
-        if max(cycle, ready) > cycle or begun == A_CYCLE:
-            cycle, begun = max(cycle + (begun == A_CYCLE), ready), 0
-        begun += 1
-        done[value] = cycle + latency[value]
-    return max(done.values())
-
-
-@pytest.mark.parametrize("make", [flying, CRAZYFLIE.nominal])
-def test_the_order_keeps_a_processor_busy_and_changes_nothing(make: object) -> None:
-    program = step_program(make())
-    ordered = scheduled(program)
-    operations = len(program.instructions) - len(absorbed(program))
-    bound = max(*heights(program), operations // A_CYCLE)
-    assert cycles_in_order(ordered) <= 1.2 * bound < cycles_in_order(program)
-    for value, (_, operands) in zip(ordered.computed, ordered.instructions, strict=True):
-        assert all(operand < value for operand in operands)
-    points = np.random.default_rng(1).normal(size=(len(program.inputs), 20))
-    before, after = values_of(program, points), values_of(ordered, points)
-    for first, second in zip(program.outputs, ordered.outputs, strict=True):
-        np.testing.assert_allclose(before[first], after[second], rtol=1e-13)
 
 
 def test_polynomials_written_out_are_the_sines_they_stand_for() -> None:

@@ -9,9 +9,8 @@ from sym2real.control.fused_problem import Fused
 from sym2real.control.fused_residual import residual_lines
 from sym2real.control.planning_program import REACH, UNIT, Planning
 from sym2real.effects.filters import spelled_out
-from sym2real.symbolic.c_source import CLines, NumberTable
+from sym2real.symbolic.c_source import CLines
 from sym2real.symbolic.equations import Equations
-from sym2real.symbolic.order import scheduled
 from sym2real.symbolic.polynomials import written_out
 from sym2real.symbolic.program import Program
 from sym2real.symbolic.sines import Sine
@@ -20,16 +19,13 @@ from sym2real.symbolic.source import TIME, function_program
 SINGLE = True
 
 HORIZON = Template("""
-$table
 INLINE void horizon_$name(const struct plan *p, const TRACK track, v *worst, v *costs) {
     const int b = 0;
-$numbers
 $start
 $held
 $memory
     v cost = splat(R(0.0));
     for (int h = 0; h < p->horizon; h++) {
-$hidden
 $loaded
 $filtered
 $first
@@ -41,10 +37,8 @@ $following
 """)
 # States wait in memory while the network works on all blocks at once: what of it is read serves them all.
 HORIZON_WITH_NETWORK = Template("""
-$table
 INLINE void horizon_$name(const struct plan *p, const TRACK tracks, v *worst, v *costs) {
     v states[BLOCKS][$size];
-$numbers
 $room
 $held
 $memory
@@ -54,7 +48,6 @@ $kept
         costs[b] = splat(R(0.0));
     }
     for (int h = 0; h < p->horizon; h++) {
-$hidden
         EACH_BLOCK {
             const TRACK track = OF_BLOCK(p, tracks, b);
 $state
@@ -94,10 +87,7 @@ def horizon_text(name: str, step: Fused, planning: Planning, sines: Mapping[int,
     equations, filters = step.equations, step.filters
     layouts = equations.layouts
     program = written_out(planning.program, sines)
-    if name == "short":  # of the other one, calls take the time
-        program = scheduled(program, carried=range(len(layouts.state)))
-    named, table = _named(program), NumberTable(f"numbers_{name}") if machine == "cpu" else None
-    lines, outside = CLines(program, SINGLE, named, table), CLines(program, SINGLE, named)
+    lines = CLines(program, SINGLE, _named(program))
     moving = program.reached_by({label for label in program.inputs if label not in layouts.inputs or label == TIME})
     held = [value for value in program.computed if value not in moving]
     columns = list(enumerate(layouts.state))
@@ -119,9 +109,8 @@ def horizon_text(name: str, step: Fused, planning: Planning, sines: Mapping[int,
     }
     before = {
         "room": room,
-        "numbers": table.pointers if table else [],
         "start": _start(equations, bool(sines)),
-        "held": _inputs(equations) + outside.lines(held),
+        "held": _inputs(equations) + lines.lines(held),
         "memory": filters.before(),
     }
     return (HORIZON_WITH_NETWORK if step.residual else HORIZON).substitute(
@@ -129,8 +118,6 @@ def horizon_text(name: str, step: Fused, planning: Planning, sines: Mapping[int,
         **{part: _indented(text, 8) for part, text in body.items()},
         name=name,
         size=len(columns),
-        table=table.declaration if table else "",
-        hidden=_indented(table.hidden if table else [], 8),
     )
 
 

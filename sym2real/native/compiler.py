@@ -20,13 +20,8 @@ COMMON = (
     "-std=gnu11", "-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-w",
     "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math",
 )  # fmt: skip
-# The text is in a good order already, and a vector of 512 bits is what it asks for. Without the last flag the stack is
-# addressed from a pointer that no vector is aligned with, and every such instruction is two bytes longer. Equal parts
-# are one value already: with -O3, looking for them is a third of the compiler's time, and gains 2 %.
-ONLY_GCC = (
-    "-fno-tree-ter", "-mprefer-vector-width=512", "-maccumulate-outgoing-args",
-    "-fno-tree-pta", "-fno-tree-pre", "-fno-gcse", "-fno-rerun-cse-after-loop",
-)  # fmt: skip
+# For x86 GCC leaves the order of a long text as it stands, and so each operation waiting for the one before.
+ONLY_GCC = ("-mprefer-vector-width=512", "-fschedule-insns", "-fsched-pressure")
 SECONDS = 120.0
 
 

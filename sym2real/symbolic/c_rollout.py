@@ -8,7 +8,6 @@ from string import Template
 from sym2real.symbolic.c_functions import header, preamble
 from sym2real.symbolic.c_source import CLines
 from sym2real.symbolic.equations import Equations
-from sym2real.symbolic.order import scheduled
 from sym2real.symbolic.source import TIME, step_program
 
 KERNEL = Template("""
@@ -43,7 +42,7 @@ EXPORTED void roll_out(const struct batch *b) {
 def rollout_text(equations: Equations, single: bool) -> str:
     """C text that exports ``roll_out``, in float32 or float64."""
     layouts, parameters = equations.layouts, tuple(equations.parameters)
-    program = scheduled(step_program(equations))
+    program = step_program(equations)
     lines = CLines(program, single)
     moving = program.reached_by({*layouts.state, *layouts.action, *layouts.inputs})
     hoisted = [value for value in program.computed if value not in moving]

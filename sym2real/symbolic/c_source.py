@@ -1,8 +1,8 @@
 """Straight-line program → lines of C over vectors of samples; the same lines are CUDA C for one sample.
 
-Every value is a constant of its own: the compiler sees plain data flow, keeps the order in which
-:mod:`sym2real.symbolic.order` wrote it, and fuses products into sums. ``sym2real/native/*.h`` says what ``v``,
-``select`` or ``sine`` are. A user's name never stands alone in C: columns become ``x_<name>``.
+Every value is a constant of its own: the compiler sees plain data flow, orders it for its processor, and fuses
+products into sums. ``sym2real/native/*.h`` says what ``v``, ``select`` or ``sine`` are. A user's name never stands
+alone in C: columns become ``x_<name>``.
 """
 
 from __future__ import annotations
@@ -69,49 +69,6 @@ def literal(value: float, single: bool) -> str:
     return f"R({float(np.float32(value)) if single else value!r})"
 
 
-class NumberTable:
-    """Numbers of a text as data: ``k0[-128] … k0[127], k1[-128] …``, one more for every use.
-
-    A compiler makes whole vectors of numbers that it sees, keeps them through the loop and so fills the first-level
-    cache. Numbers that are read where they are used are part of an instruction, and within ±128 of a pointer it is a
-    short one: the loop must fit into the cache of decoded instructions.
-
-    Args:
-        name: of the array.
-    """
-
-    REACH = 128  # a signed byte in units of four
-
-    def __init__(self, name: str) -> None:
-        self.name = name
-        self._written: list[str] = []
-
-    def add(self, written: str) -> str:
-        """Keeps a literal; the expression that reads it."""
-        pointer, place = divmod(len(self._written), 2 * self.REACH)
-        self._written.append(written)
-        return f"k{pointer}[{place - self.REACH}]"
-
-    @property
-    def declaration(self) -> str:
-        """Of the array, ahead of the function."""
-        return f"static const real {self.name}[] = {{{', '.join(self._written)}}};" if self._written else ""
-
-    @property
-    def pointers(self) -> list[str]:
-        """Declarations, ahead of the loop."""
-        return [f"const real *k{i} = {self.name} + {(2 * i + 1) * self.REACH};" for i in self._pointers]
-
-    @property
-    def hidden(self) -> list[str]:
-        """Statements inside the loop: empty assembly hides what the numbers are, so that none leaves the loop."""
-        return [f'__asm__("" : "+r"(k{i}));' for i in self._pointers]
-
-    @property
-    def _pointers(self) -> range:
-        return range(-(-len(self._written) // (2 * self.REACH)))
-
-
 class CLines:
     """Statements that compute a program's values.
 
@@ -119,20 +76,12 @@ class CLines:
         program: what to compute.
         single: float32, else float64.
         names: expressions of values that are computed elsewhere, by number; inputs are ``x_<name>`` else.
-        table: keeps the numbers of the text; written in place without one.
     """
 
-    def __init__(
-        self,
-        program: Program,
-        single: bool,
-        names: Mapping[int, str] | None = None,
-        table: NumberTable | None = None,
-    ) -> None:
+    def __init__(self, program: Program, single: bool, names: Mapping[int, str] | None = None) -> None:
         self.program, self.single = program, single
         self.names = {number: f"x_{name}" for number, name in enumerate(program.inputs) if is_name(name)}
         self.names |= dict(names or {})
-        self.table = table
 
     def name(self, value: int) -> str:
         """What stands for a value in an infix expression: a number or a variable."""
@@ -147,8 +96,7 @@ class CLines:
 
     def number(self, value: float) -> str:
         """What stands for a number."""
-        written = literal(value, self.single)
-        return written if self.table is None else self.table.add(written)
+        return literal(value, self.single)
 
     def lines(self, wanted: Collection[int]) -> list[str]:
         """One statement per value, in the program's order."""

@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from sym2real.errors import ModelError
-from sym2real.symbolic.order import absorbed
 from sym2real.symbolic.program import Program
 
 FUSED = "addcmul"  # a + b·c
@@ -115,7 +114,7 @@ def cut(program: Program) -> Levels:
 
 def _operations(program: Program) -> dict[int, Operation]:
     """What computes each value; products that a sum takes in have no row of their own."""
-    inside = {product: total for product, total in absorbed(program).items() if _fits(program, product, total)}
+    inside = {product: total for product, total in _absorbed(program).items() if _fits(program, product, total)}
     taken = {total: product for product, total in inside.items()}
 
     def operand(value: int) -> Operand:
@@ -138,6 +137,21 @@ def _operations(program: Program) -> dict[int, Operation]:
             found[value] = (operation, given)
         else:
             raise ModelError(f"{operation} cannot be computed level by level")
+    return found
+
+
+def _absorbed(program: Program) -> dict[int, int]:
+    """Product → the sum or difference that it is one operation with (a fused multiply-add)."""
+    found: dict[int, int] = {}
+    for value in program.computed:
+        operation, operands = program.instructions[value - program.first_instruction]
+        if operation not in ("add", "subtract"):
+            continue
+        for operand in reversed(operands):
+            instruction = program.instruction(operand)
+            if instruction is not None and instruction.operation == "multiply" and program.uses[operand] == 1:
+                found[operand] = value
+                break
     return found
 
 

@@ -16,7 +16,6 @@ from scipy import stats
 
 from sym2real.control import MPPI
 from sym2real.control.deadlines import Deadlines
-from sym2real.control.planning_program import REACH
 from sym2real.diagnosis import add
 from sym2real.effects.filters import FilterState
 from sym2real.effects.visible import VisibleModel
@@ -106,13 +105,14 @@ def test_states_are_those_of_float64_within_a_ten_thousandth() -> None:
     assert worst < 1e-5
 
 
-def test_sines_far_outside_what_was_proved_are_right_too() -> None:
-    """A start beyond the reach makes the blocks run again with sines of any argument."""
+@pytest.mark.parametrize("scale", [2.0, 0.3])
+def test_a_measured_quaternion_of_another_length_is_put_on_the_manifold_first(scale: float) -> None:
+    """Short sines are right for unit vectors alone; a large turn rate is left as it is."""
     state = disturbed_start(CRAZYFLIE)
-    state[10] = 3 * REACH
+    state[10] = 48.0
     fused = controller(CRAZYFLIE, flying(), "c")
     exact = controller(CRAZYFLIE, flying(), "torch", dtype=torch.float64)
-    fused.act(state, 0)
+    fused.act(np.where(np.array([c[0] == "q" for c in CRAZYFLIE.layouts.state]), scale, 1.0) * state, 0)
     plan = exact.improve(state, 0, fused._fused.noise(0, 1).double())
     assert float(((fused.plan.costs - plan.costs).abs() / plan.costs).max()) < 1e-5
 

@@ -1,28 +1,23 @@
-"""Bounds, short sines and the C rollout, against sampling, NumPy and torch."""
+"""Magnitudes, sines and the C rollout, against sampling, NumPy and torch."""
 
 from __future__ import annotations
 
-import math
+import ctypes
 
 import numpy as np
 import pytest
 import torch
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from reference_models import flying, late, motor_lagged
 
 from sym2real.errors import ShapeError, UnknownNameError
-from sym2real.native import find_compiler
+from sym2real.native import find_compiler, library
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic import Equations, compile_model, lift_constants, parse_expression, rollout
-from sym2real.symbolic.chebyshev import evaluate, shortest
-from sym2real.symbolic.influence import influences
-from sym2real.symbolic.intervals import Interval, bounds
+from sym2real.symbolic.c_functions import preamble
+from sym2real.symbolic.magnitudes import SHORT, magnitudes, short_sines
 from sym2real.symbolic.native_choice import MANY
 from sym2real.symbolic.native_rollout import NativeRollout
-from sym2real.symbolic.polynomials import written_out
 from sym2real.symbolic.program import Program
-from sym2real.symbolic.sines import Assumed, plan_sines
 from sym2real.symbolic.source import function_program
 
 EXPRESSIONS = (
@@ -57,76 +52,67 @@ def sampled(program: Program, count: int = 4000) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("written", EXPRESSIONS)
-def test_no_value_leaves_its_interval(written: str) -> None:
+def test_no_value_exceeds_its_magnitude(written: str) -> None:
     program = function_program([parse_expression(written)], list(RANGES))
-    within = bounds(program, {name: Interval(*pair) for name, pair in RANGES.items()})
-    for values, interval in zip(sampled(program), within, strict=True):
-        assert interval.low - 1e-12 <= values.min() and values.max() <= interval.high + 1e-12
+    within = magnitudes(program, {name: max(map(abs, pair)) for name, pair in RANGES.items()})
+    for values, most in zip(sampled(program), within, strict=True):
+        assert np.abs(values).max() <= most * (1 + 1e-12)
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
-@given(st.floats(-20, 20), st.floats(0, 10))
-def test_intervals_of_sines_are_tight(low: float, width: float) -> None:
-    program = function_program([parse_expression("sin(a)"), parse_expression("cos(a)")], ["a"])
-    within = bounds(program, {"a": Interval(low, low + width)})
-    x = np.linspace(low, low + width, 4001)
-    for output, values in zip(program.outputs, (np.sin(x), np.cos(x)), strict=True):
-        assert within[output].low == pytest.approx(values.min(), abs=1e-5)
-        assert within[output].high == pytest.approx(values.max(), abs=1e-5)
-
-
-@pytest.mark.parametrize("written", EXPRESSIONS[:4])
-def test_influence_bounds_what_an_error_does(written: str) -> None:
-    program = function_program([parse_expression(written)], list(RANGES))
-    within = bounds(program, {name: Interval(*pair) for name, pair in RANGES.items()})
-    limit = influences(program, within, program.outputs)
-    exact, step = sampled(program), 1e-6
-    for value in program.computed:
-        changed = Program(program.inputs, program.constants, program.instructions, program.outputs)
-        after = list(exact[: value + 1])
-        after[value] = after[value] + step
-        for number in range(value + 1, program.first_instruction + len(program.instructions)):
-            operation, operands = changed.instructions[number - program.first_instruction]
-            single = Program(tuple("xyz"[: len(operands)]), (), ((operation, tuple(range(len(operands)))),), ())
-            after.append(values_of(single, np.array([after[operand] for operand in operands]))[-1])
-        change = np.abs(after[program.outputs[0]] - exact[program.outputs[0]]).max() / step
-        assert change <= limit[value] * (1 + 1e-3) + 1e-6
-
-
-@pytest.mark.parametrize("single", [True, False])
-@pytest.mark.parametrize("function", ["sin", "cos"])
-@pytest.mark.parametrize("interval", [(-0.3, 0.4), (-1.6, 1.6), (0.9, 1.3), (-math.pi, math.pi), (-6.0, 2.0)])
-def test_polynomials_keep_their_error(function: str, interval: tuple[float, float], single: bool) -> None:
-    real = np.float32 if single else np.float64
-    x = np.linspace(*interval, 20001).astype(real)
-    exact = getattr(np, function)(x.astype(np.float64))
-    lengths = []
-    finest = 2e-6 if max(map(abs, interval)) < 4 else 2e-5  # float32 cancels more further out
-    for tolerance in (1e-2, 1e-4, finest) if single else (1e-4, 1e-8, 1e-12):
-        polynomial = shortest(function, Interval(*interval), tolerance, single)
-        found = evaluate(polynomial.form, np.array(polynomial.coefficients, dtype=real), x)
-        assert np.abs(found.astype(np.float64) - exact).max() <= 1.02 * tolerance
-        lengths.append(polynomial.operations)
-    assert lengths == sorted(lengths)
-
-
-def test_polynomials_written_out_are_the_sines_they_stand_for() -> None:
-    """Of arguments that may be anything, too, so that whole turns leave first."""
+def test_sines_are_short_where_their_argument_is_proved_to_be_small() -> None:
     program = function_program(
-        [parse_expression("sin(a*b + c)*cos(c) + sin(a**2)"), parse_expression("cos(b)")], list(RANGES)
+        [parse_expression("sin(a*b) + cos(2*a) + sin(a) + cos(c) + sin(a + exp(a))")], list("abc")
     )
-    given = {name: Interval(*pair) for name, pair in RANGES.items()} | {"b": Interval(-16.0, 16.0)}
-    sines = plan_sines(program, Assumed(given), program.outputs)
-    plain = written_out(program, sines)
-    assert {sine.reduction for sine in sines.values()} > {0}
-    assert not {"sin", "cos"} & {operation for operation, _ in plain.instructions}
-    assert len(set(plain.instructions)) == len(plain.instructions)
-    rng = np.random.default_rng(0)
-    points = np.array([rng.uniform(*given[name], 4000) for name in program.inputs], dtype=np.float32)
-    exact, found = values_of(program, points.astype(float)), values_of(plain, points)
-    for first, second in zip(program.outputs, plain.outputs, strict=True):
-        assert found[second].dtype == np.float32
-        assert np.abs(exact[first] - found[second]).max() < 5e-6
+    short = short_sines(program, {"a": 1.0, "b": 3.0})
+    assert sorted(short.values()) == sorted(SHORT.values())
+    assert {program.instruction(value).operation for value in short} == {"sin", "cos"}
+
+
+APPLIED = """
+EXPORTED void apply(const real *from, real *to, int n) {{
+    for (int i = 0; i < n; i += WIDTH) {{
+        v x, y;
+        __builtin_memcpy(&x, from + i, sizeof x);
+        y = {}(x);
+        __builtin_memcpy(to + i, &y, sizeof y);
+    }}
+}}
+"""
+
+
+def by_c(call: str, at: np.ndarray) -> np.ndarray:
+    """What a function of a kernel's beginning gives at whole vectors of arguments, in their precision."""
+    found, kernel = np.zeros_like(at), library(preamble(at.dtype == np.float32) + APPLIED.format(call))
+    kernel.apply(*(ctypes.c_void_p(values.ctypes.data) for values in (at, found)), len(at))
+    return found
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    ("call", "most", "dtype", "error"),
+    [
+        *(
+            (f"{name}_{degree}", most, np.float32, 1e-6)
+            for most, degree in SHORT.items()
+            for name in ("sine", "cosine")
+        ),
+        *((name, most, np.float32, 2e-6) for most in (4.0, 600.0) for name in ("sine", "cosine")),
+        *((name, most, np.float64, 1e-14) for most in (4.0, 600.0) for name in ("sine", "cosine")),
+    ],
+)
+def test_sines_keep_their_error(call: str, most: float, dtype: type, error: float) -> None:
+    x = np.linspace(-most, most, 16384).astype(dtype)
+    exact = getattr(np, {"s": "sin", "c": "cos"}[call[0]])(x.astype(np.longdouble))
+    rounding = np.abs(x) * np.finfo(dtype).eps  # of the argument, and of its turns
+    assert (np.abs(by_c(call, x) - exact) <= error + rounding).all()
+
+
+@needs_compiler
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_sines_of_huge_arguments_are_bounded(dtype: type) -> None:
+    x = np.geomspace(1e5, 1e35, 1024).astype(dtype)
+    for call in ("sine", "cosine"):
+        assert (np.abs(by_c(call, x)) <= 1.00001).all()
 
 
 def operands(equations: Equations, dtype: torch.dtype) -> tuple[torch.Tensor, ...]:

@@ -2,43 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from string import Template
 
 from sym2real.control.fused_problem import Fused
 from sym2real.control.fused_residual import residual_lines
-from sym2real.control.planning_program import REACH, UNIT, Planning
+from sym2real.control.planning_program import always_within, planning_program
 from sym2real.effects.filters import spelled_out
 from sym2real.symbolic.c_source import CLines
 from sym2real.symbolic.equations import Equations
-from sym2real.symbolic.polynomials import written_out
+from sym2real.symbolic.magnitudes import short_sines
 from sym2real.symbolic.program import Program
-from sym2real.symbolic.sines import Sine
-from sym2real.symbolic.source import TIME, function_program
+from sym2real.symbolic.source import SMALLEST_NORM_SQUARED, TIME, function_program
 
 SINGLE = True
 
+# States wait in memory while a network works on all blocks at once: what of it is read serves them all. Without one
+# there is one block, and the compiler keeps its states in registers.
 HORIZON = Template("""
-INLINE void horizon_$name(const struct plan *p, const TRACK track, v *worst, v *costs) {
-    const int b = 0;
-$start
-$held
-$memory
-    v cost = splat(R(0.0));
-    for (int h = 0; h < p->horizon; h++) {
-$loaded
-$filtered
-$first
-$step
-$following
-    }
-    costs[0] = cost;
-}
-""")
-# States wait in memory while the network works on all blocks at once: what of it is read serves them all.
-HORIZON_WITH_NETWORK = Template("""
-INLINE void horizon_$name(const struct plan *p, const TRACK tracks, v *worst, v *costs) {
-    v states[BLOCKS][$size];
+INLINE void total_costs(const struct plan *p, const TRACK tracks, v *costs) {
+    v states[BLOCKS][$size], acting[BLOCKS][ACTIONS];
 $room
 $held
 $memory
@@ -55,69 +37,61 @@ $loaded
 $filtered
 $first
 $kept
+$acted
 $ahead
         }
-        residual(p->weights, seen, left);
+        $network
         EACH_BLOCK {
             const TRACK track = OF_BLOCK(p, tracks, b);
 $state
 $loaded
+$acts
 $behind
-            v cost = costs[b];
 $step
 $following
 $kept
-            costs[b] = cost;
         }
     }
+    EACH_BLOCK costs[b] += price_of(p, OF_BLOCK(p, tracks, b));
 }
 """)
 
 
-def horizon_text(name: str, step: Fused, planning: Planning, sines: Mapping[int, Sine], machine: str) -> str:
-    """C function ``horizon_<name>``: total cost of a block's rollouts, and how far what is assumed was left.
-
-    Args:
-        name: "short" or "any".
-        step: what is computed.
-        planning: its program.
-        sines: how sines are computed; those that are not named are calls.
-        machine: "cpu" or "gpu".
-    """
+def horizon_text(step: Fused) -> str:
+    """C function ``total_costs`` of a block's rollouts."""
     equations, filters = step.equations, step.filters
     layouts = equations.layouts
-    program = written_out(planning.program, sines)
-    lines = CLines(program, SINGLE, _named(program))
+    program = planning_program(equations, step.robot, step.cost, residual=bool(step.residual))
+    short = short_sines(program, always_within(equations, step.robot, filtered=bool(filters.stages)))
+    lines = CLines(program, SINGLE, _named(program), short)
     moving = program.reached_by({label for label in program.inputs if label not in layouts.inputs or label == TIME})
     held = [value for value in program.computed if value not in moving]
-    columns = list(enumerate(layouts.state))
     room, ahead, behind = (
         residual_lines(step.residual, step.robot.layouts.state.columns, layouts.action.columns)
         if step.residual
         else ([], [], [])
     )
-    body = {
+    parts = {
+        "room": room,
+        "held": _inputs(equations) + lines.lines(held),
+        "memory": filters.before(),
+        "start": _start(equations),
         "loaded": _loaded(equations, program),
         "filtered": filters.lines(),
         "first": _hidden(equations),
         "step": lines.lines(moving),
-        "following": _following(equations, planning, lines, bool(sines)),
-        "state": [f"v x_{column} = states[b][{i}];" for i, column in columns],
-        "kept": [f"states[b][{i}] = x_{column};" for i, column in columns],
+        "following": _following(equations, lines),
+        "state": [f"v x_{column} = states[b][{i}];" for i, column in enumerate(layouts.state)],
+        "kept": [f"states[b][{i}] = x_{column};" for i, column in enumerate(layouts.state)],
+        "acted": [f"acting[b][{i}] = x_{action};" for i, action in enumerate(layouts.action)],
+        "acts": [f"const v x_{action} = acting[b][{i}];" for i, action in enumerate(layouts.action)],
         "ahead": ahead,
         "behind": behind,
     }
-    before = {
-        "room": room,
-        "start": _start(equations, bool(sines)),
-        "held": _inputs(equations) + lines.lines(held),
-        "memory": filters.before(),
-    }
-    return (HORIZON_WITH_NETWORK if step.residual else HORIZON).substitute(
-        {part: _indented(text, 4) for part, text in before.items()},
-        **{part: _indented(text, 8) for part, text in body.items()},
-        name=name,
-        size=len(columns),
+    return HORIZON.substitute(
+        {part: "\n".join(text) for part, text in parts.items()},
+        size=len(layouts.state),
+        network="residual(p->weights, seen, left);" if step.residual else "",
     )
 
 
@@ -130,15 +104,19 @@ def _named(program: Program) -> dict[int, str]:
     }
 
 
-def _start(equations: Equations, guarded: bool) -> list[str]:
-    fields = equations.layouts.state.fields
-    visible = [column for field in fields if not field.hidden for column in field.columns]
-    lines = [f"v x_{column} = splat(p->state[{i}]);" for i, column in enumerate(visible)]
-    lines += [f"v x_{c} = splat(R(0.0));" for field in fields if field.hidden for c in field.columns]
-    if guarded:
-        units = [column for field in fields if field.kind != "vector" for column in field.columns]
-        lines += [f"*worst = maximum(*worst, x_{c} * x_{c} * R({(REACH / UNIT) ** 2!r}));" for c in units]
-    return lines
+def _start(equations: Equations) -> list[str]:
+    """The measured state, on the manifold."""
+    visible = [field for field in equations.layouts.state.fields if not field.hidden]
+    columns = [column for field in visible for column in field.columns]
+    lines = [f"v x_{column} = splat(p->state[{i}]);" for i, column in enumerate(columns)]
+    for field in visible:
+        if field.kind != "vector":
+            square = " + ".join(f"x_{column} * x_{column}" for column in field.columns)
+            least = f"splat(R({SMALLEST_NORM_SQUARED!r}))"
+            lines.append(f"const v scale_{field.columns[0]} = reciprocal_root(maximum({square}, {least}));")
+            lines += [f"x_{column} *= scale_{field.columns[0]};" for column in field.columns]
+    hidden = [column for field in equations.layouts.state.fields if field.hidden for column in field.columns]
+    return lines + [f"v x_{column} = splat(R(0.0));" for column in hidden]
 
 
 def _inputs(equations: Equations) -> list[str]:
@@ -177,21 +155,8 @@ def function_program_of_start(equations: Equations) -> Program:
     return function_program([spelled_out(equations, expression) for expression in equations.start.values()], names)
 
 
-def _following(equations: Equations, planning: Planning, lines: CLines, guarded: bool) -> list[str]:
-    program, state = lines.program, equations.layouts.state
-    following, (cost, *squares) = program.outputs[: len(state)], program.outputs[len(state) :]
-    result = []
-    if guarded:
-        result += [f"*worst = maximum({lines.name(size)}, *worst);" for size in squares]
-        scale = f"R({REACH / planning.assumed.longest_reciprocal!r})"
-        for value, (operation, _) in zip(program.computed, program.instructions, strict=True):
-            if operation == "rsqrt":
-                result += [f"const v length_{value} = {lines.name(value)} * {scale};"]
-                result += [f"*worst = maximum(length_{value} * length_{value}, *worst);"]
-    result += [f"const v next_{i} = {lines.vector(value)};" for i, value in enumerate(following)]
-    result += [f"x_{column} = next_{i};" for i, column in enumerate(state)]
-    return [*result, f"cost += {lines.name(cost)};"]
-
-
-def _indented(lines: Sequence[str], spaces: int) -> str:
-    return "\n".join(" " * spaces + line for line in lines)
+def _following(equations: Equations, lines: CLines) -> list[str]:
+    *following, cost = lines.program.outputs
+    result = [f"const v next_{i} = {lines.vector(value)};" for i, value in enumerate(following)]
+    result += [f"x_{column} = next_{i};" for i, column in enumerate(equations.layouts.state)]
+    return [*result, f"costs[b] += {lines.name(cost)};"]

@@ -72,8 +72,7 @@ def residual_lines(
     begin, move, repeat = _past_lines(network, len(state), len(actions))
     room = f"v seen[{network.sizes[0]} * BLOCKS], left[ROOM({len(state)}) * BLOCKS];"
     ahead = [f"seen[{i} * BLOCKS + b] = x_{column};" for i, column in enumerate(columns)]
-    behind = [f"const v x_{column} = seen[{i} * BLOCKS + b];" for i, column in enumerate(columns) if i >= len(state)]
-    behind += [f"const v residual_{column} = left[{i} * BLOCKS + b];" for i, column in enumerate(state)]
+    behind = [f"const v residual_{column} = left[{i} * BLOCKS + b];" for i, column in enumerate(state)]
     return [room, *begin], [*move, *ahead, *repeat], behind
 
 

@@ -108,6 +108,7 @@ class TorchStep:
         start, known, size = self.tensor(state), self.given(inputs), len(self.robot.layouts.state)
         if start.shape != (size,):
             raise ShapeError(f"state: expected the shape ({size},), found {tuple(start.shape)}")
+        start = self.robot.layouts.state.normalise(start)  # a measured quaternion, say
         if self.filters is not None:
             actions = self.filters.apply(actions)
         if levels is not None:

@@ -7,7 +7,7 @@
 #define __float_as_uint(x) (((union { float f; unsigned int u; }){.f = (x)}).u)
 #define __uint_as_float(x) (((union { float f; unsigned int u; }){.u = (x)}).f)
 #define C_NAME __attribute__((visibility("default")))
-float sqrtf(float), expf(float), logf(float), tanf(float), asinf(float), acosf(float), atanf(float), tanhf(float);
+float sqrtf(float), rintf(float), expf(float), logf(float), tanf(float), asinf(float), acosf(float), atanf(float), tanhf(float);
 float sinhf(float), coshf(float), asinhf(float), acoshf(float), atanhf(float), floorf(float), ceilf(float);
 float atan2f(float, float), powf(float, float), fmodf(float, float);
 struct index {
@@ -49,11 +49,12 @@ typedef struct {
 INLINE v splat(real x) { return x; }
 INLINE v select(mask c, v a, v b) { return c ? a : b; }
 INLINE v square_root(v a) { return sqrtf(a); }
+INLINE v nearest(v a) { return rintf(a); }
+INLINE v less_nearest(v a) { return a - rintf(a); }
 INLINE v reciprocal_root(v a) { return 1.0f / sqrtf(a); }
 INLINE v minimum(v a, v b) { return a < b ? a : b; }
 INLINE v maximum(v a, v b) { return a > b ? a : b; }
 INLINE v to_reals(words a) { return (float)(int)a; }
 INLINE words bits_of(v a) { return __float_as_uint(a); }
 INLINE v from_bits(words a) { return __uint_as_float(a); }
-INLINE int any_beyond(v a, real most) { return !(a <= most); }
 INLINE v two_to_the(v k) { return __uint_as_float((unsigned int)((int)k + 127) << 23); }

@@ -1,4 +1,4 @@
-/* Functions of any argument. The polynomials are printed by sym2real/symbolic/c_functions.py, with their errors. */
+/* The polynomials are printed by sym2real/symbolic/c_functions.py, with their errors. */
 INLINE v reciprocal(v a) { return splat(R(1.0)) / a; }
 INLINE v absolute(v a) { return select(a < splat(R(0.0)), -a, a); }
 INLINE v sign_of(v a) {
@@ -6,27 +6,25 @@ INLINE v sign_of(v a) {
     return select(zero < a, splat(R(1.0)), zero) - select(a < zero, splat(R(1.0)), zero);
 }
 
-/* Whole turns leave in three parts of 2 pi. Beyond 1e5 turns the result is bounded and means nothing. */
-INLINE v within_half_turn(v x) {
-    const v k = (x * R(0.15915494309189535) + ROUNDER) - ROUNDER;
-    const v r = ((x - k * TURN_1) - k * TURN_2) - k * TURN_3;
-    const v most = splat(R(3.1415928));
-    return select(most < r, most, select(r < -most, -most, r));
+/* Turns less whole turns; rounding their number costs no more than rounding x did. */
+INLINE v part_of_turn(v x) {
+    const v turns = x * R(0.15915494309189535);
+    return less_nearest(turns);
 }
-APART v sine(v x) {
-    const v r = within_half_turn(x), s = r * r;
-    return r * SINE_HALF_TURN(s);
+INLINE v sine(v x) {
+    const v part = part_of_turn(x);
+    return part * SINE(part * part);
 }
-APART v cosine(v x) {
-    const v r = within_half_turn(x), s = r * r;
-    return COSINE_HALF_TURN(s);
+INLINE v cosine(v x) {
+    const v part = part_of_turn(x);
+    return COSINE(part * part);
 }
 
 #if SINGLE
 APART v exponential(v x) {
     const v high = splat(88.3f), low = splat(-87.0f);
     const v in = select(high < x, high, select(x < low, low, x));
-    const v k = (in * 1.44269504f + ROUNDER) - ROUNDER;
+    const v k = nearest(in * 1.44269504f);
     const v f = ((in - k * 0.693145752f) - k * 1.42860677e-6f) * 1.44269504f;
     return select(high < x, splat(INFINITE), POWER_OF_TWO(f) * two_to_the(k));
 }

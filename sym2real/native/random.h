@@ -31,7 +31,7 @@ INLINE struct stream stream_of(words sample, word seed, word call) {
     return s;
 }
 /* A normal number for every action. Stage by stage, so that pairs are computed side by side:
- * -2 ln u = NORMAL_LOG(m) - 2 ln 2 e for u = m 2^e, and an angle of 23 bits or 16. */
+ * -2 ln u = -2 ln 2 (log2 m + e) for u = m 2^e, and an angle of 23 bits or 16. */
 #define PAIRS ((ACTIONS + 1) / 2)
 INLINE void draw_normals(struct stream *s, v *into) {
     words radius[PAIRS], angle[PAIRS], shared;
@@ -45,13 +45,12 @@ INLINE void draw_normals(struct stream *s, v *into) {
     UNROLLED for (int i = 0; i < PAIRS; i++) {
         const v exponent = to_reals(radius[i] >> 23) - 151.0f; /* the integer above was 2^24 u */
         const v mantissa = from_bits((radius[i] & 0x7fffffu) | 0x3f800000u);
-        square[i] = exponent * -1.38629436f + NORMAL_LOG(mantissa);
+        square[i] = (exponent + LOGARITHM(mantissa)) * -1.38629436f;
     }
-    UNROLLED for (int i = 0; i < PAIRS; i++)
-        turn[i] = from_bits((angle[i] & 0x7fffffu) | 0x3f800000u) * 6.28318531f - 9.42477796f;
+    UNROLLED for (int i = 0; i < PAIRS; i++) turn[i] = from_bits((angle[i] & 0x7fffffu) | 0x3f800000u) - 1.5f;
     UNROLLED for (int i = 0; i < PAIRS; i++) {
         const v r = square_root(maximum(square[i], splat(0.0f))), s = turn[i] * turn[i];
-        into[2 * i] = r * (turn[i] * NORMAL_SINE(s));
-        if (2 * i + 1 < ACTIONS) into[2 * i + 1] = r * NORMAL_COSINE(s);
+        into[2 * i] = r * (turn[i] * SINE(s));
+        if (2 * i + 1 < ACTIONS) into[2 * i + 1] = r * COSINE(s);
     }
 }

@@ -1,26 +1,24 @@
 """Beginning of every kernel: precision, vectors, and functions with their polynomials.
 
-Errors, measured over the interval in the kernel's precision: sine and cosine 1.5e-6 (float32) and 1e-14 (float64) up
-to 1e5 turns, the exponential function 1e-6 relative (float32; float64 calls the C library). What the C library
-computes lane by lane is as exact as that.
+Largest errors, each beside the rounding of the argument: sine and cosine 2e-6 (float32) and 1e-14 (float64), the
+exponential function 1e-6 relative (float32; float64 calls the C library). What the C library computes lane by lane is
+as exact as that. The polynomials interpolate in Chebyshev points, within a few percent of the least maximal error.
+Source: L. N. Trefethen, "Approximation Theory and Approximation Practice", SIAM 2013, ch. 2 and 16.
 """
 
 from __future__ import annotations
 
-from decimal import Decimal
+from collections.abc import Callable
 from functools import lru_cache
 from importlib import resources
 
 import numpy as np
+from numpy.polynomial import Chebyshev, Polynomial
 
 from sym2real.symbolic.c_source import literal
-from sym2real.symbolic.chebyshev import Polynomial, shortest
-from sym2real.symbolic.intervals import Interval
-from sym2real.symbolic.sines import HALF_TURN
+from sym2real.symbolic.magnitudes import SHORT
+from sym2real.trajectory import Array
 
-TURN = Decimal("6.283185307179586476925286766559005768394")
-SINE_ERROR = {True: 1e-6, False: 5e-15}
-EXPONENTIAL_ERROR = 2e-7
 HEADERS = {"cpu": "vectors.h", "gpu": "cuda.h"}
 
 
@@ -38,42 +36,39 @@ def preamble(single: bool, machine: str = "cpu") -> str:
         machine: "cpu" or "gpu".
     """
     return "\n".join(
-        [f"#define SINGLE {int(single)}", header(HEADERS[machine]), *_constants(single), header("functions.h")]
+        [f"#define SINGLE {int(single)}", header(HEADERS[machine]), *_polynomials(single), header("functions.h")]
     )
 
 
-def _constants(single: bool) -> list[str]:
-    first, second, third = _parts_of_turn(single)
-    rounder = 1.5 * 2.0 ** (23 if single else 52)
-    numbers = {"TURN_1": first, "TURN_2": second, "TURN_3": third, "ROUNDER": rounder}
-    lines = [f"#define {name} {literal(value, single)}" for name, value in numbers.items()]
-    for name, function in {"SINE_HALF_TURN": "sin", "COSINE_HALF_TURN": "cos"}.items():
-        lines.append(polynomial_macro(name, _known(function, HALF_TURN, SINE_ERROR[single], single), single))
+def _polynomials(single: bool) -> list[str]:
+    """Sine over its argument, and cosine, as functions of the argument's square: in turns up to a half, in rad."""
+    degree, turn = 5 if single else 10, 2.0 * np.pi
+    found = [
+        polynomial("SINE", lambda s: np.sin(turn * np.sqrt(s)) / np.sqrt(s), degree, (0.0, 0.25), single),
+        polynomial("COSINE", lambda s: np.cos(turn * np.sqrt(s)), degree, (0.0, 0.25), single),
+    ]
     if single:
-        lines.append(
-            polynomial_macro("POWER_OF_TWO", _known("exp2", Interval(-0.5, 0.5), EXPONENTIAL_ERROR, True), True)
-        )
-    return lines
-
-
-def _known(function: str, interval: Interval, tolerance: float, single: bool) -> Polynomial:
-    found = shortest(function, interval, tolerance, single)
-    assert found is not None, f"no polynomial for {function}"
+        for most, degree in SHORT.items():
+            square = (0.0, most**2)
+            found += [
+                polynomial(f"SINE_{degree}", lambda s: np.sin(np.sqrt(s)) / np.sqrt(s), degree, square, single),
+                polynomial(f"COSINE_{degree}", lambda s: np.cos(np.sqrt(s)), degree, square, single),
+                f"#define sine_{degree}(x) ((x) * SINE_{degree}((x) * (x)))",
+                f"#define cosine_{degree}(x) COSINE_{degree}((x) * (x))",
+            ]
+        found += [
+            polynomial("POWER_OF_TWO", np.exp2, 5, (-0.5, 0.5), single),
+            polynomial("LOGARITHM", np.log2, 5, (1.0, 2.0), single),
+        ]
     return found
 
 
-def polynomial_macro(name: str, polynomial: Polynomial, single: bool) -> str:
-    """``name(y)`` = p(y) by Horner's rule; of an odd polynomial without its factor x, see :class:`Polynomial`."""
-    text, *others = [literal(coefficient, single) for coefficient in reversed(polynomial.coefficients)]
+def polynomial(
+    name: str, function: Callable[[Array], Array], degree: int, interval: tuple[float, float], single: bool
+) -> str:
+    """A macro ``name(y)`` that is close to a function on an interval, by Horner's rule."""
+    powers = Chebyshev.interpolate(function, degree, interval).convert(kind=Polynomial).coef.tolist()
+    text, *others = [literal(coefficient, single) for coefficient in powers[::-1]]
     for other in others:
         text = f"({text} * (y) + {other})"
     return f"#define {name}(y) {text}"
-
-
-def _parts_of_turn(single: bool) -> tuple[float, float, float]:
-    """Three numbers whose sum is 2π; whole multiples of the first two are exact."""
-    bits = 10 if single else 28
-    first = float(np.ldexp(np.floor(np.ldexp(float(TURN), bits)), -bits))
-    rest = TURN - Decimal(first)
-    second = float(np.ldexp(np.floor(np.ldexp(float(rest), 2 * bits)), -2 * bits))
-    return first, second, float(rest - Decimal(second))

@@ -5,18 +5,11 @@ from __future__ import annotations
 import ctypes
 from functools import lru_cache
 
-from mppi_models import Subject
-from sympy import Expr
-
-from sym2real.control.planning_program import planning_program
 from sym2real.native import library
 from sym2real.symbolic.c_functions import preamble
-from sym2real.symbolic.polynomials import written_out
-from sym2real.symbolic.sines import plan_sines
 
 # Of the quadrotor's reference equations: with normalisation and cost, and for four normal numbers.
-EQUATION_SLOTS, NOISE_SLOTS = 840, 140
-SLOTS = EQUATION_SLOTS + NOISE_SLOTS
+SLOTS = 840 + 140
 CHAINS, ROUNDS = 12, 400_000
 
 TEXT = """
@@ -45,12 +38,3 @@ def multiply_adds() -> int:
     kernel = _kernel()
     kernel.multiply_adds(ctypes.c_float(0.5), ctypes.c_float(0.1))
     return CHAINS * ROUNDS * int(kernel.lanes())
-
-
-def own_slots(one: Subject) -> int:
-    """Multiplications and multiply-adds of the kernel's equations, normalisation and cost, a sample and step."""
-    assert isinstance(one.task.cost, Expr)
-    planning = planning_program(one.equations, one.robot, one.task.cost)
-    states = planning.program.outputs[: len(one.equations.layouts.state)]
-    program = written_out(planning.program, plan_sines(planning.program, planning.assumed, states))
-    return sum(instruction.operation == "multiply" for instruction in program.instructions)

@@ -5,8 +5,12 @@ from __future__ import annotations
 import gc
 import logging
 import math
+import os
+import subprocess
+import sys
 import tracemalloc
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -262,6 +266,27 @@ def test_the_choice_is_said_and_can_be_forced(caplog: pytest.LogCaptureFixture) 
         MPPI(lambda s, a: s, MUSHR, task, backend="c")
     with pytest.raises(ModelError, match="float64"):
         MPPI(model, MUSHR, task, backend="c", dtype=torch.float64)
+
+
+def test_every_process_writes_the_same_text() -> None:
+    """Hashes of strings differ from process to process, and with them the order of sets: the cache would be missed."""
+    code = (
+        "import sys; sys.path.insert(0, sys.argv[1])\n"
+        "from reference_models import CRAZYFLIE, flying\n"
+        "from sym2real.control.planning_program import planning_program\n"
+        "from sym2real.symbolic.c_rollout import rollout_text\n"
+        "from sym2real.tasks import make_task\n"
+        "cost = make_task('circle', CRAZYFLIE).cost\n"
+        "print(planning_program(flying(), CRAZYFLIE, cost), rollout_text(flying(), single=True))"
+    )
+    command = [sys.executable, "-c", code, str(Path(__file__).parent)]
+    found = {
+        subprocess.run(
+            command, env={**os.environ, "PYTHONHASHSEED": seed}, capture_output=True, text=True, check=True
+        ).stdout
+        for seed in ("1", "2")
+    }
+    assert len(found) == 1
 
 
 def test_deadlines_count_what_took_too_long() -> None:

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from sym2real.errors import CompilationError
-from sym2real.native import cache, find_compiler, library, library_of
+from sym2real.native import cache, find_compiler, library
 from sym2real.robots import MUSHR
 from sym2real.symbolic import compile_model
 from sym2real.tasks import make_task
@@ -41,22 +41,6 @@ def test_compiles_once_and_finds_it_again(own_cache: Path, monkeypatch: pytest.M
     monkeypatch.setattr(cache, "build", lambda *_: pytest.fail("compiled again"))
     assert library(TEXT.format(42)).answer() == 42
     assert not list(own_cache.glob(".compiling-*"))
-
-
-@compiled
-def test_one_text_of_two_origins_is_compiled_once(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    written, built, build = [], [], cache.build
-    monkeypatch.setattr(cache, "build", lambda *given: built.append(build(*given)))
-
-    def write() -> str:
-        written.append(1)
-        return TEXT.format(9)
-
-    for origin in ("this version", "that version", "this version"):
-        monkeypatch.setattr(cache, "_loaded", {})
-        assert library_of(origin, write).answer() == 9
-    assert (len(written), len(built)) == (2, 1)
-    assert len({file.stat().st_ino for file in own_cache.glob("*.so")}) == 1
 
 
 @compiled
@@ -151,14 +135,13 @@ def test_a_full_disk_falls_back_too(own_cache: Path, monkeypatch: pytest.MonkeyP
 
 @compiled
 def test_a_broken_file_in_the_cache_is_mended_there(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A machine that loses its power may leave a name without a content, of the origin and of the text alike."""
+    """A machine that loses its power may leave a name without a content."""
     own_cache.mkdir(parents=True)
-    for origin in (TEXT.format(5), "an origin"):
-        (own_cache / cache.name_of(origin, find_compiler())).write_bytes(b"no library")
-    assert library_of("an origin", lambda: TEXT.format(5)).answer() == 5
+    (own_cache / cache.name_of(TEXT.format(5), find_compiler())).write_bytes(b"no library")
+    assert library(TEXT.format(5)).answer() == 5
     monkeypatch.setattr(cache, "_loaded", {})
     monkeypatch.setattr(cache, "build", lambda *_: pytest.fail("compiled again"))
-    assert library(TEXT.format(5)).answer() == library_of("an origin", lambda: "").answer() == 5
+    assert library(TEXT.format(5)).answer() == 5
 
 
 @compiled

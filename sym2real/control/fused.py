@@ -14,8 +14,8 @@ from torch import Tensor
 from sym2real.control.fused_arguments import Call, Operands, Sizes, aligned, arguments_of, constants_of
 from sym2real.control.fused_problem import Fused
 from sym2real.control.fused_residual import Residual, packed
-from sym2real.control.fused_text import fused_text, origin_of
-from sym2real.native import library_of
+from sym2real.control.fused_text import fused_text
+from sym2real.native import library
 
 WORTH_ASKING, TRIALS = 160_000, 5  # sample-steps; calls per number of threads
 PROCESSOR = torch.device("cpu")
@@ -48,7 +48,7 @@ class FusedStep:
     def __init__(self, step: Fused, *, factor: Tensor, sizes: Sizes, residual: Residual | None = None) -> None:
         self.samples, self.horizon = sizes.samples, sizes.horizon
         self.shape = (sizes.horizon, len(step.robot.layouts.action))
-        self._library = library_of(origin_of(step), lambda: fused_text(step))
+        self._library = library(fused_text(step))
         weights = None if residual is None else packed(residual, self._library.tile())
         self._constants = constants_of(step, factor, sizes.horizon, weights)
         self._plan = arguments_of(step, sizes, self._constants)

@@ -10,7 +10,6 @@ from sym2real.control.fused_horizon import SINGLE, horizon_text
 from sym2real.control.fused_problem import Fused
 from sym2real.control.fused_residual import residual_text
 from sym2real.symbolic.c_functions import header, preamble
-from sym2real.symbolic.origin import origin_of_equations, origin_of_expression
 
 BLOCKS = 2  # vectors of samples that share what is read of a network; more would leave the first-level cache
 TILE_OF = "EXPORTED int tile(void) { return TILE; }"
@@ -34,13 +33,3 @@ def fused_text(step: Fused, machine: str = "cpu") -> str:
             header(f"plan_{machine}.h"),
         ]
     )
-
-
-def origin_of(step: Fused) -> str:
-    """What the text follows from."""
-    robot, filters = step.robot, step.filters
-    limits = [robot.low.tolist(), robot.high.tolist()]
-    numbers = (robot.layouts.state, robot.layouts.action, limits, step.sampling, step.residual)
-    memory = (filters.stages, filters.actions, filters.dt)
-    written = (origin_of_expression(step.cost), origin_of_equations(step.equations))
-    return "\n".join(["plan", repr(numbers), repr(memory), *written])

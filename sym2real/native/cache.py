@@ -1,4 +1,4 @@
-"""Compiled libraries by the hash of their content: text or what it follows from, compiler, flags, processor.
+"""Compiled libraries by the hash of what they are made of: text, compiler, flags, processor.
 
 A file appears under its name whole or not at all (compiled beside it, then renamed), so a killed compiler leaves
 nothing that could be mistaken for a library. Behind every library stands the checksum of its content, which the system
@@ -19,7 +19,6 @@ import os
 import shutil
 import tempfile
 import time
-from collections.abc import Callable
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
@@ -33,20 +32,11 @@ from sym2real.native.private import is_own, private_folder
 
 LOGGER = logging.getLogger(__name__)
 WAIT = 180.0  # s, for another process that compiles the same text
-MOST = 400  # names of libraries, of about 50 kB each; most have two, by their text and by what it follows from
+MOST = 200  # libraries, of about 50 kB each
 
 
 def library(text: str) -> ctypes.CDLL:
-    """The library of a C text, compiled where it is not in the cache; errors as of :func:`library_of`."""
-    return library_of(text, lambda: text)
-
-
-def library_of(origin: str, write: Callable[[], str]) -> ctypes.CDLL:
-    """The library of a C text that is written only where it is not in the cache.
-
-    Args:
-        origin: what the text follows from, all of it.
-        write: makes the text.
+    """The library of a C text, compiled where it is not in the cache.
 
     Raises:
         CompilationError: when there is no compiler, it fails, or there is nowhere to put its output.
@@ -54,19 +44,19 @@ def library_of(origin: str, write: Callable[[], str]) -> ctypes.CDLL:
     compiler = find_compiler()
     if compiler is None:
         raise CompilationError("there is no C compiler here (install gcc or clang, or name one by CC)")
-    name = name_of(origin, compiler)
+    name = name_of(text, compiler)
     loaded = _loaded.get(name)
     if loaded is None:
-        loaded = _loaded[name] = _load(compiler, write, name)
+        loaded = _loaded[name] = _load(compiler, text, name)
     return loaded
 
 
 _loaded: dict[str, ctypes.CDLL] = {}
 
 
-def name_of(origin: str, compiler: Compiler) -> str:
-    """File name of the library of a text, by the text or what it follows from."""
-    return hashlib.sha256(f"{compiler.identity}\n{origin}".encode()).hexdigest()[:32] + ".so"
+def name_of(text: str, compiler: Compiler) -> str:
+    """File name of the library of a text."""
+    return hashlib.sha256(f"{compiler.identity}\n{text}".encode()).hexdigest()[:32] + ".so"
 
 
 def cache_folder() -> Path:
@@ -81,7 +71,7 @@ def _own_folder() -> Path:
     return folder
 
 
-def _load(compiler: Compiler, write: Callable[[], str], name: str) -> ctypes.CDLL:
+def _load(compiler: Compiler, text: str, name: str) -> ctypes.CDLL:
     try:
         target = private_folder(cache_folder()) / name
         opened = _opened(target)
@@ -89,7 +79,7 @@ def _load(compiler: Compiler, write: Callable[[], str], name: str) -> ctypes.CDL
             with FileLock(target.with_suffix(".lock"), timeout=WAIT):
                 opened = _opened(target)
                 if opened is None:
-                    _place(compiler, write(), target)
+                    build(compiler, text, target)
                     prune(target.parent)
                     opened = ctypes.CDLL(str(target))
         return opened
@@ -99,7 +89,7 @@ def _load(compiler: Compiler, write: Callable[[], str], name: str) -> ctypes.CDL
             LOGGER.warning(said, cache_folder(), refused.strerror or reason(refused))
         try:
             target = _own_folder() / name
-            build(compiler, write(), target)
+            build(compiler, text, target)
             return ctypes.CDLL(str(target))
         except OSError as error:
             raise CompilationError(f"there is nowhere to put a compiled kernel: {error}") from error
@@ -125,19 +115,6 @@ def _whole(target: Path) -> bool:
     content = target.read_bytes()
     size = len(content) - hashlib.sha256().digest_size
     return size > 0 and content[size:] == _checksum(content[:size])
-
-
-def _place(compiler: Compiler, text: str, target: Path) -> None:
-    """Compile a text, or take what was compiled of the same text for another origin (an earlier version)."""
-    same = target.parent / name_of(text, compiler)
-    if _opened(same) is None:
-        build(compiler, text, same)
-    if same != target:
-        target.unlink(missing_ok=True)
-        try:
-            os.link(same, target)
-        except OSError:  # a file system without links
-            build(compiler, text, target)
 
 
 def prune(folder: Path) -> None:

@@ -11,10 +11,9 @@ import torch
 from torch import Tensor
 
 from sym2real.errors import ShapeError, UnknownNameError
-from sym2real.native import library_of
+from sym2real.native import library
 from sym2real.symbolic.c_rollout import rollout_text
 from sym2real.symbolic.equations import Equations
-from sym2real.symbolic.origin import origin_of_equations
 from sym2real.symbolic.source import measured_inputs
 
 KERNELS: WeakValueDictionary[str, NativeRollout] = WeakValueDictionary()  # for as long as somebody keeps them
@@ -61,8 +60,7 @@ class NativeRollout:
         self.dtype, self.layouts = dtype, equations.layouts
         self.values = torch.tensor(list(equations.parameters.values()), dtype=dtype)
         self._needed = measured_inputs(equations)
-        origin = f"rollout in {dtype}\n{origin_of_equations(equations)}"
-        made = library_of(origin, lambda: rollout_text(equations, single=dtype == torch.float32))
+        made = library(rollout_text(equations, single=dtype == torch.float32))
         self._function: Callable[[object], None] = made.roll_out
         self.name = f"rollout {next(_NUMBERS)}"
         KERNELS[self.name] = self

@@ -5,6 +5,8 @@ from __future__ import annotations
 import time
 from typing import Protocol
 
+SPUN = 0.0005  # s: about as much later than asked a sleep ends, so that the rest is waited awake
+
 
 class Clock(Protocol):
     """Seconds since some moment; never set back."""
@@ -27,4 +29,6 @@ class SystemClock:
 
     def sleep_until(self, moment: float) -> None:
         """Return at a moment in s, at once where it has passed."""
-        time.sleep(max(0.0, moment - time.monotonic()))
+        time.sleep(max(0.0, moment - SPUN - time.monotonic()))
+        while time.monotonic() < moment:
+            pass

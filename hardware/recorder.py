@@ -70,6 +70,8 @@ class Recorder:
             if file.exists():
                 raise DataError(file, "a name that is free: no flight is written over another", "a file")
         make_folder(self.path.parent)
+        if self.growing != self.path:
+            arrow_file.prepare()  # not in flight
         self._rows: queue.SimpleQueue[Row | None] = queue.SimpleQueue()
         self._failure: Exception | None = None
         self._written, self._first, self._reason = 0, math.nan, ""

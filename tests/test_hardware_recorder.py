@@ -43,6 +43,31 @@ def fly(recorder: Recorder, steps: int = 60) -> list[Row]:
     return rows
 
 
+LOADED = """
+import sys, time
+from pathlib import Path
+from tests.test_hardware_recorder import CRAZYFLIE, Recorder, fly
+path = Path(sys.argv[1])
+with Recorder(path.with_name("before.csv"), CRAZYFLIE, {}) as recorder:
+    fly(recorder)  # what the simulated link loads
+with Recorder(path, CRAZYFLIE, {}) as recorder:
+    before = set(sys.modules)
+    fly(recorder)
+    while not path.with_suffix(".arrow").exists() or path.with_suffix(".arrow").stat().st_size < 10000:
+        time.sleep(0.01)
+    print(sorted(set(sys.modules) - before))
+"""
+
+
+def test_nothing_is_loaded_in_flight(tmp_path: Path) -> None:
+    """A library that is loaded with the first row holds Python still at take-off, for part of a second."""
+    command = [sys.executable, "-c", LOADED, str(tmp_path / "flight.parquet")]
+    told = subprocess.run(
+        command, cwd=Path(__file__).parents[1], capture_output=True, text=True, check=True, timeout=120
+    )
+    assert told.stdout.strip() == "[]"
+
+
 @pytest.mark.parametrize("ending", [".parquet", ".csv"])
 def test_a_run_reads_back_as_it_was_flown(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"flight{ending}"

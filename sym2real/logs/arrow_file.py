@@ -28,6 +28,11 @@ def read(path: Path) -> tuple[list[str], list[Array | Sequence[str]], int, dict[
     return parquet_file.parts(_whole_batches(path), path)
 
 
+def prepare() -> None:
+    """Load what the first batch loads, pandas among it where it is installed: that takes part of a second."""
+    pa.RecordBatch.from_pylist([{"loaded": 0.0}])
+
+
 class ArrowStream:
     """A file that rows are appended to; what has been appended survives the process.
 

@@ -17,7 +17,7 @@ from sym2real.cli.places import LOG_ENDINGS, WRITTEN, kept_apart, places_read
 from sym2real.data import example_flight
 from sym2real.errors import Sym2RealError
 from sym2real.files import reading, whole, write_text
-from sym2real.logs.table import READERS
+from sym2real.logs.table import IN_FOLDERS
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import save_model
 
@@ -198,6 +198,6 @@ def test_an_earlier_diagnosis_cannot_name_what_is_read_for_removal(tmp_path: Pat
     assert {file.name for file in tmp_path.iterdir()} == {"flight.csv", "diagnosis.json"}
 
 
-def test_the_endings_of_logs_are_those_that_are_read() -> None:
+def test_the_endings_of_logs_are_those_that_a_folder_is_searched_for() -> None:
     """Said twice, because the options must not wait for the readers' libraries."""
-    assert set(LOG_ENDINGS) == set(READERS)
+    assert set(LOG_ENDINGS) == set(IN_FOLDERS)

@@ -208,8 +208,7 @@ BAD: dict[str, tuple[str | bytes, int | None, str | None, str]] = {
     "no time": (GOOD.replace("t,", "s,"), None, "t", "unknown column 't'"),
     "duplicate": (GOOD.replace("vx", "x"), 1, "x", "the name twice"),
     "unnamed": (GOOD.replace("y", ""), 1, None, "none for column 3"),
-    "semicolons": (GOOD.replace(",", ";"), 1, None, "semicolons"),
-    "tabs": (GOOD.replace(",", "\t"), 1, None, "tabs"),
+    "decimal commas": (GOOD.replace(",", ";").replace(".", ","), 2, "t", "a decimal comma"),
     "binary": (b"\x89PNG\r\n\x1a\n\x00\x00\x00", 1, None, "no UTF-8"),
     "zero byte": (GOOD.encode() + b"0.3,\x00,2,3\n", 5, None, "a zero byte"),
     "one column": ("t\n0\n1\n", 1, None, "'t'"),
@@ -272,7 +271,7 @@ def test_a_damaged_parquet(tmp_path: Path, damage: Callable[[Path], object]) -> 
 def test_paths_that_are_no_logs(tmp_path: Path) -> None:
     with pytest.raises(DataError, match=r"missing\.csv.*nothing of that name"):
         read_log(tmp_path / "missing.csv")
-    with pytest.raises(DataError, match=r"ends in \.csv, \.parquet"):
+    with pytest.raises(DataError, match=r"ends in \.csv, \.txt, .*\.parquet"):
         read_log(tmp_path / "log.xlsx")
     (tmp_path / "folder.csv").mkdir()
     with pytest.raises(DataError, match="a folder"):

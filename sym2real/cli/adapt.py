@@ -10,6 +10,7 @@ import tyro
 from rich.console import Console
 
 from sym2real.cli.adapting import AdaptVerb
+from sym2real.cli.of_logs import OfLogs
 from sym2real.cli.places import Place
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Adapt(AdaptVerb):
+class Adapt(OfLogs, AdaptVerb):
     """Adapt a model to a target: an episode with the present model, training on all so far, and again.
 
     The model stays frozen, and what is learned goes on top of it, unless its own constants are asked for. The model of
@@ -44,8 +45,6 @@ class Adapt(AdaptVerb):
     """What is flown: hover, circle, lemniscate, track, park or reverse_circle; nothing with logs."""
     noise: bool = False
     """Sensor noise in the simulator, as of `simulate`; without it errors of any size count for --diagnose."""
-    spec: Place | None = None
-    """How the logs' columns are named: a shipped specification's name or a TOML file."""
 
     def chosen(self, model: Model, console: Console) -> AbstractContextManager[Chosen]:
         """A simulator, or logs."""
@@ -53,5 +52,5 @@ class Adapt(AdaptVerb):
         from sym2real.neural.model_folder import below
 
         return nullcontext(
-            chosen_target(below(model), self.model, self.target, self.task, spec=self.spec, noise=self.noise)
+            chosen_target(below(model), self.model, self.target, self.task, spec=self.naming, noise=self.noise)
         )

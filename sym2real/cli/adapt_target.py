@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from sym2real.adaptation.target import MakeController
+    from sym2real.logs import LogSpec
     from sym2real.neural.composed import Base
     from sym2real.protocols import Plant
     from sym2real.robots import Robot
@@ -34,7 +35,9 @@ class Chosen:
     controller: MakeController | None = None
 
 
-def chosen_target(base: Base, model: str, target: str, task: str | None, *, spec: str | None, noise: bool) -> Chosen:
+def chosen_target(
+    base: Base, model: str, target: str, task: str | None, *, spec: LogSpec | None, noise: bool
+) -> Chosen:
     """What a user means by TARGET and TASK.
 
     Args:
@@ -76,20 +79,21 @@ def chosen_target(base: Base, model: str, target: str, task: str | None, *, spec
     return _simulator(base, target, task, noise)
 
 
-def _recordings(base: Base, folder: Path, spec: str | None) -> Chosen:
+def _recordings(base: Base, folder: Path, spec: LogSpec | None) -> Chosen:
     """Logs in the order of their names, one a round."""
     from sym2real.cli.model import logs_for
     from sym2real.errors import ModelError
-    from sym2real.logs.reader import expand
+    from sym2real.logs.reader import logs_of
     from sym2real.robots import ROBOTS
     from sym2real.symbolic import Equations
 
     if not isinstance(base, Equations):
         raise ModelError(f"logs have the time step of equations; expected a model of some for {folder}, found networks")
-    files = expand([folder])
-    logs_for(base, files, spec)  # no log may be there twice
-    logs = tuple(logs_for(base, [file], spec) for file in files)
-    rows = ", ".join(f"{file.name} ({log.rows} rows)" for file, log in zip(files, logs, strict=True))
+    found = logs_of(folder, spec)
+    logs_for(base, [folder], spec)  # no log may be there twice
+    logs = tuple(logs_for(base, files, spec) for files in found)
+    names = ["+".join(file.name for file in files) for files in found]
+    rows = ", ".join(f"{name} ({log.rows} rows)" for name, log in zip(names, logs, strict=True))
     return Chosen(logs, None, ROBOTS.get(base.robot), f"{len(logs)} logs: {rows}")
 
 

@@ -10,6 +10,7 @@ import tyro
 from rich.console import Console
 
 from sym2real.cli.numbers import OptionalPositive
+from sym2real.cli.of_logs import OfLogs
 from sym2real.cli.places import Place
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Add:
+class Add(OfLogs):
     """Put physical effects into a model's equations: at values you know, or fitted to logs.
 
     With values the effects are simply there; what is not given stays at its null value. With --fit one effect is a
@@ -46,8 +47,6 @@ class Add:
     """Logs that the one effect's values are fitted to."""
     held_out: tuple[Path, ...] = ()
     """Logs that score the fit; by default each log is scored by the fit without it."""
-    spec: Place | None = None
-    """How the logs' columns are named: a shipped specification's name or a TOML file."""
     exclude: tuple[str, ...] = ()
     """Effects that are not to be tried in its place (KIND or KIND:COLUMN)."""
     horizon: OptionalPositive = None
@@ -76,7 +75,7 @@ class Add:
         if not chosen and not terms:
             raise ModelError("expected an effect and its values, found none; `sym2real effects` lists them")
         result: dict[str, Any] = {}
-        for option in ("held_out", "spec", "exclude", "horizon"):
+        for option in ("held_out", "spec", "columns", "exclude", "horizon"):
             if getattr(self, option) and not self.fit:
                 raise ModelError(f"--{option.replace('_', '-')}: expected --fit LOG… beside it, found none")
         if self.fit:
@@ -111,8 +110,8 @@ class Add:
         from sym2real.diagnosis import try_effect
         from sym2real.report.diagnosis import tried_report
 
-        data = logs_for(base, self.fit, self.spec)
-        held_out = logs_for(base, self.held_out, self.spec, apart_from=self.fit) if self.held_out else None
+        data = logs_for(base, self.fit, self.naming)
+        held_out = logs_for(base, self.held_out, self.naming, apart_from=self.fit) if self.held_out else None
         with stages_progress() as on_progress:
             tried = try_effect(
                 base,

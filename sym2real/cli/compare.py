@@ -9,11 +9,12 @@ from typing import Any, Literal
 import tyro
 from rich.console import Console
 
+from sym2real.cli.of_logs import OfLogs
 from sym2real.cli.places import Place
 
 
 @dataclass(frozen=True)
-class Compare:
+class Compare(OfLogs):
     """Compare a model's predictions with recorded logs: one step, k steps and free run, beside "hold".
 
     Windows start every 0.1 s, are driven by what the log says was sent, and are measured at their end.
@@ -25,8 +26,6 @@ class Compare:
     """A model folder, or a robot's name (its base is learned once and cached)."""
     logs: tyro.conf.Positional[tuple[Path, ...]]
     """Logs: CSV, Parquet, bags, MCAP, ULog."""
-    spec: Place | None = None
-    """How the logs' columns are named: a shipped specification's name or a TOML file."""
     start: Literal["smoothed", "measured"] = "smoothed"
     """Start windows from the last ten rows, smoothed, or from the measured row."""
     out: Path | None = None
@@ -43,7 +42,7 @@ class Compare:
         from sym2real.report.comparison import comparison_report
 
         model = in_double(open_with_progress(self.model))
-        data = logs_for(below(model), self.logs, self.spec)
+        data = logs_for(below(model), self.logs, self.naming)
         comparison = compare(model, data, start=self.start, region=training_region(folder_of(self.model)))
         console.print(comparison_report(comparison))
         figures = []

@@ -10,11 +10,12 @@ import tyro
 from rich.console import Console
 
 from sym2real.cli.numbers import OptionalPositive
+from sym2real.cli.of_logs import OfLogs
 from sym2real.cli.places import Place
 
 
 @dataclass(frozen=True)
-class Diagnose:
+class Diagnose(OfLogs):
     """Name the physical effect that a model lacks, or say that nothing is missing, or that the data cannot tell.
 
     Every effect of the catalogue that the model can be given competes; what is found is tested on data that took no
@@ -37,8 +38,6 @@ class Diagnose:
     """Logs (CSV, Parquet, bags, MCAP, ULog); several of different manoeuvres tell more than one."""
     held_out: tuple[Path, ...] = ()
     """Logs that score the result; by default each log is scored by the fit without it."""
-    spec: Place | None = None
-    """How the logs' columns are named: a shipped specification's name or a TOML file."""
     exclude: tuple[str, ...] = ()
     """Effects that are not to be tried (KIND or KIND:COLUMN)."""
     horizon: OptionalPositive = None
@@ -62,8 +61,8 @@ class Diagnose:
         if self.out:
             require_another_folder(self.model, self.out / "model")
         base, about_model = equations_below(self.model, console)
-        data = logs_for(base, self.logs, self.spec)
-        held_out = logs_for(base, self.held_out, self.spec, apart_from=self.logs) if self.held_out else None
+        data = logs_for(base, self.logs, self.naming)
+        held_out = logs_for(base, self.held_out, self.naming, apart_from=self.logs) if self.held_out else None
         about_data = data_report(data, base).lines()
         for line in about_data:
             console.print(f"data: {line}", style="dim", markup=False)

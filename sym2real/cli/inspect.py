@@ -24,7 +24,9 @@ class Inspect:
     OUT_IS_FILE: ClassVar[bool] = True
 
     logs: tyro.conf.Positional[tuple[Path, ...]]
-    """Logs of one kind: CSV, Parquet, bags, MCAP, ULog."""
+    """Logs of one kind: CSV, Parquet, bags, MCAP, ULog; files without a common column but stamps are one log."""
+    columns: tuple[str, ...] = ()
+    """Names of the columns of text files without a header, in their order."""
     out: Path | None = None
     """Write the proposed specification (TOML) here; printed otherwise."""
     json: Path | None = None
@@ -37,7 +39,7 @@ class Inspect:
         from sym2real.logs import inspect_logs
         from sym2real.report.inspection import inspection_table
 
-        inspection = inspect_logs(self.logs)
+        inspection = inspect_logs(self.logs, self.columns)
         console.print(inspection_table(inspection))
         text = inspection.toml()
         if self.out:

@@ -11,7 +11,7 @@ import tyro
 from rich.console import Console
 
 from sym2real.cli.numbers import Count, OptionalCount, OptionalSamples, Seed
-from sym2real.cli.places import Place
+from sym2real.cli.of_logs import OfLogs
 
 if TYPE_CHECKING:
     from sym2real.adaptation import StageOne
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Learn:
+class Learn(OfLogs):
     """Learn a base model: one equation per next-state component.
 
     Without --data the robot is flown in its plain MuJoCo simulation (Stage I of the paper): random commands first,
@@ -41,8 +41,6 @@ class Learn:
     """Folder of the model."""
     data: tuple[Path, ...] = ()
     """Recorded logs (CSV, Parquet, bags, MCAP, ULog) to fit instead of a simulator."""
-    spec: Place | None = None
-    """How the logs' columns are named: a shipped specification's name or a TOML file."""
     numbers: tuple[str, ...] = ()
     """Numbers of the robot that --data was measured on, NAME=VALUE in SI units (mass=0.032); else the registered."""
     engine: str = "beam"
@@ -70,7 +68,7 @@ class Learn:
 
         numbers = self._numbers()
         if self.data:
-            learned = learn_from_logs(MEASURED[self.robot], self.data, self.spec, self.engine, numbers)
+            learned = learn_from_logs(MEASURED[self.robot], self.data, self.naming, self.engine, numbers)
         else:
             robot, settings = self._simulated(), self._settings()
             with stage_one_progress() as on_progress:

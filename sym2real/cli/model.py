@@ -15,9 +15,10 @@ from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.start import ROWS
 from sym2real.errors import DataError, ModelError
 from sym2real.experiments.models import base_folder, open_model
-from sym2real.logs import read_logs
+from sym2real.logs import LogSpec, read_logs
 from sym2real.logs.dropouts import tells_of_loss
-from sym2real.logs.reader import expand
+from sym2real.logs.reader import logs_of
+from sym2real.logs.several_files import LogFiles
 from sym2real.neural import Model
 from sym2real.neural.composed import Base, state_of
 from sym2real.neural.model_folder import below
@@ -91,7 +92,7 @@ def robot_of(base: Base, model: str) -> Robot:
     return ROBOTS[base.robot]
 
 
-def logs_for(base: Base, paths: Sequence[Path], spec: str | None, *, apart_from: Sequence[Path] = ()) -> Dataset:
+def logs_for(base: Base, paths: Sequence[Path], spec: LogSpec | None, *, apart_from: Sequence[Path] = ()) -> Dataset:
     """Logs read with the columns and the time step of a model; hidden states are in no log.
 
     Args:
@@ -104,29 +105,30 @@ def logs_for(base: Base, paths: Sequence[Path], spec: str | None, *, apart_from:
         DataError: for a file that cannot be read as such, in which no stretch is long enough to predict anything, or
             that is given twice.
     """
-    files = expand(paths)
-    _require_different([*(expand(apart_from) if apart_from else []), *files])
+    found = logs_of(paths, spec)
+    _require_different([*(logs_of(apart_from, spec) if apart_from else []), *found])
     layouts, logs = replace(base.layouts, state=state_of(base)), list[Trajectory]()
-    for file in files:
-        pieces = read_logs(file, spec=spec, layouts=layouts, dt=base.dt)
+    for files in found:
+        pieces = read_logs(files, spec=spec, layouts=layouts, dt=base.dt)
         longest = max(len(piece) for piece in pieces)
         if longest <= ROWS:
             lost = dict.fromkeys(note for piece in pieces for note in piece.notes if tells_of_loss(note))
-            raise DataError(file, f"more than {ROWS} rows without a gap", "; ".join((f"{longest}", *lost)))
+            raise DataError(files[0], f"more than {ROWS} rows without a gap", "; ".join((f"{longest}", *lost)))
         logs += pieces
     return long_enough(Dataset(logs))
 
 
-def _digest(log: Path) -> bytes:
-    """Of a log's content; a ROS 2 bag is a folder."""
-    files = sorted(log.iterdir()) if log.is_dir() else [log]
-    return sha256(b"".join(file.read_bytes() for file in files if file.is_file())).digest()
+def _digest(log: LogFiles) -> bytes:
+    """Of the content of a log's files; a ROS 2 bag is a folder."""
+    inside = [file for one in log for file in (sorted(one.iterdir()) if one.is_dir() else [one])]
+    return sha256(b"".join(file.read_bytes() for file in inside if file.is_file())).digest()
 
 
-def _require_different(files: Sequence[Path]) -> None:
+def _require_different(logs: Sequence[LogFiles]) -> None:
     """A log that counts twice makes a diagnosis surer than it may be, and one that scores its own fit says nothing."""
-    seen: dict[bytes, Path] = {}
-    for file in files:
-        other = seen.setdefault(_digest(file), file)
-        if other is not file:
-            raise DataError(file, "every log once, and held-out logs that took no part in a fit", f"{other} again")
+    seen: dict[bytes, LogFiles] = {}
+    for log in logs:
+        other = seen.setdefault(_digest(log), log)
+        if other is not log:
+            wanted = "every log once, and held-out logs that took no part in a fit"
+            raise DataError(log[0], wanted, f"{other[0]} again")

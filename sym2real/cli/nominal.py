@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Any, Literal
 from rich.console import Console
 
 from sym2real.cli.numbers import NotNegative, OptionalPositive, OptionalThreePositive, Positive, ThreePositive
-from sym2real.cli.places import Place
+from sym2real.cli.of_logs import OfLogs
 
 if TYPE_CHECKING:
     from sym2real.robots import Motors
     from sym2real.symbolic import Equations
 
-DT = 0.02  # s
+DT, CAR_DT = 0.02, 0.05  # s
 
 
 @dataclass(frozen=True)
-class NominalQuadrotor:
+class NominalQuadrotor(OfLogs):
     """Rigid-body equations of a quadrotor: no simulator, no regression.
 
     Interfaces: thrust_rates (thrust in N and body rates, tracked on board), thrust_attitude (thrust and attitude), or
@@ -43,7 +43,7 @@ class NominalQuadrotor:
     attitude: Literal["predicted", "measured"] = "predicted"
     """Whether the attitude is predicted, or known along the log."""
     dt: OptionalPositive = None
-    """Time step in s; by default that of the log of --fit-thrust, else 0.02."""
+    """Time step in s; by default that of --log or --fit-thrust, else 0.02."""
     rate_gains: ThreePositive = (50.0, 50.0, 20.0)
     """Gains of the on-board rate loop in 1/s (thrust_rates)."""
     attitude_time_constant: NotNegative = 0.15
@@ -60,8 +60,8 @@ class NominalQuadrotor:
     """Sign of each rotor's reaction torque about body z (motors); the Crazyflie's by default."""
     fit_thrust: Path | None = None
     """Fit the thrust per unit on the first two seconds of this log, or of its longest stretch without gaps (motors)."""
-    spec: Place | None = None
-    """How that log's columns are named: a shipped specification's name or a TOML file."""
+    log: tuple[Path, ...] = ()
+    """Logs that the model is for: it gets their time step."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
 
@@ -103,20 +103,23 @@ class NominalQuadrotor:
             raise ModelError("--torque-per-thrust, --arm and --spin need --motor-thrust or --fit-thrust")
         if thrust == [None, None] and self.motor_unit == "rad/s":
             raise ModelError("--motor-unit rad/s needs --motor-thrust or --fit-thrust: half of full speed is unknown")
-        if self.spec is not None and self.fit_thrust is None:
-            raise ModelError("--spec names the columns of the log of --fit-thrust, found no --fit-thrust")
+        if (self.spec is not None or self.columns) and self.fit_thrust is None and not self.log:
+            raise ModelError("--spec and --columns name the columns of --log or --fit-thrust, found neither")
 
     def _motors(self, console: Console) -> tuple[Motors | None, float]:
         """The rotors, None for those that hover at half command, and the time step in s."""
+        from sym2real.experiments.measured import step_of_logs
         from sym2real.experiments.thrust_of_log import thrust_of_log
         from sym2real.robots import Motors
 
-        dt = DT if self.dt is None else self.dt
+        naming = self.naming
+        asked = step_of_logs(self.log, naming) if self.dt is None and self.log else self.dt
+        dt = asked or DT
         if self.motor_thrust is not None:
             return Motors(thrust=self.motor_thrust, unit=self.motor_unit or "command", **self._rotors), dt
         if self.fit_thrust is None:
             return None, dt
-        found = thrust_of_log(self.fit_thrust, self.spec, self.dt, self.motor_unit)
+        found = thrust_of_log(self.fit_thrust, naming, asked, self.motor_unit)
         thrust = found.per_mass * (1.0 if self.mass is None else self.mass)
         what, unit = ("squared speed", "N s²/rad²") if found.unit == "rad/s" else ("unit of command", "N")
         for note in found.notes:
@@ -126,10 +129,12 @@ class NominalQuadrotor:
 
 
 @dataclass(frozen=True)
-class NominalCar:
+class NominalCar(OfLogs):
     """Kinematic bicycle of a front-steered car: no simulator, no regression.
 
-    Example: sym2real nominal car --wheelbase 0.2955 --out runs/bicycle
+    For example:
+      sym2real nominal car --wheelbase 0.2955 --out runs/bicycle
+      sym2real nominal car --wheelbase 0.2955 --log drive1.csv drive2.csv --spec drive.toml --out runs/bicycle
     """
 
     out: Path
@@ -140,16 +145,23 @@ class NominalCar:
     """Of the speed loop in s; 0 reaches the commanded speed at once."""
     mass: Positive = 3.5
     """Mass in kg, for external forces."""
-    dt: Positive = 0.05
-    """Time step in s."""
+    dt: OptionalPositive = None
+    """Time step in s; by default that of --log, else 0.05."""
+    log: tuple[Path, ...] = ()
+    """Logs that the model is for: it gets their time step."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
 
     def run(self, console: Console) -> dict[str, Any]:
         """Make the equations, print them, write the model."""
+        from sym2real.errors import ModelError
+        from sym2real.experiments.measured import step_of_logs
         from sym2real.robots import car
 
-        equations = car(self.wheelbase, time_constant=self.time_constant, mass=self.mass, dt=self.dt)
+        if (self.spec is not None or self.columns) and not self.log:
+            raise ModelError("--spec and --columns name the columns of --log, found no --log")
+        dt = self.dt or (step_of_logs(self.log, self.naming) if self.log else CAR_DT)
+        equations = car(self.wheelbase, time_constant=self.time_constant, mass=self.mass, dt=dt)
         return save_nominal(equations, self.out, console)
 
 

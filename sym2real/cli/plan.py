@@ -11,6 +11,7 @@ import tyro
 from rich.console import Console
 
 from sym2real.cli.numbers import NotNegative, Seconds, steps_in
+from sym2real.cli.of_logs import OfLogs
 from sym2real.cli.places import Place
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class PlanFlight:
+class PlanFlight(OfLogs):
     """Say what a planned manoeuvre can show: the smallest effect of each kind, and which it cannot tell apart.
 
     With a robot's name its manoeuvres are flown or driven in the plain simulator: hover, circle or eight (cars: circle
@@ -44,8 +45,6 @@ class PlanFlight:
     """Of a quadrotor's heading in rad/s."""
     dither: NotNegative = 1.0
     """Noise on the commands: 1 is thrust 5 mN and rates 0.15 rad/s, or steering 0.03 rad and speed 0.1 m/s."""
-    spec: Place | None = None
-    """How logs' columns are named: a shipped specification's name or a TOML file."""
     exclude: tuple[str, ...] = ()
     """Effects that are not looked at (KIND or KIND:COLUMN)."""
     json: Path | None = None
@@ -102,7 +101,7 @@ class PlanFlight:
             equations, notes = robot.nominal(), tuple[str, ...]()
         else:
             equations, notes = equations_below(self.model, console)
-        data = logs_for(equations, paths, self.spec)
+        data = logs_for(equations, paths, self.naming)
         with stages_progress() as on_progress:
             on_progress("weighing errors")
             found = plan(equations, data, exclude=self.exclude)
@@ -114,7 +113,7 @@ class PlanFlight:
         from sym2real.logs import read_logs
         from sym2real.robots import ROBOTS
 
-        logs = [log for path in paths for log in read_logs(path, spec=self.spec)]
+        logs = read_logs(paths, spec=self.naming)
         shared = set.intersection(*({*log.layouts.state, *log.layouts.action} for log in logs))
         found = [one for one in ROBOTS.values() if shared.issuperset({*one.layouts.state, *one.layouts.action})]
         if len(found) != 1:

@@ -13,7 +13,7 @@ from sym2real.errors import DataError, reason
 from sym2real.experiments.flights import car_drives
 from sym2real.experiments.measured import Measured, step_of
 from sym2real.files import write_text
-from sym2real.logs import read_logs
+from sym2real.logs import LogSpec, read_logs
 from sym2real.plants import MujocoPlant
 from sym2real.regression import ENGINES, Dependence, dependence
 from sym2real.regression.wrench import FEWEST_ROWS
@@ -117,7 +117,11 @@ def learn_from_drives(count: int) -> Learned:
 
 
 def learn_from_logs(
-    robot: Measured, paths: Sequence[Path], spec: str | None, engine: str, numbers: Mapping[str, float] | None = None
+    robot: Measured,
+    paths: Sequence[Path],
+    spec: LogSpec | None,
+    engine: str,
+    numbers: Mapping[str, float] | None = None,
 ) -> Learned:
     """Equations fitted to recorded logs; ``dependence`` shows what control cannot rely on.
 

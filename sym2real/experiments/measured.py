@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 
 from sym2real.layout import Layouts
+from sym2real.logs import LogSpec, read_logs
 from sym2real.logs.inspect_time import nice_period
 from sym2real.registry import Registry
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
@@ -64,3 +66,12 @@ MEASURED: Registry[Measured] = Registry(
 def step_of(logs: Dataset) -> float:
     """The usual step of logs in s, of a whole number of rows a second where it is nearly that."""
     return nice_period(float(np.median(np.concatenate([np.diff(log.time) for log in logs]))))
+
+
+def step_of_logs(paths: Sequence[Path], spec: LogSpec | None) -> float:
+    """The same of files.
+
+    Raises:
+        DataError: when one cannot be read.
+    """
+    return step_of(read_logs(paths, spec=None if spec is None else replace(spec, time=replace(spec.time, dt=None))))

@@ -10,8 +10,8 @@ import numpy as np
 from sym2real.errors import DataError
 from sym2real.experiments.measured import step_of
 from sym2real.layout import MOTORS
-from sym2real.logs import load_spec, read_logs
-from sym2real.logs.reader import expand
+from sym2real.logs import LogSpec, read_logs
+from sym2real.logs.reader import logs_of
 from sym2real.logs.units import UNITS
 from sym2real.robots import fit_thrust_per_unit, quadrotor
 from sym2real.robots.motors import MotorUnit
@@ -39,7 +39,9 @@ class ThrustOfLog:
     notes: tuple[str, ...]
 
 
-def thrust_of_log(path: Path, spec: str | None, dt: float | None = None, unit: MotorUnit | None = None) -> ThrustOfLog:
+def thrust_of_log(
+    path: Path, spec: LogSpec | None, dt: float | None = None, unit: MotorUnit | None = None
+) -> ThrustOfLog:
     """Thrust per unit of the motors in the first two seconds of a log, of its longest stretch without a gap.
 
     Args:
@@ -54,8 +56,8 @@ def thrust_of_log(path: Path, spec: str | None, dt: float | None = None, unit: M
         ModelError: when it is too short, or nothing pushes.
     """
     layouts = quadrotor(interface="motors", attitude="measured").layouts
-    if len(files := expand(path)) > 1:
-        raise DataError(path, "one log to fit the thrust on", f"a folder of {len(files)}")
+    if len(logs := logs_of(path, spec)) > 1:
+        raise DataError(path, "one log to fit the thrust on", f"a folder of {len(logs)}")
     step = dt or step_of(read_logs(path, spec=spec, layouts=layouts))
     pieces = tuple(read_logs(path, spec=spec, layouts=layouts, dt=step))
     log = max(pieces, key=len)
@@ -69,18 +71,18 @@ def thrust_of_log(path: Path, spec: str | None, dt: float | None = None, unit: M
     return ThrustOfLog(fit_thrust_per_unit(log, CALIBRATION_SECONDS, counted), counted, step, tuple(notes))
 
 
-def _unit(path: Path, log: Trajectory, spec: str | None, asked: MotorUnit | None) -> MotorUnit:
+def _unit(path: Path, log: Trajectory, spec: LogSpec | None, asked: MotorUnit | None) -> MotorUnit:
     """The unit of the motors, where specification, numbers and what was asked for do not contradict each other."""
     values = np.stack([log.column(name) for name in MOTORS])
     low, high = float(values.min()), float(values.max())
     span, column = f"{low:.4g} to {high:.4g}", " … ".join((MOTORS[0], MOTORS[-1]))
-    source = load_spec(spec).columns.get(MOTORS[0]) if spec else None
-    named = bool(source and UNITS.get(source.unit, ("",))[0] == "rad/s")
+    source = spec.columns.get(MOTORS[0]) if spec else None
+    named = spec.name if spec and source and UNITS.get(source.unit, ("",))[0] == "rad/s" else ""
     if asked == "rad/s" and high <= LARGEST_COMMAND:
         wanted = "speeds in rad/s, as --motor-unit says (--motor-unit command for commands of 0 to 1)"
         raise DataError(path, wanted, span, column=column)
     if named and asked == "command":
-        raise DataError(path, "commands of 0 to 1, as --motor-unit says", f"speeds, by {spec}", column=column)
+        raise DataError(path, "commands of 0 to 1, as --motor-unit says", f"speeds, by {named}", column=column)
     if asked == "rad/s" or named:
         return "rad/s"
     if high > LARGEST_COMMAND:

@@ -4,6 +4,7 @@ from sym2real.logs.draft import Finding
 from sym2real.logs.inspection import Inspection, inspect_logs
 from sym2real.logs.reader import read_log, read_logs
 from sym2real.logs.specification import SPECS, LogSpec, load_spec
+from sym2real.logs.standard import with_header
 from sym2real.logs.writer import write_log
 
 __all__ = [
@@ -15,5 +16,6 @@ __all__ = [
     "load_spec",
     "read_log",
     "read_logs",
+    "with_header",
     "write_log",
 ]

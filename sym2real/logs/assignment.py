@@ -124,8 +124,9 @@ def _standard(named: Named) -> str:
         return f"ref_{base}" if named.role == "reference" else base
     if named.quantity == "motor":
         return f"motor{named.axis}"
-    if named.quantity == "speed":
-        return {"command": "speed", "reference": "ref_speed", "state": "measured speed"}[named.role]
+    if named.quantity in {"speed", "wheel speed"}:
+        measured = "wheel_speed" if named.quantity == "wheel speed" else "measured speed"
+        return {"command": "speed", "reference": "ref_speed", "state": measured}[named.role]
     return {"thrust": "thrust", "steer": "steer", "battery": "vbat"}.get(named.quantity, "")
 
 
@@ -163,15 +164,15 @@ def _settle_motors(result: Assignment) -> None:
 
 
 def _settle_speed(result: Assignment) -> None:
-    measured = result.columns.pop("measured speed", None)
-    result.columns.pop("ref_speed", None)
-    if result.is_car and "speed" not in result.columns:
-        velocity_command = result.columns.get("ref_vx")
-        if (
-            velocity_command is not None
-            and result.named[velocity_command].role == "reference"
-            and "ref_vy" not in result.columns
-        ):
-            result.columns["speed"] = result.columns.pop("ref_vx")
-        elif measured is not None:
-            result.columns["speed"] = measured
+    """A car's commanded speed, and that of its wheels; where only one speed is there, it stands for the command."""
+    columns = result.columns
+    measured = columns.pop("measured speed", None)
+    columns.pop("ref_speed", None)
+    if not result.is_car:
+        columns.pop("wheel_speed", None)
+        return
+    if "speed" not in columns and "ref_vx" in columns and "ref_vy" not in columns:
+        columns["speed"] = columns.pop("ref_vx")
+    for column in (measured, columns.pop("wheel_speed", None)):
+        if column is not None:
+            columns.setdefault("wheel_speed" if "speed" in columns else "speed", column)

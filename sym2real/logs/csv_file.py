@@ -11,31 +11,66 @@ import numpy as np
 from sym2real.errors import DataError
 from sym2real.trajectory import Array
 
-OTHER_DELIMITERS = {";": "semicolons", "\t": "tabs", "|": "bars"}
+# What parts cells, the likeliest last: a comma beside semicolons is a decimal one, beside tabs a letter of a name.
+DELIMITERS = (";", "\t", "|", ",")
 FIRST_ROW = 2  # the header is line 1
 BLACKBOX, BLACKBOX_HEADER = "Product,Blackbox", "loopIteration,"
 SHOWN = 60  # letters of a line in an error
 LONGEST_NAME = 200  # letters of a column's name
 
 
-def read(path: Path) -> tuple[list[str], list[Array | Sequence[str]], int, None]:
+def read(path: Path, header: Sequence[str] = ()) -> tuple[list[str], list[Array | Sequence[str]], int, None]:
     """Column names, cells by column, the line of the first row, and no metadata.
 
-    A column of numbers comes as an array, one that holds anything else as its texts.
+    Commas, semicolons, tabs, bars or blanks part the cells. A column of numbers comes as an array, one that holds
+    anything else as its texts.
+
+    Args:
+        path: of the file.
+        header: names of the columns of a file that has none.
 
     Raises:
-        DataError: when the file is binary, empty, has no header, another delimiter or lines of unequal length.
+        DataError: when the file is binary, empty, has no header or one too many, or lines of unequal length.
     """
     lines = _lines(path)
     ahead = _preamble(lines)
     lines, first = lines[ahead:], FIRST_ROW + ahead
-    names = _header(path, lines[0])
-    rows = [_cells(path, line, first + i) for i, line in enumerate(lines[1:])]
+    delimiter = _delimiter(lines)
+    names = _header(path, lines[0], delimiter, named=bool(header))
+    if header:
+        _check_header(path, names, header)
+        names, lines, first = list(header), ["", *lines], first - 1
+    rows = [_cells(path, line, first + i, delimiter) for i, line in enumerate(lines[1:])]
     _check_lengths(path, lines, rows, len(names), first)
     cells = [list(column) for column in zip(*rows, strict=True)] if rows else [[] for _ in names]
     # Python takes 1_0 for ten, which no other program writes or reads.
     underscored = any("_" in line for line in lines[1:])
-    return names, [_as_numbers(column, underscored) for column in cells], first, None
+    columns: list[Array | Sequence[str]] = [_as_numbers(column, underscored) for column in cells]
+    if rows and not names[0] and _counts(columns[0]):  # the index that pandas writes
+        names, columns = names[1:], columns[1:]
+    if not names[-1] and not any(cells[-1]):  # every line ends with a delimiter
+        names, columns = names[:-1], columns[:-1]
+    return names, columns, first, None
+
+
+def first_cells(path: Path) -> list[str]:
+    """Cells of the first line behind a preamble: the names of the columns, or numbers where the file names none.
+
+    Raises:
+        DataError: as of :func:`read`.
+    """
+    lines = _lines(path)
+    lines = lines[_preamble(lines) :]
+    return _header(path, lines[0], _delimiter(lines), named=True)
+
+
+def is_number(text: str) -> bool:
+    """Whether a cell holds a number."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _preamble(lines: Sequence[str]) -> int:
@@ -46,11 +81,22 @@ def _preamble(lines: Sequence[str]) -> int:
     return next(headers, 0)
 
 
-def _cells(path: Path, line: str, row: int, *, skip_spaces: bool = False) -> list[str]:
-    if '"' not in line:
-        return line.split(",")
+def _delimiter(lines: Sequence[str]) -> str | None:
+    """What parts the first line into as many cells as the second; None for blanks."""
+    first, second = (line.strip() for line in (lines[0], lines[min(1, len(lines) - 1)]))
+    for delimiter in DELIMITERS:
+        if first.count(delimiter) == second.count(delimiter) > 0:
+            return delimiter
+    there = next((delimiter for delimiter in DELIMITERS[::-1] if delimiter in first), None)
+    return there if there or len(first.split()) > 1 else ","
+
+
+def _cells(path: Path, line: str, row: int, delimiter: str | None, *, skip_spaces: bool = False) -> list[str]:
+    if delimiter is None or '"' not in line:
+        return line.split(delimiter)
     try:
-        return next(csv.reader([line], strict=True, skipinitialspace=skip_spaces), [])
+        reader = csv.reader([line], delimiter=delimiter, strict=True, skipinitialspace=skip_spaces)
+        return next(reader, [])
     except csv.Error as error:
         words = f"{error} ({line[:SHOWN]!r})"
         raise DataError(path, "quotes that are closed in the same line, and short cells", words, row) from None
@@ -82,20 +128,32 @@ def _lines(path: Path) -> list[str]:
     return lines
 
 
-def _header(path: Path, line: str) -> list[str]:
+def _header(path: Path, line: str, delimiter: str | None, *, named: bool) -> list[str]:
+    """Cells of the first line; ``named`` is whether they need not be names."""
     # ROS and NumPy mark the header as a comment.
-    names = [name.strip() for name in _cells(path, line.lstrip("%# "), 1, skip_spaces=True)]
+    names = [name.strip() for name in _cells(path, line.lstrip("%# "), 1, delimiter, skip_spaces=True)]
     if len(names) < 2:
-        for delimiter, title in OTHER_DELIMITERS.items():
-            if delimiter in line:
-                raise DataError(path, "columns separated by commas", title, row=1)
-        raise DataError(path, "two or more columns separated by commas", repr(line[:SHOWN]), row=1)
+        raise DataError(path, "two or more columns, parted by commas", repr(line[:SHOWN]), row=1)
     if too_long := next((name for name in names if len(name) > LONGEST_NAME), ""):
         found = f"{len(too_long)} ({too_long[:SHOWN]!r} …)"
         raise DataError(path, f"column names of at most {LONGEST_NAME} letters", found, row=1)
-    if all(_is_number(name) for name in names):
-        raise DataError(path, "column names in the first line", f"numbers ({line[:SHOWN]!r})", row=1)
+    if not named and all(is_number(name) for name in names):
+        expected = "column names in the first line (--columns names those of a file without)"
+        raise DataError(path, expected, f"numbers ({line[:SHOWN]!r})", row=1)
     return names
+
+
+def _check_header(path: Path, first: Sequence[str], header: Sequence[str]) -> None:
+    if not all(is_number(cell) or not cell for cell in first):
+        raise DataError(path, "numbers in the first line, where names of the columns are given", repr(first), row=1)
+    if len(first) != len(header):
+        found = f"{len(header)} ({', '.join(header)})"
+        raise DataError(path, f"names of its {len(first)} columns", found, row=1)
+
+
+def _counts(values: Array | Sequence[str]) -> bool:
+    """Whether a column counts rows from 0."""
+    return isinstance(values, np.ndarray) and bool((values == np.arange(len(values))).all())
 
 
 def _check_lengths(path: Path, lines: Sequence[str], rows: Sequence[list[str]], wanted: int, first: int) -> None:
@@ -105,14 +163,6 @@ def _check_lengths(path: Path, lines: Sequence[str], rows: Sequence[list[str]], 
             last = " (the last line: the file may be cut off)" if position == len(rows) - 1 else ""
             found = "an empty line" if empty else f"{len(cells)} values"
             raise DataError(path, f"{wanted} values, one per column", found + last, first + position)
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def write(path: Path, columns: Mapping[str, Array]) -> None:

@@ -43,6 +43,29 @@ def slope(time: Array, values: Array) -> Array:
     return result
 
 
+def rolling(time: Array, position: Array, yaw: Array, wheel: Array) -> Array:
+    """World velocity ``# (rows, 2)`` of a car, m/s: along the heading its wheels' speed, across it the path's slope.
+
+    A wheel whose speed has no direction (no value below zero) turns backwards where the path does.
+
+    Args:
+        time: s ``# (rows,)``.
+        position: m ``# (rows, 2)``.
+        yaw: rad ``# (rows,)``.
+        wheel: m/s ``# (rows,)``.
+    """
+    ahead = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
+    left = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
+    path = slope(time, position)
+    forward = np.sum(path * ahead, axis=1)
+    if wheel.min() >= 0.0:
+        # Half of its speed: noise of a path at rest changes no sign.
+        wheel = np.where(forward < -0.5 * wheel, -wheel, wheel)
+    across = np.sum(path * left, axis=1)
+    result: Array = wheel[:, None] * ahead + across[:, None] * left
+    return result
+
+
 def body_rate(time: Array, quaternion: Array) -> Array:
     """Angular velocity in body axes, rad/s ``# (rows, 3)``, of attitudes w x y z, body→world ``# (rows, 4)``."""
     if len(time) < 2:

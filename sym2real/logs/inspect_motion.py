@@ -24,7 +24,10 @@ def inspect_velocities(draft: Draft) -> None:
     names = [name for name in ("vx", "vy", "vz") if draft.has(name)]
     pairs = [name for name in names if draft.has(name[1])]
     if not names:
-        if draft.has("x", "y"):
+        if draft.has("x", "y", "wheel_speed") and draft.heading:
+            said = "the log has none: the wheels' speed along the heading, slopes of positions across it"
+            draft.add("", "velocity", "m/s", said, "certain")
+        elif draft.has("x", "y"):
             draft.derived.append("velocity")
             draft.add("", "velocity", "m/s", "the log has none: slopes of positions", "certain")
         return

@@ -24,9 +24,11 @@ from sym2real.logs.inspect_motion import inspect_rates, inspect_velocities
 from sym2real.logs.inspect_motors import inspect_motor_order
 from sym2real.logs.inspect_position import inspect_positions
 from sym2real.logs.inspect_time import inspect_time
+from sym2real.logs.inspect_wheel import inspect_wheel
 from sym2real.logs.reader import expand
+from sym2real.logs.several_files import one_log_each, read_parts
 from sym2real.logs.specification import LogSpec
-from sym2real.logs.table import Table, read_table
+from sym2real.logs.table import Table
 
 FEWEST_ROWS = 20
 
@@ -57,26 +59,31 @@ class Inspection:
         return spec_text.specification(self.spec, self.comments)
 
 
-def inspect_logs(paths: str | Path | Iterable[str | Path]) -> Inspection:
+def inspect_logs(paths: str | Path | Iterable[str | Path], columns: Sequence[str] = ()) -> Inspection:
     """Look into logs of one kind (the same columns); a folder stands for the logs in it.
+
+    Args:
+        paths: of the logs; files without a common column but stamps are parts of one.
+        columns: names of the columns of text files that have no header.
 
     Raises:
         DataError: when a file cannot be read, is too short, or has other columns than the first.
     """
-    files = expand(paths)
-    tables = [read_table(path) for path in files]
+    logs = one_log_each(expand(paths), columns)
+    tables = [read_parts(files, header=columns) for files in logs]
     _check_alike(tables)
     draft = _draft(tables, assign(list(tables[0].columns)))
     inspect_time(draft)
     inspect_positions(draft)
     inspect_yaw(draft)
     inspect_attitudes(draft)
+    inspect_wheel(draft)
     inspect_velocities(draft)
     inspect_rates(draft)
     inspect_commands(draft)
     inspect_motor_order(draft)
     inspect_columns(draft)
-    return _finished(files, draft)
+    return _finished(tuple(file for files in logs for file in files), draft, tuple(columns))
 
 
 def _draft(tables: list[Table], assignment: Assignment) -> Draft:
@@ -114,7 +121,7 @@ def _check_alike(tables: list[Table]) -> None:
             raise DataError(table.path, expected, f"a difference in {', '.join(sorted(different))}")
 
 
-def _finished(files: list[Path], draft: Draft) -> Inspection:
+def _finished(files: tuple[Path, ...], draft: Draft, header: tuple[str, ...]) -> Inspection:
     comments = {key: tuple(lines) for key, lines in draft.comments.items()}
     if draft.flips:
         lines = [f"suspected: {column}: {evidence}" for column, evidence in draft.flips.items()]
@@ -127,4 +134,4 @@ def _finished(files: list[Path], draft: Draft) -> Inspection:
     title = "a car" if draft.assignment.is_car else "a flying robot" if "attitude" in draft.attitudes else "a robot"
     order = {name: i for i, name in enumerate(draft.tables[0].columns)}
     rows = sorted(draft.findings, key=lambda finding: order.get(finding.column, -1))
-    return Inspection(tuple(files), replace(spec, title=f"log of {title}"), tuple(rows), comments)
+    return Inspection(files, replace(spec, title=f"log of {title}", header=header), tuple(rows), comments)

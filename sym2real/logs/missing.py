@@ -20,10 +20,11 @@ INTERFACES = {
     "attitude command": ("qw_cmd", "thrust and attitude commands", "thrust_attitude"),
 }
 # What a specification can derive → the columns, and those that it is computed from.
-DERIVED = {
-    "velocity": (("vx", "vy", "vz"), {"x", "y"}),
-    "rate": (("wx", "wy", "wz"), {"qw", "qx", "qy", "qz"}),
-}
+DERIVED = (
+    ("velocity", ("vx", "vy", "vz"), {"x", "y"}),
+    ("rate", ("wx", "wy", "wz"), {"qw", "qx", "qy", "qz"}),
+    ("rate", ("wz",), {"sin_yaw", "cos_yaw"}),
+)
 
 
 def require_columns(file: str | Path, standard: Collection[str], others: Collection[str], layouts: Layouts) -> None:
@@ -77,6 +78,6 @@ def _other_interface(layouts: Layouts, standard: Collection[str]) -> list[str]:
 def _derivable(missing: Collection[str], standard: Collection[str]) -> list[str]:
     return [
         f'derive = ["{what}"] in a log specification computes {", ".join(columns)}'
-        for what, (columns, sources) in DERIVED.items()
+        for what, columns, sources in DERIVED
         if sources <= set(standard) and set(columns) & set(missing)
     ]

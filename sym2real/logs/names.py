@@ -35,6 +35,7 @@ RATE = frozenset(
 ACCELERATION = frozenset({"a", "acc", "accel", "acceleration", "accelerometer", "accelerations"})
 QUATERNION = frozenset({"q", "quat", "quaternion", "orientation", "rotation", "attitude", "att"})
 VELOCITY = frozenset({"v", "vel", "velocity", "velocities", "twist", "linvel", "dot", "speed"})
+WHEEL, TURNS = frozenset({"wheel", "wheels", "tacho", "tachometer"}), frozenset({"rpm", "erpm"})
 POSITION = frozenset({"p", "pos", "position", "location", "translation", "coordinate", "xyz"})
 # Rotors in the order of the standard columns, named by where they sit.
 CORNERS = {"fr": "1", "rr": "2", "br": "2", "rl": "3", "bl": "3", "fl": "4"}
@@ -55,7 +56,8 @@ class Named:
 
     Args:
         quantity: "time", "position", "velocity", "rate", "acceleration", "quaternion", "roll", "pitch", "yaw",
-            "motor", "thrust", "throttle", "steer", "speed", "battery", "force", "torque" or "letter" (p, q, r).
+            "motor", "thrust", "throttle", "steer", "speed", "wheel speed", "battery", "force", "torque" or "letter"
+            (p, q, r).
         axis: "x", "y", "z", "w", a digit where the name only counts, or "".
         role: measured, sent or wanted.
         unit: unit that the name states, or "".
@@ -175,6 +177,11 @@ def _quaternion(name: _Words) -> Found:
     return ("quaternion", name.axis) if name.has(QUATERNION) and name.axis and not name.angle else None
 
 
+def _wheel(name: _Words) -> Found:
+    counted = name.has(frozenset({"tacho", "tachometer"})) or name.has(VELOCITY, TURNS)
+    return ("wheel speed", "") if name.has(WHEEL) and counted and not name.axis else None
+
+
 def _velocity(name: _Words) -> Found:
     if not name.has(VELOCITY) or name.angle or name.has(STEER):
         return None
@@ -201,12 +208,15 @@ def _time(name: _Words) -> Found:
 
 
 # In this order: "local_position/pose/orientation.x" is an attitude, "attitude_rate.x" a rate.
-RULES = (_electric, _command, _wrench, _rate, _acceleration, _quaternion, _velocity, _angle, _position, _letter, _time)
+RULES = (
+    _electric, _command, _wrench, _wheel, _rate, _acceleration, _quaternion, _velocity, _angle, _position, _letter,
+    _time,
+)  # fmt: skip
 
 
 def _unit_of(quantity: str, unit: str) -> str:
     """The unit a suffix means for this quantity: ``_ms`` is milliseconds on a stamp, m/s on a velocity."""
-    if quantity in {"velocity", "speed"}:
+    if quantity in {"velocity", "speed", "wheel speed"}:
         return {"ms": "m/s", "mm": "mm/s", "cm": "cm/s"}.get(unit, unit)
     if quantity == "steer":
         # A servo's pulse is no angle: its size says so.

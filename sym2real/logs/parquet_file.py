@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -23,9 +24,21 @@ def read(path: Path) -> tuple[list[str], list[Array | Sequence[str]], int, dict[
     Raises:
         DataError: when the file is no Parquet file, or is cut off.
     """
+    with _opened(path) as file:
+        return parts(file.read(), path)
+
+
+def names(path: Path) -> list[str]:
+    """Column names alone; errors as of :func:`read`."""
+    with _opened(path) as file:
+        return list(file.schema_arrow.names)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[pq.ParquetFile]:
     try:
         with path.open("rb") as file:  # pyarrow takes no name whose bytes are no text
-            return parts(pq.ParquetFile(file, page_checksum_verification=True).read(), path)
+            yield pq.ParquetFile(file, page_checksum_verification=True)
     except (pa.ArrowException, OSError, ValueError) as error:
         found = str(error).split("\n", maxsplit=1)[0][:SHOWN]
         raise DataError(path, "a whole Parquet file", found or type(error).__name__) from None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -16,9 +16,10 @@ from sym2real.logs.dropouts import CUT, without_dropouts
 from sym2real.logs.grouping import default_layouts, layouts_from_json, trajectory, visible
 from sym2real.logs.recordings import is_bag_folder
 from sym2real.logs.resample import COMMANDS, GAP_INTERVALS, gaps, is_regular, resample
+from sym2real.logs.several_files import LogFiles, one_log_each, read_parts
 from sym2real.logs.specification import LogSpec, load_spec
-from sym2real.logs.standard import Standard, add_derived, own_specification, stamps, standardise, tidy
-from sym2real.logs.table import READERS, Table, file_type, read_table
+from sym2real.logs.standard import Standard, add_derived, own_specification, stamps, standardise, tidy, with_header
+from sym2real.logs.table import IN_FOLDERS, Table, file_type
 from sym2real.trajectory import Array, Dataset, Trajectory
 
 SHORTEST = 2  # rows; a single row between two gaps holds no transition
@@ -29,25 +30,32 @@ FINEST = 500
 
 
 def read_log(
-    path: str | Path, spec: LogSpec | str | Path | None = None, layouts: Layouts | None = None, dt: float | None = None
+    path: str | Path | Sequence[str | Path],
+    spec: LogSpec | str | Path | None = None,
+    layouts: Layouts | None = None,
+    dt: float | None = None,
+    columns: Sequence[str] = (),
 ) -> Trajectory:
     """One log as one trajectory.
 
     Args:
-        path: CSV or Parquet file, or a recording (:mod:`sym2real.logs.recordings`).
+        path: CSV or Parquet file, or a recording (:mod:`sym2real.logs.recordings`); several files that are one log
+            together (:mod:`sym2real.logs.several_files`).
         spec: what its columns mean: a specification, the name of a shipped one or a TOML file; None for a file
             with standard column names, which is taken as it stands.
         layouts: which columns the model has in which group; None for the groups of the vocabulary (a Parquet file
             of ours knows its own). Hidden states are left out: no log holds them.
         dt: the model's step in s. Rows at other stamps are resampled to it (see :mod:`sym2real.logs.resample`).
             None for the specification's ``time.dt``; where there is none either, rows stay as recorded.
+        columns: names of the columns of text files that have no header.
 
     Raises:
         DataError: naming file, row, column, what was expected and what was found; also for a gap in the stamps,
             where :func:`read_logs` makes two trajectories.
         UnknownNameError: when there is no such specification.
     """
-    log = _Opened.open(path, spec, dt)
+    files = (Path(path),) if isinstance(path, str | Path) else tuple(Path(part) for part in path)
+    log = _Opened.open(files, with_header(_loaded(spec), columns), dt)
     if log.gaps:
         row = log.gaps[0]
         interval = log.standard.time[row] - log.standard.time[row - 1]
@@ -65,24 +73,36 @@ def read_logs(
     spec: LogSpec | str | Path | None = None,
     layouts: Layouts | None = None,
     dt: float | None = None,
+    columns: Sequence[str] = (),
 ) -> Dataset:
     """Several logs; a folder stands for the logs in it, but a ROS 2 bag's for one log.
 
+    Files that have no column in common but stamps are parts of one log (:mod:`sym2real.logs.several_files`).
     Arguments and errors are those of :func:`read_log`, but a log with gaps is split at them into trajectories named
     ``file#1``, ``file#2`` …; pieces of a single row are left out.
     """
     trajectories: list[Trajectory] = []
-    for path in expand(paths):
-        log = _Opened.open(path, spec, dt)
+    known = with_header(_loaded(spec), columns)
+    for files in logs_of(paths, known):
+        log = _Opened.open(files, known, dt)
         bounds = [0, *log.gaps, len(log.table)]
         pieces = [(a, b) for a, b in pairwise(bounds) if b - a >= SHORTEST or len(bounds) == 2]
         if not pieces:
-            raise DataError(path, "two or more rows without a gap between them", "gaps between all rows")
+            raise DataError(log.table.path, "two or more rows without a gap between them", "gaps between all rows")
         suffixes = [f"#{i + 1}" for i in range(len(pieces))] if log.gaps else [""]
         trajectories += [
             log.trajectory(*piece, layouts, suffix) for piece, suffix in zip(pieces, suffixes, strict=True)
         ]
     return Dataset(trajectories)
+
+
+def logs_of(paths: str | Path | Iterable[str | Path], spec: LogSpec | None = None) -> list[LogFiles]:
+    """The files of each log of the list, folders replaced by the logs in them.
+
+    Raises:
+        DataError: when there is no file at all, or files do not belong together.
+    """
+    return one_log_each(expand(paths), () if spec is None else spec.header)
 
 
 def expand(paths: str | Path | Iterable[str | Path]) -> list[Path]:
@@ -95,15 +115,19 @@ def expand(paths: str | Path | Iterable[str | Path]) -> list[Path]:
     files: list[Path] = []
     for path in given:
         if path.is_dir() and not is_bag_folder(path):
-            inside = sorted(file for file in path.iterdir() if file_type(file) in READERS)
+            inside = sorted(file for file in path.iterdir() if file_type(file) in IN_FOLDERS)
             if not inside:
-                raise DataError(path, f"files that end in {', '.join(READERS)}", "none")
+                raise DataError(path, f"files that end in {', '.join(IN_FOLDERS)}", "none")
             files += inside
         else:
             files.append(path)
     if not files:
         raise DataError("logs", "one file or more", "none")
     return files
+
+
+def _loaded(spec: LogSpec | str | Path | None) -> LogSpec | None:
+    return None if spec is None else load_spec(spec)
 
 
 def _first_stamp(whole: Table, spec: LogSpec) -> float:
@@ -124,14 +148,15 @@ class _Opened:
     gaps: list[int]
 
     @classmethod
-    def open(cls, path: str | Path, spec: LogSpec | str | Path | None, dt: float | None) -> _Opened:
-        """Read and name a file's columns; arguments and errors as of :func:`read_log`."""
-        given = load_spec(spec) if isinstance(spec, str | Path) else spec
-        whole = read_table(path, given.sources if given else None)
-        used = given or own_specification(whole)
+    def open(cls, files: LogFiles, given: LogSpec | None, dt: float | None) -> _Opened:
+        """Read and name the columns of a log's files; arguments and errors as of :func:`read_log`."""
+        whole = read_parts(files, given.sources if given else None, given.header if given else ())
+        used = given or own_specification((*whole.columns, *whole.texts))
         rows = len(whole) - used.drop_first - used.drop_last
         if rows < 1:
-            raise DataError(path, f"more than the {used.drop_first + used.drop_last} rows to drop", f"{len(whole)}")
+            raise DataError(
+                whole.path, f"more than the {used.drop_first + used.drop_last} rows to drop", f"{len(whole)}"
+            )
         table, left_out = without_dropouts(whole.rows(used.drop_first, used.drop_first + rows), used.sources, used.hold)
         standard = standardise(table, used)
         standard = replace(standard, notes=()) if given is None else tidy(standard, _first_stamp(whole, used))

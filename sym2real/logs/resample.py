@@ -17,6 +17,8 @@ from sym2real.trajectory import Array
 REGULAR = 0.02
 # One or two missing rows are bridged; a longer interval is a gap, and nothing is made up inside it.
 GAP_INTERVALS = 3.5
+# Rows of a log over those that a model's step leaves of it, from which it is said what uses all.
+THINNED = 1.5
 
 COMMANDS = frozenset(column for group, field in VOCABULARY if group == "action" for column in field.columns)
 CIRCLES = (("sin_yaw", "cos_yaw"), ("ref_sin_yaw", "ref_cos_yaw"))
@@ -63,9 +65,12 @@ def resample(log: Standard, dt: float, commands: Collection[str] = COMMANDS) -> 
 
 def _note(time: Array, dt: float, rows: int) -> str:
     intervals = 1e3 * np.diff(time)
+    unused = (
+        "" if len(time) < THINNED * rows else f" (a model with a step of {np.median(intervals):.4g} ms uses them all)"
+    )
     return (
         f"resampled to {1e3 * dt:g} ms from stamps {np.median(intervals):.4g} ms apart "
-        f"({intervals.min():.4g} to {intervals.max():.4g}), {len(time)} rows became {rows}: "
+        f"({intervals.min():.4g} to {intervals.max():.4g}), {len(time)} rows became {rows}{unused}: "
         "vectors linearly, attitudes on the great circle, commands held"
     )
 

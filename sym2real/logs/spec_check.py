@@ -50,6 +50,7 @@ class SpecChecker:
             name: self._source(name, source) for name, source in self._table(values, "columns").items()
         }
         keywords |= {name: self._attitude(name, self._table(values, name)) for name in ATTITUDES if name in values}
+        keywords["header"] = self._texts("header", values.get("header", []))
         keywords["flip"] = self._texts("flip", values.get("flip", []))
         keywords["hold"] = self._texts("hold", values.get("hold", []))
         keywords["derive"] = self._texts("derive", values.get("derive", []))

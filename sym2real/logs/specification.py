@@ -60,6 +60,7 @@ class LogSpec:
         velocity_frame: "world" or "body", the axes of vx, vy, vz in the log.
         frames: "z_up" (world z up, body forward-left-up) or "ned_frd" (north-east-down, forward-right-down).
         mass: kg, multiplies a thrust that is logged per unit mass.
+        header: names of the columns, in their order, of text files that have no header.
     """
 
     name: str = "unnamed"
@@ -77,6 +78,7 @@ class LogSpec:
     velocity_frame: Literal["world", "body"] = "world"
     frames: Frames = "z_up"
     mass: float = 1.0
+    header: tuple[str, ...] = ()
 
     @property
     def sources(self) -> tuple[str, ...]:
@@ -129,15 +131,17 @@ def _shipped() -> dict[str, LogSpec]:
 SPECS: Registry[LogSpec] = Registry("log specification", _shipped())
 
 
-def load_spec(name: str | Path) -> LogSpec:
+def load_spec(name: LogSpec | str | Path) -> LogSpec:
     """A shipped specification by its name in :data:`SPECS`, or one from a TOML file by its path.
 
-    One without a name of its own goes by that of its file.
+    One without a name of its own goes by that of its file; one that is loaded already comes back.
 
     Raises:
         DataError: when the file cannot be used.
         UnknownNameError: when it is neither.
     """
+    if isinstance(name, LogSpec):
+        return name
     if Path(name).suffix == ".toml":
         found = LogSpec.load(name)
         return found if found.name != LogSpec.name else replace(found, name=Path(name).stem)

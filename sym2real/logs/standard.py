@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -60,13 +61,17 @@ def attitude_columns(name: str) -> tuple[str, ...]:
     return tuple(f"{prefix}{column}{suffix}" for column in QUATERNION)
 
 
-def own_specification(table: Table) -> LogSpec:
+def own_specification(names: Collection[str]) -> LogSpec:
     """The specification of a file whose columns already have standard names."""
-    time = "time" if "time" in (*table.columns, *table.texts) else "t"
+    time = "time" if "time" in names else "t"
     # Text in a standard column is a fault of the file, not a column to leave out.
-    names = (*table.columns, *table.texts)
     columns = {name: Source(name) for name in names if name in STANDARD_COLUMNS and name != time}
     return LogSpec("standard names", time=TimeBase(time), columns=columns)
+
+
+def with_header(spec: LogSpec | None, columns: Sequence[str]) -> LogSpec | None:
+    """A specification that names the columns of files without a header; unchanged without such names."""
+    return replace(spec or own_specification(columns), header=tuple(columns)) if columns else spec
 
 
 def standardise(table: Table, spec: LogSpec) -> Standard:
@@ -116,8 +121,10 @@ def tidy(log: Standard, start: float) -> Standard:
 
 
 def add_derived(log: Standard, spec: LogSpec) -> Standard:
-    """Velocities from positions and rates from the attitude, where the specification asks for them."""
-    columns, notes = dict(log.columns), list(log.notes)
+    """Velocities from a wheel's speed; from positions, and rates from the attitude, where the specification asks."""
+    columns, notes = {**log.columns, **_rolling(log)}, list(log.notes)
+    if len(columns) > len(log.columns):
+        notes.append("velocities are wheel_speed along the heading and slopes of positions across it")
     if "velocity" in spec.derive:
         for axis in "xyz":
             if axis in columns and f"v{axis}" not in columns:
@@ -127,6 +134,15 @@ def add_derived(log: Standard, spec: LogSpec) -> Standard:
         columns = _rates(log) | columns
         notes.append("angular rates are slopes of the attitude (parabola through 5 rows)")
     return Standard(log.time, columns, log.others, tuple(notes))
+
+
+def _rolling(log: Standard) -> Columns:
+    there = log.columns.keys()
+    if not {"wheel_speed", "x", "y"} <= there or {"vx", "vy"} & there or not {"sin_yaw", "cos_yaw"} <= there:
+        return {}
+    position = np.stack([log.columns["x"], log.columns["y"]], axis=1)
+    yaw = np.arctan2(log.columns["sin_yaw"], log.columns["cos_yaw"])
+    return dict(zip(("vx", "vy"), derive.rolling(log.time, position, yaw, log.columns["wheel_speed"]).T, strict=True))
 
 
 def _rates(log: Standard) -> Columns:

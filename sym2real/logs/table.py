@@ -20,9 +20,13 @@ SHOWN = 40  # letters of a cell in an error
 # What physical quantities, counters and stamps in ns stay far below; its fourth power is still a number.
 LARGEST = 1e30
 NO_NUMBER = frozenset({"", "nan", "na", "null", "none"})
-TABLES = Registry("log file type", {".csv": csv_file.read, ".parquet": parquet_file.read, ".pq": parquet_file.read})
-GROWING = Registry("growing log file type", {**TABLES, ".arrow": arrow_file.read})
-READERS = (*GROWING, *RECORDINGS)
+TEXTS = (".csv", ".txt", ".tsv", ".dat")
+COLUMNAR = Registry("columnar log file type", {".parquet": parquet_file.read, ".pq": parquet_file.read})
+TABLES = (*TEXTS, *COLUMNAR)
+GROWING = Registry("growing log file type", {**COLUMNAR, ".arrow": arrow_file.read})
+READERS = (*TEXTS, *GROWING, *RECORDINGS)
+# A folder's texts are more often about its logs.
+IN_FOLDERS = tuple(ending for ending in READERS if ending not in TEXTS[1:])
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,13 +110,14 @@ class Table:
         return DataError(self.path, expected, found, self.line(position), column)
 
 
-def read_table(path: str | Path, wanted: Collection[str] | None = None) -> Table:
+def read_table(path: str | Path, wanted: Collection[str] | None = None, header: Sequence[str] = ()) -> Table:
     """Read a CSV or Parquet file, an Arrow stream, or a recording.
 
     Args:
         path: of the file; of a ROS 2 bag its folder.
         wanted: columns that a specification names, which decide which topics of a recording are taken; None for those
             whose names are known.
+        header: names of the columns of a text file that has none.
 
     Raises:
         DataError: naming the file and, where it applies, row, column, what was expected and what was found.
@@ -127,7 +132,9 @@ def read_table(path: str | Path, wanted: Collection[str] | None = None) -> Table
     try:
         if kind in RECORDINGS:
             return _of_recording(file, RECORDINGS[kind](file), wanted)
-        names, cells, first_row, metadata = GROWING[kind](file)
+        if header and kind not in TEXTS:
+            raise DataError(file, "a text file, where names of the columns are given", f"{kind}, which has names")
+        names, cells, first_row, metadata = csv_file.read(file, header) if kind in TEXTS else GROWING[kind](file)
     except OSError as error:
         raise DataError(file, "a readable file", error.strerror or type(error).__name__) from None
     _check_names(file, names, cells)

@@ -44,7 +44,9 @@ UNITS: dict[str, tuple[str, float]] = {
     "mV": ("V", 1e-3),
 }
 
-UNIT_OF_COLUMN = {column: field.unit for _, field in VOCABULARY for column in field.columns} | {"yaw": "rad"}
+# A log's yaw becomes sine and cosine, a wheel's speed the velocity along the heading.
+OF_LOGS = {"yaw": "rad", "wheel_speed": "m/s"}
+UNIT_OF_COLUMN = {column: field.unit for _, field in VOCABULARY for column in field.columns} | OF_LOGS
 
 
 def standard_unit(column: str) -> str | None:

@@ -9,10 +9,11 @@ from sym2real.errors import DataError, ShapeError
 from sym2real.files import whole
 from sym2real.logs import csv_file, parquet_file
 from sym2real.logs.grouping import GROUPS, layouts_to_json
-from sym2real.logs.table import TABLES
+from sym2real.logs.table import COLUMNAR
 from sym2real.trajectory import Array, Trajectory
 
 TIME = "time"
+WRITTEN = (".csv", *COLUMNAR)
 
 
 def write_log(trajectory: Trajectory, path: str | Path) -> None:
@@ -27,8 +28,8 @@ def write_log(trajectory: Trajectory, path: str | Path) -> None:
         ShapeError: when two columns have one name.
     """
     target = Path(path)
-    if target.suffix.lower() not in TABLES:
-        raise DataError(target, f"a file name that ends in {', '.join(TABLES)}", repr(target.suffix))
+    if target.suffix.lower() not in WRITTEN:
+        raise DataError(target, f"a file name that ends in {', '.join(WRITTEN)}", repr(target.suffix))
     columns = _columns(trajectory)
     with whole(target) as beside:
         if target.suffix.lower() == ".csv":

@@ -1,0 +1,63 @@
+"""Evidence on the speed of a car's wheels: its unit, or what it counts, by the way that the car moves."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sym2real.logs import signals
+from sym2real.logs.draft import Draft
+from sym2real.logs.inspect_position import axis_column
+from sym2real.logs.units import UNITS
+
+SPEEDS = {1.0 / factor: unit for unit, (meant, factor) in UNITS.items() if meant == "m/s"}
+NEAR = 1.25  # times; a unit is taken where the ratio is as near to its own
+MOVING = 0.05  # m/s, the mean speed below which noise of positions is all of it
+
+
+def inspect_wheel(draft: Draft) -> None:
+    """Unit of a measured speed without direction; one that is none leaves a scale in a comment."""
+    if not draft.has("wheel_speed"):
+        return
+    column = axis_column(draft, "wheel_speed")
+    values, named = draft.raw(column), draft.assignment.unit(column)
+    ratio = _over_path(draft)
+    unit = named if named in SPEEDS.values() else ""
+    nearest = signals.nearest(ratio or 1.0, list(SPEEDS))
+    if not unit and (ratio is None or max(ratio / nearest, nearest / ratio) < NEAR):
+        unit = SPEEDS[nearest]
+    if ratio is None:
+        evidence = "too little motion to tell the unit"
+    else:
+        evidence = f"{ratio:.4g} times as fast as the path in m/s, correlation {_together(draft):+.2f}"
+    if unit:
+        draft.units["wheel_speed"] = "" if unit == "m/s" else unit
+        draft.add(column, "wheel_speed", unit, evidence, "likely" if ratio is None else "certain")
+        return
+    draft.left_out.add("wheel_speed")
+    draft.add(
+        column,
+        "speed of the wheels",
+        "?",
+        f"{evidence}: no unit of a speed ({signals.largest(values):.4g} at most)",
+        "unknown",
+    )
+    scale = f"scale = {1.0 / ratio:.6g} }}  # m/s per count, as the path says" if ratio else "scale = 1.0 }"
+    draft.comment("columns", f'wheel_speed = {{ column = "{column}", {scale}')
+
+
+def _over_path(draft: Draft) -> float | None:
+    """Mean of the speed over that of the path in m/s; None where nothing moves."""
+    if not draft.has("x", "y"):
+        return None
+    path = float(np.concatenate(_pace(draft)).mean())
+    speed = float(np.abs(np.concatenate(draft.raw(axis_column(draft, "wheel_speed")))).mean())
+    return speed / path if path > MOVING and speed > 0 else None
+
+
+def _pace(draft: Draft) -> signals.Series:
+    east, north = (signals.slopes(draft.stamps, draft.series(axis)) for axis in "xy")
+    return [np.hypot(*parts) for parts in zip(east, north, strict=True)]
+
+
+def _together(draft: Draft) -> float:
+    return signals.correlation([np.abs(part) for part in draft.raw(axis_column(draft, "wheel_speed"))], _pace(draft))

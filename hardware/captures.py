@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
+from hardware import ros2
 from hardware.frame import Frame
 from hardware.interfaces import MotionCapture
 from hardware.motion_capture import LaboratoryCapture
@@ -13,7 +14,7 @@ from hardware.ros1.capture import RosCapture, Topic
 from sym2real.errors import UnknownNameError
 
 NODE = "/sym2real_capture"
-ROS, SETTINGS = "ros", ("topic", "type", "master", "host")
+SETTINGS = {"ros": ("topic", "type", "master", "host"), "ros2": ("topic", "type")}
 KINDS = {"PoseStamped": POSE, "TransformStamped": TRANSFORM}
 
 
@@ -22,24 +23,26 @@ def capture_of(kind: str, body: str, settings: Mapping[str, str], frame: Frame) 
     """Motion capture that is not yet connected.
 
     Args:
-        kind: "ros", or as the library calls it: "vicon", "optitrack", "qualisys", "vrpn", "mock", …
+        kind: "ros", "ros2", or as the library calls it: "vicon", "optitrack", "qualisys", "vrpn", "mock", …
         body: name of the rigid body there.
-        settings: of the library for that kind; of ros the topic (Vicon's of the body by default), the type of its
-            messages (a key of :data:`KINDS`), master and host as of :class:`hardware.ros1.Node`.
+        settings: of the library for that kind; of ros and ros2 the topic (Vicon's of the body by default) and
+            the type of its messages (a key of :data:`KINDS`); of ros master and host as of :class:`hardware.ros1.Node`.
         frame: of the system in the world.
 
     Raises:
         UnknownNameError: for a setting or a type that ros has not.
+        MissingDependencyError: for ros2 without rclpy.
         LinkError: where no ROS master answers.
     """
-    if kind != ROS:
+    if kind not in SETTINGS:
         yield LaboratoryCapture(kind, body, settings, frame)
         return
     for name in settings:
-        if name not in SETTINGS:
-            raise UnknownNameError("setting of ros", name, SETTINGS)
+        if name not in SETTINGS[kind]:
+            raise UnknownNameError(f"setting of {kind}", name, SETTINGS[kind])
     topic, messages = settings.get("topic", f"/vicon/{body}/{body}"), settings.get("type", "TransformStamped")
     if messages not in KINDS:
         raise UnknownNameError("type of a pose", messages, KINDS)
-    with Node(NODE, settings.get("master"), settings.get("host")) as node:
+    made = ros2.Node(NODE) if kind == "ros2" else Node(NODE, settings.get("master"), settings.get("host"))
+    with made as node:
         yield RosCapture(node, Topic(topic, KINDS[messages]), frame)

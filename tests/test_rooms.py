@@ -49,7 +49,7 @@ OWNERS = {
     "stable_baselines3": {"experiments"},
 }
 # Files of hardware/ that may import a robot's or a laboratory's library, inside functions: they are extras.
-HARDWARE_OWNERS = {"cflib": "crazyflie/connection.py", "motioncapture": "motion_capture.py"}
+HARDWARE_OWNERS = {"cflib": "crazyflie/connection.py", "motioncapture": "motion_capture.py", "rclpy": "ros2/node.py"}
 FILES = sorted(PACKAGE.rglob("*.py"))
 HARDWARE_FILES = sorted(HARDWARE.rglob("*.py"))
 

@@ -52,12 +52,12 @@ class CrazyflieLaboratory(Laboratory):
     route: Literal["packet", "manual", "commander"] = "packet"
     """How set-points go: an own packet or cflib's manual set-point (firmware from 2025.09 on), or port 3 (any)."""
     capture: str = "vicon"
-    """Kind of motion capture, as the library `motioncapture` calls it (vicon, optitrack, qualisys, vrpn, …), or ros for
-    a topic of ROS 1."""
+    """Kind of motion capture, as the library `motioncapture` calls it (vicon, optitrack, qualisys, vrpn, …), or ros or
+    ros2 for a topic."""
     body: str = "cf1"
     """Name of the robot's rigid body there."""
     settings: tuple[str, ...] = ()
-    """Of the library: NAME=VALUE, such as hostname=192.168.1.2; of ros: topic, type, master, host."""
+    """Of the library: NAME=VALUE, such as hostname=192.168.1.2; of ros topic, type, master, host; of ros2 topic, type."""
     limits: Limits = LIMITS
     """When a flight ends: the fence, ages, battery, tilt."""
 

@@ -1,4 +1,4 @@
-"""What the verbs connect to for a MuSHR: a car and its motion capture on ROS 1, or fakes beside the script."""
+"""What the verbs connect to for a MuSHR: a car and its motion capture on ROS, or fakes beside the script."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass
 from typing import Any, ClassVar, Literal
 
+from hardware import ros2
 from hardware.captures import KINDS
 from hardware.checks import Check
 from hardware.errors import LinkError
@@ -20,6 +21,7 @@ from hardware.mushr.checks import checks
 from hardware.mushr.limits import CarLimits
 from hardware.mushr.link import COMMANDS, MushrLink
 from hardware.mushr.pilot import DriveLimits, DrivePilot
+from hardware.ros import RosNode
 from hardware.ros1 import Node
 from hardware.ros1.capture import RosCapture, Topic
 from sym2real.errors import ModelError
@@ -50,6 +52,8 @@ class MushrLaboratory(Laboratory):
     """Topic of the car's poses, such as /vicon/mushr/mushr."""
     kind: Literal["PoseStamped", "TransformStamped"] = "PoseStamped"
     """Type of its messages, of geometry_msgs; Vicon's bridge sends TransformStamped."""
+    ros: Literal[1, 2] = 1
+    """Version of ROS. 2 needs rclpy and finds others by ROS_DOMAIN_ID, without a master."""
     commands: str = COMMANDS
     """Topic of the commands: an input of the car's multiplexer."""
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -66,11 +70,13 @@ class MushrLaboratory(Laboratory):
         """A link; a person puts the car back before a drive. Arguments and errors as of a laboratory."""
         if (self.effects or self.latency) and not self.sim:
             raise ModelError("--effects and --latency are hidden in the fake of --sim")
+        if self.ros == 2 and (self.sim or self.master or self.host):
+            raise ModelError("--ros 2 has no --master and no --host, and the fake of --sim speaks ROS 1")
         with ExitStack() as stack:
             fake = (
                 stack.enter_context(beside("hardware.fakes.mushr_process", self._hidden(start))) if self.sim else None
             )
-            node = Node(NODE, fake.address, LOOPBACK) if fake else Node(NODE, self.master, self.host)
+            node = Node(NODE, fake.address, LOOPBACK) if fake else self._node()
             capture = RosCapture(node, Topic(self.poses, KINDS[self.kind]), Frame(self.axes, origin=self.origin))
             link = stack.enter_context(MushrLink(node, capture, limits=self.car, topic=self.commands, dry=dry))
             yield Opened(link, _by_program(fake) if fake else _by_hand(say))
@@ -87,6 +93,9 @@ class MushrLaboratory(Laboratory):
     def about(self) -> dict[str, Any]:
         """Limits."""
         return {"limits": asdict(self.limits)}
+
+    def _node(self) -> RosNode:
+        return ros2.Node(NODE) if self.ros == 2 else Node(NODE, self.master, self.host)
 
     def _hidden(self, start: Array) -> list[str]:
         options = ["--start", *map(repr, _behind(start)), "--latency", repr(self.latency)]

@@ -17,8 +17,8 @@ from hardware.errors import LinkError
 from hardware.interfaces import PoseStream, Reading, finite_action
 from hardware.mushr.limits import CarLimits
 from hardware.mushr.pose_filter import PoseFilter
-from hardware.ros1 import ACKERMANN, Message, Node
-from hardware.ros1.publisher import Publisher
+from hardware.ros import RosNode, RosPublisher
+from hardware.ros1 import ACKERMANN, Message
 from sym2real.robots import MUSHR, Robot
 from sym2real.trajectory import Array
 
@@ -43,7 +43,7 @@ class MushrLink(Closing):
 
     def __init__(
         self,
-        node: Node,
+        node: RosNode,
         capture: PoseStream,
         *,
         limits: CarLimits | None = None,
@@ -56,7 +56,7 @@ class MushrLink(Closing):
         self._node, self._capture, self._clock = node, capture, clock or SystemClock()
         self._filter, self._heard, self._stamp = PoseFilter(), -math.inf, math.nan
         self._lock = threading.Lock()  # a plant's guard reads too
-        self._publisher: Publisher | None = None
+        self._publisher: RosPublisher | None = None
         self._sent, self._sent_at = np.zeros(2), -math.inf
         self._locked = False
 

@@ -1,4 +1,4 @@
-"""Poses that a ROS 1 topic carries: Vicon's ``TransformStamped``, or a ``PoseStamped``."""
+"""Poses that a topic of ROS carries: Vicon's ``TransformStamped``, or a ``PoseStamped``."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from hardware.clock import Clock, SystemClock
 from hardware.errors import LinkError
 from hardware.frame import Frame
 from hardware.interfaces import Pose
+from hardware.ros import RosNode
 from hardware.ros1.messages import POSE, Message, MessageType
-from hardware.ros1.node import Node
 from hardware.velocity import Velocity
 
 FIRST_POSE = 5.0  # s
@@ -43,7 +43,7 @@ class RosCapture:
         clock: the computer's by default.
     """
 
-    def __init__(self, node: Node, topic: Topic, frame: Frame | None = None, clock: Clock | None = None) -> None:
+    def __init__(self, node: RosNode, topic: Topic, frame: Frame | None = None, clock: Clock | None = None) -> None:
         self._node, self._topic = node, topic
         self._frame, self._clock = frame or Frame(), clock or SystemClock()
         self._poses: tuple[Pose, ...] = ()

@@ -213,6 +213,22 @@ def test_effects_go_below_the_residual() -> None:
     assert settled([found.reports[0], *[replace(found.reports[2], tracking=Improvement(0.0, -0.1, 0.1))] * 2])
 
 
+def test_effects_that_flew_worse_are_withdrawn() -> None:
+    """From the second log on the callable mistakes the wind for a weak rotor thrust: that flies once, and not again."""
+    weak, wind = ("gain:thrust", {"value": 0.85}), ("wind", {"fx": 0.03, "fy": -0.02})
+
+    def inform(logs: Dataset, equations: Equations) -> Equations:
+        key, values = wind if len(logs) == 1 else weak
+        return compose(equations, [(effect(key, equations), values)])
+
+    task = make_task("circle", CRAZYFLIE)
+    found = adapt(CRAZYFLIE.nominal(), windy(), task, NoResidual(), replace(SMALL, rounds=3), inform=inform)
+    assert [report.learned.effects for report in found.reports[1:]] == [("wind",), ("gain:thrust",), ("wind",)]
+    assert found.reports[2].surely_worse
+    assert found.best in (1, 3)
+    assert found.reports[3].error < 0.5 * found.reports[2].error
+
+
 def test_another_run_or_model_in_the_folder_is_refused(folder: Path, adapted: Adaptation, tmp_path: Path) -> None:
     task = make_task("circle", CRAZYFLIE)
     with pytest.raises(ModelError, match=r"changes: .*wind.* there, .* now"):

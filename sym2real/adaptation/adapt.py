@@ -196,13 +196,11 @@ class _Loop:
     def run(self) -> Adaptation:
         """Rounds until nothing gets better; errors as of :func:`adapt`."""
         models: list[Model] = []
-        learned: list[Learned] = []
         logs: list[Dataset] = []
         reports: list[RoundReport] = []
         for number in range(int(min(self.settings.rounds + 1, self.target.logs))):
-            model, how = self.rounds.model(number, partial(self.training.learn, self.base, models, learned, logs))
+            model, how = self.rounds.model(number, partial(self.training.learn, self.base, models, reports, logs))
             models.append(model)
-            learned.append(how)
             logs.append(self._log(number, model))
             reports.append(self.rounds.report(number, partial(self._score, models, logs, reports, how)))
             self.rounds.put_on_top(models[best_of(reports)], reports)

@@ -84,6 +84,11 @@ class RoundReport:
         """What tells whether another trajectory has helped."""
         return self.tracking if self.flown else self.gain
 
+    @property
+    def surely_worse(self) -> bool:
+        """Whether its model flew or predicted this log worse than the best one before, beyond the interval."""
+        return self.tracking.surely_worse or self.gain.surely_worse
+
     def to_dict(self) -> dict[str, Any]:
         """As JSON holds it; numbers that JSON lacks become null."""
         return {

@@ -13,7 +13,7 @@ from torch import Tensor
 
 from sym2real.adaptation.model_limits import beyond_limits
 from sym2real.adaptation.progress import OnProgress, Progress
-from sym2real.adaptation.round_report import Learned
+from sym2real.adaptation.round_report import Learned, RoundReport, best_of
 from sym2real.errors import ModelError
 from sym2real.neural.composed import Base
 from sym2real.neural.model_folder import Model, below
@@ -44,14 +44,14 @@ class Training:
     on_progress: OnProgress
 
     def learn(
-        self, given: Model, models: Sequence[Model], learned: Sequence[Learned], logs: Sequence[Dataset]
+        self, given: Model, models: Sequence[Model], reports: Sequence[RoundReport], logs: Sequence[Dataset]
     ) -> tuple[Model, Learned]:
         """The model of the next round and how it came about.
 
         Args:
             given: the model of round 0; what it learned elsewhere is not learned from again.
             models: of the rounds so far.
-            learned: how they came about.
+            reports: of the rounds so far.
             logs: of the rounds so far, all of which are learned from.
 
         Returns:
@@ -64,13 +64,13 @@ class Training:
         number, started = len(models), time.perf_counter()
         self.on_progress(Progress(f"round {number}: learning from {data.rows} rows", 0, 0))
         if self.inform is not None and isinstance(base, Equations):
-            base = self.inform(data, base)
-        digest = digest_of(base)
-        warm = digest == learned[-1].base and digest_of(models[-1]) != digest
+            base = unless_withdrawn(self.inform(data, base), models, reports)
+        digest, before = digest_of(base), reports[-1].learned
+        warm = digest == before.base and digest_of(models[-1]) != digest
         model, penalty, refused = self._trained(data, base, models[-1] if warm and number > 1 else None)
         seconds = time.perf_counter() - started
         if model is None:
-            return models[-1], replace(learned[-1], rows=data.rows, seconds=seconds, refused=refused)
+            return models[-1], replace(before, rows=data.rows, seconds=seconds, refused=refused)
         return model, Learned(data.rows, seconds, digest, effects_of(base), penalty)
 
     def _trained(self, data: Dataset, base: Base, start: Model | None) -> tuple[Model | None, float, str]:
@@ -89,6 +89,25 @@ class Training:
             return model, penalty, ""
         refused = beyond_limits(model, base, list(data), self.robot, self.seed)
         return None if refused else model, penalty, refused
+
+
+def unless_withdrawn(informed: Equations, models: Sequence[Model], reports: Sequence[RoundReport]) -> Equations:
+    """The informed equations, or those of the best round where the same effects have once been surely worse than it.
+
+    One log may support effects that the next one refutes: a set of effects that flew or predicted worse than the best
+    model before it, beyond the interval, is not flown again while another set is the best.
+
+    Args:
+        informed: what the logs establish now.
+        models: of the rounds so far.
+        reports: of the rounds so far.
+    """
+    best = below(models[best_of(reports)])
+    withdrawn = {frozenset(report.learned.effects) for report in reports if report.surely_worse}
+    wanted = frozenset(effects_of(informed))
+    if isinstance(best, Equations) and wanted in withdrawn and wanted != frozenset(effects_of(best)):
+        return best
+    return informed
 
 
 def effects_of(model: Model) -> tuple[str, ...]:

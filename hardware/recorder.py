@@ -79,6 +79,11 @@ class Recorder:
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
         self._thread.start()
 
+    @property
+    def written(self) -> int:
+        """Rows that a kill cannot take away any more."""
+        return self._written
+
     def add(self, row: Row) -> None:
         """Take a row; it never waits."""
         self._rows.put(row)

@@ -113,6 +113,14 @@ def started(model: str, out: Path, fake: FakeMushr) -> subprocess.Popen[bytes]:
     return script
 
 
+def stage_on_disk(path: Path) -> float:
+    """Of the newest row of a growing record; NaN before there is one."""
+    try:
+        return float(read_log(path, layouts=MUSHR.layouts).extra["stage"][-1])
+    except DataError:
+        return float("nan")
+
+
 def stands(fake: FakeMushr) -> bool:
     return not fake.car.driven[1] and float(np.hypot(*fake.car.state[4:6])) < 0.05
 
@@ -122,6 +130,8 @@ def test_a_script_that_is_killed_leaves_a_car_that_stops_and_a_record(
 ) -> None:
     out = tmp_path / "run"
     script = started(model, out, fake)
+    # Twenty times a second a batch is added; on a busy machine the first of the task may still be on its way.
+    wait_for(lambda: stage_on_disk(out / "drive.arrow") == 1.0)
     script.kill()
     script.wait()
     driving = [fake.car.state]

@@ -140,7 +140,8 @@ from sym2real.robots import CRAZYFLIE
 from tests.test_hardware_recorder import fly
 recorder = Recorder({path!r}, CRAZYFLIE, {{}})
 rows = fly(recorder)
-time.sleep(1.0)
+while recorder.written < len(rows):
+    time.sleep(0.01)
 print(len(rows), flush=True)
 time.sleep(60.0)
 """
@@ -148,7 +149,7 @@ time.sleep(60.0)
 
 @pytest.mark.parametrize("ending", [".parquet", ".csv"])
 def test_a_killed_process_leaves_its_rows(tmp_path: Path, ending: str) -> None:
-    """kill -9 a second after the last row: a batch is written within a tenth of that, and all of them are there."""
+    """kill -9 as soon as the recorder calls the rows written: all of them are there."""
     path = tmp_path / f"flight{ending}"
     root = str(Path(__file__).resolve().parent.parent)
     code = KILLED.format(root=root, path=str(path))

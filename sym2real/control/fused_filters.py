@@ -64,20 +64,20 @@ class FilterLines:
         return sum(stage.size for stage in self.stages)
 
     def before(self) -> list[str]:
-        """Declarations ahead of the horizon: memories of all blocks of samples."""
+        """Declarations ahead of the horizon: memories."""
         lines, offset = [], 0
         for i, stage in enumerate(self.stages):
             numbers = stage.size + (len(stage.columns) if stage.name == "delay" else 0)
-            lines.append(f"v memories_{i}[BLOCKS][{numbers}];")
-            lines.append(f"EACH_BLOCK for (int i = 0; i < {stage.size}; i++)")
-            lines.append(f"    memories_{i}[b][i] = splat(p->begun ? p->memory[{offset} + i] : R(0.0));")
+            lines.append(f"v memory_{i}[{numbers}];")
+            lines.append(f"for (int i = 0; i < {stage.size}; i++)")
+            lines.append(f"    memory_{i}[i] = splat(p->begun ? p->memory[{offset} + i] : R(0.0));")
             offset += stage.size
         return lines
 
     def lines(self) -> list[str]:
-        """Planned actions ``planned_<a>`` → acting ones ``x_<a>``, of the block ``b``."""
+        """Planned actions ``planned_<a>`` → acting ones ``x_<a>``."""
         names = [f"planned_{action}" for action in self.actions]
-        lines = [f"v *memory_{i} = memories_{i}[b];" for i in range(len(self.stages))]
+        lines = list[str]()
         for i, stage in enumerate(self.stages):
             for place, column in enumerate(stage.columns):
                 row, out = names[column], f"filtered_{i}_{column}"

@@ -16,49 +16,28 @@ from sym2real.symbolic.source import SMALLEST_NORM_SQUARED, TIME, function_progr
 
 SINGLE = True
 
-# States wait in memory while a network works on all blocks at once: what of it is read serves them all. Without one
-# there is one block, and the compiler keeps its states in registers.
 HORIZON = Template("""
-INLINE void total_costs(const struct plan *p, const TRACK tracks, v *costs) {
-    v states[BLOCKS][$size], acting[BLOCKS][ACTIONS];
-$room
+INLINE v total_cost(const struct plan *p, const TRACK track) {
 $held
 $memory
-    EACH_BLOCK {
 $start
-$kept
-        costs[b] = splat(R(0.0));
-    }
+$room
+    v cost = splat(R(0.0));
     for (int h = 0; h < p->horizon; h++) {
-        EACH_BLOCK {
-            const TRACK track = OF_BLOCK(p, tracks, b);
-$state
 $loaded
 $filtered
 $first
-$kept
-$acted
-$ahead
-        }
-        $network
-        EACH_BLOCK {
-            const TRACK track = OF_BLOCK(p, tracks, b);
-$state
-$loaded
-$acts
-$behind
+$network
 $step
 $following
-$kept
-        }
     }
-    EACH_BLOCK costs[b] += price_of(p, OF_BLOCK(p, tracks, b));
+    return cost + price_of(p, track);
 }
 """)
 
 
 def horizon_text(step: Fused) -> str:
-    """C function ``total_costs`` of a block's rollouts."""
+    """C function ``total_cost`` of a vector of rollouts."""
     equations, filters = step.equations, step.filters
     layouts = equations.layouts
     program = planning_program(equations, step.robot, step.cost, residual=bool(step.residual))
@@ -66,11 +45,8 @@ def horizon_text(step: Fused) -> str:
     lines = CLines(program, SINGLE, _named(program), short)
     moving = program.reached_by({label for label in program.inputs if label not in layouts.inputs or label == TIME})
     held = [value for value in program.computed if value not in moving]
-    room, ahead, behind = (
-        residual_lines(step.residual, step.robot.layouts.state.columns, layouts.action.columns)
-        if step.residual
-        else ([], [], [])
-    )
+    visible = step.robot.layouts.state.columns
+    room, network = residual_lines(step.residual, visible, layouts.action.columns) if step.residual else ([], [])
     parts = {
         "room": room,
         "held": _inputs(equations) + lines.lines(held),
@@ -81,18 +57,9 @@ def horizon_text(step: Fused) -> str:
         "first": _hidden(equations),
         "step": lines.lines(moving),
         "following": _following(equations, lines),
-        "state": [f"v x_{column} = states[b][{i}];" for i, column in enumerate(layouts.state)],
-        "kept": [f"states[b][{i}] = x_{column};" for i, column in enumerate(layouts.state)],
-        "acted": [f"acting[b][{i}] = x_{action};" for i, action in enumerate(layouts.action)],
-        "acts": [f"const v x_{action} = acting[b][{i}];" for i, action in enumerate(layouts.action)],
-        "ahead": ahead,
-        "behind": behind,
+        "network": network,
     }
-    return HORIZON.substitute(
-        {part: "\n".join(text) for part, text in parts.items()},
-        size=len(layouts.state),
-        network="residual(p->weights, seen, left);" if step.residual else "",
-    )
+    return HORIZON.substitute({part: "\n".join(text) for part, text in parts.items()})
 
 
 def _named(program: Program) -> dict[int, str]:
@@ -159,4 +126,4 @@ def _following(equations: Equations, lines: CLines) -> list[str]:
     *following, cost = lines.program.outputs
     result = [f"const v next_{i} = {lines.vector(value)};" for i, value in enumerate(following)]
     result += [f"x_{column} = next_{i};" for i, column in enumerate(equations.layouts.state)]
-    return [*result, f"costs[b] += {lines.name(cost)};"]
+    return [*result, f"cost += {lines.name(cost)};"]

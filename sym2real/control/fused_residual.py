@@ -48,7 +48,7 @@ class Network:
 
 def residual_text(sizes: Sequence[int]) -> str:
     """C function ``residual(weights, x, y)`` for layers of these sizes, inputs first, outputs last."""
-    room = f"ROOM({max(sizes[1:])}) * BLOCKS"
+    room = f"ROOM({max(sizes[1:])})"
     lines = ["APART void residual(const real *w, const v *x, v *y) {", f"    v a[{room}], b[{room}];"]
     here, there = "x", "a"
     for place, (inputs, outputs) in enumerate(pairwise(sizes)):
@@ -58,45 +58,38 @@ def residual_text(sizes: Sequence[int]) -> str:
     return "\n".join([*lines, "}"])
 
 
-def residual_lines(
-    network: Network, state: Sequence[str], actions: Sequence[str]
-) -> tuple[list[str], list[str], list[str]]:
-    """Statements ahead of a rollout; of each step, a block's ahead of the network and behind it.
+def residual_lines(network: Network, state: Sequence[str], actions: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Statements ahead of a rollout, and those of each step.
 
     Args:
         network: how much of the past it sees.
         state: columns that a log holds; ``residual_<column>`` is what the network adds to them.
         actions: columns; the network sees those that act.
     """
-    columns = [*state, *actions]
-    begin, move, repeat = _past_lines(network, len(state), len(actions))
-    room = f"v seen[{network.sizes[0]} * BLOCKS], left[ROOM({len(state)}) * BLOCKS];"
-    ahead = [f"seen[{i} * BLOCKS + b] = x_{column};" for i, column in enumerate(columns)]
-    behind = [f"const v residual_{column} = left[{i} * BLOCKS + b];" for i, column in enumerate(state)]
-    return [room, *begin], [*move, *ahead, *repeat], behind
+    begin, move, repeat = _past_lines(network, state, len(actions))
+    room = f"v seen[{network.sizes[0]}], left[ROOM({len(state)})];"
+    now = [f"seen[{i}] = x_{column};" for i, column in enumerate((*state, *actions))]
+    added = [f"const v residual_{column} = left[{i}];" for i, column in enumerate(state)]
+    return [room, *begin], [*move, *now, *repeat, "residual(p->weights, seen, left);", *added]
 
 
-def _past_lines(network: Network, size: int, actions: int) -> tuple[list[str], list[str], list[str]]:
+def _past_lines(network: Network, state: Sequence[str], actions: int) -> tuple[list[str], list[str], list[str]]:
     """Statements that begin the past, move it by the last row ahead of a new one, and repeat the first row in it."""
+    size = len(state)
     commands, states = network.commands * actions, network.states * size
     sent, seen = size + actions, size + actions + commands
-
-    def at(place: str) -> str:
-        return f"seen[({place}) * BLOCKS + b]"
-
     begin, move, repeat = [], [], []
     if states:
-        known = f"p->begun ? p->past[{commands} + i] : p->state[i % {size}]"
-        begin += [f"EACH_BLOCK for (int i = 0; i < {states}; i++) {at(f'{seen} + i')} = splat({known});"]
-        older = f"for (int i = {states}; h && i-- > {size};)"
-        move += [f"{older} {at(f'{seen} + i')} = {at(f'{seen - size} + i')};"]
-        move += [f"for (int i = 0; h && i < {size}; i++) {at(f'{seen} + i')} = {at('i')};"]
+        for place, column in enumerate(state):
+            row = f"for (int i = {place}; i < {states}; i += {size}) seen[{seen} + i]"
+            begin.append(f"{row} = p->begun ? splat(p->past[{commands} + i]) : x_{column};")
+        move += [f"for (int i = {states}; h && i-- > {size};) seen[{seen} + i] = seen[{seen - size} + i];"]
+        move += [f"for (int i = 0; h && i < {size}; i++) seen[{seen} + i] = seen[i];"]
     if commands:
-        known = "p->begun ? p->past[i] : R(0.0)"
-        begin += [f"EACH_BLOCK for (int i = 0; i < {commands}; i++) {at(f'{sent} + i')} = splat({known});"]
-        move += [f"for (int i = {commands}; h && i-- > 0;) {at(f'{sent} + i')} = {at(f'{size} + i')};"]
+        begin += [f"for (int i = 0; i < {commands}; i++) seen[{sent} + i] = splat(p->begun ? p->past[i] : R(0.0));"]
+        move += [f"for (int i = {commands}; h && i-- > 0;) seen[{sent} + i] = seen[{size} + i];"]
         first = f"for (int i = 0; h == 0 && !p->begun && i < {commands}; i++)"
-        repeat += [f"{first} {at(f'{sent} + i')} = {at(f'{size} + i')};"]
+        repeat += [f"{first} seen[{sent} + i] = seen[{size} + i];"]
     return begin, move, repeat
 
 

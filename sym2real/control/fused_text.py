@@ -11,7 +11,6 @@ from sym2real.control.fused_problem import Fused
 from sym2real.control.fused_residual import residual_text
 from sym2real.symbolic.c_functions import header, preamble
 
-BLOCKS = 2  # vectors of samples that share what is read of a network; more would leave the first-level cache
 TILE_OF = "EXPORTED int tile(void) { return TILE; }"
 
 
@@ -25,7 +24,6 @@ def fused_text(step: Fused, machine: str = "cpu") -> str:
             f"#define ACTIONS {len(step.equations.layouts.action)}",
             f"#define COLOUR {step.sampling.colour}",
             f"#define DIAGONAL {int(step.sampling.diagonal)}",
-            *([f"#define BLOCKS {BLOCKS if step.residual else 1}"] if machine == "cpu" else []),
             header("random.h"),
             header("plan.h"),
             *network,

@@ -30,10 +30,6 @@ typedef struct {
 
 #define WIDTH 1
 #define TILE 8
-#define BLOCKS 1
-#define EACH_BLOCK for (int b = 0; b < 1; b++)
-#define OF_BLOCK(p, tracks, b) (tracks)
-#define PREFETCH(address)
 #define UNROLLED _Pragma("unroll")
 #define R(x) x##f
 #define OF_REAL(name) name##f

@@ -61,24 +61,20 @@ INLINE void weigh(const struct plan *p, int first, v costs, TRACK track, v *sums
     *total += weight;
     for (int i = 0; i < count; i++) sums[i] += weight * track[i];
 }
-EXPORTED int width(void) { return WIDTH * BLOCKS; }
+EXPORTED int width(void) { return WIDTH; }
 
-/* Samples first … last - 1 (first a multiple of the width); scratch: 3 tracks a block; sums: (horizon, actions)
+/* Samples first … last - 1 (first a multiple of the width); scratch: 3 tracks; sums: (horizon, actions)
  * numbers. */
 EXPORTED void plan_share(const struct plan *p, int first, int last, v *scratch, real *out, struct share *share) {
     const int count = p->horizon * ACTIONS;
-    v *tracks = scratch, *drawn = scratch + BLOCKS * count, *sums = drawn + p->draws * ACTIONS;
+    v *track = scratch, *drawn = scratch + count, *sums = drawn + p->draws * ACTIONS;
     v total = splat(R(0.0));
     *share = (struct share){INFINITE, R(0.0), 0, 0};
     for (int i = 0; i < count; i++) sums[i] = total;
-    for (int at = first; at < last; at += WIDTH * BLOCKS) {
-        v costs[BLOCKS];
-        EACH_BLOCK {
-            fill_noise(p, at + b * WIDTH, OF_BLOCK(p, tracks, b), drawn);
-            to_actions(p, OF_BLOCK(p, tracks, b));
-        }
-        total_costs(p, tracks, costs);
-        EACH_BLOCK weigh(p, at + b * WIDTH, costs[b], OF_BLOCK(p, tracks, b), sums, &total, share);
+    for (int at = first; at < last; at += WIDTH) {
+        fill_noise(p, at, track, drawn);
+        to_actions(p, track);
+        weigh(p, at, total_cost(p, track), track, sums, &total, share);
     }
     EACH_LANE share->total += total[lane];
     for (int i = 0; i < count; i++) {

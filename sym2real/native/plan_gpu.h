@@ -15,7 +15,7 @@ EXPORTED void __launch_bounds__(128) plan_samples(const struct plan plan, real *
     const TRACK track = {tracks + i, plan.samples}, drawn = {draws + i, plan.samples};
     fill_noise(&plan, i, track, drawn);
     to_actions(&plan, track);
-    total_costs(&plan, track, plan.costs + i);
+    plan.costs[i] = total_cost(&plan, track);
 }
 EXPORTED void __launch_bounds__(128) noise_of(const struct plan plan, real *tracks, real *draws) {
     const int i = blockIdx.x * blockDim.x + threadIdx.x;

@@ -3,18 +3,16 @@
  * cuda.h gives the same names for the one sample of a thread. */
 #if defined(__AVX512F__)
 #define BYTES 64
-#define TILE 12 /* outputs whose sums a layer of a network keeps in registers, for BLOCKS vectors of samples each */
+#define TILE 16 /* outputs whose sums a layer of a network keeps in registers */
 #elif defined(__AVX__)
 #define BYTES 32
 #else
 #define BYTES 16
 #endif
 #if !defined(TILE)
-#define TILE 6
+#define TILE 8
 #endif
-#define PREFETCH(address) __builtin_prefetch(address)
 #define UNROLLED _Pragma("GCC unroll 16")
-#define EACH_BLOCK for (int b = 0; b < BLOCKS; b++)
 #if SINGLE
 typedef float real;
 typedef int integer;
@@ -41,7 +39,6 @@ typedef word words __attribute__((vector_size(BYTES)));
 #define NOT(c) (~(c))
 #define INFINITE OF_REAL(inf)()
 typedef v *TRACK; /* (steps, actions) of the samples of a block */
-#define OF_BLOCK(p, tracks, b) ((tracks) + (b) * (p)->horizon * ACTIONS)
 #define AT(track, h, a) ((track)[(h) * ACTIONS + (a)])
 
 INLINE v splat(real x) { return x - (v){0}; }
@@ -66,34 +63,9 @@ INLINE v less_nearest(v a) { return (v)__builtin_ia32_reduceps512_mask_round(a, 
 #else
 INLINE v less_nearest(v a) { return a - nearest(a); }
 #endif
-#if defined(__AVX512F__) && SINGLE
-/* An estimate of 14 bits and one step of Newton's method: a third of the time of a root and a quotient. */
-INLINE v reciprocal_root(v a) {
-    const v r = (v)__builtin_ia32_rsqrt14ps512_mask(a, splat(R(0.0)), -1);
-    return (r * R(-0.5)) * (a * r * r - R(3.0));
-}
-#else
 INLINE v reciprocal_root(v a) { return splat(R(1.0)) / square_root(a); }
-#endif
-#if defined(__clang__) && defined(__has_builtin)
-#if __has_builtin(__builtin_elementwise_min)
-#define HAS_ELEMENTWISE 1
-#endif
-#endif
-/* GCC 12 does not see that a comparison and a selection are one instruction. */
-#if defined(HAS_ELEMENTWISE)
-INLINE v minimum(v a, v b) { return __builtin_elementwise_min(a, b); }
-INLINE v maximum(v a, v b) { return __builtin_elementwise_max(a, b); }
-#elif defined(__AVX512F__) && SINGLE && !defined(__clang__)
-INLINE v minimum(v a, v b) { return __builtin_ia32_minps512_mask(a, b, a, -1, 4); }
-INLINE v maximum(v a, v b) { return __builtin_ia32_maxps512_mask(a, b, a, -1, 4); }
-#elif defined(__AVX__) && SINGLE && !defined(__clang__)
-INLINE v minimum(v a, v b) { return __builtin_ia32_minps256(a, b); }
-INLINE v maximum(v a, v b) { return __builtin_ia32_maxps256(a, b); }
-#else
 INLINE v minimum(v a, v b) { return select(a < b, a, b); }
 INLINE v maximum(v a, v b) { return select(a < b, b, a); }
-#endif
 INLINE v to_reals(words a) { return __builtin_convertvector((mask)a, v); }
 INLINE words bits_of(v a) { return (words)a; }
 INLINE v from_bits(words a) { return (v)a; }

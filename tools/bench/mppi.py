@@ -5,7 +5,8 @@ Every contestant's rollout is compared with float64 torch before anything is tim
     taskset -c 0 .venv/bin/python tools/bench/mppi.py --equations ../shared/reference_equations.json \\
         --json docs/figures/mppi.json --figure docs/figures/mppi.png
 
-The extra ``bench`` brings JAX and sympytorch; what is not installed is left out and said so.
+The extra ``bench`` brings JAX and sympytorch; what is not installed is left out and said so. ``--device cuda`` (extra
+``gpu``) times the kernel and torch there, alone.
 """
 
 from __future__ import annotations
@@ -19,15 +20,18 @@ from pathlib import Path
 import torch
 import tyro
 from figures import Figure, report
-from mppi_contestants import CONSOLE, LIMIT, Contestant, contestants
+from mppi_contestants import CONSOLE, LIMIT, Contestant, contestants, on_device
 from mppi_figure import draw
 from mppi_limit import SLOTS, multiply_adds
 from mppi_live import diagnosis, first_calls, held, import_time, with_samples
 from mppi_models import HORIZON, subject
 from mppi_table import markdown
 
+from sym2real.control.backend import device_of
+
 SAMPLES = (256, 1024, 4096, 16384)
 MAIN = 1024
+SAMPLES_ON_A_GPU = (1024, 16384, 131072, 1 << 20)
 BUDGET = 3.0  # s a round may take of the slow ones
 
 
@@ -39,8 +43,10 @@ class Options:
     """The fixed equations."""
     robots: tuple[str, ...] = ("crazyflie", "mushr")
     """Robots of that file."""
-    samples: tuple[int, ...] = SAMPLES
-    """Numbers of samples."""
+    samples: tuple[int, ...] = ()
+    """Numbers of samples; by default 256 to 16384, or 1024 to 1048576 on another device than the processor."""
+    device: str = "cpu"
+    """Where to plan; on another than the processor the kernel and torch are timed, and nothing else."""
     rounds: int = 40
     """Rounds, in each of which every contestant runs at least once."""
     seconds: float = 60.0
@@ -75,22 +81,24 @@ def run(found: list[Contestant], rounds: int) -> None:
 
 def main(options: Options) -> None:
     """Measure, print, write."""
+    device_of(options.device)
     torch.set_num_threads(1)
     if hasattr(os, "sched_getaffinity"):
         CONSOLE.print(f"on cores {sorted(os.sched_getaffinity(0))}")
-    samples = (MAIN,) if options.quick else options.samples
+    here = options.device == "cpu"
+    samples = (MAIN,) if options.quick else options.samples or (SAMPLES if here else SAMPLES_ON_A_GPU)
     rounds = 8 if options.quick else options.rounds
     figures: list[Figure] = []
     for name in options.robots:
         one = subject(name, options.equations)
         for count in samples:
             CONSOLE.print(f"{name}, {count} samples")
-            found = contestants(one, count, others=count == MAIN)
+            found = contestants(one, count, others=count == MAIN) if here else on_device(one, count, options.device)
             run(found, rounds)
             figures += times(name, count, [one for one in found if one.name != LIMIT])
-            if count == MAIN:
+            if count == MAIN and here:
                 figures += [*(shares(found, count) if name == "crazyflie" else []), *ratios(name, found)]
-    if options.live:
+    if options.live and here:
         one = with_samples(subject("crazyflie", options.equations), MAIN)
         figures += [*first_calls(options.equations), *held(one, 5.0 if options.quick else options.seconds)]
         figures += [import_time(), *diagnosis()]
@@ -104,7 +112,8 @@ def times(name: str, count: int, found: list[Contestant]) -> list[Figure]:
     """Medians and p99."""
     figures = []
     for one in found:
-        bar = "< 20" if one.name == "c" and count == max(SAMPLES) and name == "crazyflie" else ""
+        most = one.name == "c" and count in (max(SAMPLES), max(SAMPLES_ON_A_GPU)) and name == "crazyflie"
+        bar = "< 20" if most else ""
         label = f"{name}, N = {count}: {one.name}"
         figures.append(Figure(label, 1e3 * one.median, "ms"))
         figures.append(Figure(f"{label}, p99", 1e3 * one.p99, "ms", bar))

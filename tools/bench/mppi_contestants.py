@@ -123,6 +123,15 @@ def contestants(one: Subject, samples: int, others: bool) -> list[Contestant]:
     return [*found, *_networks(here, samples, small, late)]
 
 
+def on_device(one: Subject, samples: int, device: str) -> list[Contestant]:
+    """The kernel and torch on a device."""
+    here, module = with_samples(one, samples), compile_model(one.equations, device=device)
+    return [
+        Contestant("c", ours(here, module, backend="c", device=device), 5),
+        Contestant("torch", ours(here, module, backend="torch", device=device)),
+    ]
+
+
 def _networks(here: Subject, samples: int, small: Composed, late: Composed) -> list[Contestant]:
     """Ensembles instead of equations, and residuals on top of them."""
     ensemble = Ensemble(here.robot.layouts).eval()

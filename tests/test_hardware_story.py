@@ -1,4 +1,4 @@
-"""Two flights and a diagnosis: a drone that is too heavy and too weak is named, and flies better with what was found."""
+"""Two flights and a diagnosis: a drone too heavy and too weak is named, and flies better with what was found."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ class CrazyflieLaboratory(Laboratory):
     body: str = "cf1"
     """Name of the robot's rigid body there."""
     settings: tuple[str, ...] = ()
-    """Of the library: NAME=VALUE, such as hostname=192.168.1.2; of ros topic, type, master, host; of ros2 topic, type."""
+    """Of the library: NAME=VALUE, as hostname=192.168.1.2; of ros topic, type, master, host; of ros2 topic, type."""
     limits: Limits = LIMITS
     """When a flight ends: the fence, ages, battery, tilt."""
 

@@ -197,15 +197,15 @@ def adapted(folder: Path, seconds: float, seed: int) -> list[Figure]:
     reports = json.loads((out / "adaptation.json").read_text())["rounds"]
     settled = [_second_half(out / "rounds" / f"{number:02d}" / "log.parquet") for number in range(DRIVES)]
     missed = read_table(out / "records" / "drive_1.parquet").columns["missed"].sum()
-    named = f"offset 0.1 rad and 200 ms, seed {seed}, drive"
+    named = f"offset 0.1 rad and 200 ms, seed {seed}"
     bars = [""] * (DRIVES - 1) + ["<= 0.15"]
     return [
         *(
-            Figure(f"{named} {one['number'] + 1}", one["error"], "m", bar)
+            Figure(f"{named}, drive {one['number'] + 1}", one["error"], "m", bar)
             for one, bar in zip(reports, bars, strict=True)
         ),
-        *(Figure(f"second half of drive {number}", value, "m") for number, value in enumerate(settled, 1)),
-        Figure("periods missed in these drives", float(missed), f"of {DRIVES * steps}"),
+        *(Figure(f"{named}, second half of drive {number}", value, "m") for number, value in enumerate(settled, 1)),
+        Figure(f"{named}, periods missed", float(missed), f"of {DRIVES * steps}"),
     ]
 
 

@@ -108,14 +108,14 @@ def interrupted_while(stage: str, logs: Dataset) -> Diagnosis:
     return diagnose(base, logs, exclude=EXCLUDED, horizon=0.5, on_progress=on_progress, finish_on_interrupt=True)
 
 
-@pytest.mark.parametrize("stage", ["scoring", "looking", "locating"])
+@pytest.mark.parametrize("stage", ["scoring", "explaining", "looking", "locating"])
 def test_a_finished_search_is_kept_whatever_is_interrupted_behind_it(stage: str, logs: Dataset) -> None:
     found = interrupted_while(stage, logs)
     assert found.findings[0].effect == "added_mass"
     assert found.findings[0].values["value"] == pytest.approx(0.004, rel=0.1)
     assert any(note.startswith(f"interrupted while {stage}") for note in found.notes)
-    assert found.established == (stage != "scoring")
-    assert ("the scoring was interrupted" in found.summary) == (stage == "scoring")
+    assert found.established == (stage not in ("scoring", "explaining"))
+    assert ("the scoring was interrupted" in found.summary) == (stage in ("scoring", "explaining"))
 
 
 def test_a_search_that_was_interrupted_before_it_found_anything_cannot_tell(logs: Dataset) -> None:

@@ -14,7 +14,6 @@ from sym2real.diagnosis.design.separation import with_advice
 from sym2real.diagnosis.errors.floor import floor_of_explained, no_higher_than_reached
 from sym2real.diagnosis.errors.rungs import cut_said
 from sym2real.diagnosis.estimate.calibrate import Calibration
-from sym2real.diagnosis.estimate.significance import FEWEST_BLOCKS
 from sym2real.diagnosis.estimate.weighing import Prepared
 from sym2real.diagnosis.faults.checking import Question
 from sym2real.diagnosis.pipeline import prepare
@@ -174,6 +173,5 @@ def _finding(selection: Selection, rivals: Iterable[Rival], calibration: Calibra
     alike = (rival.effect for rival in rivals if rival.as_good)
     always = always_alike(own.name, problems.problem.library.equations)
     group = tuple(dict.fromkeys([*own.alike, *always, *alike]))
-    provisional = problems.block_count < FEWEST_BLOCKS
-    (found,) = findings(selection, {own.name: group}, problems.whitening.freedom, provisional, calibration)
+    (found,) = findings(selection, None, {own.name: group}, calibration)
     return found

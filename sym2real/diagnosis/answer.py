@@ -141,7 +141,7 @@ def conclude(explained: Explained) -> Diagnosis:
 
 def unscored(found: Found) -> Diagnosis:
     """What the search has found, where the scoring was interrupted: nothing is established."""
-    prepared, findings = found.prepared, findings_of(found, {})
+    prepared, findings = found.prepared, findings_of(found)
     faults = prepared.checked.faults
     return Diagnosis(
         verdict="CANNOT_TELL",

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal
 
-from sym2real.diagnosis.data.windows import JUDGED
+from sym2real.diagnosis.data.windows import JUDGED, JUDGED_AT
 from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.significance import FEWEST_BLOCKS
 from sym2real.diagnosis.faults.sanity import Fault
 from sym2real.diagnosis.score.finding import Finding
-from sym2real.diagnosis.score.held_out import JUDGED_AT, LEAST_FALL, Fall, Gate
+from sym2real.diagnosis.score.held_out import LEAST_FALL, Fall, Gate
 from sym2real.diagnosis.unexplained.leftover import Leftover
 
 Verdict = Literal["EFFECT", "NOTHING_MISSING", "UNEXPLAINED", "CANNOT_TELL"]
@@ -68,7 +68,7 @@ def summary(
     if answer == "NOTHING_MISSING":
         parts.append("nothing is missing beyond noise and small disturbances")
     if found and gate.best is not None and not gate.passed:
-        parts.append(f"but {_failed(gate.best)}")
+        parts.append(f"but {_risen(gate.worse[0]) if gate.worse else _failed(gate.best)}")
     if provisional or (answer == "CANNOT_TELL" and not found and not interrupted):
         tested = ", so that no finding can be tested" if found else ""
         parts.append(f"too little data: fewer than {FEWEST_BLOCKS} independent pieces of a second{tested}")
@@ -84,6 +84,10 @@ def _failed(best: Fall) -> str:
         f"no held-out error falls by {100 * LEAST_FALL:.0f} %: that of {best.channel} after {best.horizon:g} s "
         f"{changed}, and noise and disturbances hide whether it matters"
     )
+
+
+def _risen(worst: Fall) -> str:
+    return f"the held-out error of {worst.channel} after {worst.horizon:g} s rises by {-100 * worst.part:.0f} %"
 
 
 def _one(finding: Finding) -> str:

@@ -72,7 +72,7 @@ def diagnose(
     prepared = prepare(question, stages)
     found = search(prepared, stages)
     scored = stages.try_to("scoring on held-out data", score, found)
-    explained = scored and stages.try_to("looking at what is left", explain_rest, scored)
+    explained = scored and stages.try_to("explaining what is left", explain_rest, scored)
     answer = conclude(explained) if explained else unscored(found)
     advise = partial(with_advice, equations=prepared.model, whitening=prepared.whitening, plant=prepared.plant)
     findings = stages.try_to("looking for manoeuvres that would tell more", advise, answer.findings)

@@ -9,7 +9,7 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from sym2real.diagnosis import Diagnosis, Fall, Fault, Finding, Term, Tried, Where
+from sym2real.diagnosis import Diagnosis, Fall, Fault, Finding, Gate, Term, Tried, Where
 from sym2real.diagnosis.predict.competitors import not_tried_said
 from sym2real.diagnosis.unexplained.leftover import MISFIT
 from sym2real.report.ladder import ladder_table
@@ -33,7 +33,7 @@ def diagnosis_report(diagnosis: Diagnosis, told: Collection[str] = ()) -> Render
     if diagnosis.ladder:
         parts.append(ladder_table(diagnosis.ladder, diagnosis.floor, diagnosis.held_out, apart=diagnosis.apart))
     if diagnosis.gate.best is not None:
-        parts.append(gate_line(diagnosis.gate.best, passed=diagnosis.gate.passed))
+        parts.append(gate_line(diagnosis.gate, diagnosis.gate.best))
     for left in diagnosis.leftovers:
         seen_by = "" if left.explained_by == MISFIT else " on unseen logs"
         said = f"{left.statement} ({left.measure}{seen_by}): {left.term}"
@@ -48,10 +48,15 @@ def diagnosis_report(diagnosis: Diagnosis, told: Collection[str] = ()) -> Render
     return Group(*parts)
 
 
-def gate_line(best: Fall, *, passed: bool) -> str:
-    """Whether held-out predictions become better by as much as they must."""
-    said = "[green]gate passed[/]" if passed else "[red]gate not passed[/]"
-    return f"{said}: the held-out error of {best.channel} after {best.horizon:g} s falls by {100 * best.part:.0f} %"
+def gate_line(gate: Gate, best: Fall) -> str:
+    """Whether held-out predictions become better by as much as they must, and none worse."""
+    said = "[green]gate passed[/]" if gate.passed else "[red]gate not passed[/]"
+    risen = "".join(
+        f"; that of {one.channel} after {one.horizon:g} s rises by {-100 * one.part:.0f} %, beyond its interval"
+        for one in gate.worse
+    )
+    fall = f"the held-out error of {best.channel} after {best.horizon:g} s falls by {100 * best.part:.0f} %"
+    return f"{said}: {fall}{risen}"
 
 
 def proposal_line(term: Term) -> str:
@@ -114,6 +119,9 @@ def findings_list(findings: Sequence[Finding]) -> Table:
             table.add_row(
                 "sure", f"{100 * sure.value:.0f} %: {sure.right} of {sure.of} such findings in simulation were right"
             )
+        if finding.probability is not None:
+            others = "none, or another effect, in its place"
+            table.add_row("weight", f"{100 * finding.probability:.0f} % against {others}")
         rivals = [rival for rival in finding.group if rival != finding.effect]
         if rivals:
             table.add_row("or", f"{escape(', '.join(rivals))}: these logs cannot tell")

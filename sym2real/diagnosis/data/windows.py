@@ -23,6 +23,8 @@ HORIZONS = (0.1, 0.2, 0.5, 0.8, 1.0)
 # Free run in s: a car drifts slowly, a quadrotor with a wrong model is upside down after two seconds.
 FREE_RUN = {"heading": 5.0, "otherwise": 2.0}
 # Channels by which predictions are judged: what a user sees, and what logs do not have by differencing.
+# The horizon (s) that a finding is judged at: about as long as a controller's.
+JUDGED_AT = 0.8
 JUDGED = ("position", "attitude", "yaw")
 
 CHANNEL_OF_FIELD = {"heading": "yaw"}

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import Any
 
 import torch
 
 from sym2real.diagnosis.estimate.calibrate import Calibration
 from sym2real.diagnosis.estimate.fit import Fit
-from sym2real.diagnosis.estimate.significance import half_widths
+from sym2real.diagnosis.estimate.significance import FEWEST_BLOCKS, half_widths
 from sym2real.diagnosis.estimate.swing import Swing
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import SWINGING, Library
@@ -20,6 +20,7 @@ from sym2real.diagnosis.score.cleaning import cleaned
 from sym2real.diagnosis.score.importance import by_importance
 from sym2real.diagnosis.score.reliability import Confidence, confidence, kind
 from sym2real.diagnosis.search.deviations import reported
+from sym2real.diagnosis.search.near import Near
 from sym2real.diagnosis.search.select import Selection
 from sym2real.effects import Effect, compose, effect
 from sym2real.effects.kind import with_unit
@@ -66,6 +67,7 @@ class Finding:
         log_spread: standard deviation of each parameter over logs that are fitted one by one.
         voltage: of the battery where the thrust map holds (V), when the effect goes by the voltage.
         confidence: how often findings of its kind are right; None where nobody has counted.
+        probability: its weight against none, and any other effect, in its place; None where nothing was weighed.
     """
 
     effect: str
@@ -78,6 +80,7 @@ class Finding:
     log_spread: dict[str, float] = field(default_factory=dict)
     voltage: float | None = None
     confidence: Confidence | None = None
+    probability: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """The entry of ``findings`` in DESIGN.md, "Names that stay"."""
@@ -91,6 +94,7 @@ class Finding:
             "fix": self.fix,
             "spread_over_logs": self.log_spread,
             "confidence": None if self.confidence is None else self.confidence.to_dict(),
+            "probability": self.probability,
         } | ({} if self.voltage is None else {"full_battery": self.voltage})
 
     @property
@@ -110,8 +114,10 @@ def applied(equations: Equations, found: Sequence[Finding]) -> Equations:
     return compose(equations, [(effect(one.effect, equations), one.values) for one in found])
 
 
-def estimates(selection: Selection, one: Candidate, fit: Fit) -> dict[str, dict[str, Estimate]]:
-    """Values of a chosen candidate in a fit of all, by effect and parameter."""
+def estimates(
+    selection: Selection, one: Candidate, fit: Fit, form: Mapping[int, float]
+) -> dict[str, dict[str, Estimate]]:
+    """Values of a chosen candidate in a fit of all, by effect and parameter; form: variances over near sets."""
     library, halves = selection.problems.problem.library, half_widths(selection.problems, fit)
     found: dict[str, dict[str, Estimate]] = {}
     for place, tied in zip(selection.places(selection.chosen, one), one.free, strict=True):
@@ -122,7 +128,8 @@ def estimates(selection: Selection, one: Candidate, fit: Fit) -> dict[str, dict[
             half = float(halves[place]) * slot.scale
             reference = value - slot.null if slot.null in (0.0, 1.0) else value
             floor = (INTERVAL_FLOOR**2 + (STIFFNESS if of in BY_TORQUE else 0.0) ** 2) ** 0.5
-            half = (half**2 + (floor * reference) ** 2 + _unresolved(library, of) ** 2) ** 0.5
+            choice = TWO_SIDED**2 * form.get(index, 0.0)
+            half = (half**2 + choice + (floor * reference) ** 2 + _unresolved(library, of) ** 2) ** 0.5
             found.setdefault(of, {})[slot.name] = Estimate(value, value - half, value + half, slot.unit)
     return found
 
@@ -153,29 +160,30 @@ def spread_over_logs(selection: Selection, one: Candidate, fit: Fit) -> dict[str
 
 def findings(
     selection: Selection,
-    groups: dict[str, tuple[str, ...]],
-    freedom: int,
-    provisional: bool,
+    near: Near | None,
+    groups: Mapping[str, tuple[str, ...]],
     own: Calibration | None,
 ) -> list[Finding]:
     """All chosen effects, in order of importance, each with its share in that order.
 
     Args:
         selection: what was found.
+        near: the sets around it, where they were weighed.
         groups: by name of a candidate, effects that the data cannot tell from it.
-        freedom: whitened squares that nobody can explain.
-        provisional: whether there are too few independent pieces of data for a test.
         own: the base against the plain simulator, if there is one.
     """
     library, problems = selection.problems.problem.library, selection.problems
+    provisional = problems.block_count < FEWEST_BLOCKS
+    probabilities = {} if near is None else near.probabilities()
     fit = cleaned(problems, selection.fit, own)
     ordered = by_importance(selection)
     base = float(problems.whitening.loss(problems.problem.residuals(selection.origin[None])).sum())
-    shares = shares_of([base, *(stage.total for _, stage in ordered)], freedom)
+    shares = shares_of([base, *(stage.total for _, stage in ordered)], problems.whitening.freedom)
     found = []
     for (one, _), share in zip(ordered, shares, strict=True):
         logs = spread_over_logs(selection, one, fit)
-        for key, parameters in estimates(selection, one, fit).items():
+        form = {} if near is None else dict(zip(one.slots, near.variances(one).tolist(), strict=True))
+        for key, parameters in estimates(selection, one, fit, form).items():
             of = library.effects[key]
             group = tuple(dict.fromkeys((key, *groups.get(one.name, ()))))
             found.append(
@@ -189,20 +197,22 @@ def findings(
                     fix=of.fix,
                     log_spread=logs,
                     voltage=_voltage(of),
+                    probability=probabilities.get(one.name),
                 )
             )
     return found
 
 
 def shares_of(losses: Sequence[float], freedom: float) -> list[float]:
-    """Part of the excess loss that each finding removes in its order.
+    """Part of the excess loss that each finding removes in its order: how far it lowers the lowest so far.
 
     Args:
         losses: whitened squares without findings, then with one more each.
         freedom: squares that nobody can explain.
     """
-    excess = max(losses[0] - min(freedom, losses[-1]), 1e-9)
-    return [max(0.0, (before - after) / excess) for before, after in pairwise(losses)]
+    lowest = list(accumulate(losses, min))
+    excess = max(losses[0] - min(freedom, lowest[-1]), 1e-9)
+    return [(before - after) / excess for before, after in pairwise(lowest)]
 
 
 def told(found: Sequence[Finding], library: Library, swing: Swing | None, logs: Dataset) -> tuple[Finding, ...]:

@@ -8,31 +8,26 @@ measured 2° off takes half off the one error and 9.6 % off the other.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from sym2real.diagnosis.data.windows import JUDGED, free_run_seconds
+from sym2real.diagnosis.data.windows import JUDGED
 from sym2real.diagnosis.errors.rungs import Stage, horizons_for, ladder
-from sym2real.diagnosis.estimate.fit import Fit
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.score.importance import by_importance
 from sym2real.diagnosis.search.deviations import parameter_set
+from sym2real.diagnosis.search.needed import fold_of_log, judged_horizons, left_out_sets, scored_after
 from sym2real.diagnosis.search.select import Selection
 from sym2real.trajectory import Dataset
 
-# Part of the error of a judged channel that must go; and the horizon (s) and the rise of a shorter prediction's error
-# that show a finding to be spurious where no other error falls by as much.
+# Part of the error of a judged channel that must go.
 LEAST_FALL = 0.10
-JUDGED_AT, WORSE = 0.8, 0.02
-# Where the part of a single log begins that the ladder is scored on.
-LAST_THIRD = 2 / 3
 
 
 @dataclass(frozen=True)
@@ -58,20 +53,28 @@ class Gate:
     @property
     def best(self) -> Fall | None:
         """The error of position or attitude that falls most; None where nothing was judged."""
-        if self.before is None or self.after is None:
-            return None
-        falls = [
-            Fall(horizon, name, 1.0 - self.after.horizons[horizon][name].value / max(error.value, 1e-12))
-            for horizon, errors in self.before.horizons.items()
-            for name, error in errors.items()
-            if name in JUDGED
-        ]
-        return max(falls, key=lambda one: one.part, default=None)
+        return max((one for one, _ in self._falls()), key=lambda one: one.part, default=None)
+
+    @property
+    def worse(self) -> tuple[Fall, ...]:
+        """Errors of position or attitude that rise beyond both intervals, the largest rise first."""
+        return tuple(sorted((one for one, beyond in self._falls() if beyond), key=lambda one: one.part))
 
     @property
     def passed(self) -> bool:
-        """Whether a tenth of an error goes; also where no log is long enough to say."""
-        return self.best is None or self.best.part >= LEAST_FALL
+        """Whether a tenth of an error goes and none rises beyond chance; also where no log is long enough to say."""
+        return self.best is None or (self.best.part >= LEAST_FALL and not self.worse)
+
+    def _falls(self) -> Iterator[tuple[Fall, bool]]:
+        """Every judged error's, and whether it rises beyond both intervals."""
+        if self.before is None or self.after is None:
+            return
+        for horizon, errors in self.before.horizons.items():
+            for name, error in errors.items():
+                after = self.after.horizons[horizon][name]
+                if name in JUDGED:
+                    part = 1.0 - after.value / max(error.value, 1e-12)
+                    yield Fall(horizon, name, part), after.low > error.high
 
     def to_dict(self) -> dict[str, Any] | None:
         """The entry of ``gate`` that ``sym2real diagnose --json`` prints; None where nothing was judged."""
@@ -80,6 +83,7 @@ class Gate:
         return {
             "passed": self.passed,
             "best": asdict(self.best),
+            "worse": [asdict(one) for one in self.worse],
             "before": self.before.to_dict()["horizons"],
             "after": self.after.to_dict()["horizons"],
         }
@@ -114,19 +118,20 @@ class Steps:
                 third of a single log by those of the rest.
         """
         names, sets, done = ["base"], [library.null[None]], list[Candidate]()
-        alone = same and selection.problems.log_count == 1
         for one, fit in by_importance(selection):
             done.append(one)
-            if same:
-                steps = [_step_before_the_last_third(selection, fit)] if alone else _fold_steps(selection, fit)
-            else:
-                steps = [torch.zeros(len(fit.whole), dtype=torch.float64)]
-            found = [parameter_set(selection, done, selection.problems.moved(fit, step)) for step in steps]
+            sets.append(
+                left_out_sets(selection, done, fit) if same else parameter_set(selection, done, fit.values)[None]
+            )
             names.append(f"+ {one.name}")
-            sets.append(torch.stack(found))
-        fold_of = _fold_of_log(selection) if same and not alone else None
         last = done[-1] if done else None
-        return cls(tuple(names), tuple(sets), fold_of, last, LAST_THIRD if alone else 0.0)
+        return cls(
+            tuple(names),
+            tuple(sets),
+            fold_of_log(selection) if same else None,
+            last,
+            scored_after(selection) if same else 0.0,
+        )
 
     def horizons(self, data: Dataset, longest: float | None) -> tuple[float, ...]:
         """Horizons (s) that the scored part of the logs is long enough for."""
@@ -143,53 +148,8 @@ class Steps:
 
     def gate(self, library: Library, data: Dataset) -> Gate:
         """Errors of the first and the last model over a controller's horizon and over a free run."""
-        wanted = self.horizons(data, free_run_seconds(data.layouts.state))
-        if not wanted or self.last is None:
+        judged = judged_horizons(data, self.after)
+        if not judged or self.last is None:
             return Gate()
-        judged = sorted({min(wanted, key=lambda one: abs(one - JUDGED_AT)), wanted[-1]})
         pairs = [(self.names[place], self.sets[place]) for place in (0, -1)]
         return Gate(*ladder(library, data, pairs, self.fold_of, horizons=judged, after=self.after))
-
-
-def without_harm(
-    library: Library, selection: Selection, data: Dataset, longest: float | None, *, same: bool
-) -> tuple[Steps, tuple[Stage, ...]]:
-    """The steps and their ladder, once every finding at their end that makes held-out predictions worse is dropped."""
-    while True:
-        steps = Steps.of(library, selection, same=same)
-        stages = steps.ladder(library, data, steps.horizons(data, longest))
-        if steps.last is None or not makes_worse(stages[-2:]):
-            return steps, stages
-        selection.put(*selection.without(steps.last))
-
-
-def makes_worse(stages: Sequence[Stage]) -> bool:
-    """Whether the second of two stages predicts position or attitude worse, and neither of them better by as much."""
-    if len(stages) < 2 or not stages[0].horizons:
-        return False
-    horizon = stages[0].nearest(JUDGED_AT)
-    before, after = stages[0].horizons[horizon], stages[1].horizons[horizon]
-    changes = [after[c].value / max(before[c].value, 1e-12) for c in before if c in JUDGED]
-    return min(changes) > 1.0 - WORSE and max(changes) > 1.0 + WORSE
-
-
-def _fold_of_log(selection: Selection) -> NDArray[np.int64]:
-    """Fold of every log: its place among those that have segments; a log without any has that of the one before it."""
-    problem = selection.problems.problem
-    places = np.searchsorted(np.unique(problem.segments.log), np.arange(len(problem.data)), side="right") - 1
-    return np.maximum(places, 0)
-
-
-def _fold_steps(selection: Selection, fit: Fit) -> list[Tensor]:
-    """Per log, the step from the fit of all logs to that of the others."""
-    log = torch.as_tensor(selection.problems.problem.segments.log)
-    return [selection.problems.best_step(fit.of_segments(log != index)) for index in log.unique()]
-
-
-def _step_before_the_last_third(selection: Selection, fit: Fit) -> Tensor:
-    """The step from the fit of a whole log to that of its first two thirds."""
-    segments, (log,) = selection.problems.problem.segments, selection.problems.problem.data
-    inside = torch.as_tensor(segments.row + segments.length <= LAST_THIRD * len(log))
-    if not inside.any():
-        return torch.zeros(len(fit.whole), dtype=torch.float64)
-    return selection.problems.best_step(fit.of_segments(inside))

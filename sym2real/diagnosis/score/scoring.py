@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 from sym2real.diagnosis.errors.floor import Floor, floor_of_explained, no_higher_than_reached
 from sym2real.diagnosis.errors.rungs import Stage
-from sym2real.diagnosis.estimate.significance import FEWEST_BLOCKS
 from sym2real.diagnosis.score.finding import Finding, findings, told
-from sym2real.diagnosis.score.held_out import Gate, Steps, without_harm
+from sym2real.diagnosis.score.held_out import Gate, Steps
 from sym2real.diagnosis.search.groups import groups_of
 from sym2real.diagnosis.search.growing import Found
+from sym2real.diagnosis.search.near import Near
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,28 +40,24 @@ def score(found: Found) -> Scored:
     """Errors of the base and of what was found, on logs that were kept aside or that each fit left out."""
     prepared, selection = found.prepared, found.selection
     library, logs, question = prepared.library, prepared.scored, prepared.question
-    steps, stages = without_harm(library, selection, logs, question.horizon, same=question.held_out is None)
-    gate = steps.gate(library, logs)
-    groups = groups_of(selection)
+    steps = Steps.of(library, selection, same=question.held_out is None)
     horizons = steps.horizons(logs, question.horizon)
+    stages, gate = steps.ladder(library, logs, horizons), steps.gate(library, logs)
     floor = floor_of_explained(library, logs, selection.fit.values, prepared.whitening, horizons)
     return Scored(
         found,
         steps,
         stages,
         gate,
-        findings_of(found, groups),
+        findings_of(found, Near.of(selection)),
         horizons,
         no_higher_than_reached(floor, stages),
     )
 
 
-def findings_of(found: Found, groups: dict[str, tuple[str, ...]]) -> tuple[Finding, ...]:
-    """Values of what was found; groups by name of a candidate, effects that the data cannot tell from it."""
-    prepared, selection = found.prepared, found.selection
-    if not selection.chosen:
-        return ()
-    provisional = selection.problems.block_count < FEWEST_BLOCKS
-    freedom = selection.problems.whitening.freedom
-    values = findings(selection, groups, freedom, provisional, prepared.calibration)
+def findings_of(found: Found, near: Near | None = None) -> tuple[Finding, ...]:
+    """Values of what was found, with what else would do in its place where that is known."""
+    prepared = found.prepared
+    groups = {} if near is None else groups_of(near)
+    values = findings(found.selection, near, groups, prepared.calibration) if found.selection.chosen else []
     return told(values, prepared.library, prepared.swing, prepared.checked.data)

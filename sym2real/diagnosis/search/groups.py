@@ -7,7 +7,8 @@ from fnmatch import fnmatch
 import torch
 
 from sym2real.diagnosis.predict.competitors import STANDS_FOR
-from sym2real.diagnosis.search.select import GAIN, Selection
+from sym2real.diagnosis.search.near import Near
+from sym2real.diagnosis.search.select import GAIN
 from sym2real.effects import applicable
 from sym2real.symbolic import Equations
 
@@ -16,19 +17,18 @@ from sym2real.symbolic import Equations
 SHARE, PAIRED_T, AT_MOST = 0.8, 2.5, 0.1
 
 
-def groups_of(selection: Selection) -> dict[str, tuple[str, ...]]:
+def groups_of(near: Near) -> dict[str, tuple[str, ...]]:
     """Per chosen effect, the rivals that explain the data as well, and those that always do."""
-    if not selection.chosen:
-        return {}
-    rivals, equations = selection.rivals(), selection.problems.problem.library.equations
+    selection = near.selection
+    equations, chosen = selection.problems.problem.library.equations, {one.name for one in selection.chosen}
     found = {}
-    for one in selection.chosen:
+    for place in near.places:
+        one = place.one
         members = [*one.alike, *always_alike(one.name, equations)]
-        for scored, share, difference in rivals[one.name]:
-            name = scored.candidate.name
-            if name in {other.name for other in selection.chosen}:
-                continue
-            if as_good(share, difference, selection.loss):
+        gain = max(float((place.held_out - selection.held_out).sum()), 1e-12)
+        for scored in place.rivals:
+            name, share = scored.candidate.name, float((place.held_out - scored.held_out).sum()) / gain
+            if name not in chosen and as_good(share, scored.held_out - selection.held_out, selection.loss):
                 members += [name, *always_alike(name, equations)]
         found[one.name] = tuple(dict.fromkeys(member for member in members if member != one.name))
     return found

@@ -14,10 +14,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
 
 from sym2real.diagnosis.estimate.fit import Fit
 from sym2real.diagnosis.estimate.weighing import Prepared
 from sym2real.diagnosis.predict.candidate import Candidate
+from sym2real.diagnosis.search.needed import keep_needed
 from sym2real.diagnosis.search.pairs import add_pair
 from sym2real.diagnosis.search.select import GAIN_BESIDE, Selection
 from sym2real.diagnosis.stages import Stages
@@ -62,6 +64,8 @@ def search(prepared: Prepared, stages: Stages) -> Found:
     tried = prepared.tried
     selection = Selection(prepared.problems, tried, prepared.origin, on_progress=stages.on_progress)
     stages.try_to(f"searching among {len(tried)} effects", _grown, selection)
+    needed = partial(keep_needed, library=prepared.library, logs=prepared.checked.data)
+    stages.try_to("holding effects against predictions", needed, selection)
     return Found(prepared, selection, not stages.interrupted)
 
 

@@ -8,8 +8,7 @@ was 0.6 m/s² off, and of the answers with nothing left over a quarter were wron
 
 from __future__ import annotations
 
-from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Fit, Hypothesis
-from sym2real.diagnosis.estimate.significance import beyond_chance
+from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Hypothesis
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.search.select import GAIN_BESIDE, MOST_FINDINGS, Selection
 
@@ -27,7 +26,9 @@ def add_pair(selection: Selection) -> bool:
     fits = problems.fit(starts, REFIT_STEPS)
     losses = [float(problems.held_out(fit).sum()) for fit in fits]
     for place in sorted(range(len(fits)), key=losses.__getitem__):
-        if losses[place] < LEFT * selection.loss and _beyond_chance(selection, fits[place], pairs[place]):
+        if losses[place] < LEFT * selection.loss and all(
+            selection.significant(fits[place], one) for one in pairs[place]
+        ):
             selection.put([*selection.chosen, *pairs[place]], fits[place])
             return True
     return False
@@ -46,7 +47,3 @@ def _start(selection: Selection, pair: Pair) -> Hypothesis:
     problems, free = selection.problems, selection.free([*selection.chosen, *pair])
     fit = problems.quadratics([Hypothesis(free, selection.fit.values)])[0]
     return Hypothesis(free, problems.moved(fit, problems.best_step(fit)))
-
-
-def _beyond_chance(selection: Selection, fit: Fit, pair: Pair) -> bool:
-    return all(beyond_chance(selection.problems, fit, one, selection.origin, selection.tried) for one in pair)

@@ -20,6 +20,8 @@ MOST_FINDINGS = 8
 # the best one does, or of the gain that a finding needs.
 REFITTED = 6
 PROMISING, HOPELESS = 0.25, 0.3
+# In units of a parameter's scale: nearer to a bound a value is at it.
+AT_BOUND = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,8 +166,17 @@ class Selection:
         return 1.0 - scored.loss / self.loss
 
     def significant(self, fit: Fit, one: Candidate) -> bool:
-        """Whether a candidate's parameters differ from none beyond chance; with few blocks nobody can say."""
-        return beyond_chance(self.problems, fit, one, self.origin, self.tried)
+        """Whether a candidate's parameters differ from none beyond chance, inside their bounds."""
+        return not self.at_bound(fit, one) and beyond_chance(self.problems, fit, one, self.origin, self.tried)
+
+    def at_bound(self, fit: Fit, one: Candidate) -> bool:
+        """Whether a fit has driven a parameter to the end of what is likely, which is not where the effect is none."""
+        library = self.problems.problem.library
+        slots = [tied[0] for tied in one.free]
+        values, near = fit.values[slots], AT_BOUND * library.scale[slots]
+        ends = [(values - bound[slots]).abs() <= near for bound in library.bounds]
+        elsewhere = (values - library.null[slots]).abs() > near
+        return bool(((ends[0] | ends[1]) & elsewhere).any())
 
     def grow(self) -> None:
         """Add the best candidate while it is worth it."""
@@ -219,26 +230,9 @@ class Selection:
     def swap(self) -> None:
         """Exchange what a rival explains better."""
         for one in list(self.chosen):
-            rest, _, ranking = self._in_place_of(one)
+            rest, fit = self.without(one)
+            ranking = [scored for scored in self.ranked(rest, fit.values) if scored.candidate is not one]
             if ranking and ranking[0].loss < self.loss * (1 - 0.002):
                 best = ranking[0]
                 if self.significant(best.fit, best.candidate):
                     self.put([*rest, best.candidate], best.fit)
-
-    def rivals(self) -> dict[str, list[tuple[Scored, float, Tensor]]]:
-        """What else would do in each finding's place, with its share of the gain and its losses less the finding's."""
-        found = {}
-        for one in self.chosen:
-            _, without, ranking = self._in_place_of(one)
-            gain = max(float((without - self.held_out).sum()), 1e-12)
-            found[one.name] = [
-                (scored, float((without - scored.held_out).sum()) / gain, scored.held_out - self.held_out)
-                for scored in ranking
-            ]
-        return found
-
-    def _in_place_of(self, one: Candidate) -> tuple[list[Candidate], Tensor, list[Scored]]:
-        """The other findings, their held-out loss without it ``# (folds,)``, and its rivals beside them."""
-        rest, fit = self.without(one)
-        ranking = [scored for scored in self.ranked(rest, fit.values) if scored.candidate is not one]
-        return rest, self.problems.held_out(fit), ranking

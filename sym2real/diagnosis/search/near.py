@@ -1,0 +1,88 @@
+"""The sets of effects around the one that was chosen, and what they weigh: none, or another, in an effect's place.
+
+A set weighs what it predicts of folds that its fit left out, by pseudo-Bayesian model averaging with the Bayesian
+bootstrap over folds: Y. Yao, A. Vehtari, D. Simpson, A. Gelman, "Using stacking to average Bayesian predictive
+distributions", Bayesian Analysis 13 (2018). Whole folds are drawn, so that neither residuals that follow each other nor
+a log unlike the others make a weight surer than it is; and nothing is to be said beforehand of how likely an effect is.
+Whitened squares are divided by those of the chosen set per degree of freedom where these are more than one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from sym2real.diagnosis.estimate.fit import Fit
+from sym2real.diagnosis.predict.candidate import Candidate
+from sym2real.diagnosis.search.select import Scored, Selection
+
+DRAWS = 2000
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """An effect's place in the chosen set.
+
+    Args:
+        one: the effect.
+        empty: the fit of the others alone.
+        held_out: its loss per fold ``# (folds,)``.
+        rivals: what was fitted in the effect's place, best first.
+    """
+
+    one: Candidate
+    empty: Fit
+    held_out: Tensor
+    rivals: Sequence[Scored]
+
+
+@dataclass(frozen=True, eq=False)
+class Near:
+    """A chosen set of effects and those around it.
+
+    Args:
+        selection: the chosen set.
+        places: of its effects.
+    """
+
+    selection: Selection
+    places: tuple[Place, ...]
+
+    @classmethod
+    def of(cls, selection: Selection) -> Near:
+        """Every effect of the set left out, and every rival that is worth a fit put in its place."""
+        return cls(selection, tuple(_place(selection, one) for one in selection.chosen))
+
+    def probabilities(self) -> dict[str, float]:
+        """By effect, the chosen set's weight among those with it, without it, or with another in its place."""
+        return {place.one.name: float(self.weights(self._around(place))[0]) for place in self.places}
+
+    def variances(self, one: Candidate) -> Tensor:
+        """Of an effect's values over the sets that have it, those that differ elsewhere ``# (len(slots),)``."""
+        others = [place for place in self.places if place.one is not one]
+        fits = [self.selection.fit, *(fit for place in others for fit in (place.empty, *(r.fit for r in place.rivals)))]
+        losses = torch.cat([self.selection.held_out[None], *(self._around(place)[1:] for place in others)])
+        away = torch.stack([fit.values[one.slots] for fit in fits]) - self.selection.fit.values[one.slots]
+        return self.weights(losses) @ away.square()
+
+    def weights(self, losses: Tensor) -> Tensor:
+        """Weights of sets by their losses per fold ``# (sets, folds) -> (sets,)``."""
+        whitening = self.selection.problems.whitening
+        evidence = -0.5 * losses / max(1.0, self.selection.fit.total / whitening.freedom)
+        folds = evidence.shape[1]
+        drawn = torch.as_tensor(np.random.default_rng(0).dirichlet(np.ones(folds), DRAWS)) * folds
+        return torch.softmax(drawn @ evidence.T, dim=1).mean(0)
+
+    def _around(self, place: Place) -> Tensor:
+        """Losses per fold of the chosen set, and of those that differ in one place ``# (1 + 1 + rivals, folds)``."""
+        return torch.stack([self.selection.held_out, place.held_out, *(rival.held_out for rival in place.rivals)])
+
+
+def _place(selection: Selection, one: Candidate) -> Place:
+    rest, empty = selection.without(one)
+    rivals = [scored for scored in selection.ranked(rest, empty.values) if scored.candidate is not one]
+    return Place(one, empty, selection.problems.held_out(empty), rivals)

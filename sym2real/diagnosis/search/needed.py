@@ -1,0 +1,102 @@
+"""Which of the chosen effects predictions need, and the parameters by which logs left out are predicted.
+
+An effect can be beyond chance and change nothing that a user sees, or make it worse. So each must be needed: without
+it, the others fitted again, some error of logs that the fit left out must be larger than with it, beyond its interval.
+What is needed least is dropped first, because what stands for it may be needed then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from sym2real.diagnosis.data.windows import JUDGED_AT, free_run_seconds
+from sym2real.diagnosis.errors.rungs import Stage, horizons_for, ladder
+from sym2real.diagnosis.estimate.fit import Fit
+from sym2real.diagnosis.predict.candidate import Candidate
+from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.search.deviations import parameter_set
+from sym2real.diagnosis.search.select import Selection
+from sym2real.trajectory import Dataset
+
+# Where the part of a single log begins that is predicted by the fit of the rest.
+LAST_THIRD = 2 / 3
+
+
+def keep_needed(selection: Selection, library: Library, logs: Dataset) -> None:
+    """Drop effects until predictions need all of them.
+
+    Args:
+        selection: what was chosen.
+        library: effects in the equations that predict.
+        logs: of the fit, each predicted by the fit of the others.
+    """
+    judged = judged_horizons(logs, scored_after(selection))
+    if not judged:
+        return
+    while selection.chosen:
+        without = [selection.without(one) for one in selection.chosen]
+        models = [(selection.chosen, selection.fit), *without]
+        stages = [("", left_out_sets(selection, chosen, fit)) for chosen, fit in models]
+        whole, *others = ladder(
+            library, logs, stages, fold_of_log(selection), horizons=judged, after=scored_after(selection)
+        )
+        rises = [largest_rise(whole, other) for other in others]
+        least = min(range(len(rises)), key=rises.__getitem__)
+        if rises[least] > 1.0:
+            return
+        selection.put(*without[least])
+
+
+def largest_rise(whole: Stage, without: Stage) -> float:
+    """The lower end of an error's interval without an effect over that error with it, the largest of all errors."""
+    return max(
+        without.horizons[horizon][name].low / max(error.value, 1e-12)
+        for horizon, errors in whole.horizons.items()
+        for name, error in errors.items()
+    )
+
+
+def judged_horizons(data: Dataset, after: float) -> tuple[float, ...]:
+    """Horizons (s) at which findings are judged: a controller's, and that of a free run; none where logs are too short.
+
+    Args:
+        data: logs.
+        after: part of every log behind which predictions start.
+    """
+    wanted = horizons_for(data, free_run_seconds(data.layouts.state), after)
+    return tuple(sorted({min(wanted, key=lambda one: abs(one - JUDGED_AT)), wanted[-1]})) if wanted else ()
+
+
+def scored_after(selection: Selection) -> float:
+    """Part of every log behind which predictions start, because the fit ends there."""
+    return LAST_THIRD if selection.problems.log_count == 1 else 0.0
+
+
+def left_out_sets(selection: Selection, chosen: Sequence[Candidate], fit: Fit) -> Tensor:
+    """Parameter sets of a model with some effects ``# (folds, P)``, by fits that took no part in what is predicted.
+
+    A log is predicted by the fit of the others; the last third of a single log by that of the rest.
+    """
+    problem, problems = selection.problems.problem, selection.problems
+    segments, log = problem.segments, torch.as_tensor(problem.segments.log)
+    parts = [log != index for index in log.unique()]
+    if problems.log_count == 1:
+        rows = len(problem.data[int(segments.log[0])])
+        parts = [torch.as_tensor(segments.row + segments.length <= LAST_THIRD * rows)]
+    still = torch.zeros(len(fit.whole), dtype=torch.float64)
+    steps = [problems.best_step(fit.of_segments(part)) if part.any() else still for part in parts]
+    return torch.stack([parameter_set(selection, chosen, problems.moved(fit, step)) for step in steps])
+
+
+def fold_of_log(selection: Selection) -> NDArray[np.int64] | None:
+    """Fold of every log: its place among those that have segments; a log without any has that of the one before it."""
+    problem = selection.problems.problem
+    if selection.problems.log_count == 1:
+        return None
+    places = np.searchsorted(np.unique(problem.segments.log), np.arange(len(problem.data)), side="right") - 1
+    return np.maximum(places, 0)

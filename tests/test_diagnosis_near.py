@@ -1,0 +1,65 @@
+"""What effects weigh against none and others in their place, and which of them predictions need."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+import torch
+from noisy_flights import flights_with
+
+from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.whitening import Spread
+from sym2real.diagnosis.predict.candidate import candidates
+from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.search.near import Near
+from sym2real.diagnosis.search.needed import keep_needed
+from sym2real.diagnosis.search.select import Selection
+from sym2real.effects import effect
+from sym2real.robots import CRAZYFLIE
+
+WIND = {"fx": 0.02, "fy": -0.01}
+
+
+def chosen(keys: tuple[str, ...], *names: str) -> Selection:
+    """Some of the effects put into a selection for flights in wind, whatever they gain."""
+    base, data = CRAZYFLIE.nominal(), flights_with("wind", WIND)
+    library = Library.of(base, [effect(key, base) for key in keys])
+    problem, tried = Problem(library, data), candidates(library, data)
+    spread = Spread.of(problem, library.null)
+    variances = torch.as_tensor(problem.segments.noise).square(), torch.ones(len(spread.names), dtype=torch.float64)
+    selection = Selection(Problems.of(problem, spread.whitening(*variances)), tried, library.null)
+    for name in names:
+        (one,) = (other for other in tried if other.name == name)
+        (scored,) = selection.ranked(selection.chosen, selection.fit.values, [one])
+        selection.put([*selection.chosen, one], scored.fit)
+    return selection
+
+
+def test_an_effect_that_is_there_outweighs_drag_and_nothing() -> None:
+    near = Near.of(chosen(("wind", "linear_drag"), "wind"))
+    assert near.probabilities()["wind"] > 0.99
+    assert near.variances(near.places[0].one).tolist() == [0.0, 0.0]  # nothing stands beside it
+
+
+def test_an_effect_that_is_not_there_weighs_little_against_the_one_that_is() -> None:
+    assert Near.of(chosen(("wind", "linear_drag"), "linear_drag")).probabilities()["linear_drag"] < 0.01
+
+
+def test_equal_losses_weigh_alike_and_a_lower_one_more() -> None:
+    near = Near.of(chosen(("wind",)))
+    folds = torch.rand(8, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
+    assert near.weights(torch.stack([folds, folds])).tolist() == pytest.approx([0.5, 0.5])
+    left = max(1.0, near.selection.fit.total / near.selection.problems.whitening.freedom)
+    worse = folds + 2 * left * math.log(3.0) / 8  # a likelihood three times smaller, whatever folds are drawn
+    assert near.weights(torch.stack([folds, worse])).tolist() == pytest.approx([0.75, 0.25])
+
+
+def test_what_no_prediction_needs_is_dropped_and_what_it_needs_stays() -> None:
+    selection = chosen(("wind", "linear_drag"), "wind", "linear_drag")
+    problem = selection.problems.problem
+    keep_needed(selection, problem.library, problem.data)
+    assert [one.name for one in selection.chosen] == ["wind"]
+    wind = selection.fit.values[selection.chosen[0].slots]
+    assert wind.tolist() == pytest.approx([WIND["fx"], WIND["fy"]], rel=0.1)

@@ -35,7 +35,7 @@ class HardwarePlant:
         clock: the computer's by default.
         record: called once a control period.
         guard: watch for a silent controller from a second thread; without it, call :meth:`watch`.
-        put: has a person bring the robot near a start ``# (state,)``; then a fault does not keep it from the next run.
+        put: has a person bring the robot near a start ``# (state,)``; a fault does not keep it from the next run then.
 
     Attributes:
         sent: the action of the last step as the robot was told it, after the pilot, rounding and saturation

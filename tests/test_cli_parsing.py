@@ -56,12 +56,14 @@ def test_diagnose_says_when_an_interrupt_leaves_an_answer(capsys: pytest.Capture
 
 
 @pytest.mark.skipif(os.name != "posix", reason="no sh")
-def test_a_wrapped_command_is_the_command_for_a_shell() -> None:
-    command = "  sym2real diagnose runs/base " + " ".join(f"flight{i}.csv" for i in range(9)) + " --spec flight.toml"
+@pytest.mark.parametrize("program", ["sym2real", "python"])
+def test_a_wrapped_command_is_the_command_for_a_shell(program: str) -> None:
+    verb = "-m hardware.run" if program == "python" else "diagnose"
+    command = f"  {program} {verb} runs/base " + " ".join(f"flight{i}.csv" for i in range(9)) + " --spec flight.toml"
     lines = fitted(command, 80).splitlines()
     assert max(len(line) for line in lines) <= 80
     assert lines[-1].strip() == "--spec flight.toml"
-    script = 'sym2real() { printf "%s\\n" sym2real "$@"; }\n' + "\n".join(lines)
+    script = f'{program}() {{ printf "%s\\n" {program} "$@"; }}\n' + "\n".join(lines)
     ran = subprocess.run(["sh", "-c", script], capture_output=True, text=True, check=True)
     assert ran.stdout.split() == command.split()
 

@@ -20,7 +20,7 @@ from sym2real.cli.terminal import put, say_error
 
 WIDTH = 80
 BOX = "╭│╰"  # what tyro wraps itself
-COMMAND = "sym2real "
+COMMANDS = ("sym2real ", "python -m ")
 WANTED = {
     float: ("FLOAT", "a number"),
     int: ("INT", "a whole number"),
@@ -71,7 +71,7 @@ def _wrapped(line: str, width: int) -> list[str]:
     indent = " " * (len(line) - len(line.lstrip()) + 4)
     if line.startswith("usage:"):
         return textwrap.wrap(line.replace(",", ", "), width, subsequent_indent=indent, break_on_hyphens=False)
-    if line.lstrip().removeprefix("Example: ").startswith(COMMAND):
+    if line.lstrip().removeprefix("Example: ").startswith(COMMANDS):
         # An option and its value stay on one line.
         together = re.sub(r"(--[\w-]+) (?!-)", "\\1\N{NO-BREAK SPACE}", line)
         parts = textwrap.wrap(

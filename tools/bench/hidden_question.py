@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import torch
+from answers import HORIZON, answer_of
 from hidden_scores import Record
 from hidden_truth import error_of_the_truth
 
@@ -15,8 +16,6 @@ from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.plants import MujocoPlant
 from sym2real.robots import ROBOTS
 from sym2real.symbolic import Equations
-
-HORIZON = 0.8
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,6 @@ def answer(question: Question, base: str) -> Record:
     case, robot = question.case, ROBOTS[question.case.robot]
     equations, data = _equations(base), simulate_case(case)
     found = diagnose(equations, data, MujocoPlant(robot), exclude=question.exclude)
-    findings = found.to_dict()["findings"]
     return {
         "name": question.name,
         "robot": case.robot,
@@ -66,11 +64,6 @@ def answer(question: Question, base: str) -> Record:
         "truth": {key: dict(values) for key, values in case.effects},
         "null": {key: effect(key, robot).null for key in case.keys},
         "excluded": list(question.exclude),
-        "verdict": found.verdict,
-        "findings": findings,
-        "leftover": None if found.leftover is None else found.leftover.to_dict(),
-        "position_error": [stage.horizons[stage.nearest(HORIZON)]["position"].value for stage in found.ladder],
         "error_of_truth": error_of_the_truth(case, data, HORIZON) if question.kind == "single" else None,
-        "misfit": list(found.misfit),
-        "seconds": found.seconds,
+        **answer_of(found),
     }

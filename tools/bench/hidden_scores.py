@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from answers import names
 from figures import Figure
 from scipy import stats
 
@@ -31,11 +32,6 @@ def right(record: Record, truth: str, found: str) -> bool:
     if record["yaw"] and truth != found and {truth, found} <= APART_WITH_YAW:
         return False
     return bool(same_group(truth, found))
-
-
-def names(record: Record) -> list[str]:
-    """Effects found, the most important first."""
-    return [finding["effect"] for finding in record["findings"]]
 
 
 def true(record: Record, found: str) -> bool:

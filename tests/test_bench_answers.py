@@ -1,0 +1,102 @@
+"""Tables of benches judge answers whose worth is known, with seeds that only the final run takes where it asks."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "tools" / "bench"))
+
+import answers
+from invariance import CHANGED, PLAIN, figures
+from mistakes_list import MISTAKES
+from repeated import DEVELOPMENT, Settings, share
+from sealed_seeds import SEALED
+from user_mistakes import judged
+
+
+def estimate(value: float, half: float) -> dict[str, Any]:
+    return {"value": value, "low": value - half, "high": value + half, "unit": ""}
+
+
+def answer(*found: tuple[str, float], verdict: str = "", **changes: Any) -> dict[str, Any]:
+    findings = [{"effect": key, "group": [key], "parameters": {"value": estimate(size, 0.1)}} for key, size in found]
+    plain = {"findings": findings, "faults": [], "notes": [], "leftover": None, "position_error": []}
+    return {**plain, "verdict": verdict or ("EFFECT" if found else "NOTHING_MISSING"), **changes}
+
+
+def test_answers_that_begin_with_one_effect_or_its_group_are_the_same() -> None:
+    assert answers.same_first(answer(("delay", 0.1)), answer(("delay", 0.3), ("wind", 1.0)))
+    assert answers.same_first(answer(("added_mass", 0.1)), answer(("gain:thrust", 0.9)))
+    assert not answers.same_first(answer(("delay", 0.1), ("wind", 1.0)), answer(("wind", 1.0), ("delay", 0.1)))
+    assert answers.same_first(answer(), answer())
+    assert not answers.same_first(answer(), answer(verdict="UNEXPLAINED"))
+    assert not answers.same_first(answer(), answer(("delay", 0.1)))
+
+
+def test_values_are_within_both_intervals_only_if_each_is_in_the_other() -> None:
+    near, far = answer(("delay", 0.15)), answer(("delay", 0.3))
+    assert answers.within_both(answer(("delay", 0.1)), near) == [True]
+    assert answers.within_both(answer(("delay", 0.1)), far) == [False]
+    narrow = answer(("delay", 0.15))
+    narrow["findings"][0]["parameters"]["value"] = estimate(0.15, 0.01)
+    assert answers.within_both(answer(("delay", 0.1)), narrow) == [False]
+    assert answers.within_both(answer(("delay", 0.1)), answer(("wind", 0.1))) == []
+
+
+def test_a_wind_is_the_same_in_a_world_that_was_turned() -> None:
+    wind = {"fx": estimate(1.0, 0.1), "fy": estimate(0.0, 0.2)}
+    turned = answers.turned(wind, np.pi / 2)
+    assert [turned[name]["value"] for name in ("fx", "fy")] == pytest.approx([0.0, 1.0], abs=1e-12)
+    assert turned["fx"]["high"] - turned["fx"]["low"] == pytest.approx(0.4)
+    one = {"findings": [{"effect": "wind", "group": ["wind"], "parameters": wind}]}
+    other = {"findings": [{"effect": "wind", "group": ["wind"], "parameters": turned}]}
+    assert answers.within_both(one, other, np.pi / 2) == [True, True]
+    assert answers.within_both(one, other) == [False, False]
+
+
+def test_the_table_of_invariance_holds_for_equal_answers_and_misses_for_others() -> None:
+    def record(changed: dict[str, Any]) -> dict[str, Any]:
+        plain = {name: answer(("delay", 0.1)) for name in CHANGED}
+        truth = {"robot": "mushr", "yaw": False, "truth": {"delay": {"value": 0.1}}, "excluded": []}
+        return {**truth, "angle": 0.3, "answers": {**plain, **changed}}
+
+    alike = figures([record({}) for _ in range(5)], "mushr")
+    assert all(row.holds is not False for row in alike)
+    other = figures([record(dict.fromkeys(set(CHANGED) - {PLAIN}, answer(("lag:steer", 0.1))))], "mushr")
+    assert [row.holds for row in other if row.bar] == [True, False]
+
+
+def test_a_mistake_that_is_not_named_is_wrong_or_silent() -> None:
+    mistake = next(one for one in MISTAKES["mushr"] if one.name == "wz late")
+    fault = {"effect": "time_shift:wz", "evidence": "behind", "fix": ""}
+    named = judged(mistake, answer(faults=[fault], verdict="EFFECT"), ["wz is 100 ms behind"])
+    assert named["named"] and named["compare_names"] and not (named["wrong"] or named["silent"] or named["beside"])
+    beside = judged(mistake, answer(("wind", 1.0), faults=[fault]), [])
+    assert beside["beside"] and not beside["compare_names"]
+    wrong = judged(mistake, answer(("lag:steer", 0.1)), [])
+    assert wrong["wrong"] and not wrong["named"]
+    assert judged(mistake, answer(), [])["silent"]
+    unexplained = judged(mistake, answer(verdict="UNEXPLAINED"), [])
+    assert not (unexplained["named"] or unexplained["wrong"] or unexplained["silent"])
+
+
+def test_shares_have_their_interval() -> None:
+    (row,) = share("right", [True] * 19 + [False], ">= 0.95")
+    assert row.value == pytest.approx(0.95)
+    assert row.holds
+    # Wilson's interval of 19 of 20, as any table has it.
+    assert "19 of 20 (95 %: 0.76 to 0.99)" in row.name
+    assert share("nothing", []) == []
+
+
+def test_sealed_seeds_are_taken_only_where_asked_and_overlap_with_no_others() -> None:
+    assert Settings(cases=3).seeds_of("invariance") == [DEVELOPMENT, DEVELOPMENT + 1, DEVELOPMENT + 2]
+    assert Settings(cases=2, sealed=True).seeds_of("invariance")[0] == SEALED["invariance"]
+    assert Settings(seeds=(5, 9)).seeds_of("invariance") == [5, 9]
+    starts = sorted([DEVELOPMENT, *SEALED.values()])
+    assert np.diff(starts).min() > 100_000

@@ -1,0 +1,120 @@
+"""What benches do to logs: changes that a diagnosis must not notice, and mistakes that it must."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "tools" / "bench"))
+
+import log_changes
+import mistakes
+from mistakes_list import MISTAKES
+
+from sym2real.experiments.flights import car_drives, quadrotor_flights
+from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.symbolic import Equations, compile_model
+from sym2real.trajectory import Dataset, Trajectory
+
+ROBOTS = {"crazyflie": CRAZYFLIE, "mushr": MUSHR}
+
+
+@pytest.fixture(scope="module")
+def logs() -> dict[str, Dataset]:
+    return {"crazyflie": quadrotor_flights(2, 3, steps=120), "mushr": car_drives(3, 3, steps=120)}
+
+
+def one_step_error(equations: Equations, log: Trajectory) -> float:
+    model = compile_model(equations, dtype=torch.float64)
+    arrays = (torch.as_tensor(values[:-1]) for values in (log.state, log.action, log.inputs))
+    difference = log.layouts.state.difference(model(*arrays), torch.as_tensor(log.state[1:]))
+    return float(difference.abs().max())
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_a_turned_world_is_undone_by_its_inverse_and_keeps_the_physics(robot: str, logs: dict[str, Dataset]) -> None:
+    log, turn = logs[robot][0], log_changes.Turn(1.1, 0.5, -2.0)
+    turned = turn.of_log(log)
+    assert np.abs(turned.state - log.state).max() > 0.5
+    np.testing.assert_allclose(turn.inverse.of_log(turned).state, log.state, atol=1e-12)
+    # No law of motion knows where north is: the nominal equations miss a step by as much as before.
+    nominal = ROBOTS[robot].nominal()
+    assert one_step_error(nominal, turned) == pytest.approx(one_step_error(nominal, log), rel=0.5)
+
+
+def test_references_turn_with_the_world(logs: dict[str, Dataset]) -> None:
+    log = logs["mushr"][0]
+    columns = log.layouts.state.columns
+    with_reference = Trajectory(
+        log.time, log.state, log.action, log.inputs, log.layouts,
+        extra={f"ref_{name}": values for name, values in zip(columns, log.state.T, strict=True)},
+    )  # fmt: skip
+    turned = log_changes.Turn(0.7, 1.0, 2.0).of_log(with_reference)
+    for name in columns:
+        np.testing.assert_array_equal(turned.extra[f"ref_{name}"], turned.column(name))
+
+
+def test_cut_and_shuffled_logs_hold_every_row(logs: dict[str, Dataset]) -> None:
+    data = logs["mushr"]
+    for change in (log_changes.split, log_changes.shuffled):
+        changed = change(data, np.random.default_rng(0))
+        rows = np.concatenate([log.state for log in changed])
+        assert np.array_equal(np.unique(rows, axis=0), np.unique(np.concatenate([log.state for log in data]), axis=0))
+    assert len(log_changes.split(data, np.random.default_rng(0))) == 2 * len(data)
+
+
+def test_half_the_rate_has_twice_the_step(logs: dict[str, Dataset]) -> None:
+    halved = log_changes.half_rate(logs["crazyflie"], np.random.default_rng(0))
+    assert halved.dt == pytest.approx(2 * CRAZYFLIE.dt)
+    assert halved[0].action[1] == pytest.approx(logs["crazyflie"][0].action[2])
+
+
+def test_there_are_forty_mistakes_of_each_robot() -> None:
+    for listed in MISTAKES.values():
+        assert len({one.name for one in listed}) == len(listed) == 40
+
+
+@pytest.mark.parametrize(("robot", "name"), [(robot, one.name) for robot, listed in MISTAKES.items() for one in listed])
+def test_a_mistake_changes_the_log_by_a_size_that_the_seed_draws(
+    robot: str, name: str, logs: dict[str, Dataset]
+) -> None:
+    mistake = next(one for one in MISTAKES[robot] if one.name == name)
+    data = logs[robot]
+    made, again = mistake.made(data, 7), mistake.made(data, 7)
+    differences = []
+    for log, changed, same in zip(data, made, again, strict=True):
+        np.testing.assert_array_equal(changed.state, same.state)
+        np.testing.assert_array_equal(changed.action, same.action)
+        np.testing.assert_array_equal(changed.time, log.time)
+        differences.append(np.abs(changed.state - log.state).max() + np.abs(changed.action - log.action).max())
+    assert max(differences) > 1e-3
+
+
+def test_mistakes_that_are_their_own_inverse_undo_themselves(logs: dict[str, Dataset]) -> None:
+    data = logs["crazyflie"]
+    for name in ("wx reversed", "wx and wy swapped", "z down", "quaternion from world to body"):
+        mistake = next(one for one in MISTAKES["crazyflie"] if one.name == name)
+        np.testing.assert_allclose(mistake.made(mistake.made(data, 1), 1)[0].state, data[0].state, atol=1e-12)
+    there, back = mistakes.to_body(("vx", "vy", "vz")), mistakes.to_world(("vx", "vy", "vz"))
+    log, rng = data[0], np.random.default_rng(0)
+    columns = {column: log.column(column) for column in log.layouts.state}
+    along_body = {**columns, **there(columns, rng)}
+    for column, values in back(along_body, rng).items():
+        np.testing.assert_allclose(values, columns[column], atol=1e-12)
+
+
+def test_a_late_column_is_behind_the_others(logs: dict[str, Dataset]) -> None:
+    log = logs["mushr"][0]
+    shifted = mistakes.late(["wz"], 3, 3)({"x": log.column("x"), "wz": log.column("wz")}, np.random.default_rng(0))
+    np.testing.assert_array_equal(shifted["wz"][3:], log.column("wz")[:-3])
+
+
+def test_a_mistake_is_named_by_its_effect_or_its_words_and_by_no_other() -> None:
+    mistake = next(one for one in MISTAKES["mushr"] if one.name == "wz late")
+    assert mistake.named_in(["time_shift:wz"], [])
+    assert mistake.named_in([], ["the logged wz is 120 ms behind the attitude"])
+    assert not mistake.named_in(["time_shift:vx", "lag:steer"], ["the logged vx is 120 ms behind the position"])

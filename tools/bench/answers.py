@@ -1,0 +1,109 @@
+"""The answer of a diagnosis as a bench keeps it, and what it is worth against one truth or another answer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from sym2real.diagnosis import Diagnosis
+from sym2real.effects import same_group
+from sym2real.errors import Sym2RealError, reason
+
+Record = dict[str, Any]
+HORIZON = 0.8  # s
+REFUSED = "REFUSED"
+# Pairs of parameters that are components along the world's axes.
+ALONG_THE_WORLD = (("fx", "fy"), ("gx", "gy"))
+
+
+def answer_of(found: Diagnosis) -> Record:
+    """Verdict, findings, faults and what is left, as JSON holds them."""
+    return {
+        "verdict": found.verdict,
+        "findings": found.to_dict()["findings"],
+        "faults": [fault.to_dict() for fault in found.faults],
+        "leftover": None if found.leftover is None else found.leftover.to_dict(),
+        "position_error": [stage.horizons[stage.nearest(HORIZON)]["position"].value for stage in found.ladder],
+        "notes": list(found.notes),
+        "misfit": list(found.misfit),
+        "seconds": found.seconds,
+    }
+
+
+def refusal(error: Sym2RealError) -> Record:
+    """In place of an answer: logs that nobody could judge, and why."""
+    empty: Record = {"findings": [], "faults": [], "leftover": None, "position_error": [], "notes": [], "misfit": []}
+    return {**empty, "verdict": REFUSED, "error": reason(error), "seconds": 0.0}
+
+
+def sentences(answer: Record) -> list[str]:
+    """What an answer says of the data: faults with evidence and remedy, remarks, the reason of a refusal."""
+    faults = [f"{fault['effect']} {fault['evidence']} {fault['fix']}" for fault in answer["faults"]]
+    return [*faults, *answer["notes"], *([answer["error"]] if "error" in answer else [])]
+
+
+def names(answer: Record) -> list[str]:
+    """Effects found, the most important first."""
+    return [finding["effect"] for finding in answer["findings"]]
+
+
+def first(answer: Record) -> str:
+    """The most important finding; the verdict where there is none."""
+    return next(iter(names(answer)), answer["verdict"])
+
+
+def stands_for(finding: Record, key: str) -> bool:
+    """Whether a finding is this effect, or one that it may be taken for."""
+    return key in finding["group"] or same_group(finding["effect"], key)
+
+
+def named(answer: Record, key: str) -> bool:
+    """Whether any finding stands for an effect."""
+    return any(stands_for(finding, key) for finding in answer["findings"])
+
+
+def same_first(one: Record, other: Record) -> bool:
+    """Whether two answers begin with the same effect, or with members of one group; or both with no effect."""
+    if not (one["findings"] and other["findings"]):
+        return first(one) == first(other)
+    mine, theirs = one["findings"][0], other["findings"][0]
+    return stands_for(mine, theirs["effect"]) or stands_for(theirs, mine["effect"])
+
+
+def within_both(one: Record, other: Record, angle: float = 0.0) -> list[bool]:
+    """Per parameter of effects that both found: whether each answer's value is in the other's interval.
+
+    Args:
+        one, other: answers.
+        angle: by which the other's world was turned to the left, rad.
+    """
+    theirs = {finding["effect"]: turned(finding["parameters"], -angle) for finding in other["findings"]}
+    return [
+        _holds(mine, theirs[finding["effect"]][name]) and _holds(theirs[finding["effect"]][name], mine)
+        for finding in one["findings"]
+        if finding["effect"] in theirs
+        for name, mine in finding["parameters"].items()
+        if name in theirs[finding["effect"]]
+    ]
+
+
+def _holds(interval: Mapping[str, float], of: Mapping[str, float]) -> bool:
+    return interval["low"] <= of["value"] <= interval["high"]
+
+
+def turned(parameters: Mapping[str, Record], angle: float) -> dict[str, Record]:
+    """Estimates in a world turned to the left by ``angle`` rad; half-widths as of independent components."""
+    result = dict(parameters)
+    cosine, sine = np.cos(angle), np.sin(angle)
+    for pair in ALONG_THE_WORLD:
+        if not all(name in parameters for name in pair):
+            continue
+        values = np.array([parameters[name]["value"] for name in pair])
+        halves = np.array([0.5 * (parameters[name]["high"] - parameters[name]["low"]) for name in pair])
+        matrix = np.array([[cosine, -sine], [sine, cosine]])
+        for name, value, half in zip(pair, matrix @ values, np.sqrt(matrix**2 @ halves**2), strict=True):
+            bounds = {"value": float(value), "low": float(value - half), "high": float(value + half)}
+            result[name] = {**parameters[name], **bounds}
+    return result

@@ -1,0 +1,129 @@
+"""What may be done to logs without changing what a diagnosis should say of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+
+from sym2real import rotation
+from sym2real.trajectory import Array, Dataset, Trajectory
+
+FARTHEST = 5.0  # m that a world's origin is moved by
+SPLIT = (0.4, 0.6)  # part of a log that its first piece is
+LATER = (20, 60)  # rows by which a log starts later
+
+Change = Callable[[Dataset, np.random.Generator], Dataset]
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A world turned about its vertical axis, then moved in the plane.
+
+    Args:
+        angle: to the left, rad.
+        x, y: in m.
+    """
+
+    angle: float
+    x: float = 0.0
+    y: float = 0.0
+
+    @property
+    def inverse(self) -> Turn:
+        """What undoes it."""
+        x, y = _plane(-self.angle) @ [-self.x, -self.y]
+        return Turn(-self.angle, float(x), float(y))
+
+    def of_log(self, log: Trajectory) -> Trajectory:
+        """The log as somebody with another world frame would have written it; references ``ref_…`` too."""
+        columns = log.layouts.state.columns
+        state = self.of_states(log.state, columns)
+        wanted = [f"ref_{name}" for name in columns]
+        extra = dict(log.extra)
+        if all(name in extra for name in wanted):
+            turned = self.of_states(np.stack([extra[name] for name in wanted], axis=1), columns)
+            extra |= dict(zip(wanted, turned.T, strict=True))
+        return replace(log, state=state, extra=extra)
+
+    def of_states(self, states: Array, columns: tuple[str, ...]) -> Array:
+        """States ``# (rows, state)`` seen from the new world; body rates stay."""
+        result, at, matrix = states.copy(), columns.index, _plane(self.angle)
+        for pair, moved in ((("x", "y"), (self.x, self.y)), (("vx", "vy"), (0.0, 0.0))):
+            places = [at(name) for name in pair]
+            result[:, places] = states[:, places] @ matrix.T + moved
+        if "qw" in columns:
+            places = [at(name) for name in ("qw", "qx", "qy", "qz")]
+            half = torch.tensor([np.cos(self.angle / 2), 0.0, 0.0, np.sin(self.angle / 2)], dtype=torch.float64)
+            result[:, places] = rotation.multiply(half, torch.as_tensor(states[:, places])).numpy()
+        else:
+            places = [at(name) for name in ("cos_yaw", "sin_yaw")]
+            result[:, places] = states[:, places] @ matrix.T
+        return result
+
+
+def _plane(angle: float) -> Array:
+    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+
+
+def drawn_turn(rng: np.random.Generator) -> Turn:
+    """Any direction, anywhere within :data:`FARTHEST`."""
+    return Turn(rng.uniform(-np.pi, np.pi), *rng.uniform(-FARTHEST, FARTHEST, 2))
+
+
+def turned(data: Dataset, rng: np.random.Generator) -> Dataset:
+    """All worlds turned by one angle and moved."""
+    turn = drawn_turn(rng)
+    return Dataset(turn.of_log(log) for log in data)
+
+
+def turned_each(data: Dataset, rng: np.random.Generator) -> Dataset:
+    """Every log's world turned by an angle of its own; no case of what is tied to the world, as a wind is."""
+    return Dataset(drawn_turn(rng).of_log(log) for log in data)
+
+
+def split(data: Dataset, rng: np.random.Generator) -> Dataset:
+    """Every log cut in two near its middle; stamps stay."""
+    pieces = []
+    for log in data:
+        at = round(rng.uniform(*SPLIT) * len(log))
+        pieces += [
+            replace(log.rows(*bounds), name=f"{log.name} {name}")
+            for name, bounds in (("first", (0, at)), ("second", (at, len(log))))
+        ]
+    return Dataset(pieces)
+
+
+def shuffled(data: Dataset, rng: np.random.Generator) -> Dataset:
+    """The logs in another order."""
+    return Dataset(data[int(place)] for place in rng.permutation(len(data)))
+
+
+def later(data: Dataset, rng: np.random.Generator) -> Dataset:
+    """Logs whose recording began some rows later; stamps stay."""
+    return Dataset(log.rows(int(rng.integers(*LATER)), len(log)) for log in data)
+
+
+def half_rate(data: Dataset, _: np.random.Generator) -> Dataset:
+    """Every second row, with the command that was sent there."""
+    return Dataset(every_second(log) for log in data)
+
+
+def every_second(log: Trajectory) -> Trajectory:
+    """Rows 0, 2, 4, …"""
+    rows = slice(None, None, 2)
+    extra = {name: values[rows] for name, values in log.extra.items()}
+    parts = {name: getattr(log, name)[rows] for name in ("time", "state", "action", "inputs")}
+    return replace(log, **parts, extra=extra)
+
+
+CHANGES: dict[str, Change] = {
+    "turned": turned,
+    "turned each": turned_each,
+    "split": split,
+    "shuffled": shuffled,
+    "later": later,
+    "half rate": half_rate,
+}

@@ -1,0 +1,162 @@
+"""The forty mistakes of each robot."""
+
+from __future__ import annotations
+
+import numpy as np
+from mistakes import (
+    QUATERNION,
+    Columns,
+    Mistake,
+    Rng,
+    attitude_turned,
+    biased,
+    clipped,
+    frozen,
+    gained,
+    in_plane,
+    jumping,
+    late,
+    moved,
+    repeating,
+    scaled,
+    spiked,
+    swapped,
+    to_body,
+    to_world,
+)
+
+from sym2real.robots.robot import GRAVITY
+
+POSITION, VELOCITY, RATES = ("x", "y", "z"), ("vx", "vy", "vz"), ("wx", "wy", "wz")
+RATE_COMMANDS, YAW = ("wx_cmd", "wy_cmd", "wz_cmd"), ("sin_yaw", "cos_yaw")
+SCALAR_LAST = dict(zip(QUATERNION, ("qx", "qy", "qz", "qw"), strict=True))
+DEGREES = 180.0 / np.pi
+PWM = 132_000.0  # per N
+MASS = 0.027  # kg
+LATE = "(late|behind|delay|ahead|early|shift)"
+ORDER = "(swap|order|exchange|interchange|permut)"
+FRAME = "(frame|axes|turned|rotated|mirror|swap|handed|heading)"
+STALE = "(repeat|stale|duplicate|frozen|froze|does not change|hold)"
+JUMP = "(jump|outlier|spike|implausib)"
+LIMIT = "(limit|clip|saturat)"
+
+
+def half_turn(_: Rng) -> float:
+    """180°."""
+    return np.pi
+
+
+def quarter_turn(rng: Rng) -> float:
+    """90° to either side."""
+    return float(rng.choice([-0.5, 0.5]) * np.pi)
+
+
+def some_turn(rng: Rng) -> float:
+    """17° to 86° to either side."""
+    return float(rng.choice([-1.0, 1.0]) * rng.uniform(0.3, 1.5))
+
+
+def of_degrees(log: Columns, _: Rng) -> Columns:
+    """Sine and cosine of a yaw in degrees that was taken for radians."""
+    yaw = DEGREES * np.arctan2(log["sin_yaw"], log["cos_yaw"])
+    return {"sin_yaw": np.sin(yaw), "cos_yaw": np.cos(yaw)}
+
+
+def along_the_car(log: Columns, _: Rng) -> Columns:
+    """A car's velocity written along its own axes."""
+    sine, cosine = log["sin_yaw"], log["cos_yaw"]
+    return {"vx": cosine * log["vx"] + sine * log["vy"], "vy": cosine * log["vy"] - sine * log["vx"]}
+
+
+def reversed_sign(column: str) -> Mistake:
+    """One column with the other sign."""
+    words = rf"\b{column}\b.*(wrong sign|reversed|correlate by -|other sign)"
+    return Mistake(f"{column} reversed", scaled([column], -1.0), words, (f"sensor_sign:{column}",))
+
+
+def in_unit(name: str, columns: tuple[str, ...], factor: float) -> Mistake:
+    """Columns in another unit."""
+    first = columns[0]
+    keys = tuple(f"sensor_scale:{column}" for column in columns) if len(columns) == 1 else ()
+    return Mistake(f"{first} … in {name}" if len(columns) > 1 else f"{first} in {name}", scaled(columns, factor),
+                   rf"\b{first}\b.* instead of", keys)  # fmt: skip
+
+
+FLIGHT = (
+    in_unit("mm", POSITION, 1e3),
+    in_unit("mm", ("z",), 1e3),
+    in_unit("cm/s", VELOCITY, 1e2),
+    in_unit("deg/s", RATES, DEGREES),
+    in_unit("deg/s", RATE_COMMANDS, DEGREES),
+    in_unit("grams", ("thrust",), 1e3 / GRAVITY),
+    in_unit("PWM", ("thrust",), PWM),
+    in_unit("m/s²", ("thrust",), 1.0 / MASS),
+    *map(reversed_sign, (*RATES, "vz", *RATE_COMMANDS)),
+    Mistake("quaternion scalar last", moved(SCALAR_LAST), "scalar last"),
+    Mistake("quaternion from world to body", scaled(QUATERNION[1:], -1.0), "attitude turned the other way|conjugate"),
+    Mistake("wx and wy swapped", swapped("wx", "wy"), rf"\bw[xy]\b.*{ORDER}"),
+    Mistake("wx_cmd and wy_cmd swapped", swapped("wx_cmd", "wy_cmd"), rf"\bw[xy]_cmd\b.*{ORDER}"),
+    Mistake("x and y of the position swapped", swapped("x", "y"), rf"\b[xy]\b.*{ORDER}|{ORDER}.*\b[xy]\b"),
+    Mistake("vx and vy swapped", swapped("vx", "vy"), rf"\bv[xy]\b.*{ORDER}|{ORDER}.*\bv[xy]\b"),
+    Mistake("x and y of position and velocity swapped", swapped("x", "y", "vx", "vy"), rf"{FRAME}"),
+    Mistake("velocity along body axes", to_body(VELOCITY), r"\bv[xyz]\b.*(body|frame)"),
+    Mistake("rates along world axes", to_world(RATES), r"\bw[xyz]\b.*(world|frame)"),
+    Mistake("z down", scaled(("z", "vz"), -1.0), r"z down|downwards|\bz\b.*(reversed|wrong sign|mirror|down)"),
+    Mistake("y mirrored", scaled(("y", "vy"), -1.0), r"\bv?y\b.*(reversed|wrong sign|mirror)|mirror|handed"),
+    Mistake("yaw + 180°", attitude_turned(half_turn), r"yaw|heading|turned frame|attitude.*turned"),
+    Mistake("yaw off by an angle", attitude_turned(some_turn), r"yaw|heading|turned frame|attitude.*turned"),
+    Mistake("world turned under the attitude", in_plane(some_turn, ("x", "y"), ("vx", "vy")),
+            r"yaw|heading|turned frame|attitude.*turned|world.*turned"),
+    Mistake("commands a row late", late(("thrust", *RATE_COMMANDS), 1, 1), LATE, ("delay", "time_shift:*", "delay:*")),
+    Mistake("commands a row early", late(("thrust", *RATE_COMMANDS), -1, -1), LATE, ("delay", "time_shift:*")),
+    Mistake("positions late", late(POSITION, 2, 5), rf"\b([xyz]|position)\b.*{LATE}", ("time_shift:[xyz]",)),
+    Mistake("attitude late", late(QUATERNION, 2, 5), rf"(attitude|quaternion|\bq[wxyz]\b).*{LATE}", ("time_shift:q?",)),
+    Mistake("rates late", late(RATES, 2, 5), rf"\bw[xyz]\b.*{LATE}", ("time_shift:w?", "sensor_lag:w?")),
+    Mistake("position jumps", jumping, JUMP),
+    Mistake("states repeat", repeating((*POSITION, *QUATERNION, *VELOCITY, *RATES)), STALE),
+    Mistake("positions freeze", frozen(POSITION), STALE),
+    Mistake("thrust clipped", clipped("thrust", 0.27, 0.285), rf"thrust.*{LIMIT}", ("limit:thrust",)),
+    Mistake("bias of wx", biased("wx", 0.1, 0.3), r"\bwx\b.*(off by|bias)", ("sensor_bias:wx",)),
+    Mistake("wz times a factor", gained("wz", 1.15, 1.5), r"\bwz\b.*(times|scale)", ("sensor_scale:wz",)),
+)  # fmt: skip
+
+DRIVE = (
+    in_unit("mm", ("x", "y"), 1e3),
+    in_unit("km/h", ("vx", "vy"), 3.6),
+    in_unit("deg/s", ("wz",), DEGREES),
+    in_unit("degrees", ("steer",), DEGREES),
+    in_unit("percent", ("steer",), 100.0 / 0.38),
+    in_unit("km/h", ("speed",), 3.6),
+    in_unit("cm/s", ("speed",), 1e2),
+    in_unit("motor rpm", ("speed",), 3500.0),
+    Mistake("yaw in degrees taken for radians", of_degrees, r"yaw|heading"),
+    *map(reversed_sign, ("wz", "steer", "speed", "vx", "vy")),
+    Mistake("yaw reversed", scaled(("sin_yaw",), -1.0), "heading|yaw", ("sensor_sign:sin_yaw",)),
+    Mistake("x and y of the position swapped", swapped("x", "y"), rf"\b[xy]\b.*{ORDER}|{ORDER}.*\b[xy]\b"),
+    Mistake("vx and vy swapped", swapped("vx", "vy"), rf"\bv[xy]\b.*{ORDER}|{ORDER}.*\bv[xy]\b"),
+    Mistake("x and y of position and velocity swapped", swapped("x", "y", "vx", "vy"), rf"{FRAME}"),
+    Mistake("sine and cosine swapped", swapped(*YAW), r"yaw|heading|sine"),
+    Mistake("steer and speed swapped", swapped("steer", "speed"), rf"(steer|speed).*{ORDER}"),
+    Mistake("velocity along body axes", along_the_car, r"\bv[xy]\b.*(body|frame)"),
+    Mistake("y mirrored", scaled(("y", "vy"), -1.0), r"\bv?y\b.*(reversed|wrong sign|mirror)|mirror|handed|heading"),
+    Mistake("yaw + 180°", in_plane(half_turn, ("cos_yaw", "sin_yaw")), r"yaw|heading", ("yaw_bias",)),
+    Mistake("yaw + 90°", in_plane(quarter_turn, ("cos_yaw", "sin_yaw")), r"yaw|heading", ("yaw_bias",)),
+    Mistake("yaw off by an angle", in_plane(some_turn, ("cos_yaw", "sin_yaw")), r"yaw|heading", ("yaw_bias",)),
+    Mistake("velocity in a turned frame", in_plane(some_turn, ("vx", "vy")), rf"\bv[xy]\b.*{FRAME}"),
+    Mistake("commands a row late", late(("steer", "speed"), 1, 1), LATE, ("delay", "time_shift:*", "delay:*")),
+    Mistake("commands a row early", late(("steer", "speed"), -1, -1), LATE, ("delay", "time_shift:*")),
+    Mistake("positions late", late(("x", "y"), 2, 5), rf"\b([xy]|position)\b.*{LATE}", ("time_shift:[xy]",)),
+    Mistake("yaw late", late(YAW, 2, 5), rf"(yaw|heading).*{LATE}", ("time_shift:*_yaw",)),
+    Mistake("velocities late", late(("vx", "vy"), 2, 5), rf"\bv[xy]\b.*{LATE}", ("time_shift:v?", "sensor_lag:v?")),
+    Mistake("wz late", late(("wz",), 2, 5), rf"\bwz\b.*{LATE}", ("time_shift:wz", "sensor_lag:wz")),
+    Mistake("position jumps", jumping, JUMP),
+    Mistake("states repeat", repeating(("x", "y", *YAW, "vx", "vy", "wz")), STALE),
+    Mistake("yaw freezes", frozen(YAW), rf"(yaw|heading).*{STALE}"),
+    Mistake("steering clipped", clipped("steer", 0.1, 0.2), rf"steer.*{LIMIT}", ("limit:steer",)),
+    Mistake("speed clipped", clipped("speed", 0.8, 1.1), rf"speed.*{LIMIT}", ("limit:speed",)),
+    Mistake("spikes in wz", spiked("wz", 5.0), rf"\bwz\b.*{JUMP}|{JUMP}.*\bwz\b"),
+    Mistake("bias of wz", biased("wz", 0.1, 0.3), r"\bwz\b.*(off by|bias)", ("sensor_bias:wz",)),
+    Mistake("wz times a factor", gained("wz", 1.15, 1.5), r"\bwz\b.*(times|scale)", ("sensor_scale:wz",)),
+)
+
+MISTAKES = {"crazyflie": FLIGHT, "mushr": DRIVE}

@@ -1,0 +1,149 @@
+"""Mistakes of a user in the logs of a healthy robot: whether ``diagnose`` and ``compare`` name them.
+
+The base is learned in the plain simulator, the logs are four runs of the standard set's null case. A mistake is named
+by a fault, a finding, a remark or a refusal (mistakes.py); confidently wrong is ``EFFECT`` without that, silent
+``NOTHING_MISSING``. Fewer than forty are spread evenly over the list.
+
+    python tools/bench/user_mistakes.py --cases 8
+    python tools/bench/user_mistakes.py --cases 40 --sealed --json build/user_mistakes.json
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Annotated
+
+import numpy as np
+import tyro
+from answers import Record, first, names, refusal, sentences
+from bases import Base, as_read, base_of, diagnosed
+from figures import Figure, report
+from mistakes import Mistake
+from mistakes_list import MISTAKES
+from repeated import Settings, share
+from rich.console import Console
+from rich.table import Table
+
+from sym2real.diagnosis import compare
+from sym2real.errors import Sym2RealError
+from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Dataset
+
+BENCH = "user mistakes"
+RUNS = 4
+
+
+@dataclass(frozen=True)
+class Options:
+    """Make mistakes in healthy logs."""
+
+    run: Annotated[Settings, tyro.conf.arg(name="")] = field(default_factory=Settings)
+    robots: tuple[str, ...] = ("crazyflie", "mushr")
+    """Robots to run."""
+    only: tuple[str, ...] = ()
+    """Only these mistakes, by name."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """A :class:`~sym2real.experiments.study.sweep.Job`: one mistake, of a size that the seed draws."""
+
+    base: Base
+    mistake: str
+    seed: int
+
+    @property
+    def name(self) -> str:
+        """Of its file."""
+        words = "".join(letter if letter.isalnum() else "_" for letter in self.mistake)
+        return f"{self.base.robot}_{words}_{self.seed}"
+
+    @property
+    def asked(self) -> Record:
+        """What the answer depends on."""
+        return {"robot": self.base.robot, "mistake": self.mistake, "seed": self.seed}
+
+    def run(self, tell: Callable[[str], None]) -> Record:
+        """What is said, and whether it names the mistake."""
+        mistake = next(one for one in MISTAKES[self.base.robot] if one.name == self.mistake)
+        healthy = simulate_case(Case(self.base.robot, seed=self.seed, yaw=True), RUNS)
+        data, equations = mistake.made(healthy, self.seed), self.base.equations
+        tell("diagnosing")
+        answer = diagnosed(equations, data)
+        tell("comparing")
+        said = compared(equations, data)
+        return {**judged(mistake, answer, said), "answer": answer, "compare": said}
+
+
+def compared(equations: Equations, data: Dataset) -> list[str]:
+    """What ``sym2real compare`` says of the logs themselves."""
+    try:
+        found = compare(equations, as_read(equations, data))
+    except Sym2RealError as error:
+        return sentences(refusal(error))
+    return [*found.notes, *(() if found.data is None else found.data.lines())]
+
+
+def judged(mistake: Mistake, answer: Record, said: Sequence[str]) -> Record:
+    """How an answer stands to a mistake."""
+    keys = [*names(answer), *(fault["effect"] for fault in answer["faults"])]
+    named = mistake.named_in(keys, sentences(answer))
+    return {
+        "named": named,
+        "wrong": answer["verdict"] == "EFFECT" and not named,
+        "silent": answer["verdict"] == "NOTHING_MISSING" and not named,
+        "beside": named and bool([key for key in names(answer) if not mistake.named_in([key], [])]),
+        "compare_names": mistake.named_in([], said),
+    }
+
+
+def chosen(options: Options, robot: str) -> Iterator[tuple[str, int]]:
+    """Mistakes with a seed each."""
+    listed = [one.name for one in MISTAKES[robot] if not options.only or one.name in options.only]
+    count = min(options.run.cases, len(listed))
+    places = np.unique(np.linspace(0, len(listed) - 1, count).round().astype(int))
+    yield from zip((listed[place] for place in places), replace(options.run, cases=count).seeds_of(BENCH), strict=False)
+
+
+def figures(records: Sequence[Record]) -> list[Figure]:
+    """One per bar, and how the rest ends."""
+    rows = {
+        "mistake named": ("named", ">= 0.85"),
+        "confidently wrong": ("wrong", "<= 0.02"),
+        "silent": ("silent", ""),
+        "named, with effects beside that are not there": ("beside", ""),
+    }
+    found = [row for name, (key, bar) in rows.items() for row in share(name, (one[key] for one in records), bar)]
+    same = [one["compare_names"] == one["named"] for one in records]
+    return found + share("compare names what diagnose names", same, ">= 1")
+
+
+def print_answers(records: Sequence[Record], console: Console) -> None:
+    """What was said of each."""
+    table = Table(title="what was said", title_justify="left")
+    for heading in ("robot", "mistake", "verdict", "first finding", "faults"):
+        table.add_column(heading, overflow="fold")
+    for record in records:
+        answer, asked = record["answer"], record["asked"]
+        colour = "green" if record["named"] else "red" if record["wrong"] else "yellow"
+        faults = "; ".join(fault["effect"] or fault["evidence"].partition(":")[0] for fault in answer["faults"])
+        shown = (asked["mistake"], answer["verdict"], first(answer), faults)
+        table.add_row(asked["robot"], *(f"[{colour}]{text}[/]" for text in shown))
+    console.print(table)
+
+
+def main(options: Options) -> None:
+    """Simulate, spoil, diagnose, compare, print, write."""
+    place, jobs = options.run.place(BENCH), list[Made]()
+    for robot in options.robots:
+        base = base_of(robot, "simulator", place)
+        jobs += [Made(base, name, seed) for name, seed in chosen(options, robot)]
+    records = options.run.answers(BENCH, jobs)
+    print_answers(records, Console(stderr=True))
+    report(BENCH, figures(records), sorted({job.seed for job in jobs}), options.run.json)
+
+
+if __name__ == "__main__":
+    main(tyro.cli(Options, description=__doc__))

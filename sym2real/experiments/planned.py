@@ -108,19 +108,17 @@ def planned_runs(
     return Dataset(runs)
 
 
-def usual_noise(robot: Robot) -> AssumedNoise:
+def usual_noise(robot: Robot, noise: conditions.SensorNoise = conditions.STANDARD_NOISE) -> AssumedNoise:
     """Noise and disturbances of the standard set, the latter as the whitening describes them.
 
     An Ornstein–Uhlenbeck process of deviation σ and time τ moves slow states as steps of length T do whose deviation
     is σ √(2τ/T).
     """
     length = robot.dt * HELD[motion(robot)]
-    sensors = {"position": conditions.POSITION_NOISE, "attitude": conditions.ANGLE_NOISE, "rate": conditions.GYRO_NOISE}
+    sensors = {"position": noise.position, "attitude": noise.angle, "rate": noise.rate}
     if not flies(robot):
         commands = np.sqrt(2 * conditions.COMMANDS_TIME / length) * conditions.COMMANDS
-        return AssumedNoise(
-            {**sensors, "heading": conditions.ANGLE_NOISE}, dict(zip(("steer", "speed"), commands, strict=True))
-        )
+        return AssumedNoise({**sensors, "heading": noise.angle}, dict(zip(("steer", "speed"), commands, strict=True)))
     force = np.sqrt(2 * conditions.FORCE_TIME / length) * conditions.FORCE
     torque = np.sqrt(2 * conditions.TORQUE_TIME / length) * conditions.TORQUE
     return AssumedNoise(sensors, dict(zip(WRENCH, map(float, (*force, *torque)), strict=True)))

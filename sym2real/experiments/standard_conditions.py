@@ -7,6 +7,7 @@ Trim differs from run to run. Some numbers of the plant differ from the nominal 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -96,9 +97,21 @@ def _push(robot: Robot, rng: np.random.Generator) -> Callable[[Any, Any], None]:
     return push
 
 
-def sensors(robot: Robot, rng: np.random.Generator) -> Change:
+@dataclass(frozen=True)
+class SensorNoise:
+    """Standard deviations of white noise: position in m, attitude or heading in rad, rates in rad/s."""
+
+    position: float = POSITION_NOISE
+    angle: float = ANGLE_NOISE
+    rate: float = GYRO_NOISE
+
+
+STANDARD_NOISE = SensorNoise()
+
+
+def sensors(robot: Robot, rng: np.random.Generator, noise: SensorNoise = STANDARD_NOISE) -> Change:
     """Measured states: white noise on position, attitude and gyro; velocity by differences of measured positions."""
-    layout, add_angle = robot.layouts.state, _angle_noise(robot)
+    layout, add_angle = robot.layouts.state, _angle_noise(robot, noise.angle)
     position, velocity, rate = layout.slice("position"), layout.slice("velocity"), layout.slice("rate")
 
     def begin() -> Filter:
@@ -108,11 +121,11 @@ def sensors(robot: Robot, rng: np.random.Generator) -> Change:
         def measure(state: Array) -> Array:
             """What is measured of a true state ``# (state,)``, m, rad, m/s, rad/s."""
             result = add_angle(state, rng)
-            result[position] += POSITION_NOISE * rng.standard_normal(position.stop - position.start)
-            result[rate] += GYRO_NOISE * rng.standard_normal(rate.stop - rate.start)
+            result[position] += noise.position * rng.standard_normal(position.stop - position.start)
+            result[rate] += noise.rate * rng.standard_normal(rate.stop - rate.start)
             # Before the first row there is one more, where a constant velocity would have it.
-            noise = POSITION_NOISE * rng.standard_normal(position.stop - position.start)
-            earlier = before[0] if before else state[position] - robot.dt * state[velocity] + noise
+            first = noise.position * rng.standard_normal(position.stop - position.start)
+            earlier = before[0] if before else state[position] - robot.dt * state[velocity] + first
             result[velocity] = (result[position] - earlier) / robot.dt
             before[:] = [result[position].copy()]
             return result
@@ -122,19 +135,19 @@ def sensors(robot: Robot, rng: np.random.Generator) -> Change:
     return Change("sensor noise", measure=begin)
 
 
-def _angle_noise(robot: Robot) -> Callable[[Array, np.random.Generator], Array]:
+def _angle_noise(robot: Robot, deviation: float) -> Callable[[Array, np.random.Generator], Array]:
     layout: Layout = robot.layouts.state
 
     def turn(state: Array, rng: np.random.Generator) -> Array:
         result = state.copy()
         place = layout.slice("attitude")
-        result[place] = _turned(state[place], ANGLE_NOISE * rng.standard_normal(3))
+        result[place] = _turned(state[place], deviation * rng.standard_normal(3))
         return result
 
     def steer(state: Array, rng: np.random.Generator) -> Array:
         result = state.copy()
         place = layout.slice("heading")
-        yaw = np.arctan2(*state[place]) + ANGLE_NOISE * rng.standard_normal()
+        yaw = np.arctan2(*state[place]) + deviation * rng.standard_normal()
         result[place] = np.sin(yaw), np.cos(yaw)
         return result
 

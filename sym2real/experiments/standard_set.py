@@ -70,18 +70,19 @@ class Case:
         return " ".join([self.robot, " + ".join(shown) or "null", *(["yaw"] if self.yaw else []), f"#{self.seed}"])
 
 
-def simulate_case(case: Case, trajectories: int = 8, rows: int = 400) -> Dataset:
+def simulate_case(case: Case, trajectories: int = 8, rows: int = 400, robot: Robot | None = None) -> Dataset:
     """The data of a case, as a log would hold it: measured states, sent commands, references in ``ref_…``.
 
     Args:
         case: what is simulated.
         trajectories: number of runs; the table of references is gone through again after eight.
         rows: of a run; fewer where it ends in a crash.
+        robot: in place of the registered one, with another control period.
 
     Raises:
         UnknownNameError: for a robot or an effect that does not exist.
     """
-    robot = ROBOTS[case.robot]
+    robot = ROBOTS[case.robot] if robot is None else robot
     shared = conditions.unknown(robot, np.random.default_rng([case.seed, SET_DRAWS]))
     changes = tuple(effect(key, robot).inject(**values) for key, values in case.effects)
 

@@ -1,0 +1,148 @@
+"""False alarms in logs with nothing to find: at other rates than the model's, with rows lost, with rows repeated.
+
+The robot is controlled and logged at the rate; logs go through files as on the command line, which brings them to the
+step of the base from the plain simulator. What is said of the damage itself is no alarm.
+
+    python tools/bench/null_logs.py --cases 2
+    python tools/bench/null_logs.py --cases 100 --sealed --json build/null_logs.json
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Annotated
+
+import numpy as np
+import tyro
+from answers import REFUSED, Record, names
+from bases import Base, base_of, diagnosed
+from figures import Figure, report
+from repeated import Settings, share
+from rich.console import Console
+
+from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.robots import ROBOTS, Robot
+from sym2real.trajectory import Dataset, Trajectory
+
+BENCH = "null logs"
+RATES = {"16 Hz": 16.0, "20 Hz": 20.0, "25 Hz": 25.0}
+SECONDS = {"crazyflie": 8.0, "mushr": 20.0}
+LOST, LONGEST = 0.03, 3  # part of the rows at which rows begin to be lost, and how many in a row
+STALE = 0.05  # part of the rows that repeat the state before
+OF_DAMAGE = re.compile("lost|missing|gap|repeat|stale|duplicate|froze", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Options:
+    """Diagnose logs with nothing to find."""
+
+    run: Annotated[Settings, tyro.conf.arg(name="")] = field(default_factory=Settings)
+    robots: tuple[str, ...] = ("crazyflie", "mushr")
+    """Robots to run."""
+
+
+def at_rate(robot: Robot, rate: float) -> Robot:
+    """The robot controlled at ``rate`` Hz, with physics steps that are no longer than its own."""
+    dt = 1.0 / rate
+    return replace(robot, dt=dt, physics_dt=dt / np.ceil(dt / robot.physics_dt - 1e-9))
+
+
+def with_lost_rows(data: Dataset, rng: np.random.Generator) -> Dataset:
+    """Rows that never arrived, up to :data:`LONGEST` in a row; stamps tell."""
+    return Dataset(_rows(log, ~_runs(len(log), rng)) for log in data)
+
+
+def _runs(rows: int, rng: np.random.Generator) -> np.ndarray:
+    lost = np.zeros(rows, dtype=bool)
+    for start in np.flatnonzero(rng.random(rows) < LOST):
+        lost[start : start + int(rng.integers(1, LONGEST + 1))] = True
+    lost[[0, -1]] = False
+    return lost
+
+
+def _rows(log: Trajectory, kept: np.ndarray) -> Trajectory:
+    parts = {name: getattr(log, name)[kept] for name in ("time", "state", "action", "inputs")}
+    return replace(log, **parts, extra={name: values[kept] for name, values in log.extra.items()})
+
+
+def with_stale_rows(data: Dataset, rng: np.random.Generator) -> Dataset:
+    """Rows whose whole state is that of the row before, as where the estimator was late."""
+
+    def stale(log: Trajectory) -> Trajectory:
+        fresh = rng.random(len(log)) >= STALE
+        fresh[0] = True
+        return replace(log, state=log.state[np.maximum.accumulate(np.where(fresh, np.arange(len(log)), 0))])
+
+    return Dataset(stale(log) for log in data)
+
+
+DAMAGES = {"as it is": None, "rows lost": with_lost_rows, "rows repeated": with_stale_rows}
+KINDS = (*DAMAGES, *RATES)
+
+
+@dataclass(frozen=True)
+class Null:
+    """A :class:`~sym2real.experiments.study.sweep.Job`: one set of runs of a healthy robot."""
+
+    base: Base
+    kind: str
+    seed: int
+
+    @property
+    def name(self) -> str:
+        """Of its file."""
+        return f"{self.base.robot}_{self.kind.replace(' ', '_')}_{self.seed}"
+
+    @property
+    def asked(self) -> Record:
+        """What the answer depends on."""
+        return {"robot": self.base.robot, "kind": self.kind, "seed": self.seed}
+
+    def run(self, tell: Callable[[str], None]) -> Record:
+        """The answer."""
+        tell("simulating")
+        robot = ROBOTS[self.base.robot]
+        robot = at_rate(robot, RATES[self.kind]) if self.kind in RATES else robot
+        case = Case(robot.name, seed=self.seed)
+        data = simulate_case(case, rows=round(SECONDS[robot.name] / robot.dt), robot=robot)
+        damage = DAMAGES.get(self.kind)
+        data = damage(data, np.random.default_rng([self.seed, 1])) if damage else data
+        tell("diagnosing")
+        return diagnosed(self.base.equations, data)
+
+
+def alarm(answer: Record) -> bool:
+    """Whether something is said to be missing, or wrong with the data that is no damage to them."""
+    faults = [fault for fault in answer["faults"] if not OF_DAMAGE.search(f"{fault['effect']} {fault['evidence']}")]
+    missing = answer["verdict"] == "UNEXPLAINED" or (answer["verdict"] == "EFFECT" and bool(names(answer)))
+    return missing or bool(faults)
+
+
+def figures(records: Sequence[Record]) -> list[Figure]:
+    """False alarms by robot and kind, and of all; refusals too."""
+    found: list[Figure] = []
+    for robot in dict.fromkeys(one["asked"]["robot"] for one in records):
+        for kind in KINDS:
+            own = [one for one in records if (one["asked"]["robot"], one["asked"]["kind"]) == (robot, kind)]
+            found += share(f"{robot}, {kind}: false alarms", map(alarm, own))
+    found += share("all: false alarms", map(alarm, records), "<= 0.01")
+    return found + share("all: refused", (one["verdict"] == REFUSED for one in records))
+
+
+def main(options: Options) -> None:
+    """Simulate, diagnose, print, write."""
+    place, seeds = options.run.place(BENCH), options.run.seeds_of(BENCH)
+    bases = [base_of(robot, "simulator", place) for robot in options.robots]
+    jobs = [Null(base, kind, seed) for seed in seeds for base in bases for kind in KINDS]
+    records = options.run.answers(BENCH, jobs)
+    console = Console(stderr=True)
+    for one in filter(alarm, records):
+        said = ", ".join([*names(one), *(fault["effect"] or fault["evidence"] for fault in one["faults"])])
+        console.print(f"[red]{one['verdict']}[/] {one['asked']}: {said}", highlight=False)
+    report(BENCH, figures(records), seeds, options.run.json)
+
+
+if __name__ == "__main__":
+    main(tyro.cli(Options, description=__doc__))

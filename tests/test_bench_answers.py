@@ -38,6 +38,23 @@ def test_answers_that_begin_with_one_effect_or_its_group_are_the_same() -> None:
     assert not answers.same_first(answer(), answer(("delay", 0.1)))
 
 
+def test_a_group_that_an_answer_reports_of_itself_makes_it_no_more_right() -> None:
+    wide = answer(("offset:speed", 0.1))
+    wide["findings"][0]["group"] += ["dead_band:steer", "delay"]
+    assert not answers.named(wide, "dead_band:steer")
+    assert not answers.same_first(wide, answer(("delay", 0.1)))
+    assert answers.named(wide, "rolling_resistance")  # a group of physics
+
+
+def test_no_finding_stands_for_two_effects() -> None:
+    keys = ("added_mass", "gain:thrust")  # of one group: each alone stands for either
+    assert all(answers.named(answer(("added_mass", 0.1)), key) for key in keys)
+    assert not answers.all_named(answer(("added_mass", 0.1)), keys)
+    assert not answers.all_named(answer(("added_mass", 0.1), ("wind", 1.0)), keys)
+    assert answers.all_named(answer(("added_mass", 0.1), ("gain:thrust", 0.9)), keys)
+    assert not answers.all_named(answer(), keys)
+
+
 def test_values_are_within_both_intervals_only_if_each_is_in_the_other() -> None:
     near, far = answer(("delay", 0.15)), answer(("delay", 0.3))
     assert answers.within_both(answer(("delay", 0.1)), near) == [True]
@@ -83,6 +100,37 @@ def test_a_mistake_that_is_not_named_is_wrong_or_silent() -> None:
     assert judged(mistake, answer(), [])["silent"]
     unexplained = judged(mistake, answer(verdict="UNEXPLAINED"), [])
     assert not (unexplained["named"] or unexplained["wrong"] or unexplained["silent"])
+
+
+def test_what_may_be_said_of_healthy_logs_names_no_mistake() -> None:
+    remarks = [
+        "no plain simulator: the base's own errors were not calibrated and may look like effects",
+        "no sensor noise, as of a simulation without --noise or behind a low-pass: errors of any size count",
+        "thrust, wx_cmd go with the measured state: a closed loop, or a state that answers at once",
+        "run_1: resampled to 20 ms from stamps 40 ms apart (40 to 40), 200 rows became 399: commands held",
+        "8 logs, 3200 rows, time step 0.02 s",
+        "steer and speed hardly vary: effects on them, a delay say, cannot be seen",
+    ]
+    for listed in MISTAKES.values():
+        assert [one.name for one in listed if one.named_in(["added_mass", "wind"], remarks)] == []
+
+
+UNITS_OF_THRUST = {"thrust in PWM", "thrust in grams", "thrust in m/s²"}
+
+
+@pytest.mark.parametrize(
+    ("robot", "said", "names"),
+    [
+        ("crazyflie", "thrust in no unit of N that is known: the numbers are 134000 times", UNITS_OF_THRUST),
+        ("crazyflie", "x y z in mm instead of m: the logged numbers are 1000 times", {"x … in mm", "z in mm"}),
+        ("crazyflie", "the logged wx and the attitude's derivative correlate by -0.99", {"wx reversed"}),
+        ("mushr", "a heading that turns against the path", {"yaw reversed", "sine and cosine swapped"}),
+        ("mushr", "steer and speed are written a row late", {"commands a row late"}),
+        ("mushr", "steer and speed are written a row ahead", {"commands a row early"}),
+    ],
+)
+def test_a_sentence_names_its_own_mistake_and_no_other_kind(robot: str, said: str, names: set[str]) -> None:
+    assert {one.name for one in MISTAKES[robot] if one.named_in([], [said])} == names
 
 
 def test_shares_have_their_interval() -> None:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from sym2real.diagnosis import Diagnosis
 from sym2real.effects import same_group
@@ -55,8 +56,11 @@ def first(answer: Record) -> str:
 
 
 def stands_for(finding: Record, key: str) -> bool:
-    """Whether a finding is this effect, or one that it may be taken for."""
-    return key in finding["group"] or same_group(finding["effect"], key)
+    """Whether a finding is this effect, or one that physics takes for it.
+
+    The group that an answer reports of itself does not count: a larger one would make any answer right.
+    """
+    return same_group(finding["effect"], key)
 
 
 def named(answer: Record, key: str) -> bool:
@@ -64,12 +68,19 @@ def named(answer: Record, key: str) -> bool:
     return any(stands_for(finding, key) for finding in answer["findings"])
 
 
+def all_named(answer: Record, keys: Collection[str]) -> bool:
+    """Whether every effect has a finding that stands for it, no finding for two of them."""
+    matches = np.array([[stands_for(finding, key) for finding in answer["findings"]] for key in keys], dtype=int)
+    if matches.size == 0:
+        return not keys
+    return int(matches[linear_sum_assignment(-matches)].sum()) == len(keys)
+
+
 def same_first(one: Record, other: Record) -> bool:
-    """Whether two answers begin with the same effect, or with members of one group; or both with no effect."""
+    """Whether two answers begin with the same effect, or with members of one group of physics; or both with none."""
     if not (one["findings"] and other["findings"]):
         return first(one) == first(other)
-    mine, theirs = one["findings"][0], other["findings"][0]
-    return stands_for(mine, theirs["effect"]) or stands_for(theirs, mine["effect"])
+    return stands_for(one["findings"][0], first(other))
 
 
 def within_both(one: Record, other: Record, angle: float = 0.0) -> list[bool]:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import tyro
-from answers import Record, named, names
+from answers import Record, all_named, named, names
 from bases import Base, Kind, base_of, diagnosed
 from figures import Figure, report
 from repeated import Settings, share
@@ -63,7 +63,7 @@ def figures(records: Sequence[Record]) -> list[Figure]:
         for kind in KINDS:
             own = [one["answers"][kind] for one in records if one["asked"]["rate"] == rate]
             title = f"{rate} Hz, base from {kind}" if kind == "simulator" else f"{rate} Hz, {kind}"
-            found += share(f"{title}: all named", (all(named(one, key) for key in NAMED) for one in own), ">= 0.90")
+            found += share(f"{title}: all named", (all_named(one, NAMED) for one in own), ">= 0.90")
             for key in NAMED:
                 found += share(f"{title}: {key} named", (named(one, key) for one in own))
     return found

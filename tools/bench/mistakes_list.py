@@ -33,12 +33,16 @@ SCALAR_LAST = dict(zip(QUATERNION, ("qx", "qy", "qz", "qw"), strict=True))
 DEGREES = 180.0 / np.pi
 PWM = 132_000.0  # per N
 MASS = 0.027  # kg
-LATE = "(late|behind|delay|ahead|early|shift)"
-ORDER = "(swap|order|exchange|interchange|permut)"
-FRAME = "(frame|axes|turned|rotated|mirror|swap|handed|heading)"
-STALE = "(repeat|stale|duplicate|frozen|froze|does not change|hold)"
-JUMP = "(jump|outlier|spike|implausib)"
-LIMIT = "(limit|clip|saturat)"
+LATE, EARLY = r"\b(late|behind|delayed)\b", r"\b(early|ahead)\b"
+COMMANDED = r"(command|thrust|steer|speed|_cmd)\w*\b.*"
+# A command that was written before it was sent looks like a delay; one that was written after it like none.
+WRITTEN_LATE, WRITTEN_EARLY = COMMANDED + LATE, COMMANDED + EARLY
+ORDER = r"\b(swapped|exchanged|interchanged|another order|other order)\b"
+STALE = r"\b(repeats?|repeated|stale|duplicates?|frozen|stands? still)\b"
+JUMP = r"\b(jumps?|outliers?|spikes?)\b"
+LIMIT = r"\b(limit|clipped|saturated)\b"
+OFF_BY_AN_ANGLE = r"(yaw|heading|attitude|world|frame).*\b(off by|turned by|a zero of|180|bias)\b"
+MIRRORED = r"\b(mirrored|left-handed|other hand)\b"
 
 
 def half_turn(_: Rng) -> float:
@@ -79,7 +83,7 @@ def in_unit(name: str, columns: tuple[str, ...], factor: float) -> Mistake:
     first = columns[0]
     keys = tuple(f"sensor_scale:{column}" for column in columns) if len(columns) == 1 else ()
     return Mistake(f"{first} … in {name}" if len(columns) > 1 else f"{first} in {name}", scaled(columns, factor),
-                   rf"\b{first}\b.* instead of", keys)  # fmt: skip
+                   rf"\b{first}\b.*( instead of|in no unit of) ", keys)  # fmt: skip
 
 
 FLIGHT = (
@@ -98,17 +102,17 @@ FLIGHT = (
     Mistake("wx_cmd and wy_cmd swapped", swapped("wx_cmd", "wy_cmd"), rf"\bw[xy]_cmd\b.*{ORDER}"),
     Mistake("x and y of the position swapped", swapped("x", "y"), rf"\b[xy]\b.*{ORDER}|{ORDER}.*\b[xy]\b"),
     Mistake("vx and vy swapped", swapped("vx", "vy"), rf"\bv[xy]\b.*{ORDER}|{ORDER}.*\bv[xy]\b"),
-    Mistake("x and y of position and velocity swapped", swapped("x", "y", "vx", "vy"), rf"{FRAME}"),
+    Mistake("x and y of position and velocity swapped", swapped("x", "y", "vx", "vy"), rf"{ORDER}|{MIRRORED}"),
     Mistake("velocity along body axes", to_body(VELOCITY), r"\bv[xyz]\b.*(body|frame)"),
     Mistake("rates along world axes", to_world(RATES), r"\bw[xyz]\b.*(world|frame)"),
     Mistake("z down", scaled(("z", "vz"), -1.0), r"z down|downwards|\bz\b.*(reversed|wrong sign|mirror|down)"),
-    Mistake("y mirrored", scaled(("y", "vy"), -1.0), r"\bv?y\b.*(reversed|wrong sign|mirror)|mirror|handed"),
-    Mistake("yaw + 180°", attitude_turned(half_turn), r"yaw|heading|turned frame|attitude.*turned"),
-    Mistake("yaw off by an angle", attitude_turned(some_turn), r"yaw|heading|turned frame|attitude.*turned"),
+    Mistake("y mirrored", scaled(("y", "vy"), -1.0), rf"\bv?y\b.*(reversed|wrong sign)|{MIRRORED}"),
+    Mistake("yaw + 180°", attitude_turned(half_turn), OFF_BY_AN_ANGLE),
+    Mistake("yaw off by an angle", attitude_turned(some_turn), OFF_BY_AN_ANGLE),
     Mistake("world turned under the attitude", in_plane(some_turn, ("x", "y"), ("vx", "vy")),
-            r"yaw|heading|turned frame|attitude.*turned|world.*turned"),
-    Mistake("commands a row late", late(("thrust", *RATE_COMMANDS), 1, 1), LATE, ("delay", "time_shift:*", "delay:*")),
-    Mistake("commands a row early", late(("thrust", *RATE_COMMANDS), -1, -1), LATE, ("delay", "time_shift:*")),
+            OFF_BY_AN_ANGLE),
+    Mistake("commands a row late", late(("thrust", *RATE_COMMANDS), 1, 1), WRITTEN_LATE),
+    Mistake("commands a row early", late(("thrust", *RATE_COMMANDS), -1, -1), WRITTEN_EARLY, ("delay",)),
     Mistake("positions late", late(POSITION, 2, 5), rf"\b([xyz]|position)\b.*{LATE}", ("time_shift:[xyz]",)),
     Mistake("attitude late", late(QUATERNION, 2, 5), rf"(attitude|quaternion|\bq[wxyz]\b).*{LATE}", ("time_shift:q?",)),
     Mistake("rates late", late(RATES, 2, 5), rf"\bw[xyz]\b.*{LATE}", ("time_shift:w?", "sensor_lag:w?")),
@@ -129,22 +133,22 @@ DRIVE = (
     in_unit("km/h", ("speed",), 3.6),
     in_unit("cm/s", ("speed",), 1e2),
     in_unit("motor rpm", ("speed",), 3500.0),
-    Mistake("yaw in degrees taken for radians", of_degrees, r"yaw|heading"),
+    Mistake("yaw in degrees taken for radians", of_degrees, "degrees"),
     *map(reversed_sign, ("wz", "steer", "speed", "vx", "vy")),
-    Mistake("yaw reversed", scaled(("sin_yaw",), -1.0), "heading|yaw", ("sensor_sign:sin_yaw",)),
+    Mistake("yaw reversed", scaled(("sin_yaw",), -1.0), "heading (that )?turns against", ("sensor_sign:sin_yaw",)),
     Mistake("x and y of the position swapped", swapped("x", "y"), rf"\b[xy]\b.*{ORDER}|{ORDER}.*\b[xy]\b"),
     Mistake("vx and vy swapped", swapped("vx", "vy"), rf"\bv[xy]\b.*{ORDER}|{ORDER}.*\bv[xy]\b"),
-    Mistake("x and y of position and velocity swapped", swapped("x", "y", "vx", "vy"), rf"{FRAME}"),
-    Mistake("sine and cosine swapped", swapped(*YAW), r"yaw|heading|sine"),
+    Mistake("x and y of position and velocity swapped", swapped("x", "y", "vx", "vy"), rf"{ORDER}|{MIRRORED}"),
+    Mistake("sine and cosine swapped", swapped(*YAW), rf"(sine|sin_yaw).*{ORDER}|heading that turns against"),
     Mistake("steer and speed swapped", swapped("steer", "speed"), rf"(steer|speed).*{ORDER}"),
     Mistake("velocity along body axes", along_the_car, r"\bv[xy]\b.*(body|frame)"),
-    Mistake("y mirrored", scaled(("y", "vy"), -1.0), r"\bv?y\b.*(reversed|wrong sign|mirror)|mirror|handed|heading"),
-    Mistake("yaw + 180°", in_plane(half_turn, ("cos_yaw", "sin_yaw")), r"yaw|heading", ("yaw_bias",)),
-    Mistake("yaw + 90°", in_plane(quarter_turn, ("cos_yaw", "sin_yaw")), r"yaw|heading", ("yaw_bias",)),
-    Mistake("yaw off by an angle", in_plane(some_turn, ("cos_yaw", "sin_yaw")), r"yaw|heading", ("yaw_bias",)),
-    Mistake("velocity in a turned frame", in_plane(some_turn, ("vx", "vy")), rf"\bv[xy]\b.*{FRAME}"),
-    Mistake("commands a row late", late(("steer", "speed"), 1, 1), LATE, ("delay", "time_shift:*", "delay:*")),
-    Mistake("commands a row early", late(("steer", "speed"), -1, -1), LATE, ("delay", "time_shift:*")),
+    Mistake("y mirrored", scaled(("y", "vy"), -1.0), rf"\bv?y\b.*(reversed|wrong sign)|{MIRRORED}"),
+    Mistake("yaw + 180°", in_plane(half_turn, ("cos_yaw", "sin_yaw")), OFF_BY_AN_ANGLE, ("yaw_bias",)),
+    Mistake("yaw + 90°", in_plane(quarter_turn, ("cos_yaw", "sin_yaw")), OFF_BY_AN_ANGLE, ("yaw_bias",)),
+    Mistake("yaw off by an angle", in_plane(some_turn, ("cos_yaw", "sin_yaw")), OFF_BY_AN_ANGLE, ("yaw_bias",)),
+    Mistake("velocity in a turned frame", in_plane(some_turn, ("vx", "vy")), r"\bv[xy]\b.*(frame|turned by)"),
+    Mistake("commands a row late", late(("steer", "speed"), 1, 1), WRITTEN_LATE),
+    Mistake("commands a row early", late(("steer", "speed"), -1, -1), WRITTEN_EARLY, ("delay",)),
     Mistake("positions late", late(("x", "y"), 2, 5), rf"\b([xy]|position)\b.*{LATE}", ("time_shift:[xy]",)),
     Mistake("yaw late", late(YAW, 2, 5), rf"(yaw|heading).*{LATE}", ("time_shift:*_yaw",)),
     Mistake("velocities late", late(("vx", "vy"), 2, 5), rf"\bv[xy]\b.*{LATE}", ("time_shift:v?", "sensor_lag:v?")),

@@ -2,7 +2,8 @@
 
 The base is learned in the plain simulator, the logs are four runs of the standard set's null case. A mistake is named
 by a fault, a finding, a remark or a refusal (mistakes.py); confidently wrong is ``EFFECT`` without that, silent
-``NOTHING_MISSING``. Fewer than forty are spread evenly over the list.
+``NOTHING_MISSING``. Logs without a mistake are asked too: what is said of them may name none of all. Fewer than forty
+are spread evenly over the list.
 
     python tools/bench/user_mistakes.py --cases 8
     python tools/bench/user_mistakes.py --cases 40 --sealed --json build/user_mistakes.json
@@ -31,7 +32,7 @@ from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset
 
-BENCH = "user mistakes"
+BENCH, HEALTHY = "user mistakes", "none"
 RUNS = 4
 
 
@@ -66,15 +67,20 @@ class Made:
         return {"robot": self.base.robot, "mistake": self.mistake, "seed": self.seed}
 
     def run(self, tell: Callable[[str], None]) -> Record:
-        """What is said, and whether it names the mistake."""
-        mistake = next(one for one in MISTAKES[self.base.robot] if one.name == self.mistake)
-        healthy = simulate_case(Case(self.base.robot, seed=self.seed, yaw=True), RUNS)
-        data, equations = mistake.made(healthy, self.seed), self.base.equations
+        """What ``diagnose`` and ``compare`` say."""
+        data, equations = simulate_case(Case(self.base.robot, seed=self.seed, yaw=True), RUNS), self.base.equations
+        if self.mistake != HEALTHY:
+            data = listed(self.base.robot, self.mistake).made(data, self.seed)
         tell("diagnosing")
         answer = diagnosed(equations, data)
         tell("comparing")
         said = compared(equations, data)
-        return {**judged(mistake, answer, said), "answer": answer, "compare": said}
+        return {"answer": answer, "compare": said}
+
+
+def listed(robot: str, name: str) -> Mistake:
+    """The mistake of that name."""
+    return next(one for one in MISTAKES[robot] if one.name == name)
 
 
 def compared(equations: Equations, data: Dataset) -> list[str]:
@@ -101,10 +107,26 @@ def judged(mistake: Mistake, answer: Record, said: Sequence[str]) -> Record:
 
 def chosen(options: Options, robot: str) -> Iterator[tuple[str, int]]:
     """Mistakes with a seed each."""
-    listed = [one.name for one in MISTAKES[robot] if not options.only or one.name in options.only]
-    count = min(options.run.cases, len(listed))
-    places = np.unique(np.linspace(0, len(listed) - 1, count).round().astype(int))
-    yield from zip((listed[place] for place in places), replace(options.run, cases=count).seeds_of(BENCH), strict=False)
+    known = [one.name for one in MISTAKES[robot] if not options.only or one.name in options.only]
+    count = min(options.run.cases, len(known))
+    places = np.unique(np.linspace(0, len(known) - 1, count).round().astype(int))
+    yield from zip((known[place] for place in places), replace(options.run, cases=count).seeds_of(BENCH), strict=False)
+
+
+def verdicts(records: Sequence[Record]) -> list[Record]:
+    """How each answer stands to its mistake; healthy logs have none."""
+    pairs = ((one, one["asked"]) for one in records if one["asked"]["mistake"] != HEALTHY)
+    return [judged(listed(of["robot"], of["mistake"]), one["answer"], one["compare"]) for one, of in pairs]
+
+
+def named_in_healthy_logs(records: Sequence[Record]) -> list[bool]:
+    """For every mistake, whether the answer to logs without any would count as naming it."""
+    return [
+        flags["named"] or flags["compare_names"]
+        for one in records
+        if one["asked"]["mistake"] == HEALTHY
+        for flags in (judged(mistake, one["answer"], one["compare"]) for mistake in MISTAKES[one["asked"]["robot"]])
+    ]
 
 
 def figures(records: Sequence[Record]) -> list[Figure]:
@@ -115,9 +137,12 @@ def figures(records: Sequence[Record]) -> list[Figure]:
         "silent": ("silent", ""),
         "named, with effects beside that are not there": ("beside", ""),
     }
-    found = [row for name, (key, bar) in rows.items() for row in share(name, (one[key] for one in records), bar)]
-    same = [one["compare_names"] == one["named"] for one in records]
-    return found + share("compare names what diagnose names", same, ">= 1")
+    judgements = verdicts(records)
+    found = [row for name, (key, bar) in rows.items() for row in share(name, (one[key] for one in judgements), bar)]
+    found += share(
+        "compare names what diagnose names", (one["compare_names"] == one["named"] for one in judgements), ">= 1"
+    )
+    return found + share("named in healthy logs, of all mistakes", named_in_healthy_logs(records), "<= 0")
 
 
 def print_answers(records: Sequence[Record], console: Console) -> None:
@@ -127,7 +152,8 @@ def print_answers(records: Sequence[Record], console: Console) -> None:
         table.add_column(heading, overflow="fold")
     for record in records:
         answer, asked = record["answer"], record["asked"]
-        colour = "green" if record["named"] else "red" if record["wrong"] else "yellow"
+        (verdict,) = verdicts([record]) or [{"named": True}]
+        colour = "green" if verdict["named"] else "red" if verdict["wrong"] else "yellow"
         faults = "; ".join(fault["effect"] or fault["evidence"].partition(":")[0] for fault in answer["faults"])
         shown = (asked["mistake"], answer["verdict"], first(answer), faults)
         table.add_row(asked["robot"], *(f"[{colour}]{text}[/]" for text in shown))
@@ -140,6 +166,7 @@ def main(options: Options) -> None:
     for robot in options.robots:
         base = base_of(robot, "simulator", place)
         jobs += [Made(base, name, seed) for name, seed in chosen(options, robot)]
+        jobs.append(Made(base, HEALTHY, options.run.seeds_of(BENCH)[0]))
     records = options.run.answers(BENCH, jobs)
     print_answers(records, Console(stderr=True))
     report(BENCH, figures(records), sorted({job.seed for job in jobs}), options.run.json)

@@ -1,0 +1,102 @@
+"""Plants of benches: rotors that spin keep the laws of mechanics, drawn sizes go with the seed, short drives repeat."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "tools" / "bench"))
+
+import null_logs
+from motor_draws import Draw
+from motor_quadrotor import Rotors, robot
+from short_drives import at_rate, drives
+
+from sym2real.errors import ModelError
+from sym2real.plants import MujocoPlant
+from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.robots.crazyflie import INERTIA, MASS
+
+ROTOR_INERTIA = 4e-9
+
+
+def test_rotors_leave_mass_and_inertia_and_hold_a_hover() -> None:
+    rotors, flyer = Rotors(ROTOR_INERTIA), robot(ROTOR_INERTIA)
+    plant = MujocoPlant(flyer, (rotors.change,))
+    assert sum(plant.mj_model.body_mass) == pytest.approx(MASS)
+    # What a turn of the whole about its axes must move, but for rotors' own moments.
+    np.testing.assert_allclose(plant.mj_model.dof_M0[3:6], INERTIA, rtol=2e-3)
+    plant.reset(CRAZYFLIE.start)
+    for _ in range(20):
+        state = plant.step(flyer.rest)
+    np.testing.assert_allclose(state, CRAZYFLIE.start, atol=1e-6)
+    np.testing.assert_allclose(rotors.measured(20), np.tile(flyer.rest, (20, 1)), rtol=1e-6)
+
+
+def test_rotors_that_speed_up_turn_the_body_by_their_angular_momentum() -> None:
+    rotors, flyer = Rotors(ROTOR_INERTIA), robot(ROTOR_INERTIA)
+    plant = MujocoPlant(flyer, (rotors.change,))
+    plant.reset(CRAZYFLIE.start)
+    plant.step(flyer.rest)
+    faster = flyer.rest + 100.0 * np.array([1.0, -1.0, 1.0, -1.0])
+    before = plant.mj_data.qvel[6:10].copy()
+    state = plant.step(faster)
+    gained = ROTOR_INERTIA * float(np.sum(plant.mj_data.qvel[6:10] - before))
+    # Over one period drag torque does less than the reaction; its impulse is known from the speeds.
+    steps = np.array(rotors.speeds[-10:])
+    drag = 0.001 * 0.00596 * 2.88e-8 * float(np.sum(steps**2 @ np.array([-1.0, 1.0, -1.0, 1.0])))
+    assert abs(gained) > 1e-6
+    assert state[12] * INERTIA[2] == pytest.approx(drag - gained, rel=0.05)
+
+
+def test_a_seed_draws_the_same_robot_and_a_model_that_is_wrong_by_no_more_than_said() -> None:
+    first, again, other = Draw.of(5), Draw.of(5), Draw.of(6)
+    assert first == again != other
+    for draw in (Draw.of(seed) for seed in range(50)):
+        assert 1 / 50 <= draw.inertia <= 50 and 1 / 50 <= draw.drag <= 50
+        assert draw.analysts.numbers["jx"] == pytest.approx(draw.inertia * INERTIA[0])
+
+
+def test_short_drives_have_the_same_commands_at_every_seed_and_end_after_three_seconds() -> None:
+    first, again = (drives(MUSHR, 3, noisy=False) for _ in range(2))
+    assert len(first) == 20 and {len(log) for log in first} == {60}
+    np.testing.assert_array_equal(first[7].state, again[7].state)
+    np.testing.assert_array_equal(drives(at_rate(20.0), 3)[7].action, first[7].action)
+    with pytest.raises(ModelError, match="30 Hz"):
+        at_rate(30.0)
+
+
+@pytest.mark.parametrize("rate", null_logs.RATES.values())
+@pytest.mark.parametrize("base", [CRAZYFLIE, MUSHR], ids=["crazyflie", "mushr"])
+def test_another_rate_has_whole_physics_steps(base: object, rate: float) -> None:
+    changed = null_logs.at_rate(base, rate)  # type: ignore[arg-type]
+    assert changed.substeps * changed.physics_dt == pytest.approx(1.0 / rate)
+    assert changed.physics_dt <= base.physics_dt * (1 + 1e-9)  # type: ignore[attr-defined]
+
+
+def test_lost_and_stale_rows_leave_what_was_measured() -> None:
+    data = drives(MUSHR, 3, noisy=False)
+    lost = null_logs.with_lost_rows(data, np.random.default_rng(0))
+    stale = null_logs.with_stale_rows(data, np.random.default_rng(0))
+    assert lost.rows < data.rows
+    for before, fewer, repeated in zip(data, lost, stale, strict=True):
+        places = np.searchsorted(before.time, fewer.time)
+        np.testing.assert_array_equal(fewer.state, before.state[places])
+        same = (repeated.state == before.state).all(axis=1)
+        held = (repeated.state[1:] == repeated.state[:-1]).all(axis=1)
+        assert (same[1:] | held).all()
+        np.testing.assert_array_equal(repeated.action, before.action)
+    assert any((log.state[1:] == log.state[:-1]).all(axis=1).any() for log in stale)
+
+
+def test_only_what_is_no_damage_is_an_alarm() -> None:
+    damage = {"effect": "", "evidence": "rows repeat: 5 % of them", "fix": ""}
+    finding = {"effect": "wind", "group": ["wind"], "parameters": {}}
+    assert not null_logs.alarm({"verdict": "EFFECT", "findings": [], "faults": [damage]})
+    assert null_logs.alarm({"verdict": "EFFECT", "findings": [finding], "faults": [damage]})
+    assert null_logs.alarm({"verdict": "EFFECT", "findings": [], "faults": [{**damage, "evidence": "vx is late"}]})
+    assert null_logs.alarm({"verdict": "UNEXPLAINED", "findings": [], "faults": []})
+    assert not null_logs.alarm({"verdict": "CANNOT_TELL", "findings": [finding], "faults": []})

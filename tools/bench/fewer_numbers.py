@@ -1,0 +1,141 @@
+"""Whether one number wins over several that together do the same: a weak rotor, a force that swings, a slope, grip.
+
+Every effect is twice as large as ``plan`` says can be seen in the standard set's runs; a force that swings needs √2 of
+a steady one. Bases are those of an analyst with commands of thrust and body rates, or of steering and speed.
+
+    python tools/bench/fewer_numbers.py --cases 1
+    python tools/bench/fewer_numbers.py --cases 20 --sealed --json build/fewer_numbers.json
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import tyro
+from answers import Record, first, same_first
+from bases import HEALTHY_SEED, Base, Kind, base_of, diagnosed
+from figures import Figure, report
+from repeated import Settings, share
+from rich.console import Console
+
+from sym2real.diagnosis import plan
+from sym2real.errors import ModelError
+from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.files import write_text
+from sym2real.robots import ROBOTS
+
+BENCH, LARGER = "fewer numbers", 2.0
+EFFECTS = {"crazyflie": ("rotor_loss", "periodic_force"), "mushr": ("periodic_force", "slope", "tyre_friction")}
+KINDS: tuple[Kind, ...] = ("simulator", "logs", "first principles")
+# What plan speaks of → parameter, and the part of the effect's own size that this is.
+SEEN = {
+    "rotor_loss": ("rotor_loss 1", "value"),
+    "periodic_force": ("wind", "fx"),
+    "slope": ("wind", "fx"),
+    "tyre_friction": ("tyre_friction", "value"),
+}
+SWING = (3.0, 8.0)  # rad/s
+LEAST_GRIP = 0.3
+
+
+def sizes(robot: str, mass: float, place: Path) -> dict[str, float]:
+    """Size of every effect of a robot: N, m/s², a part of the thrust, a coefficient of friction.
+
+    Raises:
+        ModelError: for an effect that the runs do not show.
+    """
+    kept = place / f"sizes_{robot}.json"
+    if not kept.exists():
+        base, runs = base_of(robot, "simulator", place), simulate_case(Case(robot, seed=HEALTHY_SEED))
+        seen = {(one.effect, one.parameter): one.smallest for one in plan(base.equations, runs).visible}
+        smallest = {key: seen.get(SEEN[key]) for key in EFFECTS[robot]}
+        for key, size in smallest.items():
+            if size is None:
+                raise ModelError(f"{key}: expected runs that show it, found no size that is seen")
+        write_text(kept, json.dumps(smallest))
+    found: dict[str, float] = json.loads(kept.read_text())
+    factors = {"periodic_force": LARGER * 2**0.5, "slope": LARGER / mass, "rotor_loss": LARGER}
+    large = {key: factors[key] * size for key, size in found.items() if key in factors}
+    grip = {key: max(1.0 - LARGER * (1.0 - size), LEAST_GRIP) for key, size in found.items() if key not in factors}
+    return large | grip
+
+
+def drawn(key: str, size: float, seed: int) -> dict[str, float]:
+    """Parameters of that size; rotor, direction and frequency by seed."""
+    rng = np.random.default_rng([seed, len(key)])
+    direction = rng.uniform(-np.pi, np.pi)
+    along = size * np.cos(direction), size * np.sin(direction)
+    if key == "rotor_loss":
+        return {"rotor": float(rng.integers(1, 5)), "value": size}
+    if key == "periodic_force":
+        return {"fx": float(along[0]), "fy": float(along[1]), "omega": float(rng.uniform(*SWING))}
+    if key == "slope":
+        return {"gx": float(along[0]), "gy": float(along[1])}
+    return {"value": size}
+
+
+@dataclass(frozen=True)
+class One:
+    """A :class:`~sym2real.experiments.study.sweep.Job`: one effect, held against every base."""
+
+    case: Case
+    bases: tuple[Base, ...]
+
+    @property
+    def name(self) -> str:
+        """Of its file."""
+        return f"{self.case.robot}_{self.case.keys[0]}_{self.case.seed}"
+
+    @property
+    def asked(self) -> Record:
+        """What the answer depends on."""
+        return {"case": self.case.name, "bases": [base.kind for base in self.bases]}
+
+    def run(self, tell: Callable[[str], None]) -> Record:
+        """An answer by base."""
+        data, answers = simulate_case(self.case), {}
+        for base in self.bases:
+            tell(base.kind)
+            answers[base.kind] = diagnosed(base.equations, data)
+        return {"robot": self.case.robot, "truth": self.case.keys[0], "answers": answers}
+
+
+def named_first(record: Record, kind: str) -> bool:
+    """Whether the first finding against a base stands for the truth."""
+    truth = {"findings": [{"effect": record["truth"]}], "verdict": "EFFECT"}
+    return bool(record["answers"][kind]["findings"]) and same_first(record["answers"][kind], truth)
+
+
+def figures(records: Sequence[Record]) -> list[Figure]:
+    """Named first: of all, and by robot, effect and base."""
+    every = [named_first(one, kind) for one in records for kind in one["answers"]]
+    found = share("named first", every, ">= 0.95")
+    for robot, keys in EFFECTS.items():
+        for key in keys:
+            own = [one for one in records if (one["robot"], one["truth"]) == (robot, key)]
+            for kind in KINDS:
+                found += share(f"{robot}, {key}, {kind}", (named_first(one, kind) for one in own))
+    return found
+
+
+def main(settings: Settings) -> None:
+    """Plan, simulate, diagnose, print, write."""
+    seeds, place, jobs = settings.seeds_of(BENCH), settings.place(BENCH), list[One]()
+    for robot, keys in EFFECTS.items():
+        large = sizes(robot, ROBOTS[robot].mass, place)
+        bases = tuple(base_of(robot, kind, place) for kind in KINDS)
+        cases = (Case(robot, ((key, drawn(key, large[key], seed)),), seed, True) for seed in seeds for key in keys)
+        jobs += [One(case, bases) for case in cases]
+    records = settings.answers(BENCH, jobs)
+    console = Console(stderr=True)
+    for one in records:
+        console.print(one["asked"]["case"], {kind: first(answer) for kind, answer in one["answers"].items()})
+    report(BENCH, figures(records), seeds, settings.json)
+
+
+if __name__ == "__main__":
+    main(tyro.cli(Settings, description=__doc__))

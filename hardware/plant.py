@@ -38,8 +38,7 @@ class HardwarePlant:
         put: has a person bring the robot near a start ``# (state,)``; a fault does not keep it from the next run then.
 
     Attributes:
-        sent: the action of the last step as the robot was told it, after the pilot, rounding and saturation
-            ``# (action,)``.
+        sent: the last step's action as the robot was told it, after pilot, rounding and saturation ``# (action,)``.
         ended: why the last flight ended; empty while it goes on.
     """
 

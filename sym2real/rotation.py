@@ -82,6 +82,14 @@ def from_euler(roll: Tensor, pitch: Tensor, yaw: Tensor) -> Tensor:
     return multiply(about_z, multiply(about_y, about_x))
 
 
+def to_euler(quaternion: Tensor) -> Tensor:
+    """Roll, pitch and yaw of :func:`from_euler` in rad ``# (..., 3)``; at pitch ± 90° roll and yaw are not unique."""
+    w, x, y, z = quaternion.unbind(-1)
+    roll = torch.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    pitch = torch.asin((2.0 * (w * y - x * z)).clamp(-1.0, 1.0))
+    return torch.stack([roll, pitch, yaw(quaternion)], dim=-1)
+
+
 def yaw(quaternion: Tensor) -> Tensor:
     """Heading of the body x axis in the world's x-y plane, rad ``# (...)``."""
     w, x, y, z = quaternion.unbind(-1)

@@ -77,7 +77,7 @@ def window_errors(
     log = np.concatenate([np.full(len(rows), index) for index, _, rows, _, _ in parts])
     start = np.concatenate([trajectory.time[rows] - trajectory.time[0] for _, trajectory, rows, _, _ in parts])
     tangents = np.concatenate([tangent for *_, tangent, _ in parts])
-    channels = _channels(layout)
+    channels = named_channels(layout)
     return WindowErrors(
         errors={name: np.linalg.norm(tangents[:, places], axis=1) for name, places in channels.items()},
         floor={name: _noise(dataset, places) for name, places in channels.items()},
@@ -90,7 +90,7 @@ def window_errors(
     )
 
 
-def _channels(layout: Layout) -> dict[str, list[int]]:
+def named_channels(layout: Layout) -> dict[str, list[int]]:
     """Tangent positions of what is compared: positions and angles, which logs hold without differences."""
     channels: dict[str, list[int]] = {}
     for field, places in zip(layout.fields, places_of_fields(layout), strict=True):

@@ -1,0 +1,45 @@
+// The report's arrays: 16 bits a number, differences, low bytes before high bytes, zlib, base64.
+
+const GAP = -32768;
+
+async function inflated(text) {
+  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+function summedUp(planes) {
+  const count = planes.length / 2;
+  const steps = new Int16Array(count);
+  let sum = 0;
+  for (let i = 0; i < count; i++) {
+    sum += planes[i] | (planes[count + i] << 8);
+    steps[i] = sum;
+  }
+  return steps;
+}
+
+export class Arrays {
+  static async read({ directory, text }) {
+    return new Arrays(directory, summedUp(await inflated(text)));
+  }
+
+  constructor(directory, steps) {
+    this.directory = directory;
+    this.steps = steps;
+  }
+
+  // One row: of a combination of switches and a row of it, or of either where there are two axes.
+  row(name, combination, row) {
+    const { at, shape, scale, middle } = this.directory[name];
+    const length = shape.at(-1);
+    const inner = shape.length === 3 ? row : combination || row;
+    const place = shape.length === 3 ? combination * shape[1] + row : inner;
+    const found = new Array(length);
+    for (let i = 0; i < length; i++) {
+      const step = this.steps[at + place * length + i];
+      found[i] = step === GAP ? null : middle[inner] + scale[inner] * step;
+    }
+    return found;
+  }
+}

@@ -1,0 +1,149 @@
+"""Where does it fail? The path coloured by error beyond noise, errors over time and features, the worst seconds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from sym2real.diagnosis import Comparison, Segment
+from sym2real.diagnosis.windows import JUDGED, channel_units
+from sym2real.report.html.arrays import Arrays
+from sym2real.report.html.charts import Chart, Line, of_model
+from sym2real.report.html.observed import Observed
+from sym2real.report.html.page import Figures, Lines, Part, Section
+from sym2real.report.html.regions import Region, regions
+from sym2real.report.html.signals import EULER, signal_units, signals, unwrapped
+from sym2real.report.tables import number
+from sym2real.trajectory import Array
+
+QUESTION = "Where does it fail?"
+# Ends of the classes of excess error, as parts of nearly the largest (its 95 % quantile).
+CLASSES = (1 / 8, 1 / 4, 1 / 2)
+PLANE = ("x", "y")
+SIGNALS = {"z": ("z",), "xy": ("x", "y"), "position": ("x", "y", "z"), "yaw": ("yaw",)}  # of a channel
+
+
+def failing(comparison: Comparison, observed: Observed, arrays: Arrays, *, switched: bool) -> Section:
+    """Section of a model on its logs; arguments as of :func:`~sym2real.report.html.accuracy.accuracy`."""
+    parts: list[Part] = []
+    if comparison.where:
+        parts.append(Lines("", [f"{one.statement[:1].upper()}{one.statement[1:]}." for one in comparison.where]))
+    parts.append(Figures("Along a log", _along(comparison, observed, arrays, switched)))
+    found = regions(observed, comparison.where)
+    if found:
+        reading = "Bands are 95 % intervals over blocks of a second."
+        parts.append(Figures("Error against what happens", _features(found, observed, arrays, switched), reading))
+    if comparison.worst:
+        parts.append(Figures("The worst seconds", _worst(comparison.worst, observed, arrays, switched)))
+    return Section("failing", QUESTION, parts)
+
+
+def _along(comparison: Comparison, observed: Observed, arrays: Arrays, switched: bool) -> list[Chart]:
+    """Charts of one log: its path, and errors over time."""
+    starts, units = observed.starts, channel_units(observed.layout)
+    for index, log in enumerate(starts.data):
+        arrays.add(f"starts/{index}", log.time[starts.row[starts.log == index]] - log.time[0])
+    charts = []
+    if all(column in observed.layout for column in PLANE):
+        charts.append(_path(comparison, observed, arrays))
+    for channel in (one for one in JUDGED if one in observed.by_window):
+        for index in range(len(starts.data)):
+            arrays.add(f"window-{channel}/{index}", observed.by_window[channel][:, starts.log == index])
+        lines = of_model(f"window-{channel}", switched=switched)
+        charts.append(
+            Chart(
+                f"{channel} error {observed.ahead:g} s ahead",
+                "Each point is the error at the end of a window that starts there; the slider moves the cursor.",
+                *("start of the window in s", f"error in {units[channel]}", "starts"),
+                lines,
+                kind="time",
+                of_log=True,
+                zero=True,
+            )
+        )
+    return charts
+
+
+def _path(comparison: Comparison, observed: Observed, arrays: Arrays) -> Chart:
+    """The path from above in classes of excess error, which switches move."""
+    starts = observed.starts
+    floor = min(comparison.horizons or (comparison.one_step,), key=lambda one: abs(one.horizon - observed.ahead))
+    lowest = np.nan_to_num(floor.errors["position"].floor)
+    excess = np.sqrt(np.maximum(np.square(observed.by_window["position"]) - lowest**2, 0.0))
+    ends = [part * float(np.nanquantile(excess[0], 0.95)) for part in CLASSES]
+    places = np.where(np.isnan(excess), -1, np.digitize(excess, ends))  # (B, W)
+    for index, log in enumerate(starts.data):
+        mine = starts.log == index
+        across, up = (log.column(column)[starts.row[mine]] for column in PLANE)
+        arrays.add(f"across/{index}", across)
+        arrays.add(f"up/{index}", np.stack([_in_class(places[:, mine], up, one) for one in range(len(ends) + 1)], 1))
+        arrays.add(f"measured-up/{index}", up)
+    names = [f"below {number(ends[0], 2)} m"]
+    names += [f"{number(low, 2)} to {number(high, 2)} m" for low, high in pairwise(ends)]
+    names.append(f"over {number(ends[-1], 2)} m")
+    lines = [Line("measured", "measured", "measured-up", x="across")]
+    roles = ("excess0", "excess1", "excess2", "excess3")
+    lines += [
+        Line(name, role, "up", row, switched=True, x="across")  # type: ignore[arg-type]
+        for row, (name, role) in enumerate(zip(names, roles, strict=True))
+    ]
+    reading = f"Thicker and darker: a larger position error {observed.ahead:g} s ahead, beyond the sensors' noise."
+    return Chart("path from above", reading, "x in m", "y in m", "starts", lines, kind="path", of_log=True)
+
+
+def _in_class(places: Array, up: Array, one: int) -> Array:
+    """Heights of the points of a class, and of the point behind each so that stretches join ``# (B, W)``."""
+    inside = places == one
+    inside[:, 1:] |= inside[:, :-1] & (places[:, 1:] >= 0)
+    return np.where(inside, up, np.nan)
+
+
+def _features(found: Sequence[Region], observed: Observed, arrays: Arrays, switched: bool) -> list[Chart]:
+    units, charts = channel_units(observed.layout), []
+    for place, one in enumerate(found):
+        middle = arrays.add(f"feature-{place}", one.middle)
+        names = [
+            arrays.add(f"feature-{place}-{end}", values)
+            for end, values in (("value", one.value), ("low", one.low), ("high", one.high))
+        ]
+        lines = of_model(names[0], switched=switched, low=names[1], high=names[2])
+        unit = units.get(one.channel, "m")
+        spread = f"Between {number(one.value[0].min(), 2)} and {number(one.value[0].max(), 2)} {unit} over its range."
+        reading = f"{one.statement[:1].upper()}{one.statement[1:]}." if one.statement else spread
+        labels = (f"{one.feature} in {one.unit}", f"error in {unit}")
+        title = f"{one.channel} error against {one.feature}"
+        charts.append(Chart(title, reading, *labels, middle, lines, zero=True, points=True))
+    return charts
+
+
+def _worst(worst: Sequence[Segment], observed: Observed, arrays: Arrays, switched: bool) -> list[Chart]:
+    """Measured and predicted in the worst windows, of the signal that is farthest off."""
+    starts, units, charts = observed.starts, signal_units(observed.layout), []
+    for rank, (segment, (place, predicted)) in enumerate(zip(worst, observed.windows.items(), strict=False)):
+        log = starts.data[int(starts.log[place])]
+        rows = np.arange(starts.row[place] + 1, min(starts.row[place] + 1 + starts.steps, len(log)))
+        true, shown = unwrapped(observed.layout, signals(observed.layout, log.state[rows]), predicted[:, : len(rows)])
+        signal = _farthest(segment, observed, true, shown[0])
+        time = arrays.add(f"worst-{rank}-time", log.time[rows] - log.time[0])
+        measured = arrays.add(f"worst-{rank}-measured", true[:, signal])
+        values = arrays.add(f"worst-{rank}", shown[..., signal])
+        name, unit = list(units.items())[signal]
+        lines = [
+            Line("measured", "measured", measured),
+            Line("model as it stands" if switched else "model", "base", values),
+        ]
+        if switched:
+            lines.append(Line("with the switches", "model", values, switched=True))
+        charts.append(Chart(segment.log, f"{segment.statement}.", "time in s", f"{name} in {unit}", time, lines))
+    return charts
+
+
+def _farthest(segment: Segment, observed: Observed, measured: Array, predicted: Array) -> int:
+    """Place of the signal of a segment's channel that ends farthest off."""
+    names = list(signal_units(observed.layout))
+    wanted = SIGNALS.get(segment.channel, EULER)
+    places = [names.index(name) for name in wanted if name in names]
+    away = np.abs(np.nan_to_num(predicted - measured))[-1, places]
+    return places[int(np.argmax(away))]

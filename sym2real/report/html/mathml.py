@@ -1,0 +1,81 @@
+"""Expressions as MathML, which browsers draw without help; marked symbols bring their whole term into colour."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import Any
+
+import sympy
+from markupsafe import Markup
+from sympy import Add, Expr, Piecewise, Symbol
+from sympy.printing.mathml import MathMLPresentationPrinter
+
+from sym2real.report.tables import rounded
+
+
+def mathml(expression: Expr, marked: Collection[Symbol] = (), names: Mapping[str, str] | None = None) -> Markup:
+    """An expression with its numbers to four digits, a sum in terms between which a line may end.
+
+    Args:
+        expression: what is printed.
+        marked: symbols; the smallest terms with one of them get the class "new".
+        names: what symbols are called, by their own name; a part behind a "|" stands below.
+    """
+    printer = _Printer(frozenset(marked), names or {})
+    short = rounded(expression)
+    terms = short.as_ordered_terms() if isinstance(short, Add) else [short]
+    return Markup(" ").join(_term(printer, term, first=not place) for place, term in enumerate(terms))
+
+
+def _term(printer: _Printer, term: Expr, *, first: bool) -> Markup:
+    negative = term.could_extract_minus_sign()
+    sign = "−" if negative else "" if first else "+"
+    body = printer.doprint(-term if negative else term)
+    operator = f"<mo form='infix'>{sign}</mo>" if sign else ""
+    is_new = bool(printer.marked & term.free_symbols)
+    return Markup(f"<math{' class=new' if is_new else ''}><mrow>{operator}{body}</mrow></math>")
+
+
+class _Printer(MathMLPresentationPrinter):  # type: ignore[misc]
+    """SymPy's printer with our names for symbols."""
+
+    def __init__(self, marked: frozenset[Symbol], names: Mapping[str, str]) -> None:
+        super().__init__({"mul_symbol": "dot"})
+        self.marked, self._names = marked, names
+
+    def _print_Symbol(self, sym: Symbol, style: str = "plain") -> Any:  # noqa: N802 — as SymPy names it
+        del style
+        name, _, below = self._names.get(sym.name, sym.name).partition("|")
+        element = self.dom.createElement("mi")
+        element.appendChild(self.dom.createTextNode(name))
+        if below:
+            whole, small = self.dom.createElement("msub"), self.dom.createElement("mtext")
+            small.appendChild(self.dom.createTextNode(below))
+            whole.appendChild(element)
+            whole.appendChild(small)
+            element = whole
+        if sym in self.marked:
+            element.setAttribute("class", "symbol")
+        return element
+
+    def _print_Piecewise(self, expr: Piecewise) -> Any:  # noqa: N802 — as SymPy names it
+        whole, table = self.dom.createElement("mrow"), self.dom.createElement("mtable")
+        brace = self.dom.createElement("mo")
+        brace.appendChild(self.dom.createTextNode("{"))
+        whole.appendChild(brace)
+        whole.appendChild(table)
+        for value, condition in expr.args:
+            row = self.dom.createElement("mtr")
+            for part in (self._print(value), self._condition(condition)):
+                cell = self.dom.createElement("mtd")
+                cell.appendChild(part)
+                row.appendChild(cell)
+            table.appendChild(row)
+        return whole
+
+    def _condition(self, condition: Any) -> Any:
+        if condition != sympy.true:
+            return self._print(condition)
+        text = self.dom.createElement("mtext")
+        text.appendChild(self.dom.createTextNode("otherwise"))
+        return text

@@ -1,0 +1,48 @@
+"""What is missing? Every effect with its probability, values and intervals, what replaces it, what decides."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from sym2real.diagnosis import Fault, Finding
+from sym2real.effects import effect
+from sym2real.report.html.page import Card, Cards, Lines, Part, Section
+from sym2real.report.tables import number
+from sym2real.symbolic import Equations
+
+QUESTION = "What is missing?"
+
+
+def missing(base: Equations, findings: Sequence[Finding], faults: Sequence[Fault]) -> Section:
+    """Section of what was found in a base's logs."""
+    parts: list[Part] = []
+    if findings:
+        parts.append(Cards("Effects that the model lacks", [_card(base, one) for one in findings]))
+    else:
+        parts.append(Lines("", ["No effect was found that the model lacks."]))
+    if faults:
+        said = [f"{one.evidence}; fix: {one.fix}" if one.fix else one.evidence for one in faults]
+        parts.append(Lines("Wrong with the data, and undone where the logs tell how", said))
+    return Section("missing", QUESTION, parts)
+
+
+def _card(base: Equations, finding: Finding) -> Card:
+    facts = []
+    if finding.confidence is not None:
+        sure = finding.confidence
+        facts.append(("probability", f"{100 * sure.value:.0f} % ({sure.right} of {sure.of} like it were right)"))
+    if finding.provisional:
+        facts.append(("provisional", "too few independent pieces of data for a test"))
+    for name, one in finding.parameters.items():
+        spread = finding.log_spread.get(name)
+        scatter = "" if spread is None else f"; logs one by one ± {number(spread, 2)}"
+        facts.append((name, f"{one.said} (95 %: {number(one.low)} … {number(one.high)}{scatter})"))
+    rivals = [rival for rival in finding.group if rival != finding.effect]
+    if rivals:
+        facts.append(("or instead", f"{', '.join(rivals)}: these logs cannot tell"))
+    if finding.separate_by:
+        facts.append(("what decides", finding.separate_by))
+    facts.append(("removes", f"{100 * finding.share:.0f} % of the excess error"))
+    facts.append(("fix", finding.fix))
+    about = effect(finding.effect, finding.bound(base)).of.summary
+    return Card(finding.effect, about, [one for one in facts if one[1]], finding.share)

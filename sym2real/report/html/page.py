@@ -1,0 +1,129 @@
+"""A page as data: sections of parts, and the arrays that its charts draw."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from markupsafe import Markup
+
+from sym2real.report.html.arrays import Arrays
+from sym2real.report.html.charts import Chart
+from sym2real.report.html.variants import Switch
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of text; the first column names the row."""
+
+    title: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    reading: str = ""
+    kind: str = "table"
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of the switched model, which the page's script fills in: by channel, unit, base, floor and "hold"."""
+
+    title: str
+    reading: str
+    rows: Sequence[tuple[str, str, float, float, float]]
+    horizon: int
+    kind: str = "errors"
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Charts; with a log to choose and a slider through time where they are of one log."""
+
+    title: str
+    charts: Sequence[Chart]
+    reading: str = ""
+    kind: str = "figures"
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Sentences."""
+
+    title: str
+    lines: Sequence[str]
+    kind: str = "lines"
+
+
+@dataclass(frozen=True)
+class Card:
+    """One effect: its name, what it is, label and text of what is known of it, and the part of the error it removes."""
+
+    name: str
+    about: str
+    facts: Sequence[tuple[str, str]]
+    share: float
+
+
+@dataclass(frozen=True)
+class Cards:
+    """Effects."""
+
+    title: str
+    cards: Sequence[Card]
+    kind: str = "cards"
+
+
+@dataclass(frozen=True)
+class Formula:
+    """An equation: what it gives, and its text before and after; either may be empty."""
+
+    name: str
+    before: Markup
+    after: Markup
+
+
+@dataclass(frozen=True)
+class Formulas:
+    """Equations; folded away unless ``open``."""
+
+    title: str
+    formulas: Sequence[Formula]
+    reading: str = ""
+    folded: bool = False
+    kind: str = "formulas"
+
+
+Part = Table | Errors | Figures | Lines | Cards | Formulas
+
+
+@dataclass(frozen=True)
+class Section:
+    """The answer to one question."""
+
+    key: str
+    question: str
+    parts: Sequence[Part]
+
+
+@dataclass(frozen=True, eq=False)
+class Page:
+    """All of a report.
+
+    Args:
+        title: heading.
+        verdict: one word; "" where there is none.
+        summary: the answer in a sentence.
+        facts: label and text of what was looked at.
+        sections: in the order in which people ask.
+        arrays: what charts draw.
+        switches: what can be added.
+        logs: names, where charts are of one log.
+    """
+
+    title: str
+    summary: str
+    sections: Sequence[Section]
+    verdict: str = ""
+    facts: Sequence[tuple[str, str]] = ()
+    arrays: Arrays = field(default_factory=Arrays)
+    switches: Sequence[Switch] = ()
+    logs: Sequence[str] = ()

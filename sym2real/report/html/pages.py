@@ -1,0 +1,113 @@
+"""The pages of a comparison and of a diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from sym2real.diagnosis import Comparison, Diagnosis, compare
+from sym2real.diagnosis.start import Start
+from sym2real.report.html.accuracy import accuracy
+from sym2real.report.html.added import curves, ladder_charts, ladder_rows
+from sym2real.report.html.arrays import Arrays
+from sym2real.report.html.failing import failing
+from sym2real.report.html.formulas import formulas
+from sym2real.report.html.missing import missing
+from sym2real.report.html.observed import Observed, observe
+from sym2real.report.html.page import Figures, Formulas, Lines, Page, Part, Section
+from sym2real.report.html.remaining import remaining
+from sym2real.report.html.variants import Given, Predicting, Variants, WithFindings
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Dataset
+
+ADDED = "What happens when it is added?"
+
+
+def comparison_page(model: Predicting, data: Dataset, comparison: Comparison, title: str) -> Page:
+    """How good a model is on logs, and where it fails.
+
+    Args:
+        model: equations, or a model that predicts in float64.
+        data: the logs of the comparison.
+        comparison: what was found.
+        title: of the page.
+    """
+    arrays, observed = Arrays(), _observed(Given((model,)), data, comparison)
+    good = accuracy(comparison, observed, arrays, switched=False)
+    sections = (
+        replace(good, parts=(*good.parts, curves(observed, arrays, switched=False))),
+        failing(comparison, observed, arrays, switched=False),
+        remaining(comparison, None),
+    )
+    return Page(title, _said(comparison), sections, facts=_facts(data), arrays=arrays, logs=_names(data))
+
+
+def diagnosis_page(base: Equations, data: Dataset, found: Diagnosis, title: str, notes: Sequence[str] = ()) -> Page:
+    """All five questions.
+
+    Args:
+        base: the model that was diagnosed.
+        data: logs, the faults that were found undone.
+        found: the diagnosis.
+        title: of the page.
+        notes: further remarks.
+    """
+    arrays, comparison = Arrays(), compare(base, data)
+    if found.where:
+        comparison = replace(comparison, where=found.where)
+    variants: Variants = WithFindings(base, found.findings) if found.findings else Given((base,))
+    observed, switched = _observed(variants, data, comparison), bool(found.findings)
+    sections = [
+        accuracy(comparison, observed, arrays, switched=switched),
+        failing(comparison, observed, arrays, switched=switched),
+        missing(base, found.findings, found.faults),
+        Section("added", ADDED, _added(variants, found, observed, arrays)),
+        remaining(comparison, found, notes),
+    ]
+    facts = [*_facts(data), ("hypotheses", str(found.tried)), ("time taken", f"{found.seconds:.0f} s")]
+    return Page(
+        title,
+        found.summary,
+        sections,
+        verdict=found.verdict.replace("_", " ").lower(),
+        facts=facts,
+        arrays=arrays,
+        switches=variants.switches,
+        logs=_names(data),
+    )
+
+
+def _added(variants: Variants, found: Diagnosis, observed: Observed, arrays: Arrays) -> list[Part]:
+    parts: list[Part] = []
+    if found.ladder:
+        charts = ladder_charts(found.ladder, found.floor, arrays)
+        parts.append(Figures("One effect after the other, on held-out data", charts))
+        parts.append(ladder_rows(found.ladder, found.held_out, apart=found.apart))
+    if found.gate.best is not None:
+        best, passed = found.gate.best, "passed" if found.gate.passed else "not passed"
+        fall = f"the held-out error of {best.channel} after {best.horizon:g} s falls by {100 * best.part:.0f} %"
+        parts.append(Lines("", [f"Gate {passed}: {fall}."]))
+    parts.append(curves(observed, arrays, switched=bool(found.findings)))
+    equations: list[Formulas] = formulas(variants) if isinstance(variants, WithFindings) else []
+    return [*parts, *equations]
+
+
+def _observed(variants: Variants, data: Dataset, comparison: Comparison, method: Start | None = None) -> Observed:
+    places = {log.name: index for index, log in enumerate(data)}
+    single = [(places[one.log], one.start) for one in comparison.worst if one.log in places]
+    return observe(variants, data, method or comparison.start, single)
+
+
+def _facts(data: Dataset) -> list[tuple[str, str]]:
+    rows, seconds = sum(map(len, data)), sum(len(one) * one.dt for one in data)
+    return [("logs", str(len(data))), ("rows", str(rows)), ("length", f"{seconds:.0f} s"), ("step", f"{data.dt:.4g} s")]
+
+
+def _names(data: Dataset) -> list[str]:
+    return [log.name or f"log {place}" for place, log in enumerate(data, start=1)]
+
+
+def _said(comparison: Comparison) -> str:
+    errors = comparison.at(0.8) if comparison.horizons else comparison.one_step
+    name, first = next(iter(errors.errors.items()))
+    return f"{errors.horizon:g} s ahead the model's {name} is {first.value:.2g} {first.unit} off (root mean square)."

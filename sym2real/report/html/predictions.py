@@ -1,0 +1,96 @@
+"""What every variant of a model predicts from starts along logs, in one rollout a variant."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from sym2real.diagnosis import ROWS
+from sym2real.diagnosis.start import Start, start_states
+from sym2real.diagnosis.windows import STRIDE
+from sym2real.past import past_rows
+from sym2real.protocols import DynamicsModel
+from sym2real.symbolic import rollout
+from sym2real.trajectory import Dataset
+
+
+@dataclass(frozen=True, eq=False)
+class Starts:
+    """Windows of logs, every 0.1 s; those near a log's end are as long as it lasts.
+
+    Args:
+        data: the logs.
+        log, row: where each window starts ``# (W,)``.
+        state: its start state ``# (W, state)``.
+        steps: length of a window.
+    """
+
+    data: Dataset
+    log: NDArray[np.int64]
+    row: NDArray[np.int64]
+    state: Tensor
+    steps: int
+
+    @classmethod
+    def of(cls, data: Dataset, steps: int, method: Start = "smoothed") -> Starts:
+        """Every window that is at least one step long.
+
+        Args:
+            data: logs, one of them at least longer than the rows that a start is estimated from.
+            steps: length of a window.
+            method: how start states are estimated.
+        """
+        stride, parts = max(1, round(STRIDE / data.dt)), []
+        for index, trajectory in enumerate(data):
+            rows = np.arange(ROWS - 1, len(trajectory) - 1, stride)
+            if len(rows):
+                parts.append((np.full(len(rows), index), rows, start_states(trajectory, rows, method)))
+        log, row, state = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return cls(data, log, row, torch.as_tensor(state), steps)
+
+    @property
+    def left(self) -> NDArray[np.int64]:
+        """Rows that each window's log has behind its start ``# (W,)``."""
+        return np.array([len(one) for one in self.data])[self.log] - 1 - self.row
+
+    @property
+    def measured(self) -> Tensor:
+        """``# (W, steps, state)``; behind a log's end its last row."""
+        return torch.as_tensor(self._rows([one.state for one in self.data], 1))
+
+    def predicted(self, model: DynamicsModel, logs: Dataset) -> Tensor:
+        """What a model predicts ``# (W, steps, state)``; behind a log's end not a number.
+
+        Args:
+            model: in float64.
+            logs: the data as the model takes them: with its inputs, and the commands that reach the robot.
+        """
+        actions, inputs = (
+            torch.as_tensor(self._rows(columns, 0))
+            for columns in ([one.action for one in logs], [one.inputs for one in logs])
+        )
+        with torch.no_grad():
+            states = rollout(model, self.state, actions, inputs, past=self._past(model, logs))
+        states[torch.as_tensor(np.arange(self.steps) >= self.left[:, None])] = torch.nan
+        return states
+
+    def _rows(self, columns: Sequence[NDArray[np.float64]], offset: int) -> NDArray[np.float64]:
+        """Rows of every window ``# (W, steps, columns)``, from so many behind its start."""
+        ahead = self.row[:, None] + np.arange(self.steps) + offset
+        found = np.empty((*ahead.shape, columns[0].shape[1]))
+        for index, values in enumerate(columns):
+            mine = self.log == index
+            found[mine] = values[np.minimum(ahead[mine], len(values) - 1)]
+        return found
+
+    def _past(self, model: DynamicsModel, logs: Dataset) -> Tensor | None:
+        seen = past_rows(model)
+        if not any(seen):
+            return None
+        parts = [one.past(*seen)[self.row[self.log == index]] for index, one in enumerate(logs)]
+        return torch.as_tensor(np.concatenate(parts))

@@ -1,0 +1,91 @@
+"""A page as one HTML file that asks for nothing else: styles, scripts and numbers are in it.
+
+Text comes from files that people name and write, so it is escaped: by the template in HTML, and as escape sequences in
+the JSON of the page's script. The page's own policy lets it run its own two scripts and load nothing.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import math
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, StrictUndefined
+from markupsafe import Markup
+
+from sym2real import __version__
+from sym2real.files import write_text
+from sym2real.report.html.charts import Chart
+from sym2real.report.html.page import Figures, Page
+from sym2real.report.tables import number
+
+STYLES, CHART_SCRIPTS, SCRIPTS = (
+    ("uPlot.min.css", "page.css"),
+    ("uPlot.iife.min.js",),
+    ("data.js", "charts.js", "page.js"),
+)
+
+
+def write_page(page: Page, file: Path) -> Path:
+    """Write a page; the file."""
+    write_text(file, render(page))
+    return file
+
+
+def render(page: Page) -> str:
+    """HTML of a page."""
+    charts = [chart for section in page.sections for part in section.parts for chart in _charts(part)]
+    places = {id(chart): place for place, chart in enumerate(charts)}
+    assets = {"style": _text(STYLES), "chart": _text(CHART_SCRIPTS), "page": _module(SCRIPTS)}
+    data = {
+        "charts": [chart.to_dict() for chart in charts],
+        "arrays": {"directory": page.arrays.directory, "text": page.arrays.text},
+    }
+    return (
+        _environment()
+        .from_string(_text(("page.html",)))
+        .render(
+            page=page,
+            number_of=lambda chart: places[id(chart)],
+            assets={name: Markup(text) for name, text in assets.items()},
+            hashes={name: Markup(f"'sha256-{_digest(text)}'") for name, text in assets.items()},
+            data=Markup(in_script(data)),
+            version=__version__,
+        )
+    )
+
+
+def in_script(data: Any) -> str:
+    """JSON that may stand inside a script element: no sign in it can end the element or begin a comment."""
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False)
+    return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
+
+
+def _charts(part: object) -> list[Chart]:
+    return list(part.charts) if isinstance(part, Figures) else []
+
+
+def _environment() -> Environment:
+    found = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    found.filters["figures"] = lambda value: "–" if not math.isfinite(value) else number(value)
+    return found
+
+
+@cache
+def _text(names: tuple[str, ...]) -> str:
+    folder = resources.files(__package__) / "assets"
+    return "\n".join((folder / name).read_text(encoding="utf-8").strip() for name in names)
+
+
+def _module(names: tuple[str, ...]) -> str:
+    """Modules as one: what they export, the last one uses."""
+    return _text(names).replace("\nexport class ", "\nclass ")
+
+
+def _digest(text: str) -> str:
+    return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")

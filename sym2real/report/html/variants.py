@@ -1,0 +1,169 @@
+"""The models that a page switches among: one that is given, with any of a few additions.
+
+With findings of a diagnosis there is one set of equations, compiled once: the parameters of a finding stand at their
+null value, where an effect does nothing, until its switch is on. All others keep the values of their joint estimate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Protocol
+
+import torch
+from sympy import Expr
+from torch import Tensor
+
+from sym2real.diagnosis import Finding
+from sym2real.diagnosis.library import shielded
+from sym2real.diagnosis.prepared import prepared, with_filtered_commands
+from sym2real.effects import Effect, compose, effect
+from sym2real.effects.filters import with_hidden_start
+from sym2real.effects.inputs import with_inputs
+from sym2real.effects.sensors import MeasuredModel
+from sym2real.protocols import DynamicsModel
+from sym2real.symbolic import Equations, compile_model, rollout
+from sym2real.trajectory import Dataset
+
+MOST_SWITCHES = 5
+Predicting = Equations | DynamicsModel
+
+
+@dataclass(frozen=True)
+class Switch:
+    """Something that can be added: its name, and its values in words."""
+
+    name: str
+    about: str
+
+
+class Variants(Protocol):
+    """Models by which switches are on."""
+
+    @property
+    def switches(self) -> tuple[Switch, ...]:
+        """What can be added."""
+        ...
+
+    def prepared(self, on: Sequence[bool], data: Dataset) -> tuple[DynamicsModel, Dataset]:
+        """The model with these switches on, and the logs as it takes them."""
+        ...
+
+
+def subsets(count: int) -> list[tuple[bool, ...]]:
+    """Every combination of so many switches; the first switch is the lowest bit of a combination's place."""
+    return [tuple(bool(place >> bit & 1) for bit in range(count)) for place in range(2**count)]
+
+
+@dataclass(frozen=True)
+class Given:
+    """Whole models: the one that is judged and, where there is one, what it has become.
+
+    Args:
+        models: one, or two.
+        switches: one fewer.
+    """
+
+    models: tuple[Predicting, ...]
+    switches: tuple[Switch, ...] = ()
+
+    def prepared(self, on: Sequence[bool], data: Dataset) -> tuple[DynamicsModel, Dataset]:
+        """See :class:`Variants`."""
+        return prepared(self.models[sum(on)], data)
+
+
+@dataclass(frozen=True)
+class WithFindings:
+    """A base and its findings, any of which may be on; the last switch holds all findings that have none of their own.
+
+    Args:
+        base: equations without them, as they were diagnosed.
+        findings: in order of importance, not none.
+    """
+
+    base: Equations
+    findings: tuple[Finding, ...]
+
+    @property
+    def switches(self) -> tuple[Switch, ...]:
+        """See :class:`Variants`."""
+        return tuple(_switch(group) for group in self._groups)
+
+    @property
+    def _groups(self) -> list[tuple[Finding, ...]]:
+        own, rest = self.findings[: MOST_SWITCHES - 1], self.findings[MOST_SWITCHES - 1 :]
+        return [*((one,) for one in own), *([rest] if rest else [])]
+
+    @cached_property
+    def bound(self) -> Equations:
+        """The base with the inputs that the findings' values refer to."""
+        equations = self.base
+        for one in self.findings:
+            equations = one.bound(equations)
+        return equations
+
+    @cached_property
+    def shielded(self) -> Equations:
+        """The base with a name of its own for everything that an effect may change before it acts."""
+        return shielded(self.bound)
+
+    @cached_property
+    def effects(self) -> dict[str, Effect]:
+        """The effect of every finding, by its key."""
+        return {one.effect: effect(one.effect, self.bound) for one in self.findings}
+
+    @cached_property
+    def equations(self) -> Equations:
+        """All effects in the base; their fitted parameters are symbols at null."""
+        return compose(self.shielded, [(self.effects[one.effect], self.values(one)) for one in self.findings])
+
+    def values(self, one: Finding) -> dict[str, Expr | float]:
+        """A symbol for every parameter of a finding that a fit can vary, the value of the others."""
+        of = self.effects[one.effect]
+        fitted = {parameter.name for parameter in of.parameters if parameter.fitted}
+        return {name: of.symbols()[name] if name in fitted else value for name, value in one.values.items()}
+
+    @cached_property
+    def _compiled(self) -> torch.jit.ScriptModule:
+        return compile_model(self.equations, dtype=torch.float64)
+
+    def prepared(self, on: Sequence[bool], data: Dataset) -> tuple[DynamicsModel, Dataset]:
+        """See :class:`Variants`."""
+        parameters = dict(self.equations.parameters)
+        for group, is_on in zip(self._groups, on, strict=True):
+            for one in group if is_on else ():
+                parameters |= self._numbers(one)
+        equations = replace(self.equations, parameters=parameters)
+        logs = with_filtered_commands(equations, with_inputs(equations.layouts.inputs, data))
+        return MeasuredModel(equations, model=_At(self._compiled, equations)), logs
+
+    def _numbers(self, one: Finding) -> dict[str, float]:
+        symbols = self.effects[one.effect].symbols()
+        names = {name: symbols[name].name for name in one.values}
+        return {names[name]: value for name, value in one.values.items() if names[name] in self.equations.parameters}
+
+
+@dataclass(frozen=True)
+class _At:
+    """Compiled equations at values of their parameters, which hidden states start from too."""
+
+    compiled: torch.jit.ScriptModule
+    equations: Equations
+
+    def __call__(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
+        known = None if inputs is None else inputs[..., None, :]
+        return self.rollout(state, action[..., None, :], known, None)[..., 0, :]
+
+    def rollout(self, state: Tensor, actions: Tensor, inputs: Tensor | None, parameters: None) -> Tensor:
+        """Visible states ``# (..., H, visible)``, as of :class:`~sym2real.effects.visible.VisibleModel`."""
+        del parameters  # they are those of the equations
+        first = inputs[..., 0, :] if inputs is not None and inputs.dim() >= actions.dim() else inputs
+        start = with_hidden_start(self.equations, state, actions[..., 0, :], first)
+        values = torch.tensor(list(self.equations.parameters.values()), dtype=torch.float64)
+        return rollout(self.compiled, start, actions, inputs, values)[..., : state.shape[-1]]
+
+
+def _switch(group: Sequence[Finding]) -> Switch:
+    about = "; ".join(f"{name} {one.said}" for finding in group for name, one in finding.parameters.items())
+    return Switch(" and ".join(finding.effect for finding in group), about)

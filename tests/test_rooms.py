@@ -40,6 +40,7 @@ OWNERS = {
     "pyoperon": {"regression"},
     "pysr": {"regression"},
     "matplotlib": {"report"},
+    "jinja2": {"report"},
     "gymnasium": {"plants"},
     "pandas": {"logs"},
     "pyarrow": {"logs"},

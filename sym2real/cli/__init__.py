@@ -30,6 +30,7 @@ from sym2real.cli.output import STANDARD_OUTPUT, report_for, show_json, write_js
 from sym2real.cli.parsing import parse
 from sym2real.cli.places import kept_apart
 from sym2real.cli.plan import PlanFlight
+from sym2real.cli.report import WriteReport
 from sym2real.cli.run import Run
 from sym2real.cli.show import Show
 from sym2real.cli.simulate import Simulate
@@ -64,6 +65,10 @@ From a model and a target to a model that has learned it:
   sym2real adapt runs/base runs/heavier/simulator circle --out runs/adapted
       an episode, training on it, and again; or from a folder of logs
 
+The whole as a page that works offline, with effects to switch on and off:
+  sym2real report runs/found
+      of a folder; diagnose, compare, run, adapt and experiment write it with --report FILE
+
 The experiments of the paper, as a study that you can repeat:
   sym2real experiment sim2sim --out runs/sim2sim
       every case beside what the paper says of it
@@ -91,6 +96,7 @@ VERBS: dict[str, Any] = {
     "adapt": Adapt,
     "plan": PlanFlight,
     "experiment": RunExperiment,
+    "report": WriteReport,
 }
 OF_SEVERAL = {"nominal": "Rigid-body equations from numbers alone."}  # verbs whose words are in no class
 Verb: Any = reduce(

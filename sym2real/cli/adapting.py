@@ -58,6 +58,8 @@ class AdaptVerb(ABC):
     """Say what would be done and what is there already; fly, learn and write nothing."""
     undo: OptionalRound = None
     """Put the model of this round at the top of OUT, and do nothing else; 0 is the model as it was given."""
+    report: Path | None = None
+    """Write the whole as one HTML file that works offline."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
 
@@ -169,6 +171,8 @@ class AdaptVerb(ABC):
         """The table and the figure; what ``adaptation.json`` holds and where things are."""
         from sym2real.adaptation import settled
         from sym2real.adaptation.rounds import ANSWER
+        from sym2real.cli.report import write_report
+        from sym2real.cli.report_folder import page_of
         from sym2real.files import read_object
         from sym2real.report.adaptation import rounds_figure, rounds_table
         from sym2real.report.figures import save
@@ -176,7 +180,10 @@ class AdaptVerb(ABC):
         console.print(rounds_table(reports, on_top, settled(reports)))
         figure = save(rounds_figure(reports, on_top), self.out / FIGURE)
         console.print(f"model of round {on_top}, {ANSWER} and figure in {self.out}", markup=False)
-        return read_object(self.out / ANSWER, "an adaptation") | {"model": self.out, "figure": figure}
+        result = read_object(self.out / ANSWER, "an adaptation") | {"model": self.out, "figure": figure}
+        if self.report:
+            result["report"] = write_report(page_of(self.out, console), self.report, console)
+        return result
 
 
 @dataclass(frozen=True, eq=False)

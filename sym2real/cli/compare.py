@@ -30,16 +30,21 @@ class Compare(OfLogs):
     """Start windows from the last ten rows, smoothed, or from the measured row."""
     out: Path | None = None
     """Folder for figures: error over the horizon, measured against predicted."""
+    report: Path | None = None
+    """Write the whole as one HTML file that works offline."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
 
     def run(self, console: Console) -> dict[str, Any]:
         """Print the report, draw the figures."""
         from sym2real.cli.model import folder_of, logs_for, open_with_progress
+        from sym2real.cli.report import write_report
+        from sym2real.cli.report_folder import title_of
         from sym2real.diagnosis import compare, training_region
         from sym2real.neural.composed import in_double
         from sym2real.neural.model_folder import below
         from sym2real.report.comparison import comparison_report
+        from sym2real.report.html.pages import comparison_page
 
         model = in_double(open_with_progress(self.model))
         data = logs_for(below(model), self.logs, self.naming)
@@ -51,4 +56,8 @@ class Compare(OfLogs):
 
             figures = draw_comparison(model, data, comparison, self.out)
             console.print(f"figures in {self.out}", markup=False)
-        return {**comparison.to_dict(), "figures": figures}
+        result = {**comparison.to_dict(), "figures": figures}
+        if self.report:
+            page = comparison_page(model, data, comparison, title_of(self.model, "compared"))
+            result["report"] = write_report(page, self.report, console)
+        return result

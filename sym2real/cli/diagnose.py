@@ -11,7 +11,7 @@ from rich.console import Console
 
 from sym2real.cli.numbers import OptionalPositive
 from sym2real.cli.of_logs import OfLogs
-from sym2real.cli.places import Place
+from sym2real.cli.places import Place, anywhere
 
 
 @dataclass(frozen=True)
@@ -46,6 +46,8 @@ class Diagnose(OfLogs):
     """Calibrate the base in the robot's plain simulator first."""
     out: Path | None = None
     """Folder for diagnosis.json, figures, the informed model and the simulator with what was found."""
+    report: Path | None = None
+    """Write the whole as one HTML file that works offline."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
 
@@ -55,8 +57,12 @@ class Diagnose(OfLogs):
         from sym2real.cli.found import plain_simulator
         from sym2real.cli.model import equations_below, folder_of, logs_for, require_another_folder
         from sym2real.cli.progress import stages_progress
+        from sym2real.cli.report import write_report
+        from sym2real.cli.report_folder import title_of
         from sym2real.diagnosis import data_report, diagnose, training_region
+        from sym2real.diagnosis.faults.sanity import check
         from sym2real.report.diagnosis import diagnosis_report, term_command
+        from sym2real.report.html.pages import diagnosis_page
 
         if self.out:
             require_another_folder(self.model, self.out / "model")
@@ -84,6 +90,16 @@ class Diagnose(OfLogs):
         if found.proposal is not None:
             console.print("to try what is proposed:")
             console.print(term_command(found.proposal, self.model), markup=False, soft_wrap=True)
-        if not self.out:
-            return found.to_dict()
-        return write_diagnosis(base, data, found, self.out, console)
+        result = found.to_dict()
+        if self.out:
+            result = write_diagnosis(base, data, found, self.out, console, asked=self._asked())
+        if self.report:
+            page = diagnosis_page(base, check(base, data).data, found, title_of(self.model, "diagnosed"))
+            result["report"] = write_report(page, self.report, console)
+        return result
+
+    def _asked(self) -> dict[str, Any]:
+        """What a report that is written later is made from, named so that it is found from anywhere."""
+        spec = None if self.spec is None else anywhere(self.spec)
+        naming = {"spec": spec, "columns": list(self.columns)}
+        return {"model": anywhere(self.model), "logs": [anywhere(log) for log in self.logs], **naming}

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
@@ -13,11 +14,25 @@ if TYPE_CHECKING:
     from sym2real.symbolic import Equations
     from sym2real.trajectory import Dataset
 
-ANSWER, FILES = "diagnosis.json", "files"
+ANSWER, FILES, ASKED = "diagnosis.json", "files", "asked"
 
 
-def write_diagnosis(base: Equations, data: Dataset, found: Diagnosis, out: Path, console: Console) -> dict[str, Any]:
+def write_diagnosis(
+    base: Equations,
+    data: Dataset,
+    found: Diagnosis,
+    out: Path,
+    console: Console,
+    *,
+    asked: Mapping[str, Any] = MappingProxyType({}),
+) -> dict[str, Any]:
     """Write the answer, its figures and, where something is established, model and simulator; Ctrl-C ends that.
+
+    Args:
+        base, data, found: model, logs and diagnosis.
+        out: the folder.
+        console: is told where things are.
+        asked: model, logs and specification as the user named them, from which a report can be written later.
 
     Returns:
         What ``diagnosis.json`` holds: the diagnosis and, relative to the folder, the other files.
@@ -26,7 +41,7 @@ def write_diagnosis(base: Equations, data: Dataset, found: Diagnosis, out: Path,
 
     remove_earlier(out)
     written: list[str] = []
-    result = {**found.to_dict(), FILES: written}
+    result = {**found.to_dict(), ASKED: dict(asked), FILES: written}
     write_json(result, out / ANSWER)  # what took minutes, before what takes seconds
     try:
         for file in _files(base, data, found, out, console):

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from sym2real.experiments.study.effort import Effort
     from sym2real.experiments.study.outcome import Outcome
 
-LIST = "list"
+LIST, ANSWER = "list", "outcome.json"
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,8 @@ class RunExperiment:
     """Processes on this machine, each on one thread."""
     cluster: str = ""
     """Address of a dask scheduler whose workers run the jobs instead, for example tcp://10.0.0.5:8786."""
+    report: Path | None = None
+    """Write the whole as one HTML file that works offline."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
 
@@ -79,7 +81,7 @@ class RunExperiment:
         jobs = chosen.jobs(effort)
         with sweep_progress(console, out) as on_progress:
             answers = run_sweep(jobs, out, workers=self.jobs, cluster=self.cluster, on_progress=on_progress)
-        return _show(chosen.outcome(effort, answers), out, console)
+        return _show(chosen.outcome(effort, answers), out, console, self.report)
 
     def _effort(self) -> Effort:
         from dataclasses import replace
@@ -90,21 +92,25 @@ class RunExperiment:
         return replace(effort, seeds=self.seeds) if self.seeds else effort
 
 
-def _show(outcome: Outcome, out: Path, console: Console) -> dict[str, Any]:
-    """Print the table, write table and figure."""
+def _show(outcome: Outcome, out: Path, console: Console, report: Path | None = None) -> dict[str, Any]:
+    """Print the table, write table, figure and report."""
     from sym2real.cli.output import write_json
+    from sym2real.cli.report import write_report
     from sym2real.report.experiment import outcome_figure, outcome_table
     from sym2real.report.figures import save
+    from sym2real.report.html.study import study_page
 
     console.print(outcome_table(outcome))
     for note in outcome.notes:
         console.print(note, style="dim", markup=False)
     rows = [dict(zip(outcome.columns, row, strict=True)) for row in outcome.rows]
-    result: dict[str, Any] = {"title": outcome.title, "notes": outcome.notes, "rows": rows}
+    result: dict[str, Any] = {"title": outcome.title, "notes": outcome.notes, "rows": rows, **outcome.curves()}
     if outcome.panels:
         result["figure"] = save(outcome_figure(outcome), out / "figure.png")
         console.print(f"curves in {result['figure']}", markup=False)
-    write_json(result, out / "outcome.json")
+    if report:
+        result["report"] = write_report(study_page(outcome), report, console)
+    write_json(result, out / ANSWER)
     return result
 
 

@@ -1,7 +1,7 @@
 """What a verb reads is kept: nothing is written over it, whichever option names the place.
 
-A verb's fields say what it reads and what it writes: ``out`` and ``json`` are written, every other :class:`Path` and
-every :data:`Place` is read.
+A verb's fields say what it reads and what it writes: ``out``, ``json`` and ``report`` are written, every other
+:class:`Path` and every :data:`Place` is read.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import fields
+from itertools import combinations
 from pathlib import Path
 from typing import Annotated, Any, get_args, get_type_hints
 
@@ -18,17 +19,17 @@ from sym2real.files import read_by, reading, require_place, same_place
 
 IS_PLACE = "may name a file or a folder that is read"
 Place = Annotated[str, IS_PLACE]
-WRITTEN = ("out", "json")
+WRITTEN = ("out", "json", "report")
 LOG_ENDINGS = (".csv", ".parquet", ".pq", ".arrow", ".bag", ".db3", ".mcap", ".ulg", ".usd")
 
 
 @contextmanager
 def kept_apart(verb: Any) -> Iterator[None]:
-    """Refuse ``--out`` and ``--json`` before the work where nothing may be written, and while it lasts.
+    """Refuse ``--out``, ``--json`` and ``--report`` before the work where nothing may be written, and while it lasts.
 
     Args:
-        verb: with ``json`` and perhaps ``out``, a folder unless ``OUT_IS_FILE``, a log where ``OUT_IS_LOG``;
-            ``FOLDERS`` are those inside it that get files too.
+        verb: with ``json`` and perhaps ``report`` and ``out``: a folder unless ``OUT_IS_FILE``, a log where
+            ``OUT_IS_LOG``; ``FOLDERS`` are those inside it that get files too.
 
     Raises:
         DataError: naming the place, which cannot be written to, or is read by the same command.
@@ -52,6 +53,11 @@ def places_read(verb: Any) -> dict[str, list[Path]]:
     return found
 
 
+def anywhere(place: str | Path) -> str:
+    """A place as it is found from any folder; what is the name of something else stays as it is."""
+    return str(Path(place).resolve()) if _exists(Path(place)) else str(place)
+
+
 def _names_places(hint: Any) -> bool:
     """Whether a type is that of places: a path, a place, or holds either."""
     inside = (*get_args(hint), *getattr(hint, "__metadata__", ()))
@@ -66,7 +72,8 @@ def _exists(path: Path) -> bool:
 
 
 def _require_places(verb: Any) -> None:
-    files = {} if verb.json in (None, STANDARD_OUTPUT) else {"--json": verb.json}
+    named = {"--json": verb.json, "--report": getattr(verb, "report", None)}
+    files = {option: file for option, file in named.items() if file not in (None, STANDARD_OUTPUT)}
     out = getattr(verb, "out", None)
     if out is not None and getattr(verb, "OUT_IS_FILE", False):
         files["--out"] = out
@@ -81,10 +88,11 @@ def _require_places(verb: Any) -> None:
         if file.exists():
             _require_no_log(option, file, verb)
             _require_no_part_of_a_model(option, file)
-    if len(files) == 2 and same_place(files["--json"], files["--out"]):
-        raise DataError(files["--json"], "a file of its own for --json", "the file that --out names")
-    if "--json" in files and out is not None and same_place(files["--json"].parent, out):
-        _require_no_name_of_a_model(files["--json"])
+    for (option, file), (other, place) in combinations(files.items(), 2):
+        if same_place(file, place):
+            raise DataError(file, f"a file of its own for {option}", f"the file that {other} names")
+        if out is not None and same_place(file.parent, out):
+            _require_no_name_of_a_model(option, file)
 
 
 def _require_unread(option: str, place: Path) -> None:
@@ -105,8 +113,8 @@ def _require_no_part_of_a_model(option: str, file: Path) -> None:
         raise ModelError(f"{option}: {file} is a part of a model, which would be lost; name another file")
 
 
-def _require_no_name_of_a_model(file: Path) -> None:
+def _require_no_name_of_a_model(option: str, file: Path) -> None:
     from sym2real.symbolic.storage import PARTS, TRAINING
 
     if file.name in (*PARTS, TRAINING):
-        raise DataError(file, "a name for --json that no file of a model has", repr(file.name))
+        raise DataError(file, f"a name for {option} that no file of a model has", repr(file.name))

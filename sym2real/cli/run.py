@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from sym2real.neural import Composed, Ensemble, Model
     from sym2real.neural.composed import Base
     from sym2real.plants import EquationsPlant, ModelPlant, MujocoPlant
+    from sym2real.report.html.page import Page
     from sym2real.robots import Robot
 
 # Plants that are no folders.
@@ -48,6 +49,8 @@ class Run:
     """Of the start and the samples."""
     out: Path | None = None
     """Folder for the log (CSV) and a figure of the path."""
+    report: Path | None = None
+    """Write the whole as one HTML file that works offline."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
 
@@ -55,6 +58,7 @@ class Run:
         """Fly, print the figures, write the log."""
         from sym2real.cli.model import open_with_progress, robot_of
         from sym2real.cli.progress import steps_progress
+        from sym2real.cli.report import write_report
         from sym2real.control import mppi_controller
         from sym2real.experiments.flying import fly
         from sym2real.neural.model_folder import below
@@ -77,7 +81,25 @@ class Run:
             files = write_flight(flight, self.out)
             console.print(f"log in {files['log']}, path in {files['figure']}", markup=False)
             result |= files
+        if self.report:
+            result["report"] = write_report(self._page(model, flight), self.report, console)
         return result
+
+    def _page(self, model: Model, flight: Flight) -> Page:
+        from sym2real.cli.report_folder import title_of
+        from sym2real.diagnosis import compare
+        from sym2real.neural.composed import in_double
+        from sym2real.report.html.pages import comparison_page
+        from sym2real.report.tables import number
+        from sym2real.trajectory import Dataset
+
+        predictor, data = in_double(model), Dataset([flight.trajectory])
+        facts = [
+            ("from the reference", f"{number(flight.tracking)} m"),
+            ("ended", "by a crash" if flight.crashed else "in time"),
+        ]
+        title = title_of(self.model, f"flying {self.task}")
+        return comparison_page(predictor, data, compare(predictor, data), title, facts)
 
     def _require_inputs(self, base: Base, robot: Robot) -> None:
         from sym2real.errors import ModelError

@@ -55,17 +55,18 @@ def _add_row(table: Table, report: RoundReport, on_top: bool) -> None:
         str(report.number),
         str(report.learned.rows),
         number(report.error),
-        _percent(report.tracking),
+        percent(report.tracking),
         number(report.cost),
         number(report.prediction, 2),
-        _percent(report.gain),
+        percent(report.gain),
         number(report.learned.penalty, 1),
         f"{report.learned.seconds:.0f}",
         " ".join(remarks),
     )
 
 
-def _percent(gain: Improvement) -> str:
+def percent(gain: Improvement) -> str:
+    """An improvement in % with its interval; a dash where a log is too short to say."""
     if not math.isfinite(gain.low):
         return "–"
     return f"{100 * gain.value:.0f} ({100 * gain.low:.0f}…{100 * gain.high:.0f})"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from sym2real.trajectory import Array
 
@@ -59,3 +60,19 @@ class Outcome:
     x: str = ""
     y: str = ""
     panels: tuple[Panel, ...] = field(default=())
+
+    def curves(self) -> dict[str, Any]:
+        """What the panels show, for JSON."""
+        panels = [
+            {
+                "title": panel.title,
+                "level": panel.level,
+                "paper": panel.paper,
+                "lines": {
+                    name: {end: getattr(line, end).tolist() for end in ("x", "mean", "spread")}
+                    for name, line in panel.lines.items()
+                },
+            }
+            for panel in self.panels
+        ]
+        return {"x": self.x, "y": self.y, "panels": panels}

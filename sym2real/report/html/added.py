@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sym2real.diagnosis import Floor
-from sym2real.diagnosis.ladder import Stage
+from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.report.html.arrays import Arrays
 from sym2real.report.html.charts import Chart, Line, of_model
 from sym2real.report.html.observed import PIECE, Observed

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from sym2real.diagnosis import Comparison, Segment
-from sym2real.diagnosis.windows import JUDGED, channel_units
+from sym2real.diagnosis.data.windows import JUDGED, channel_units
 from sym2real.report.html.arrays import Arrays
 from sym2real.report.html.charts import Chart, Line, of_model
 from sym2real.report.html.observed import Observed

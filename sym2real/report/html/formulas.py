@@ -14,7 +14,7 @@ from sym2real.report.html.variants import WithFindings
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import names_in
 
-LONG = 4000  # characters of MathML: what is longer is folded away
+LONG = 1500  # characters of MathML: what is longer is folded away
 READING = (
     "What acts on the robot in place of what is commanded or known. Marked: what the findings bring; their values "
     "stand with each effect."

@@ -33,7 +33,8 @@ def _term(printer: _Printer, term: Expr, *, first: bool) -> Markup:
     body = printer.doprint(-term if negative else term)
     operator = f"<mo form='infix'>{sign}</mo>" if sign else ""
     is_new = bool(printer.marked & term.free_symbols)
-    return Markup(f"<math{' class=new' if is_new else ''}><mrow>{operator}{body}</mrow></math>")
+    attribute = ' class="new"' if is_new else ""
+    return Markup(f"<math{attribute}><mrow>{operator}{body}</mrow></math>")
 
 
 class _Printer(MathMLPresentationPrinter):  # type: ignore[misc]

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.diagnosis import ROWS
-from sym2real.diagnosis.start import Start
-from sym2real.diagnosis.window_errors import HORIZON, named_channels
-from sym2real.diagnosis.windows import HORIZONS, channel_units
+from sym2real.diagnosis.data.start import Start
+from sym2real.diagnosis.data.windows import HORIZONS, channel_units
+from sym2real.diagnosis.errors.by_window import HORIZON, named_channels
 from sym2real.layout import Layout
 from sym2real.report.html.predictions import Starts
 from sym2real.report.html.signals import signals, unwrapped

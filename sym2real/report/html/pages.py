@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from sym2real.diagnosis import Comparison, Diagnosis, compare
-from sym2real.diagnosis.start import Start
 from sym2real.report.html.accuracy import accuracy
 from sym2real.report.html.added import curves, ladder_charts, ladder_rows
 from sym2real.report.html.arrays import Arrays
@@ -23,7 +22,9 @@ from sym2real.trajectory import Dataset
 ADDED = "What happens when it is added?"
 
 
-def comparison_page(model: Predicting, data: Dataset, comparison: Comparison, title: str) -> Page:
+def comparison_page(
+    model: Predicting, data: Dataset, comparison: Comparison, title: str, facts: Sequence[tuple[str, str]] = ()
+) -> Page:
     """How good a model is on logs, and where it fails.
 
     Args:
@@ -31,15 +32,52 @@ def comparison_page(model: Predicting, data: Dataset, comparison: Comparison, ti
         data: the logs of the comparison.
         comparison: what was found.
         title: of the page.
+        facts: label and text of what else to know.
     """
-    arrays, observed = Arrays(), _observed(Given((model,)), data, comparison)
-    good = accuracy(comparison, observed, arrays, switched=False)
-    sections = (
-        replace(good, parts=(*good.parts, curves(observed, arrays, switched=False))),
-        failing(comparison, observed, arrays, switched=False),
+    return model_page(Given((model,)), data, title, comparison=comparison, facts=facts)
+
+
+def model_page(
+    models: Given,
+    data: Dataset,
+    title: str,
+    *,
+    comparison: Comparison | None = None,
+    summary: str = "",
+    facts: Sequence[tuple[str, str]] = (),
+    added: Section | None = None,
+    arrays: Arrays | None = None,
+) -> Page:
+    """A model on logs and, where there is one, what it has become.
+
+    Args:
+        models: predict in float64.
+        data: logs.
+        title, summary, facts: of the page.
+        comparison: of the first model; made where it is none.
+        added: section of what was added, which gets the curves.
+        arrays: those that ``added`` draws.
+    """
+    arrays = arrays or Arrays()
+    comparison = comparison or compare(models.models[0], data)
+    observed, switched = _observed(models, data, comparison), bool(models.switches)
+    drawn = curves(observed, arrays, switched=switched)
+    good = accuracy(comparison, observed, arrays, switched=switched)
+    sections = [
+        good if added else replace(good, parts=(*good.parts, drawn)),
+        failing(comparison, observed, arrays, switched=switched),
+        *([replace(added, parts=(*added.parts, drawn))] if added else []),
         remaining(comparison, None),
+    ]
+    return Page(
+        title,
+        summary or _said(comparison),
+        sections,
+        facts=(*_facts(data), *facts),
+        arrays=arrays,
+        switches=models.switches,
+        logs=_names(data),
     )
-    return Page(title, _said(comparison), sections, facts=_facts(data), arrays=arrays, logs=_names(data))
 
 
 def diagnosis_page(base: Equations, data: Dataset, found: Diagnosis, title: str, notes: Sequence[str] = ()) -> Page:
@@ -92,10 +130,10 @@ def _added(variants: Variants, found: Diagnosis, observed: Observed, arrays: Arr
     return [*parts, *equations]
 
 
-def _observed(variants: Variants, data: Dataset, comparison: Comparison, method: Start | None = None) -> Observed:
+def _observed(variants: Variants, data: Dataset, comparison: Comparison) -> Observed:
     places = {log.name: index for index, log in enumerate(data)}
     single = [(places[one.log], one.start) for one in comparison.worst if one.log in places]
-    return observe(variants, data, method or comparison.start, single)
+    return observe(variants, data, comparison.start, single)
 
 
 def _facts(data: Dataset) -> list[tuple[str, str]]:

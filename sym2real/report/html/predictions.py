@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.diagnosis import ROWS
-from sym2real.diagnosis.start import Start, start_states
-from sym2real.diagnosis.windows import STRIDE
+from sym2real.diagnosis.data.start import Start, start_states
+from sym2real.diagnosis.data.windows import STRIDE
 from sym2real.past import past_rows
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import rollout

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sym2real.diagnosis import Where
-from sym2real.diagnosis.features import UNITS, features, over_windows
+from sym2real.diagnosis.data.conditions import UNITS, features, over_windows
 from sym2real.report.html.observed import Observed
 from sym2real.trajectory import Array
 

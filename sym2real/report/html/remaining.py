@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from sym2real.diagnosis import Comparison, Diagnosis
-from sym2real.diagnosis.competing import not_tried_said
+from sym2real.diagnosis.predict.competitors import not_tried_said
 from sym2real.report.html.page import Lines, Part, Section
 from sym2real.report.tables import number
 

@@ -16,8 +16,8 @@ from sympy import Expr
 from torch import Tensor
 
 from sym2real.diagnosis import Finding
-from sym2real.diagnosis.library import shielded
-from sym2real.diagnosis.prepared import prepared, with_filtered_commands
+from sym2real.diagnosis.data.preparation import prepared, with_filtered_commands
+from sym2real.diagnosis.predict.library import shielded
 from sym2real.effects import Effect, compose, effect
 from sym2real.effects.filters import with_hidden_start
 from sym2real.effects.inputs import with_inputs

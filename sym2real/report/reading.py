@@ -1,0 +1,139 @@
+"""A diagnosis and an outcome of an experiment as their files hold them, for reports that are written later."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sym2real.diagnosis import Diagnosis, Estimate, Fault, Finding, Floor, Gate, Term, Where
+from sym2real.diagnosis.errors.rungs import Stage, StageError
+from sym2real.diagnosis.predict.competitors import NotTried
+from sym2real.diagnosis.score.reliability import Confidence
+from sym2real.diagnosis.unexplained.leftover import Leftover
+from sym2real.errors import DataError
+from sym2real.experiments.study.outcome import Line, Outcome, Panel
+from sym2real.files import read_object
+
+Json = Mapping[str, Any]
+
+
+def read_diagnosis(file: Path) -> Diagnosis:
+    """The diagnosis of a file; what it does not hold (misfits) is not a number.
+
+    Raises:
+        DataError: naming the file, when it holds no diagnosis.
+    """
+    found = read_object(file, "a diagnosis")
+    try:
+        return _diagnosis(found)
+    except (KeyError, TypeError, AttributeError, ValueError) as error:
+        raise DataError(file, "a diagnosis as `sym2real diagnose --out` writes it", str(error)) from error
+
+
+def read_outcome(file: Path) -> Outcome:
+    """The outcome of an experiment.
+
+    Raises:
+        DataError: naming the file, when it holds none.
+    """
+    found = read_object(file, "the outcome of an experiment")
+    try:
+        rows = found["rows"]
+        columns = tuple(rows[0]) if rows else ()
+        return Outcome(
+            found["title"],
+            columns,
+            tuple(tuple(row[name] for name in columns) for row in rows),
+            tuple(found["notes"]),
+            found["x"],
+            found["y"],
+            tuple(_panel(one) for one in found["panels"]),
+        )
+    except (KeyError, TypeError, AttributeError, ValueError) as error:
+        raise DataError(file, "an outcome as `sym2real experiment --out` writes it", str(error)) from error
+
+
+def _panel(one: Json) -> Panel:
+    lines = {
+        name: Line(*(np.array([_number(value) for value in line[end]]) for end in ("x", "mean", "spread")))
+        for name, line in one["lines"].items()
+    }
+    return Panel(one["title"], lines, one["level"], one["paper"])
+
+
+def _diagnosis(found: Json) -> Diagnosis:
+    left = found["leftover"] or {}
+    proposal = Term(left["channel"], left["term"], left["gain"]) if "gain" in left else None
+    return Diagnosis(
+        verdict=found["verdict"],
+        summary=str(found["summary"]),
+        faults=tuple(Fault(**one) for one in found["faults"]),
+        findings=tuple(_finding(one) for one in found["findings"]),
+        leftovers=tuple(Leftover(**one) for one in found["leftovers"]),
+        proposal=proposal,
+        where=tuple(Where(**one) for one in found["where"]),
+        ladder=tuple(_stage(one) for one in found["ladder"]),
+        floor=tuple(_floor(one) for one in found["floor"]),
+        held_out=tuple(found["held_out"]),
+        apart=bool(found["held_out_apart"]),
+        gate=_gate(found["gate"]),
+        seconds=float(found["seconds"]),
+        tried=int(found["tried"]),
+        not_tried=tuple(NotTried(**one) for one in found["not_tried"]),
+        notes=tuple(found["notes"]),
+    )
+
+
+def _finding(one: Json) -> Finding:
+    sure = one["confidence"]
+    return Finding(
+        effect=one["effect"],
+        parameters={name: Estimate(**_numbers(values)) for name, values in one["parameters"].items()},
+        share=_number(one["share"]),
+        group=tuple(one["group"]),
+        separate_by=one["separate_by"],
+        provisional=one["provisional"],
+        fix=one["fix"],
+        log_spread=_numbers(one["spread_over_logs"]),
+        voltage=one.get("full_battery"),
+        confidence=None
+        if sure is None
+        else Confidence(round(sure["value"] * (sure["cases"] + 1) - 0.5), sure["cases"]),
+    )
+
+
+def _confidence(value: float, cases: int) -> Confidence:
+    """The counts behind a share under Jeffreys' prior."""
+    return Confidence(round(value * (cases + 1) - 0.5), cases)
+
+
+def _stage(one: Json) -> Stage:
+    rows = {
+        float(row["horizon"]): {name: StageError(**_numbers(error)) for name, error in row["errors"].items()}
+        for row in one["horizons"]
+    }
+    return Stage(one["model"], rows)
+
+
+def _floor(one: Json) -> Floor:
+    errors = {name: (_number(error["value"]), error["unit"]) for name, error in one["errors"].items()}
+    return Floor(float(one["horizon"]), errors)
+
+
+def _gate(one: Json | None) -> Gate:
+    if one is None:
+        return Gate()
+    return Gate(*(_stage({"model": end, "horizons": one[end]}) for end in ("before", "after")))
+
+
+def _numbers(values: Json) -> dict[str, Any]:
+    """Numbers where JSON has null for those that it lacks, and units as they are."""
+    return {name: value if isinstance(value, str) else _number(value) for name, value in values.items()}
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else float(value)

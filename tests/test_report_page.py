@@ -1,0 +1,191 @@
+"""What a page holds: packed numbers, errors of every combination of switches, equations, and what is read back."""
+
+from __future__ import annotations
+
+import base64
+import json
+import zlib
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+from report_pages import BASE, HOSTILE, diagnosis, logs
+
+from sym2real import rotation
+from sym2real.cli.output import write_json
+from sym2real.cli.report_folder import page_of
+from sym2real.diagnosis import Estimate, Finding, compare, predict_windows
+from sym2real.diagnosis.data.preparation import prepared
+from sym2real.diagnosis.score.finding import applied
+from sym2real.errors import DataError
+from sym2real.experiments.study.outcome import Line, Outcome, Panel
+from sym2real.report.html.arrays import Arrays
+from sym2real.report.html.mathml import mathml
+from sym2real.report.html.observed import observe
+from sym2real.report.html.pages import comparison_page
+from sym2real.report.html.render import in_script, render
+from sym2real.report.html.signals import signals, unwrapped
+from sym2real.report.html.variants import Given, WithFindings, subsets
+from sym2real.report.reading import read_diagnosis, read_outcome
+from sym2real.symbolic import symbol
+from sym2real.symbolic.parsing import parse_expression
+
+
+def one(effect: str, **values: float) -> Finding:
+    return Finding(effect, {name: Estimate(value, value, value, "1") for name, value in values.items()}, 0.1)
+
+
+# A quantity, a filter, a hidden state, a measurement, and more than there are switches.
+EVERY_KIND = (
+    one("added_mass", value=0.004),
+    one("delay", value=0.03),
+    one("motor_lag", value=0.02),
+    one("mounting_tilt", roll=0.02, pitch=-0.01),
+    one("wind", fx=0.01, fy=0.0, fz=0.0),
+    one("battery_sag", value=0.01),
+)
+
+
+def unpacked(arrays: Arrays, name: str) -> np.ndarray:
+    """As the page's script does it."""
+    about = arrays.directory[name]
+    planes = np.frombuffer(zlib.decompress(base64.b64decode(arrays.text)), dtype=np.uint8)
+    count = len(planes) // 2
+    steps = np.cumsum(planes[:count].astype(np.int64) | planes[count:].astype(np.int64) << 8).astype(np.int16)
+    values = steps[about["at"] : about["at"] + int(np.prod(about["shape"]))].reshape(about["shape"]).astype(float)
+    values[values == -32768] = np.nan
+    return np.array(about["middle"])[:, None] + np.array(about["scale"])[:, None] * values
+
+
+@given(st.lists(st.floats(-1e6, 1e6) | st.just(float("nan")), min_size=2, max_size=40), st.integers(1, 3))
+def test_numbers_come_back_to_a_65000th_of_their_range(values: list[float], copies: int) -> None:
+    arrays, given_values = Arrays(), np.array([values] * copies) * np.arange(1, copies + 1)[:, None]
+    arrays.add("before", np.array([1.0, 2.0]))
+    arrays.add("rows", given_values)
+    spread = np.nan_to_num(np.nanmax(given_values, 1) - np.nanmin(given_values, 1)) if np.isfinite(values).any() else 0
+    found = unpacked(arrays, "rows")
+    assert (np.isnan(found) == np.isnan(given_values)).all()
+    assert (np.nan_to_num(np.abs(found - given_values)) <= np.atleast_1d(spread)[:, None] / 65000 + 1e-9).all()
+
+
+def test_switches_are_the_findings_and_nothing_else() -> None:
+    """All off is the base, all on what ``apply`` puts into a model, in every row of every window."""
+    variants, data = WithFindings(BASE, EVERY_KIND), logs()
+    assert len(variants.switches) == 5
+    for on in ((False,) * 5, (True, False, True, False, False), (True,) * 5):
+        chosen = [found for found, is_on in zip(EVERY_KIND, (*on, on[-1]), strict=True) if is_on]
+        expected, prepared_logs = prepared(applied(BASE, chosen), data)
+        found, found_logs = variants.prepared(on, data)
+        for log, other in zip(prepared_logs, found_logs, strict=True):
+            right = predict_windows(expected, log, 20).predicted
+            assert torch.allclose(predict_windows(found, other, 20).predicted, right, rtol=0, atol=1e-9)
+
+
+def test_errors_without_a_switch_are_those_of_the_comparison() -> None:
+    comparison, observed = compare(BASE, logs()), observe(WithFindings(BASE, EVERY_KIND[:1]), logs())
+    points = (comparison.one_step, *comparison.horizons)
+    assert observed.horizons == pytest.approx([point.horizon for point in points])
+    for channel in points[0].errors:
+        expected = [point.errors[channel].value for point in points]
+        assert observed.by_horizon[channel][0] == pytest.approx(expected, rel=1e-9)
+
+
+def test_the_true_effects_lower_the_errors() -> None:
+    observed = observe(WithFindings(BASE, diagnosis().findings), logs())
+    errors = observed.by_horizon["position"][:, -1]
+    assert subsets(2) == [(False, False), (True, False), (False, True), (True, True)]
+    assert errors[3] < 0.2 * errors[0]
+    assert errors[3] < min(errors[1], errors[2])
+
+
+def test_curves_begin_anew_at_measured_states() -> None:
+    observed = observe(Given((BASE,)), logs())
+    measured, predicted = observed.curves[0]
+    gaps = np.flatnonzero(np.isnan(predicted[0]).all(axis=1))
+    assert list(np.diff(gaps[gaps > 9])) == [40] * (len(gaps[gaps > 9]) - 1)
+    after = gaps[gaps > 9][:-1] + 1
+    assert np.abs(predicted[0, after, :3] - measured[after, :3]).max() < 0.02  # one step from the start, in m
+
+
+@given(st.tuples(*[st.floats(-1.5, 1.5)] * 3))
+def test_angles_come_back_from_a_quaternion(angles: tuple[float, float, float]) -> None:
+    given_angles = torch.tensor(angles, dtype=torch.float64)
+    assert rotation.to_euler(rotation.from_euler(*given_angles)).tolist() == pytest.approx(angles, abs=1e-9)
+
+
+def test_a_heading_that_turns_has_no_jumps() -> None:
+    layout, yaw = logs().layouts.state, torch.linspace(0.0, 10.0, 200, dtype=torch.float64)
+    states = np.zeros((200, layout.size))
+    zero = torch.zeros_like(yaw)
+    states[:, layout.slice("attitude")] = rotation.from_euler(zero, zero, yaw).numpy()
+    found = signals(layout, states)
+    measured, predicted = unwrapped(layout, found, found[None] + 0.0)
+    assert measured[:, 5] == pytest.approx(yaw.numpy(), abs=1e-6)
+    assert predicted[0] == pytest.approx(measured)
+
+
+def test_a_formula_is_well_formed_and_marks_what_is_new() -> None:
+    expression = parse_expression("vx + 0.02*(k*vx**2 - cos(z)) - 3*Piecewise((y, y > 0), (k, True))")
+    printed = mathml(expression, [symbol("k")], {"k": "drag|acting"})
+    tree = ElementTree.fromstring(f"<all>{printed}</all>")
+    terms = tree.findall("math")
+    assert [term.get("class") for term in terms].count("new") == 2
+    assert len(terms) == 3
+    assert {one.text for one in tree.iter("mtext")} >= {"acting", "otherwise"}
+    assert not any(element.text == "k" for element in tree.iter("mi"))
+
+
+@given(st.text())
+def test_json_cannot_leave_its_script(text: str) -> None:
+    written = in_script({"name": text})
+    assert json.loads(written) == {"name": text}
+    assert "<" not in written
+    assert json.loads(in_script({"name": HOSTILE})) == {"name": HOSTILE}
+
+
+def test_a_model_without_findings_has_no_switch() -> None:
+    page = comparison_page(BASE, logs(), compare(BASE, logs()), "crazyflie")
+    assert 'name="switch"' not in render(page)
+    assert [section.question for section in page.sections] == [
+        "How good is the model?",
+        "Where does it fail?",
+        "What remains?",
+    ]
+
+
+def test_a_diagnosis_comes_back_from_its_file(tmp_path: Path) -> None:
+    found = diagnosis()
+    write_json(found.to_dict(), tmp_path / "diagnosis.json")
+    again = read_diagnosis(tmp_path / "diagnosis.json")
+    assert again.to_dict() == found.to_dict()
+    assert replace(again, misfit=found.misfit) == found
+
+
+def test_an_outcome_comes_back_from_its_file(tmp_path: Path) -> None:
+    x = np.array([0.0, 1.0])
+    panel = Panel("case", {"SR": Line(x, x + 1, np.array([0.1, np.nan]))}, 0.5, "it says")
+    outcome = Outcome("title", ("case", "error"), (("a", "1"), ("b", "2")), ("note",), "rounds", "error in m", (panel,))
+    rows = [dict(zip(outcome.columns, row, strict=True)) for row in outcome.rows]
+    written = {"title": outcome.title, "notes": outcome.notes, "rows": rows, **outcome.curves()}
+    write_json(written, tmp_path / "outcome.json")
+    again = read_outcome(tmp_path / "outcome.json")
+    np.testing.assert_array_equal(again.panels[0].lines["SR"].spread, panel.lines["SR"].spread)
+    assert (again.columns, again.rows, again.notes) == (outcome.columns, outcome.rows, outcome.notes)
+
+
+def test_a_file_that_is_no_diagnosis_is_named(tmp_path: Path) -> None:
+    (tmp_path / "diagnosis.json").write_text('{"verdict": "EFFECT"}')
+    with pytest.raises(DataError, match=r"diagnosis\.json"):
+        read_diagnosis(tmp_path / "diagnosis.json")
+
+
+def test_a_folder_without_an_answer_is_refused(tmp_path: Path) -> None:
+    from rich.console import Console
+
+    with pytest.raises(DataError, match=r"adaptation\.json"):
+        page_of(tmp_path, Console())

@@ -91,7 +91,8 @@ def _require_places(verb: Any) -> None:
     for (option, file), (other, place) in combinations(files.items(), 2):
         if same_place(file, place):
             raise DataError(file, f"a file of its own for {option}", f"the file that {other} names")
-        if out is not None and same_place(file.parent, out):
+    for option, file in files.items():
+        if option != "--out" and out is not None and same_place(file.parent, out):
             _require_no_name_of_a_model(option, file)
 
 

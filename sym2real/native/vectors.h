@@ -10,7 +10,7 @@
 #define BYTES 16
 #endif
 #if !defined(TILE)
-#define TILE 8
+#define TILE 12
 #endif
 #define UNROLLED _Pragma("GCC unroll 16")
 #if SINGLE

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 import torch
@@ -63,3 +64,16 @@ def test_what_no_prediction_needs_is_dropped_and_what_it_needs_stays() -> None:
     assert [one.name for one in selection.chosen] == ["wind"]
     wind = selection.fit.values[selection.chosen[0].slots]
     assert wind.tolist() == pytest.approx([WIND["fx"], WIND["fy"]], rel=0.1)
+
+
+def test_the_end_of_what_is_likely_is_a_bound_and_none_of_an_effect_is_not() -> None:
+    selection = chosen(("wind", "linear_drag"), "wind")
+    wind, drag = selection.candidates
+    low, high = selection.problems.problem.library.bounds
+    assert not selection.at_bound(selection.fit, wind)
+    assert not selection.at_bound(selection.fit, drag)  # no drag, which is the least that there can be
+    for slot, bound in ((wind.slots[0], low), (wind.slots[1], high), (drag.slots[2], high)):
+        values = selection.fit.values.clone()
+        values[slot] = bound[slot]
+        one = wind if slot in wind.slots else drag
+        assert selection.at_bound(replace(selection.fit, values=values), one)

@@ -31,7 +31,7 @@ class Place:
         one: the effect.
         empty: the fit of the others alone.
         held_out: its loss per fold ``# (folds,)``.
-        rivals: what was fitted in the effect's place, best first.
+        rivals: what was fitted in the effect's place, inside its bounds, best first.
     """
 
     one: Candidate
@@ -84,5 +84,6 @@ class Near:
 
 def _place(selection: Selection, one: Candidate) -> Place:
     rest, empty = selection.without(one)
-    rivals = [scored for scored in selection.ranked(rest, empty.values) if scored.candidate is not one]
+    others = [scored for scored in selection.ranked(rest, empty.values) if scored.candidate is not one]
+    rivals = [scored for scored in others if not selection.at_bound(scored.fit, scored.candidate)]
     return Place(one, empty, selection.problems.held_out(empty), rivals)

@@ -14,15 +14,16 @@ from sym2real.cli.numbers import Count, Memory, OptionalRound, OptionalSamples, 
 from sym2real.cli.places import Place
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
     from contextlib import AbstractContextManager
 
-    from sym2real.adaptation import Adapting, RoundReport
+    from sym2real.adaptation import Adaptation, Adapting, RoundReport
     from sym2real.adaptation.progress import OnProgress
     from sym2real.adaptation.training import Inform
     from sym2real.cli.adapt_target import Chosen
     from sym2real.neural import Model
     from sym2real.protocols import Learner
+    from sym2real.report.html.page import Page
 
 FIGURE = "adaptation.png"
 
@@ -71,9 +72,11 @@ class AdaptVerb(ABC):
         """Adapt, print the table, write the figure."""
         from sym2real.adaptation import undo
         from sym2real.cli.model import open_with_progress, require_another_folder
+        from sym2real.cli.report_folder import page_of
 
         if self.undo is not None:
-            return self._tell(undo(self.out, self.undo), self.undo, console)
+            reports = undo(self.out, self.undo)
+            return self._tell(reports, self.undo, console, lambda: page_of(self.out, console))
         require_another_folder(self.model, self.out)
         model = open_with_progress(self.model)
         with self.chosen(model, console) as chosen:
@@ -97,7 +100,7 @@ class AdaptVerb(ABC):
                 on_progress=on_progress,
                 controller=run.chosen.controller,
             )
-        return self._tell(found.reports, found.best, console)
+        return self._tell(found.reports, found.best, console, lambda: self._page(found))
 
     def _prepared(self, model: Model, chosen: Chosen) -> _Run:
         from sym2real.adaptation import Adapting
@@ -167,12 +170,23 @@ class AdaptVerb(ABC):
             console.print(line, markup=False)
         return {"dry_run": lines, "rounds": [report.to_dict() for report in done], "most": most}
 
-    def _tell(self, reports: Sequence[RoundReport], on_top: int, console: Console) -> dict[str, Any]:
+    def _page(self, found: Adaptation) -> Page:
+        from sym2real.cli.report_folder import title_of
+        from sym2real.neural.composed import in_double
+        from sym2real.report.html.rounds import adaptation_page
+        from sym2real.trajectory import Dataset
+
+        given, adapted = (in_double(found.models[number]) for number in (0, found.best))
+        unseen = Dataset(log for logs in found.logs[found.best :] for log in logs)
+        return adaptation_page((given, adapted), unseen, found.reports, found.best, title_of(self.out, "adapted"))
+
+    def _tell(
+        self, reports: Sequence[RoundReport], on_top: int, console: Console, page: Callable[[], Page]
+    ) -> dict[str, Any]:
         """The table and the figure; what ``adaptation.json`` holds and where things are."""
         from sym2real.adaptation import settled
         from sym2real.adaptation.rounds import ANSWER
         from sym2real.cli.report import write_report
-        from sym2real.cli.report_folder import page_of
         from sym2real.files import read_object
         from sym2real.report.adaptation import rounds_figure, rounds_table
         from sym2real.report.figures import save
@@ -182,7 +196,7 @@ class AdaptVerb(ABC):
         console.print(f"model of round {on_top}, {ANSWER} and figure in {self.out}", markup=False)
         result = read_object(self.out / ANSWER, "an adaptation") | {"model": self.out, "figure": figure}
         if self.report:
-            result["report"] = write_report(page_of(self.out, console), self.report, console)
+            result["report"] = write_report(page(), self.report, console)
         return result
 
 

@@ -51,7 +51,7 @@ def _diagnosis(folder: Path, console: Console) -> Page:
 
 
 def _adaptation(folder: Path, console: Console) -> Page:
-    from sym2real.adaptation.rounds import ANSWER, round_folder, rounds_in
+    from sym2real.adaptation.rounds import ANSWER, LOG, round_folder, rounds_in
     from sym2real.errors import DataError
     from sym2real.files import read_object
     from sym2real.logs import read_log
@@ -65,7 +65,10 @@ def _adaptation(folder: Path, console: Console) -> Page:
     if not isinstance(on_top, int) or not 0 <= on_top < len(reports):
         raise DataError(folder / ANSWER, f"a round that is there (0 to {len(reports) - 1}) as 'on_top'", repr(on_top))
     given, adapted = (in_double(open_model(round_folder(folder, number))) for number in (0, on_top))
-    unseen = Dataset(read_log(round_folder(folder, one.number) / "log.parquet") for one in reports[on_top:])
+    files = [round_folder(folder, one.number) / LOG for one in reports[on_top:]]
+    if not all(file.is_file() for file in files):
+        raise DataError(folder, "logs of its rounds", "recorded ones, which stay where they are: adapt with --report")
+    unseen = Dataset(read_log(file) for file in files)
     return adaptation_page((given, adapted), unseen, reports, on_top, title_of(folder, "adapted"))
 
 

@@ -1,0 +1,95 @@
+"""The verbs that write a page, and the page of what they left in a folder."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from cli_results import result_of
+from report_pages import BASE, diagnosis, logs
+
+from sym2real.cli import main
+from sym2real.cli.diagnosis_folder import write_diagnosis
+from sym2real.cli.places import anywhere
+from sym2real.cli.terminal import Report
+from sym2real.logs import write_log
+from sym2real.symbolic import save_model
+
+ASKED = ("How good is the model?", "Where does it fail?", "What remains?")
+
+
+def questions(page: Path) -> list[str]:
+    return re.findall(r"<h2[^>]*>(.*?)</h2>", page.read_text(encoding="utf-8"))
+
+
+@pytest.fixture
+def flown(tmp_path: Path) -> tuple[Path, Path]:
+    """A model folder and a log."""
+    write_log(logs()[0], tmp_path / "flight.csv")
+    return save_model(BASE, tmp_path / "base"), tmp_path / "flight.csv"
+
+
+def test_compare_writes_a_page(flown: tuple[Path, Path], tmp_path: Path) -> None:
+    model, log = flown
+    result = result_of(["compare", str(model), str(log), "--report", str(tmp_path / "page.html")], tmp_path)
+    assert result["report"] == str(tmp_path / "page.html")
+    assert questions(tmp_path / "page.html") == list(ASKED)
+
+
+def test_run_writes_a_page_of_its_flight(flown: tuple[Path, Path], tmp_path: Path) -> None:
+    file = tmp_path / "page.html"
+    flight = ["run", str(flown[0]), "hover", "--seconds", "1", "--samples", "64", "--report", str(file)]
+    result = result_of(flight, tmp_path)
+    assert questions(file) == list(ASKED)
+    assert f"{result['tracking']:.3g} m" in file.read_text(encoding="utf-8")
+
+
+def test_the_folder_of_a_diagnosis_becomes_a_page_from_anywhere(
+    flown: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model, log = flown
+    asked = {"model": anywhere(model), "logs": [anywhere(log)], "spec": None, "columns": []}
+    write_diagnosis(BASE, logs(), diagnosis(), tmp_path / "found", Report(None), asked=asked)
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    main(["report", "../found"])
+    page = tmp_path / "found" / "report.html"
+    assert len(questions(page)) == 5
+    assert page.read_text(encoding="utf-8").count('name="switch"') == 2
+
+
+def test_a_diagnosis_of_before_says_what_it_lacks(
+    flown: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_diagnosis(BASE, logs(), diagnosis(), tmp_path / "found", Report(None))
+    with pytest.raises(SystemExit):
+        main(["report", str(tmp_path / "found")])
+    assert "model, logs, spec and columns" in capsys.readouterr().err
+
+
+def test_adapt_writes_a_page_of_recorded_flights(
+    flown: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "flights"
+    folder.mkdir()
+    for place, log in enumerate(logs()):
+        write_log(log, folder / f"{place}.csv")
+    adapting = ["adapt", str(flown[0]), str(folder), "--learner", "fine-tune", "--rounds", "1"]
+    out = tmp_path / "adapted"
+    result = result_of([*adapting, "--out", str(out), "--report", str(out / "page.html")], tmp_path)
+    assert questions(out / "page.html") == ["How good is the model?", "Where does it fail?",
+                                            "What happens when it is added?", "What remains?"]  # fmt: skip
+    assert result["best"] == 1
+    with pytest.raises(SystemExit):
+        main(["report", str(out)])
+    assert "adapt with --report" in capsys.readouterr().err
+
+
+def test_the_folder_of_flown_rounds_becomes_the_same_page(flown: tuple[Path, Path], tmp_path: Path) -> None:
+    out = tmp_path / "adapted"
+    short = ["--learner", "fine-tune", "--rounds", "1", "--seconds", "1", "--samples", "64"]
+    adapting = ["adapt", str(flown[0]), "crazyflie", "hover", *short, "--out", str(out)]
+    result = result_of([*adapting, "--report", str(tmp_path / "page.html")], tmp_path)
+    main(["report", str(out)])
+    assert (out / "report.html").read_bytes() == Path(result["report"]).read_bytes()

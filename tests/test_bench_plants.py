@@ -10,14 +10,17 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tools" / "bench"))
 
+import mujoco
 import null_logs
 from motor_draws import Draw
 from motor_quadrotor import Rotors, robot
 from short_drives import at_rate, drives
+from sysid_parameters import FREE
 
 from sym2real.errors import ModelError
 from sym2real.plants import MujocoPlant
-from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.plants.mujoco_plant import edited
+from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 from sym2real.robots.crazyflie import INERTIA, MASS
 
 ROTOR_INERTIA = 4e-9
@@ -100,3 +103,34 @@ def test_only_what_is_no_damage_is_an_alarm() -> None:
     assert null_logs.alarm({"verdict": "EFFECT", "findings": [], "faults": [{**damage, "evidence": "vx is late"}]})
     assert null_logs.alarm({"verdict": "UNEXPLAINED", "findings": [], "faults": []})
     assert not null_logs.alarm({"verdict": "CANNOT_TELL", "findings": [finding], "faults": []})
+
+
+@pytest.mark.parametrize(("name", "free"), [(name, free) for name, listed in FREE.items() for free in listed])
+def test_a_step_of_a_fit_changes_the_motion_for_every_free_number(name: str, free: str) -> None:
+    robot, one = ROBOTS[name], FREE[name][free]
+    start = one.nominal + one.off
+    small, nominal = (moved(robot, free, start + step) - moved(robot, free, start) for step in (1e-7, 0.0))
+    assert not nominal.any()
+    assert np.abs(small).max() > 0.0
+    # Written twice into one spec, as mujoco.sysid does it, the last value counts.
+    spec = edited(robot)
+    one.write(spec, one.high)
+    one.write(spec, start)
+    np.testing.assert_array_equal(simulated(robot, spec), moved(robot, free, start))
+
+
+def moved(robot: Robot, free: str, value: float) -> np.ndarray:
+    spec = edited(robot)
+    FREE[robot.name][free].write(spec, value)
+    return simulated(robot, spec)
+
+
+def simulated(robot: Robot, spec: mujoco.MjSpec) -> np.ndarray:
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    robot.write_state(data, robot.start)
+    data.qvel[3:6] += 1.0 if robot is CRAZYFLIE else 0.0
+    action = robot.rest + (0.1 if robot is CRAZYFLIE else np.array([0.2, 1.5]))
+    data.ctrl[:] = robot.to_control(action)
+    mujoco.mj_step(model, data, 100)
+    return np.concatenate([data.qpos, data.qvel])

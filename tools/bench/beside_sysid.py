@@ -31,7 +31,7 @@ from sysid_parameters import FREE
 from sym2real.cli.found import plain_simulator
 from sym2real.diagnosis import compare, diagnose
 from sym2real.effects import effect, same_group
-from sym2real.errors import MissingDependencyError
+from sym2real.errors import MissingDependencyError, ModelError
 from sym2real.experiments.standard_cases import standard_cases
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.plants.mujoco_plant import edited
@@ -40,7 +40,8 @@ from sym2real.trajectory import Array, Dataset, Trajectory
 
 BENCH, SECONDS, ITERATIONS = "mujoco.sysid", 0.5, 30
 SKIPPED, HELD_OUT = 10, 2  # rows at the start of a log; logs at the end
-SENSORS = {"position": ("FRAMEPOS", "xyz"), "velocity": ("FRAMELINVEL", "xyz"), "rate": ("GYRO", "xyz")}
+SENSORS = {"position": "FRAMEPOS", "attitude": "FRAMEQUAT", "velocity": "FRAMELINVEL", "rate": "GYRO"}
+STILL = 1e-9  # of a column that nothing moves, or that no log holds
 
 
 def chosen(robot: str, seeds: Sequence[int]) -> list[Case]:
@@ -54,17 +55,33 @@ def chosen(robot: str, seeds: Sequence[int]) -> list[Case]:
 def spec_of(robot: Robot) -> Any:
     """The plain robot with sensors of what its logs hold."""
     spec = edited(robot)
-    for name, (kind, _) in SENSORS.items():
+    for name, kind in SENSORS.items():
         sensor = spec.add_sensor(name=name, type=getattr(mujoco.mjtSensor, f"mjSENS_{kind}"))
         sensor.objtype, sensor.objname = mujoco.mjtObj.mjOBJ_SITE, "origin"
     return spec
 
 
-def measured(log: Trajectory) -> Array:
-    """What these sensors would have reported ``# (rows, 9)``, m, m/s, rad/s; nothing moves across a car's plane."""
-    layout = log.layouts.state
-    columns = ("x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz")
-    return np.stack([log.column(name) if name in layout else np.zeros(len(log)) for name in columns], axis=1)
+def measured(log: Trajectory, rows: slice) -> Array:
+    """What these sensors would have reported ``# (rows, 13)``: m, quaternion, m/s, rad/s; zero where no log tells."""
+    layout, part = log.layouts.state, log.rows(rows.start, rows.stop)
+    known = {name: part.column(name) for name in layout}
+    if "qw" not in known:
+        half = 0.5 * np.unwrap(np.arctan2(known["sin_yaw"], known["cos_yaw"]))
+        known |= {"qw": np.cos(half), "qz": np.sin(half)}
+    columns = ("x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz")
+    return np.stack([known.get(name, np.zeros(len(part))) for name in columns], axis=1)
+
+
+def moving_residual(_: Any, predicted: Any, told: Any, model: Any, *__: Any, **___: Any) -> tuple[Array, Any, Any]:
+    """Its own residual, normalised as it does it, of the columns that logs hold: it divides by what others measure."""
+    from mujoco import sysid
+
+    at_rows = predicted.resample(told.times)
+    seen = np.linalg.norm(told.data, axis=0) > STILL
+    missed = sysid.weighted_diff(predicted_data=at_rows.data, measured_data=told.data, model=model)
+    missed = np.where(seen, missed, 0.0)
+    missed[:, seen] = sysid.normalize_residual(missed[:, seen], told.data[:, seen])
+    return missed, at_rows, sysid.TimeSeries(told.times, told.data, at_rows.signal_mapping)
 
 
 def stretches(robot: Robot, logs: Sequence[Trajectory]) -> list[tuple[Trajectory, slice]]:
@@ -78,6 +95,7 @@ def identified(robot: Robot, logs: Sequence[Trajectory]) -> dict[str, float]:
 
     Raises:
         MissingDependencyError: without the extra.
+        ModelError: when a parameter has not moved: what it was given is wrong then, and it is not to be scored by that.
     """
     try:
         from mujoco import sysid
@@ -88,7 +106,7 @@ def identified(robot: Robot, logs: Sequence[Trajectory]) -> dict[str, float]:
     spec, parts = spec_of(robot), list[tuple[Any, Any, Any]]()
     model = spec.compile()
     for log, rows in stretches(robot, logs):
-        sensors, controls = measured(log)[rows], robot.to_control(log.action[rows])
+        sensors, controls = measured(log, rows), robot.to_control(log.action[rows])
         times = robot.dt * np.arange(len(sensors))
         start = sysid.create_initial_state(model, *robot.to_coordinates(log.state[rows][0]), np.zeros(model.na))
         control = sysid.TimeSeries.from_control_names(times, controls, model)
@@ -102,11 +120,15 @@ def identified(robot: Robot, logs: Sequence[Trajectory]) -> dict[str, float]:
         def write(changed: Any, own: Any, free: Any = free) -> None:
             free.write(changed, float(own.value[0]))
 
-        parameters.add(sysid.Parameter(name, free.nominal, free.low, free.high, modifier=write))
-    residual = sysid.build_residual_fn(models_sequences=[sequences], n_threads=1)
+        parameters.add(sysid.Parameter(name, free.nominal + free.off, free.low, free.high, modifier=write))
+    residual = sysid.build_residual_fn(models_sequences=[sequences], modify_residual=moving_residual, n_threads=1)
     with redirect_stdout(StringIO()):  # of its own solver, which prints every step
         found, _ = optimise(parameters, residual, verbose=False, max_iters=ITERATIONS)
-    return {name: float(found[name].value[0]) for name in FREE[robot.name]}
+    values = {name: float(found[name].value[0]) for name in FREE[robot.name]}
+    still = [name for name, free in FREE[robot.name].items() if values[name] == free.nominal + free.off]
+    if still:
+        raise ModelError(f"mujoco.sysid: expected a fit that moves every parameter, found {', '.join(still)} unmoved")
+    return values
 
 
 def error_of(robot: Robot, values: dict[str, float], logs: Sequence[Trajectory]) -> float:

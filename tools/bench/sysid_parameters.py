@@ -14,6 +14,8 @@ STEER = ("front_left_steer", "front_right_steer")
 SPIN = ("front_left_spin", "front_right_spin", "rear_left_spin", "rear_right_spin")
 STIFFNESS, WHEEL_GAIN = 5.0, 0.02  # N m/rad and N m s/rad of the car's servos
 CHASSIS = 2.9  # kg
+# m: MuJoCo puts a centre of mass that is nearer to the frame's origin into it, where no derivative is.
+OFF_CENTRE = 1e-4
 
 
 @dataclass(frozen=True)
@@ -25,6 +27,7 @@ class Free:
         write: puts a value into an ``MjSpec``.
         key, parameter: effect that a change of it is, and its parameter; "" where none is.
         of_effect: the effect's value from the number's.
+        off: how far from the nominal value a fit begins, where small steps from that change nothing.
     """
 
     nominal: float
@@ -34,6 +37,7 @@ class Free:
     key: str = ""
     parameter: str = "value"
     of_effect: Callable[[float], float] = lambda value: value
+    off: float = 0.0
 
     def change(self, value: float) -> float:
         """How far a value is from the nominal one, relative to that; relative to half of its range for zero."""
@@ -96,8 +100,8 @@ def _chassis(spec: Any, value: float) -> None:
 FREE: dict[str, dict[str, Free]] = {
     "crazyflie": {
         "mass": Free(MASS, 0.02, 0.04, _mass, "added_mass", of_effect=lambda value: value - MASS),
-        "centre x": Free(0.0, -0.01, 0.01, _centre(0), "com_offset", "rx"),
-        "centre y": Free(0.0, -0.01, 0.01, _centre(1), "com_offset", "ry"),
+        "centre x": Free(0.0, -0.01, 0.01, _centre(0), "com_offset", "rx", off=OFF_CENTRE),
+        "centre y": Free(0.0, -0.01, 0.01, _centre(1), "com_offset", "ry", off=OFF_CENTRE),
         "inertia": Free(1.0, 0.5, 2.0, _inertia),
         "thrust gain": Free(1.0, 0.5, 1.5, _actuators(("thrust",), 1.0), "gain:thrust"),
         **{f"loop gain {name}": Free(1.0, 0.5, 2.0, _loop(axis)) for axis, name in enumerate("xyz")},

@@ -55,13 +55,14 @@ class Bench:
         found = Diagnosis("EFFECT", "Missing: five effects.", findings=tuple(_finding(*one) for one in EFFECTS))
         with TemporaryDirectory() as folder:
             file = Path(folder) / "report.html"
-            started = time.perf_counter()
+            started, worked = time.perf_counter(), time.process_time()
             write_page(diagnosis_page(base, data, found, "five effects"), file)
-            took = time.perf_counter() - started
+            took, work = time.perf_counter() - started, time.process_time() - worked
             paint, follow = _in_browser(file)
             size = file.stat().st_size / 1e6
         figures = [
             Figure(f"report of {len(data)} flights of {len(data[0])} rows", took, "s", "< 10"),
+            Figure("the same in processor time, where others use the machine too", work, "s"),
             Figure("its size", size, "MB", "< 5"),
             Figure("first contentful paint", paint, "s", "< 1"),
             Figure("an effect switched, median", follow, "ms", "< 50"),

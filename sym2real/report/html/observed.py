@@ -117,7 +117,7 @@ def _rms(errors: Array) -> float:
 
 
 def _along(starts: Starts, predicted: Tensor) -> list[Array]:
-    """By log, signals predicted in pieces of 0.8 s, each behind a gap at its start ``# (rows, signals)``."""
+    """By log, signals predicted in pieces of 0.8 s ``# (rows, signals)``; two rows between them are a gap."""
     layout, found = starts.data.layouts.state, []
     for index, log in enumerate(starts.data):
         rows, mine = starts.row[starts.log == index], predicted[torch.as_tensor(starts.log == index)]
@@ -125,7 +125,7 @@ def _along(starts: Starts, predicted: Tensor) -> list[Array]:
         every = max(1, min(round(PIECE / log.dt), starts.steps) // stride)
         along = np.full((len(log), layout.size), np.nan)
         for row, states in zip(rows[::every], mine[::every].numpy(), strict=True):
-            last = min(row + every * stride, len(log), row + 1 + starts.steps)
+            last = min(row + every * stride - 1, len(log), row + 1 + starts.steps)
             along[row + 1 : last] = states[: last - row - 1]
         found.append(signals(layout, along))
     return found

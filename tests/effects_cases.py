@@ -92,6 +92,8 @@ CASES: list[Case] = [
     (C, "understeer", {"value": -0.005}, 0.99, 0.2),
     (C, "tyre_slip", {"value": 0.005}, 0.99, 0.05),
     (C, "tyre_slip", {"value": 0.02}, 0.99, 0.05),
+    (C, "relaxation_length", {"value": 0.1}, 0.99, 0.15),
+    (C, "relaxation_length", {"value": 0.3}, 0.99, 0.15),
     # Sliding tyres: the limit is a corner here and a bend in MuJoCo.
     (C, "tyre_friction", {"value": 0.3}, 0.97, 0.25),
     (C, "tyre_friction", {"value": 0.4}, 0.97, 0.25),
@@ -159,9 +161,9 @@ def run(robot: Robot, low: bool = False) -> Run:
     return Run(robot, np.array(starts), np.array(actions))
 
 
-def simulated(given: Run, changes: list[Change]) -> Array:
+def simulated(given: Run, changes: list[Change], description: str | None = None) -> Array:
     """Measured states by MuJoCo, the start first ``# (N, H + 1, state)``."""
-    plant = MujocoPlant(given.robot, changes)
+    plant = MujocoPlant(given.robot, changes, description=description)
     results = []
     for start, actions in zip(given.starts, given.actions, strict=True):
         rows = [plant.reset(start), *(plant.step(action) for action in actions)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -17,7 +17,8 @@ from sym2real.layout import MOTORS, Layout
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.plants.mujoco_plant import edited
 from sym2real.robots import CRAZYFLIE, Motors, quadrotor
-from sym2real.robots.crazyflie import ARM, INERTIA, MASS, TORQUE_PER_THRUST
+from sym2real.robots.crazyflie import ARM, INERTIA, MASS, ROTOR_THRUST, TORQUE_PER_THRUST
+from sym2real.robots.motors import MotorUnit
 from sym2real.symbolic import Equations
 from sym2real.tasks import make_task
 from sym2real.trajectory import Array, Dataset, Trajectory
@@ -41,15 +42,30 @@ ROBOT = replace(
     random_low=np.zeros(4),
     random_high=np.ones(4),
 )
+# The same at the log's period, told the speed of every rotor in rad/s.
+SPINNING = replace(
+    ROBOT,
+    dt=FAST * EVERY,
+    high=np.full(4, np.sqrt(THRUST / ROTOR_THRUST)),
+    to_control=lambda speeds: speeds**2 * ROTOR_THRUST / THRUST,
+)
 
 
-def equations(spin: Sequence[int] = (-1, 1, -1, 1)) -> Equations:
-    """What an analyst knows of it."""
-    motors = Motors(THRUST, torque_per_thrust=TORQUE_PER_THRUST, arm=ARM, spin=tuple(spin))
+def equations(spin: Sequence[int] = (-1, 1, -1, 1), unit: MotorUnit = "command") -> Equations:
+    """What an analyst knows of it, whose motors are told a part of full command or have their speeds measured."""
+    thrust = THRUST if unit == "command" else ROTOR_THRUST
+    motors = Motors(thrust, unit, torque_per_thrust=TORQUE_PER_THRUST, arm=ARM, spin=tuple(spin))
     return quadrotor(MASS, INERTIA, interface="motors", motors=motors, dt=FAST * EVERY)
 
 
-def description(lag: float, strength: Sequence[float], spin: Sequence[float]) -> str:
+def with_speeds(data: Dataset) -> Dataset:
+    """Logs with rotor speeds in rad/s in the place of commands."""
+    return Dataset(replace(log, action=np.sqrt(log.action * THRUST / ROTOR_THRUST)) for log in data)
+
+
+def description(
+    lag: float = 0.0, strength: Sequence[float] = (1.0,) * 4, spin: Sequence[float] = (-1.0, 1.0, -1.0, 1.0)
+) -> str:
     """The Crazyflie's, with a thruster at each rotor in place of thrust and rate loop."""
     spec = edited(CRAZYFLIE)
     for actuator in list(spec.actuators):
@@ -103,6 +119,7 @@ def motor_flights(
     names: Sequence[str] = ("hover", "circle", "lemniscate"),
     seconds: float = 8.0,
     seed: int = 0,
+    hidden: Mapping[str, Mapping[str, float]] | None = None,
 ) -> Dataset:
     """Flights with the sensors' noise and small pushes; motor1 to motor4 as the model counts them.
 
@@ -112,8 +129,10 @@ def motor_flights(
         strength: part of its thrust that every rotor gives.
         spin: sign of every rotor's reaction torque.
         dither: on the motors, part of full command.
+        hidden: further effects that the simulated robot has, by key.
     """
-    changes = [effect("com_offset", CRAZYFLIE).inject(**dict(zip(("rx", "ry", "rz"), com, strict=True)))] if com else []
+    hidden = {**(hidden or {}), **({"com_offset": dict(zip(("rx", "ry", "rz"), com, strict=True))} if com else {})}
+    changes = [effect(key, CRAZYFLIE).inject(**values) for key, values in hidden.items()]
     flown = []
     for number, name in enumerate(names):
         rng, task = np.random.default_rng([seed, number]), make_task(name, CRAZYFLIE)

@@ -11,7 +11,7 @@ from effects_cases import CASES, nominal, one_key_per_kind
 from sym2real.effects import EFFECTS, GROUPS, applicable, effect, equivalents, same_group
 from sym2real.effects.catalogue import require_patterns
 from sym2real.errors import ModelError, UnknownNameError
-from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Motors, Robot, quadrotor
+from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Motors, Robot, car, quadrotor
 from sym2real.symbolic import Equations
 
 COMMAND = {"gain", "offset", "limit", "rate_limit", "delay", "lag", "dead_band"}
@@ -22,9 +22,10 @@ QUADROTOR = {
 }
 CAR = {
     *("tyre_friction", "lateral_slip", "rolling_resistance", "slope", "wheelbase", "yaw_drag", "yaw_bias"),
-    *("lever_arm", "tyre_slip", "understeer"),
+    *("lever_arm", "tyre_slip", "understeer", "relaxation_length"),
 }
 BOTH = {"wind", "linear_drag", "quadratic_drag", "periodic_force"}
+MOTORS_ONLY = {"torque_scale"}
 SENSOR = {"sensor_sign", "sensor_bias", "sensor_scale", "sensor_lag", "time_shift"}
 UNITS = {
     *("1", "N", "rad", "rad/s", "rad/s²", "m/s", "m/s²", "m", "s", "kg", "kg m²", "N m", "N m s", "N s", "N/s"),
@@ -33,7 +34,7 @@ UNITS = {
 
 
 def test_the_registry_has_the_names_of_the_design() -> None:
-    assert set(EFFECTS) == COMMAND | QUADROTOR | CAR | BOTH | SENSOR
+    assert set(EFFECTS) == COMMAND | QUADROTOR | MOTORS_ONLY | CAR | BOTH | SENSOR
     for name, kind in EFFECTS.items():
         assert kind.name == name
 
@@ -77,6 +78,25 @@ def test_parameters_have_units_bounds_and_scale(robot: Robot) -> None:
             assert unlimited or parameter.low <= parameter.null <= parameter.high, (key, parameter)
     names = [parameter.name for parameter in effect("wind", robot).parameters]
     assert names == (["fx", "fy", "fz"] if robot is CRAZYFLIE else ["fx", "fy"])
+
+
+def test_only_motors_have_a_torque_of_their_own() -> None:
+    kinds = {one.kind for one in applicable(quadrotor(0.027, interface="motors"))}
+    assert kinds - {one.kind for one in applicable(nominal(CRAZYFLIE))} == MOTORS_ONLY
+
+
+def test_bounds_scale_with_the_robot() -> None:
+    """A robot of eight times the mass and twice the size: inertia by 32, weight by 8, wheelbase by 2."""
+    speeds = {size: Motors(2.2e-8 * size**4, "rad/s") for size in (1, 2)}
+    small, large = (
+        quadrotor(0.027 * size**3, [1.6e-5 * size**5] * 3, interface="motors", motors=motors)
+        for size, motors in speeds.items()
+    )
+    for key, power in (("rotor_reaction", 5), ("rate_damping", 3), ("flapping_moment", 3), ("torque_scale", 0)):
+        bounds = [[(p.high, p.scale) for p in effect(key, base).parameters] for base in (small, large)]
+        np.testing.assert_allclose(bounds[1], 2.0**power * np.array(bounds[0]), err_msg=key)
+    (near,), (far,) = (effect("relaxation_length", car(length)).parameters for length in (0.3, 0.6))
+    assert (far.high, far.scale) == pytest.approx((2 * near.high, 2 * near.scale))
 
 
 def test_keys_bind_columns_and_faults_name_the_nearest() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from effects_cases import nominal
 
 from sym2real.diagnosis import diagnose
 from sym2real.effects import effect
+from sym2real.effects.visible import VisibleModel
 from sym2real.experiments import standard_conditions as conditions
 from sym2real.experiments.standard_set import standard_run
 from sym2real.plants import MujocoPlant
@@ -145,3 +147,37 @@ def test_a_soft_steering_with_caster_is_diagnosed_as_the_understeer_that_its_cir
     assert 0.0 < fast < slow
     assert fast < values["understeer"]["value"] < slow
     assert "gain:steer" not in values
+
+
+def steered(step: Callable[[Array], Array], speed: float) -> Array:
+    """Yaw rate after each of some steps from a straight drive on, the steering held ``# (steps,)``."""
+    rates = [step(np.array([0.2 if number else 0.0, speed]))[6] for number in range(1 + 20)]
+    return np.array(rates[1:])
+
+
+@pytest.mark.parametrize("speed", [0.8, 1.6, -1.6])
+def test_a_turn_begins_over_a_distance_that_no_speed_changes(speed: float) -> None:
+    """After so many relaxation lengths n, 1 - e^-n of the turn is there: by simulated wheels, and by the equations."""
+    length, found = 0.4, effect("relaxation_length", MUSHR)
+    plants = [MujocoPlant(MUSHR, changes) for changes in ([], [found.inject(value=length)])]
+    for plant in plants:
+        plant.reset(start(0.0, speed))
+    plain, turned = (steered(plant.step, speed) for plant in plants)
+    rolled = abs(speed) * MUSHR.dt * np.arange(1, len(turned) + 1)
+    expected = 1 - np.exp(-rolled / length)
+    np.testing.assert_allclose((turned / plain)[2:], expected[2:], atol=0.06)
+    equations = found.substitute(nominal(MUSHR), {"value": length})
+    model = VisibleModel(equations, torch.float64)
+    actions = torch.tensor([[0.0, speed], *[[0.2, speed]] * 20], dtype=torch.float64)
+    rates = model.rollout(torch.as_tensor(start(0.0, speed)), actions)[1:, 6].numpy()
+    steady = speed * np.tan(0.2) / WHEELBASE
+    # The rate that a step reports is of its mean turn.
+    middle = length / (abs(speed) * MUSHR.dt) * -np.diff(np.exp(-np.concatenate([[0.0], rolled]) / length))
+    np.testing.assert_allclose(rates / steady, 1 - middle, atol=0.01)
+
+
+def test_tyres_of_a_car_that_stands_keep_their_turn() -> None:
+    equations = effect("relaxation_length", MUSHR).substitute(nominal(MUSHR), {"value": 0.2})
+    model = compile_model(equations, dtype=torch.float64)
+    state = torch.cat([torch.as_tensor(start(0.0, 0.0)), torch.tensor([0.1], dtype=torch.float64)])
+    assert float(model(state, torch.tensor([0.3, 0.0], dtype=torch.float64))[-1]) == pytest.approx(0.1, rel=0.01)

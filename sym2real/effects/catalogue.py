@@ -31,6 +31,7 @@ from sym2real.effects.quadratic_drag import QUADRATIC_DRAG
 from sym2real.effects.rate_damping import RATE_DAMPING
 from sym2real.effects.rate_limit import RATE_LIMIT
 from sym2real.effects.rate_loop_gain import RATE_LOOP_GAIN
+from sym2real.effects.relaxation_length import RELAXATION_LENGTH
 from sym2real.effects.rolling_resistance import ROLLING_RESISTANCE
 from sym2real.effects.rotor_loss import ROTOR_LOSS
 from sym2real.effects.rotor_reaction import ROTOR_REACTION
@@ -42,6 +43,7 @@ from sym2real.effects.slope import SLOPE
 from sym2real.effects.thrust_curve import THRUST_CURVE
 from sym2real.effects.time_shift import TIME_SHIFT
 from sym2real.effects.torque_bias import TORQUE_BIAS
+from sym2real.effects.torque_scale import TORQUE_SCALE
 from sym2real.effects.translational_lift import TRANSLATIONAL_LIFT
 from sym2real.effects.tyre_friction import TYRE_FRICTION
 from sym2real.effects.tyre_slip import TYRE_SLIP
@@ -72,6 +74,7 @@ EFFECTS: Registry[Kind] = Registry(
         "rotor_loss": ROTOR_LOSS,
         "ground_effect": GROUND_EFFECT,
         "torque_bias": TORQUE_BIAS,
+        "torque_scale": TORQUE_SCALE,
         "motor_lag": MOTOR_LAG,
         "rate_loop_gain": RATE_LOOP_GAIN,
         "rate_damping": RATE_DAMPING,
@@ -80,6 +83,7 @@ EFFECTS: Registry[Kind] = Registry(
         "rotor_reaction": ROTOR_REACTION,
         "tyre_friction": TYRE_FRICTION,
         "tyre_slip": TYRE_SLIP,
+        "relaxation_length": RELAXATION_LENGTH,
         "understeer": UNDERSTEER,
         "lateral_slip": LATERAL_SLIP,
         "rolling_resistance": ROLLING_RESISTANCE,

@@ -26,7 +26,7 @@ from sym2real.effects.hidden import with_hidden
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.rate_loop import NUMBERS, RateLoop, other_torque, rate_loops
-from sym2real.effects.thrust import LAGGED, MOTOR_TORQUES, defined
+from sym2real.effects.thrust import LAGGED, MOTOR_TORQUES, defined, lagging
 from sym2real.effects.wrench import AXES, push
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
@@ -45,7 +45,7 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     if "thrust" in equations.quantities:
         for name in MOTOR_TORQUES:
             if name in equations.quantities:
-                equations = _lagging(equations, name, f"rotor_{name}", "N m", time)
+                equations = _lagging(equations, name, lagging(name), "N m", time)
     elif all(name in (*body.names, *body.numbers) for name in LOOP):
         for loop in rate_loops(body, equations.dt):
             equations = _lagging_loop(equations, body, loop, time)

@@ -1,6 +1,9 @@
 """Air that brakes rotation: τ = -d∘ω.
 
-On a closed rate loop it is a loop of gain K + d/J whose command is K/(K + d/J) of the command.
+On a closed rate loop it is a loop of gain K + d/J whose command is K/(K + d/J) of the command. Where motors turn the
+body, the torque over a step is that of the mean rate (trapezoidal rule), with the rate that the other torques leave::
+
+    τ_d = -d (ω + dt τ/(2J)) / (1 + d dt/(2J))
 """
 
 from __future__ import annotations
@@ -8,12 +11,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from sympy import Expr
 
 from sym2real.effects import truth
 from sym2real.effects.body import GRAVITY, Body
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.rate_loop import NUMBERS, other_torque, rate_loops
-from sym2real.effects.wrench import push
+from sym2real.effects.thrust import acting_torque
+from sym2real.effects.wrench import AXES, push
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 
@@ -29,13 +34,22 @@ def _parameters(body: Body) -> tuple[Parameter, ...]:
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     dampings = [values[name] for name in NAMES]
     if not all(name in body.numbers and f"w{name[1]}_cmd" in body.names for name in NUMBERS):
-        rates = (symbol(name) for name in ("wx", "wy", "wz"))
-        return push(equations, body, torque=[-d * rate for d, rate in zip(dampings, rates, strict=True)])
+        return push(equations, body, torque=[_held(equations, body, *one) for one in zip(AXES, dampings, strict=True)])
     torque = []
     for loop, damping in zip(rate_loops(body, equations.dt), dampings, strict=True):
         factor = 1 + damping / (loop.inertia * loop.gain)
         torque.append(loop.with_gain(factor, 1 / factor, other_torque(equations, loop.axis)))
     return push(equations, body, torque=torque)
+
+
+def _held(equations: Equations, body: Body, axis: str, damping: Expr) -> Expr:
+    """Mean torque about an axis over a step, N m."""
+    rate = symbol(f"w{axis}")
+    if f"j{axis}" not in body.numbers:
+        return -damping * rate
+    half = equations.dt / (2 * body.number(f"j{axis}"))
+    others = other_torque(equations, axis) + acting_torque(equations, axis)
+    return -damping * (rate + half * others) / (1 + half * damping)
 
 
 def _inject(body: Body, values: Numbers) -> Change:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from sympy import Expr
 
-from sym2real.effects import truth
+from sym2real.effects import simulated_rotors, truth
 from sym2real.effects.body import Body
 from sym2real.effects.domain import Domain
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
@@ -17,7 +17,6 @@ from sym2real.effects.wrench import push
 from sym2real.errors import ModelError
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Array
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
@@ -55,18 +54,14 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
 def _inject(body: Body, values: Numbers) -> Change:
     """A push at the rotor against what it gives, from what all actuators give now."""
     rotor = _number(values["rotor"])
-    angle = np.deg2rad([-45.0, -135.0, 135.0, 45.0])
-    places = body.number("arm") * np.array([np.cos(angle), np.sin(angle), np.zeros(4)]).T  # (4, 3)
-    reaction = body.number("torque_per_thrust") * np.array([-1.0, 1.0, -1.0, 1.0])
-    mixer = np.stack([np.ones(4), places[:, 1], -places[:, 0], reaction])
+    place, reaction = simulated_rotors.places(body)[rotor], simulated_rotors.reactions(body)[rotor]
 
-    def lose(data: Any) -> None:
-        pushes: Array = np.linalg.solve(mixer, np.array(data.actuator_force[:4]))
-        lost = values["value"] * pushes[rotor]
-        truth.add_thrust(data, -lost, places[rotor])
-        truth.add_torque(data, np.array([0.0, 0.0, -lost * reaction[rotor]]))
+    def lose(model: Any, data: Any) -> None:
+        lost = values["value"] * simulated_rotors.pushes(model, data, body)[rotor]
+        truth.add_thrust(data, -lost, place)
+        truth.add_torque(data, np.array([0.0, 0.0, -lost * reaction]))
 
-    return truth.forced(lose)
+    return Change("", force=lose)
 
 
 ROTOR_LOSS = Kind(

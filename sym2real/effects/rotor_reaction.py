@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from sympy import Expr, Integer, Max, exp, sqrt
 
-from sym2real.effects import truth
+from sym2real.effects import simulated_rotors, truth
 from sym2real.effects.body import Body
 from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.hidden import with_hidden
@@ -27,14 +27,15 @@ from sym2real.effects.thrust import acting_thrust, defined, hover_thrust
 from sym2real.effects.wrench import push
 from sym2real.protocols import Change, Filter
 from sym2real.symbolic import Equations, symbol
-from sym2real.trajectory import Array
 
 SUM, SUM_MEMORY, COMMAND_MEMORY = "rotor_speed_sum", "rotor_speed_memory", "yaw_command_memory"
 LOWEST = 0.1  # of the hover thrust: rotors that hardly turn would react without bound
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "kg m²", null=0.0, low=0.0, high=1e-8, scale=2e-9, domain=NOT_NEGATIVE),)
+    """Rotors have a thousandth of the body's inertia about yaw; as much as all of it where that is given too large."""
+    whole = body.number("jz")
+    return (Parameter("value", "kg m²", null=0.0, low=0.0, high=whole, scale=1e-4 * whole, domain=NOT_NEGATIVE),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
@@ -66,9 +67,7 @@ def _of_loop(equations: Equations, inertia: Expr, body: Body) -> Equations:
 
 def _inject(body: Body, values: Numbers) -> Change:
     """From what the actuators give at every physics step; ``command`` only tells that an episode begins."""
-    reaction, arm = body.number("torque_per_thrust"), body.number("arm") / np.sqrt(2.0)
-    signs = np.array([[1, 1, 1, 1], [-1, -1, 1, 1], [-1, 1, 1, -1], [-1, 1, -1, 1]])
-    mixer = signs * np.array([[1.0], [arm], [arm], [reaction]])
+    signs = np.sign(simulated_rotors.reactions(body))
     last: list[float] = []
 
     def begin() -> Filter:
@@ -76,8 +75,8 @@ def _inject(body: Body, values: Numbers) -> Change:
         return lambda action: action
 
     def turn(model: Any, data: Any) -> None:
-        pushes: Array = np.linalg.solve(mixer, np.array(data.actuator_force[:4]))
-        total = float(signs[3] @ np.sqrt(np.maximum(pushes, 0.0) / body.number("rotor_thrust")))
+        pushes = np.maximum(simulated_rotors.pushes(model, data, body), 0.0)
+        total = float(signs @ np.sqrt(pushes / body.number("rotor_thrust")))
         change = (total - (last[0] if last else total)) / model.opt.timestep
         last[:] = [total]
         truth.add_torque(data, np.array([0.0, 0.0, values["value"] * change]))
@@ -97,7 +96,7 @@ ROTOR_REACTION = Kind(
     inject=_inject,
     substitute=_substitute,
     needs=("thrust", "wz"),
-    numbers=("rotor_thrust", "torque_per_thrust"),
+    numbers=("rotor_thrust", "torque_per_thrust", "jz"),
     hidden=(SUM_MEMORY, COMMAND_MEMORY),
     robot="quadrotor",
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from sympy import Expr, Symbol
+from sympy import Expr, Integer, Symbol
 
 from sym2real.effects.body import GRAVITY, Body
 from sym2real.symbolic import Equations, symbol
@@ -23,6 +23,20 @@ def acting(equations: Equations, name: str) -> Symbol:
 def acting_thrust(equations: Equations) -> Symbol:
     """The symbol of the thrust that really acts on the body, N: behind motor lag where there is some."""
     return symbol(LAGGED if LAGGED in equations.quantities else "thrust")
+
+
+def acting_torque(equations: Equations, axis: str) -> Expr:
+    """Torque of motors about an axis, N m, behind motor lag where there is some; zero of other equations."""
+    name = f"torque_{axis}"
+    lagged = lagging(name)
+    if lagged in equations.quantities:
+        return symbol(lagged)
+    return symbol(name) if name in equations.quantities else Integer(0)
+
+
+def lagging(name: str) -> str:
+    """Of what motor lag makes of a torque of motors."""
+    return f"rotor_{name}"
 
 
 def hover_thrust(body: Body) -> float:

@@ -96,12 +96,21 @@ def set_lag(spec: Any, actuator: Any, time: float) -> None:
     """
     if int(actuator.dyntype) != 0:
         raise ModelError(f"the actuator {actuator.name!r} has a filter already, and MuJoCo gives it one")
-    kind = FILTER
-    if int(spec.option.integrator) != RUNGE_KUTTA:
-        # The force of a step is that of its start, half a step late.
-        kind, time = FILTER_EXACT, max(time - 0.5 * spec.option.timestep, 1e-6)
+    kind = FILTER if int(spec.option.integrator) == RUNGE_KUTTA else FILTER_EXACT
     actuator.dyntype = type(actuator.dyntype)(kind)
-    actuator.dynprm = [time, *([0.0] * (len(actuator.dynprm) - 1))]
+    actuator.dynprm = [_filter_time(time, spec.option), *([0.0] * (len(actuator.dynprm) - 1))]
+
+
+def set_time(model: Any, name: str, time: float) -> None:
+    """The time constant in s of an actuator that :func:`set_lag` gave a filter, while the simulation runs."""
+    model.actuator(name).dynprm[0] = _filter_time(time, model.opt)
+
+
+def _filter_time(time: float, option: Any) -> float:
+    """Of a filter that answers as one of that time constant; an integrator's step may be half a step late."""
+    if int(option.integrator) == RUNGE_KUTTA:
+        return time
+    return max(time - 0.5 * float(option.timestep), 1e-6)  # the force of a step is that of its start
 
 
 def turned_command(columns: list[int], matrix: Array) -> Change:

@@ -51,11 +51,11 @@ SPINNING = replace(
 )
 
 
-def equations(spin: Sequence[int] = (-1, 1, -1, 1), unit: MotorUnit = "command") -> Equations:
+def equations(spin: Sequence[int] = (-1, 1, -1, 1), unit: MotorUnit = "command", every: int = EVERY) -> Equations:
     """What an analyst knows of it, whose motors are told a part of full command or have their speeds measured."""
     thrust = THRUST if unit == "command" else ROTOR_THRUST
     motors = Motors(thrust, unit, torque_per_thrust=TORQUE_PER_THRUST, arm=ARM, spin=tuple(spin))
-    return quadrotor(MASS, INERTIA, interface="motors", motors=motors, dt=FAST * EVERY)
+    return quadrotor(MASS, INERTIA, interface="motors", motors=motors, dt=FAST * every)
 
 
 def with_speeds(data: Dataset) -> Dataset:
@@ -120,6 +120,7 @@ def motor_flights(
     seconds: float = 8.0,
     seed: int = 0,
     hidden: Mapping[str, Mapping[str, float]] | None = None,
+    every: int = EVERY,
 ) -> Dataset:
     """Flights with the sensors' noise and small pushes; motor1 to motor4 as the model counts them.
 
@@ -130,6 +131,7 @@ def motor_flights(
         spin: sign of every rotor's reaction torque.
         dither: on the motors, part of full command.
         hidden: further effects that the simulated robot has, by key.
+        every: control periods to one row of the log; of more than one the log holds every so many commands only.
     """
     hidden = {**(hidden or {}), **({"com_offset": dict(zip(("rx", "ry", "rz"), com, strict=True))} if com else {})}
     changes = [effect(key, CRAZYFLIE).inject(**values) for key, values in hidden.items()]
@@ -158,13 +160,13 @@ def motor_flights(
             wrench=np.array([push.next() for _ in range(steps)]), name=f"{name} {number}",
         )  # fmt: skip
         assert len(log) == steps
-        flown.append(thinned(log))
+        flown.append(thinned(log, every))
     return Dataset(flown)
 
 
-def thinned(log: Trajectory) -> Trajectory:
-    """Every second row, without what nobody could have logged."""
-    rows = slice(None, None, EVERY)
+def thinned(log: Trajectory, every: int) -> Trajectory:
+    """Every so many rows, without what nobody could have logged."""
+    rows = slice(None, None, every)
     extra = {name: values[rows] for name, values in log.extra.items()}
     inputs = np.zeros_like(log.inputs[rows])
     return replace(log, time=log.time[rows], state=log.state[rows], action=log.action[rows], inputs=inputs, extra=extra)

@@ -6,18 +6,21 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from noisy_flights import flights
+from test_effects_groups import ROWS, drive
 
 from sym2real.cli import main
 from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.diagnosis.predict.competitors import EXCLUDED, NotTried, competing, not_tried_said
 from sym2real.effects.catalogue import known
+from sym2real.effects.searching import ALONE
 from sym2real.layout import Layouts
 from sym2real.logs import write_log
-from sym2real.robots import CRAZYFLIE
+from sym2real.robots import CRAZYFLIE, MUSHR, Motors, quadrotor
 from sym2real.symbolic import Equations, load_model
-from sym2real.trajectory import Dataset
+from sym2real.trajectory import Dataset, Trajectory
 
 BASE = CRAZYFLIE.nominal()
 
@@ -46,6 +49,46 @@ def test_a_command_that_never_varies_is_named() -> None:
     found = reasons(BASE, still)
     assert "wz_cmd never varies" in found["gain:wz_cmd"]
     assert "gain:wx_cmd" not in found
+
+
+def test_effects_that_only_a_change_of_a_command_shows_go_with_it() -> None:
+    straight = Dataset(replace(log, action=log.action * 0.0) for log in flights())
+    assert reasons(BASE, straight)["delay"] == "no command varies in these logs"
+    circle = drive(np.full(ROWS, 0.2), np.full(ROWS, 0.9) + 0.1 * np.sin(np.arange(ROWS)))
+    found = reasons(MUSHR.nominal(), Dataset([circle]))
+    for key in ("relaxation_length", "understeer", "wheelbase", "gain:steer"):
+        assert found[key] == "steer never varies in these logs", key
+    assert not {"delay", "lag:speed", "yaw_drag"} & found.keys()
+
+
+def test_motors_that_all_stay_show_no_map_of_their_thrust() -> None:
+    base = quadrotor(0.03, interface="motors")
+    log = Trajectory(
+        np.arange(50) * base.dt,
+        np.tile(CRAZYFLIE.start, (50, 1)),
+        np.full((50, 4), 0.5),
+        np.zeros((50, 6)),
+        base.layouts,
+    )
+    assert reasons(base, Dataset([log]))["offset:thrust"] == "thrust never varies in these logs"
+
+
+def test_one_of_two_lateral_commands_competes_where_the_other_stays() -> None:
+    only = Dataset(replace(log, action=log.action * [1, 0, 1, 1]) for log in flights())
+    found = {one.name: one for one in candidates(library_for(BASE, only), only)}
+    assert found["lag:wy_cmd"].keys == ("lag:wy_cmd",)
+    both = {one.name: one for one in candidates(library_for(BASE, flights()), flights())}
+    assert both["lag:wx_cmd"].keys == ("lag:wx_cmd", "lag:wy_cmd")
+
+
+def test_what_brakes_and_what_reacts_competes_where_motors_turn_the_body() -> None:
+    by_motors = quadrotor(0.03, interface="motors", motors=Motors(2.9e-8, "rad/s"))
+    left_out = {one.key: one.searching.why_not(one.body) for one in known(by_motors)}
+    assert not left_out["rate_damping"]
+    assert not left_out["rotor_reaction"]
+    left_out = {one.key: one.searching.why_not(one.body) for one in known(BASE)}
+    assert "rate_loop_gain" in left_out["rate_damping"]
+    assert left_out["rotor_reaction"] == ALONE
 
 
 @pytest.mark.parametrize(("missing", "lost"), [("mass", "wind"), ("jx", "torque_bias"), ("jx", "com_offset")])

@@ -9,7 +9,7 @@ import pytest
 from effects_cases import CASES, nominal, one_key_per_kind
 
 from sym2real.effects import EFFECTS, GROUPS, applicable, effect, equivalents, same_group
-from sym2real.effects.catalogue import require_patterns
+from sym2real.effects.catalogue import always_alike, known, require_patterns
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Motors, Robot, car, quadrotor
 from sym2real.symbolic import Equations
@@ -118,7 +118,7 @@ def test_keys_bind_columns_and_faults_name_the_nearest() -> None:
 
 def test_groups_are_symmetric_and_name_real_effects() -> None:
     for group in GROUPS:
-        assert len(group.while_) > 3
+        assert len(group.of.while_) > 3
         for member in group.members:
             assert member.partition(":")[0] in EFFECTS
             assert set(group.members) - {member} <= {*equivalents(member), member}
@@ -129,6 +129,33 @@ def test_groups_are_symmetric_and_name_real_effects() -> None:
     assert same_group("offset:wy_cmd", "com_offset")
     assert not same_group("wind", "added_mass")
     assert set(equivalents("payload")) == {"added_mass", "com_offset"}
+
+
+def test_what_stands_for_an_effect_stands_for_itself() -> None:
+    """And for equal effects: both always move the robot alike, so that no flight parts them."""
+    for equations in (nominal(CRAZYFLIE), nominal(MUSHR), quadrotor(0.027, interface="motors")):
+        effects = {one.key: one for one in known(equations)}
+        for key, one in effects.items():
+            if one.stood_for_by in effects:
+                assert effects[one.stood_for_by].stood_for_by == "", key
+                assert key in always_alike(one.stood_for_by, equations)
+
+
+@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+def test_searches_start_and_plans_try_within_bounds(robot: Robot) -> None:
+    values = np.linspace(robot.low, robot.high, 50)
+    for one in applicable(nominal(robot)):
+        searching, first = one.searching, one.parameters[0]
+        if searching.why_not(one.body) or one.column not in robot.layouts.action:
+            continue
+        sent = values[:, robot.layouts.action.index(one.column)]
+        free = [each for each in one.parameters if each.name not in searching.fixed(one.body, sent, ())]
+        assert free, one.key
+        starts = searching.starts(one.body, sent)
+        assert searching.from_null or starts, one.key
+        for value in (*starts, *searching.sizes(one.body, sent)):
+            assert free[0].low <= value <= free[0].high, one.key
+            assert value in first.domain, one.key
 
 
 def test_impossible_truths_are_refused() -> None:

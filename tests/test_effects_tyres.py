@@ -129,6 +129,20 @@ def test_oversteer_beyond_the_critical_speed_stays_finite() -> None:
     assert np.isfinite(predicted("understeer", -0.02, 0.1, 2.4)).all()
 
 
+def standard_drives(*changes: Change) -> Dataset:
+    def plant(rng: np.random.Generator) -> MujocoPlant:
+        return MujocoPlant(MUSHR, (*changes, conditions.disturbance(MUSHR, rng), conditions.sensors(MUSHR, rng)))
+
+    return Dataset([standard_run(MUSHR, plant, 3, index) for index in range(8)])
+
+
+def test_tyres_that_must_roll_before_they_push_are_named_and_not_a_lag_of_the_steering() -> None:
+    data = standard_drives(effect("relaxation_length", MUSHR).inject(value=0.1))
+    found = diagnose(nominal(MUSHR), data, MujocoPlant(MUSHR))
+    assert [one.effect for one in found.findings] == ["relaxation_length"]
+    assert found.findings[0].values["value"] == pytest.approx(0.1, rel=0.1)
+
+
 def test_a_soft_steering_with_caster_is_diagnosed_as_the_understeer_that_its_circles_have() -> None:
     """The ground pushes the front wheels behind their steering axes, against servos that give way."""
 
@@ -136,13 +150,9 @@ def test_a_soft_steering_with_caster_is_diagnosed_as_the_understeer_that_its_cir
         for side in ("left", "right"):
             spec.joint(f"front_{side}_steer").pos = [TRAIL, 0.0, 0.0]
 
-    def plant(rng: np.random.Generator) -> MujocoPlant:
-        return MujocoPlant(MUSHR, (soft, conditions.disturbance(MUSHR, rng), conditions.sensors(MUSHR, rng)))
-
     soft = Change("caster", edit=caster)
     slow, fast = (gradient(0.2, circled(MujocoPlant(MUSHR, [soft]), 0.2, speed)) for speed in (0.9, 2.0))
-    data = Dataset([standard_run(MUSHR, plant, 3, index) for index in range(8)])
-    found = diagnose(nominal(MUSHR), data, MujocoPlant(MUSHR))
+    found = diagnose(nominal(MUSHR), standard_drives(soft), MujocoPlant(MUSHR))
     values = {one.effect: one.values for one in found.findings}
     assert 0.0 < fast < slow
     assert fast < values["understeer"]["value"] < slow

@@ -22,10 +22,11 @@ from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.score.finding import Finding, findings
 from sym2real.diagnosis.score.held_out import Steps
 from sym2real.diagnosis.score.tried import Rival, Tried
-from sym2real.diagnosis.search.groups import always_alike, as_good
+from sym2real.diagnosis.search.groups import as_good
 from sym2real.diagnosis.search.select import GAIN, Selection
 from sym2real.diagnosis.stages import OnProgress, Stages
 from sym2real.effects import Effect, compose, effect
+from sym2real.effects.catalogue import always_alike
 from sym2real.errors import ModelError
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations

@@ -1,11 +1,12 @@
 """Physical effects: hypotheses that substitute into equations, and their truth in a simulator."""
 
 from sym2real.effects.body import Body
-from sym2real.effects.catalogue import EFFECTS, applicable, effect
+from sym2real.effects.catalogue import applicable, effect
 from sym2real.effects.compose import compose
 from sym2real.effects.effect import Effect
 from sym2real.effects.groups import GROUPS, equivalents, same_group
 from sym2real.effects.kind import Kind, Parameter
+from sym2real.effects.kinds import EFFECTS
 from sym2real.effects.noted import as_simulated, injected, noted
 
 __all__ = [

@@ -11,7 +11,9 @@ from sym2real.effects import truth
 from sym2real.effects.body import Body
 from sym2real.effects.clock import with_time
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.thrust import scaled
+from sym2real.effects.voltage import VOLTAGE
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 
@@ -19,15 +21,15 @@ FULL_BATTERY = 4.2  # V, one lithium-polymer cell
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
-    if "vbat" in body.layouts.inputs:
+    if VOLTAGE in body.layouts.inputs:
         return (Parameter("value", "1/V", null=0.0, low=0.0, high=1.0, scale=0.1),)
     return (Parameter("value", "1/s", null=0.0, low=0.0, high=0.1, scale=0.005),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    if "vbat" in body.layouts.inputs:
+    if VOLTAGE in body.layouts.inputs:
         full = body.numbers.get("full_battery", FULL_BATTERY)
-        return scaled(equations, 1 - values["value"] * (full - symbol("vbat")))
+        return scaled(equations, 1 - values["value"] * (full - symbol(VOLTAGE)))
     equations, time = with_time(equations)
     return scaled(equations, 1 - values["value"] * time)
 
@@ -52,4 +54,6 @@ BATTERY_SAG = Kind(
     substitute=_substitute,
     needs=("thrust",),
     robot="quadrotor",
+    reads=(VOLTAGE,),
+    searching=Searching(shown_in=lambda _: (Shown.TIME,)),
 )

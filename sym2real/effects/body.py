@@ -78,6 +78,14 @@ class Body:
         return self.number("mass")
 
     @property
+    def role(self) -> str:
+        """Name of the field that the column of an effect is in, whatever the column is called; "" without one."""
+        if self.column in self.quantities:
+            return self.column
+        groups = (self.layouts.action, self.layouts.state)
+        return next((field.name for group in groups for field in group.fields if self.column in field.columns), "")
+
+    @property
     def unit(self) -> str:
         """Unit of the column that an effect is bound to."""
         if self.column in self.quantities:

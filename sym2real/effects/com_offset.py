@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from sym2real.effects.alike import ONE_TORQUE_AT_ONE_THRUST, Member
 from sym2real.effects.body import Body
 from sym2real.effects.domain import Domain
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
@@ -48,4 +49,6 @@ COM_OFFSET = Kind(
     substitute=_substitute,
     needs=("thrust", "wx", "wy"),
     robot="quadrotor",
+    alike=(Member(ONE_TORQUE_AT_ONE_THRUST, 0),),
+    by_torque=lambda _: True,
 )

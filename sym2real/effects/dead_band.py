@@ -8,6 +8,7 @@ from sym2real.effects.body import Body
 from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.memory import Memory, play_step, stepping, zero_step
+from sym2real.effects.searching import Searching, Shown, alone_on, by_role
 from sym2real.effects.truth import following
 from sym2real.protocols import Change
 
@@ -47,4 +48,11 @@ DEAD_BAND = Kind(
     inject=_inject,
     memory=_memory,
     columns="action",
+    searching=Searching(
+        why_not=alone_on("rate command", "thrust", "motors"),
+        starts=lambda _, values: tuple(0.5 * part * float(np.std(values)) for part in (0.5, 1.0)),
+        from_null=False,
+        sizes=lambda _, values: tuple(float(np.std(values)) * part for part in (0.05, 0.1, 0.2, 0.5, 1.0, 2.0)),
+        shown_in=by_role({"speed": (Shown.SPEEDS,)}, ()),
+    ),
 )

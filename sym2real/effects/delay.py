@@ -6,11 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from sym2real.effects.alike import ONE_DELAY, Member
 from sym2real.effects.body import Body
 from sym2real.effects.domain import DELAY_TIME
 from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.memory import shift
+from sym2real.effects.searching import Searching, Shown, alone_on, by_role, steps
 from sym2real.effects.truth import actuators
 from sym2real.protocols import Change, Filter
 from sym2real.trajectory import Array
@@ -61,4 +63,10 @@ DELAY = Kind(
     memory=lambda body: shift(),
     columns="action",
     column_needed=False,
+    alike=(Member(ONE_DELAY, 0), Member(ONE_DELAY, 1, "?*")),
+    searching=Searching(
+        why_not=alone_on("motors"),
+        starts=steps(1.0, 2.0, 4.0),
+        shown_in=by_role({"speed": (Shown.DITHER, Shown.SPEEDS)}, (Shown.DITHER,)),
+    ),
 )

@@ -18,6 +18,7 @@ from sym2real.effects.domain import ANYTHING, Domain
 from sym2real.effects.kind import Kind, Parameter, Stage
 from sym2real.effects.manoeuvres import in_words_of
 from sym2real.effects.memory import Memory, series
+from sym2real.effects.searching import Searching
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
@@ -62,6 +63,16 @@ class Effect:
     def shown_by(self) -> str:
         """Which manoeuvre shows it, with the commands that the robot has."""
         return in_words_of(self.body.layouts.action, self.of.shown_by)
+
+    @property
+    def searching(self) -> Searching:
+        """How it takes part in a search."""
+        return self.of.searching
+
+    @property
+    def stood_for_by(self) -> str:
+        """Key of the effect that it equals on every flight, and that a search tries in its place; "" for none."""
+        return self.of.searching.stood_for_by(self.body)
 
     @property
     def fix(self) -> str:

@@ -10,6 +10,7 @@ from sym2real.effects import truth
 from sym2real.effects.body import GRAVITY, Body
 from sym2real.effects.frames import QUATERNION, body_velocity
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.wrench import push
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations
@@ -47,4 +48,6 @@ FLAPPING_MOMENT = Kind(
     substitute=_substitute,
     needs=("wx", "wy", "vx", "vy", "vz", *QUATERNION),
     robot="quadrotor",
+    searching=Searching(shown_in=lambda _: (Shown.SPEEDS,)),
+    by_torque=lambda _: True,
 )

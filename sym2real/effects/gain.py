@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from sym2real.effects.alike import ONE_MAP, ONE_STEERING, ONE_STRENGTH, ONE_THRUST, ONE_TURN, Member
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.searching import Searching, Shown, alone_on, by_role
 from sym2real.effects.thrust import scaled
 from sym2real.effects.truth import on_column
 from sym2real.protocols import Change
@@ -36,4 +38,16 @@ GAIN = Kind(
     inject=_inject,
     substitute=_substitute,
     columns="action",
+    alike=(
+        Member(ONE_STRENGTH, 1, "thrust"),
+        Member(ONE_THRUST, 1, "thrust"),
+        Member(ONE_MAP, 1, "thrust"),
+        Member(ONE_TURN, 1, "steer"),
+        Member(ONE_STEERING, 0, "steer"),
+    ),
+    searching=Searching(
+        why_not=alone_on("motors"),
+        stood_for_by=by_role({"thrust": "added_mass"}, ""),
+        shown_in=by_role({"speed": (Shown.SPEEDS,)}, ()),
+    ),
 )

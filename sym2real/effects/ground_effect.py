@@ -10,6 +10,7 @@ from sympy import exp
 from sym2real.effects import truth
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.thrust import scaled
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
@@ -46,4 +47,5 @@ GROUND_EFFECT = Kind(
     substitute=_substitute,
     needs=("thrust", "z"),
     robot="quadrotor",
+    searching=Searching(shown_in=lambda _: (Shown.LOW,)),
 )

@@ -1,21 +1,14 @@
-"""Effects that no flight, or hardly one, can tell apart, by physics."""
+"""Effects that no flight, or hardly one, can tell apart, by physics: as each of them says in its own file."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from fnmatch import fnmatch
 
-from sym2real.effects.manoeuvres import (
-    always,
-    calm_rates,
-    one_circle,
-    one_direction,
-    one_speed,
-    steady_thrust,
-    steady_yaw,
-    tyres_hold,
-)
+from sym2real.effects import alike
+from sym2real.effects.alike import Alike
+from sym2real.effects.kinds import EFFECTS
 from sym2real.trajectory import Trajectory
 
 
@@ -24,54 +17,31 @@ class Group:
     """Equivalents.
 
     Args:
-        members: keys; ``?`` stands for one letter.
-        while_: the condition under which they cannot be told apart.
-        holds: whether logs show that condition; None where only a fit can say.
-        one_of: where it holds only one of them can be found: the other would fit what neither of them models.
+        members: keys; ``?`` stands for one letter. The first is the one that is named.
+        of: what makes them one.
     """
 
     members: tuple[str, ...]
-    while_: str
-    holds: Callable[[Iterable[Trajectory]], bool] | None = None
-    one_of: bool = False
+    of: Alike
+
+    @classmethod
+    def collected(cls, of: Alike) -> Group:
+        """All effects that say they belong to it."""
+        found = [(one.place, name, one.on) for name in EFFECTS for one in EFFECTS[name].alike if one.of is of]
+        return cls(tuple(f"{name}:{on}" if on else name for _, name, on in sorted(found)), of)
+
+    def holds(self, logs: Iterable[Trajectory]) -> bool:
+        """Whether logs show that its members cannot be told apart."""
+        return self.of.holds is not None and self.of.holds(logs)
 
 
-GROUPS = (
-    Group(("added_mass", "gain:thrust"), "always", always),
-    Group(("added_mass", "gain:thrust", "offset:thrust"), "thrust stays near one value", steady_thrust),
-    Group(("torque_bias", "offset:w?_cmd"), "always", always),
-    Group(("com_offset", "torque_bias", "offset:w?_cmd"), "thrust hardly varies"),
-    Group(("wheelbase", "gain:steer"), "speed is low"),
-    Group(("rolling_resistance", "offset:speed"), "a loop controls the speed, in one direction", one_direction),
-    Group(("wind", "mounting_tilt"), "yaw stays", steady_yaw, one_of=True),
-    Group(("wind", "slope"), "always", always),
-    Group(("yaw_bias", "lever_arm"), "the car drives one circle", one_circle),
-    Group(("motor_lag", "lag:w?_cmd", "lag"), "the rate commands carry no dither", calm_rates),
-    Group(("delay", "delay:?*"), "only that command is excited"),
-    Group(("yaw_drag", "lateral_slip"), "the tyres hold", tyres_hold),
-)
-# Equal on such logs only: elsewhere a fit tells them apart, so that they do not count as each other. The first is
-# named: the law that holds at the speeds of small robots (rotors in inflow, G. Hoffmann et al., AIAA 2007-6461), and
-# the mass, because near one thrust every thrust map is a gain; a steering gain and a lever arm, because at one speed
-# tyres turn the car by one part less and move it by one arm: circles at several speeds tell them apart.
-NAMED = (
-    Group(("linear_drag", "quadratic_drag"), "speed stays near one value", one_speed, one_of=True),
-    Group(
-        ("added_mass", "gain:thrust", "offset:thrust", "thrust_curve"),
-        "thrust stays near one value",
-        steady_thrust,
-        one_of=True,
-    ),
-    Group(("gain:steer", "understeer"), "speed stays near one value", one_speed, one_of=True),
-    Group(("lever_arm", "tyre_slip"), "speed stays near one value", one_speed, one_of=True),
-)
-# Effects that count as others together.
-COUNT_AS = {"payload": ("added_mass", "com_offset"), "rate_damping": ("rate_loop_gain", "gain:w?_cmd")}
+GROUPS = tuple(Group.collected(one) for one in alike.ALL if one.counts)
+NAMED = tuple(Group.collected(one) for one in alike.ALL if not one.counts)
 
 
 def equivalents(key: str) -> tuple[str, ...]:
     """Keys, or patterns of keys, that may stand for ``key``; without itself."""
-    return (*others_of(key, GROUPS), *COUNT_AS.get(key, ()))
+    return (*others_of(key, GROUPS), *EFFECTS[key.partition(":")[0]].counts_as)
 
 
 def holding(logs: Iterable[Trajectory]) -> tuple[Group, ...]:
@@ -80,7 +50,7 @@ def holding(logs: Iterable[Trajectory]) -> tuple[Group, ...]:
     Where physics cannot separate two effects, a fit that does so leans on what neither of them models.
     """
     logs = list(logs)
-    return tuple(one for one in (*GROUPS, *NAMED) if one.holds is not None and one.holds(logs))
+    return tuple(one for one in (*GROUPS, *NAMED) if one.holds(logs))
 
 
 def others_of(key: str, groups: Iterable[Group]) -> tuple[str, ...]:
@@ -94,8 +64,8 @@ def others_of(key: str, groups: Iterable[Group]) -> tuple[str, ...]:
 def unnamed(keys: Collection[str], logs: Iterable[Trajectory]) -> dict[str, tuple[str, str]]:
     """Keys that another one, which is among these, stands for in these logs, with that one and the condition."""
     logs = list(logs)
-    found = (group for group in NAMED if group.members[0] in keys and group.holds is not None and group.holds(logs))
-    return {member: (group.members[0], group.while_) for group in found for member in group.members[1:]}
+    found = (group for group in NAMED if group.members[0] in keys and group.holds(logs))
+    return {member: (group.members[0], group.of.while_) for group in found for member in group.members[1:]}
 
 
 def same_group(one: str, other: str) -> bool:

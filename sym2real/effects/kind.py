@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from sympy import Expr
 
+from sym2real.effects.alike import Member
 from sym2real.effects.body import Body
 from sym2real.effects.domain import ANYTHING, Domain
 from sym2real.effects.memory import Memory
+from sym2real.effects.searching import Searching
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations
 
@@ -81,6 +83,14 @@ class Kind:
         parts: for effects that are two others: their kinds and values.
         hidden: hidden states that it brings; equations that have one of them have the effect already.
         contradiction: what is wrong with values that cannot stand together, "" where they can.
+        alike: where it stands among effects that look like it.
+        counts_as: keys, or patterns of keys, of effects that together are this one.
+        searching: how it takes part in a search.
+        by_torque: whether it acts by a torque, whose answer is known no better than the loop's stiffness.
+        lagging: whether its value is the time of a lag, of which a control period hides a part.
+        reads: inputs that it goes by where the equations have them.
+        weighed: how to tell it from what equals it on every flight, for a sentence; "" where nothing does.
+        nuisance: factors on its value between which nobody knows a healthy robot's, so that it is free in every fit.
     """
 
     name: str
@@ -102,6 +112,14 @@ class Kind:
     parts: Callable[[Values, Body], tuple[tuple[Kind, Values], ...]] | None = None
     hidden: tuple[str, ...] = ()
     contradiction: Callable[[Numbers], str] = lambda _: ""
+    alike: tuple[Member, ...] = ()
+    counts_as: tuple[str, ...] = ()
+    searching: Searching = field(default_factory=Searching)
+    by_torque: Callable[[Body], bool] = lambda _: False
+    lagging: bool = False
+    reads: tuple[str, ...] = ()
+    weighed: str = ""
+    nuisance: tuple[float, float] | None = None
 
     def fits(self, body: Body) -> bool:
         """Whether robots like this one can have it."""

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from sym2real.effects.alike import ONE_LAG, ONE_WAY_TO_TURN, Member
 from sym2real.effects.body import Body
 from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.memory import lag
+from sym2real.effects.searching import Searching, Shown, alone_on, by_role, steps
 from sym2real.effects.truth import actuators, set_lag
 from sym2real.protocols import Change
 
@@ -39,4 +41,11 @@ LAG = Kind(
     memory=lambda body: lag(),
     columns="action",
     column_needed=False,
+    lagging=True,
+    alike=(Member(ONE_LAG, 1, "w?_cmd"), Member(ONE_LAG, 2), Member(ONE_WAY_TO_TURN, 0, "steer")),
+    searching=Searching(
+        why_not=alone_on("motors"),
+        starts=steps(2.5),
+        shown_in=by_role({"speed": (Shown.DITHER, Shown.SPEEDS, Shown.SWINGING_SPEED)}, (Shown.DITHER,)),
+    ),
 )

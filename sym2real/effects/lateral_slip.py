@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 
 from sym2real.effects import truth
+from sym2real.effects.alike import ONE_BRAKE, Member
 from sym2real.effects.body import Body
 from sym2real.effects.car_turning import FORWARD, push_turning
 from sym2real.effects.frames import body_velocity
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.searching import Searching, Shown
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 
@@ -50,4 +52,6 @@ LATERAL_SLIP = Kind(
     needs=("steer", "wz", *FORWARD),
     numbers=("mass", "wheelbase", "centre"),
     robot="car",
+    alike=(Member(ONE_BRAKE, 1),),
+    searching=Searching(shown_in=lambda _: (Shown.HARD,)),
 )

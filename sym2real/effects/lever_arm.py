@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
+from sym2real.effects.alike import ONE_ARM, ONE_HEADING, Member
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.manoeuvres import one_circle
 from sym2real.effects.measured import reported, reporting
+from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.truth import measured
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
-from sym2real.trajectory import Array
+from sym2real.trajectory import Array, Trajectory
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
@@ -51,6 +55,11 @@ def _inject(body: Body, values: Numbers) -> Change:
     return measured(report)
 
 
+def _fixed(_body: Body, _values: Array, logs: Iterable[Trajectory]) -> tuple[str, ...]:
+    """On one circle an arm aside is the speed's: its gain, its limit."""
+    return ("ry",) if one_circle(logs) else ()
+
+
 LEVER_ARM = Kind(
     name="lever_arm",
     stage="measurement",
@@ -64,4 +73,6 @@ LEVER_ARM = Kind(
     substitute=_substitute,
     needs=("x", "y", "sin_yaw", "cos_yaw"),
     robot="car",
+    alike=(Member(ONE_HEADING, 1), Member(ONE_ARM, 0)),
+    searching=Searching(fixed=_fixed, shown_in=lambda _: (Shown.BOTH_WAYS,)),
 )

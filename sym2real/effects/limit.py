@@ -8,6 +8,8 @@ magnitude then says both limits.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 import torch
 from torch import Tensor
@@ -15,8 +17,16 @@ from torch import Tensor
 from sym2real.effects.body import Body
 from sym2real.effects.kind import UNLIMITED, Kind, Numbers, Parameter
 from sym2real.effects.memory import Given, Memory, first_row
+from sym2real.effects.searching import Searching, Shown, alone_on, by_role
 from sym2real.effects.truth import on_column
 from sym2real.protocols import Change
+from sym2real.trajectory import Array, Trajectory
+
+# Quantiles of a command at which a plan cuts it off.
+CUT_OFF = (0.99, 0.95, 0.9, 0.75, 0.5, 0.25)
+QUANTILES, PARTS = (0.5, 0.75, 0.9), (0.4, 0.6, 0.8)
+# Part of its largest value to one side that a command reaches to the other where its limits count as alike.
+BOTH_WAYS = 0.5
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
@@ -46,6 +56,26 @@ def _inject(body: Body, values: Numbers) -> Change:
     return on_column(body, lambda command: float(np.clip(command, lower, upper)))
 
 
+def _both_ways(body: Body, values: Array) -> bool:
+    """Whether a command is an angle to both sides, whose travel ends alike; a motor does not stop alike backwards."""
+    if body.unit != "rad":
+        return False
+    reached = [float((side * values).max()) for side in (1.0, -1.0)]
+    return min(reached) > BOTH_WAYS * max(reached)
+
+
+def _starts(body: Body, values: Array) -> tuple[float, ...]:
+    """Where a limit may lie. A command that turns is often at its own ends, and no quantile lies between them."""
+    if _both_ways(body, values):
+        return tuple(float(np.abs(values).max()) * part for part in PARTS)
+    return tuple(np.quantile(values[values > 0], QUANTILES).tolist()) if (values > 0).any() else ()
+
+
+def _fixed(body: Body, values: Array, _logs: Iterable[Trajectory]) -> tuple[str, ...]:
+    """One end at a time: both where they are alike, else the upper one."""
+    return ("lower", "upper" if _both_ways(body, values) else "magnitude")
+
+
 LIMIT = Kind(
     name="limit",
     stage="filter",
@@ -59,4 +89,12 @@ LIMIT = Kind(
     memory=lambda body: Memory(first_row, _cut),
     columns="action",
     contradiction=_contradiction,
+    searching=Searching(
+        why_not=alone_on("rate command", "motors"),
+        starts=_starts,
+        from_null=False,
+        fixed=_fixed,
+        sizes=lambda _, values: tuple(level for level in np.quantile(values, CUT_OFF).tolist() if level > 0),
+        shown_in=by_role({"speed": (Shown.SPEEDS,)}, ()),
+    ),
 )

@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 
 from sym2real.effects import truth
+from sym2real.effects.alike import ONE_DRAG, Member
 from sym2real.effects.body import Body
 from sym2real.effects.frames import body_velocity, to_world, velocity
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.wrench import push
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations
@@ -52,4 +54,6 @@ LINEAR_DRAG = Kind(
     substitute=_substitute,
     needs=("vx", "vy"),
     numbers=("mass",),
+    alike=(Member(ONE_DRAG, 0),),
+    searching=Searching(shown_in=lambda _: (Shown.SPEEDS,)),
 )

@@ -20,12 +20,14 @@ from typing import Any
 from sympy import Abs, Expr, Integer, Max, Piecewise, cos, exp, sin, sqrt
 
 from sym2real.effects import truth
+from sym2real.effects.alike import ONE_LAG, Member
 from sym2real.effects.body import Body
 from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.hidden import with_hidden
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.rate_loop import NUMBERS, RateLoop, other_torque, rate_loops
+from sym2real.effects.searching import Searching, Shown, steps
 from sym2real.effects.thrust import LAGGED, MOTOR_TORQUES, defined, lagging
 from sym2real.effects.wrench import AXES, push
 from sym2real.protocols import Change
@@ -136,4 +138,7 @@ MOTOR_LAG = Kind(
     needs=("thrust",),
     hidden=(f"{LAGGED}_memory",),
     robot="quadrotor",
+    lagging=True,
+    alike=(Member(ONE_LAG, 0),),
+    searching=Searching(starts=steps(1.5, 3.0), shown_in=lambda _: (Shown.DITHER,)),
 )

@@ -10,10 +10,12 @@ from __future__ import annotations
 import numpy as np
 from sympy import Expr, cos, sin
 
+from sym2real.effects.alike import ONE_LEAN, Member
 from sym2real.effects.body import Body
 from sym2real.effects.frames import QUATERNION
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.measured import reported, reporting
+from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.truth import measured, turned_command
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
@@ -143,4 +145,6 @@ MOUNTING_TILT = Kind(
     substitute=_substitute,
     needs=QUATERNION,
     robot="quadrotor",
+    alike=(Member(ONE_LEAN, 1),),
+    searching=Searching(shown_in=lambda _: (Shown.YAW,)),
 )

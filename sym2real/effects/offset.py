@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from sym2real.effects.alike import ONE_MAP, ONE_PULL, ONE_THRUST, ONE_TORQUE, ONE_TORQUE_AT_ONE_THRUST, Member
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.searching import Searching, Shown, alone_on, by_role
 from sym2real.effects.truth import on_column
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
@@ -33,4 +35,18 @@ OFFSET = Kind(
     inject=_inject,
     substitute=_substitute,
     columns="action",
+    alike=(
+        Member(ONE_THRUST, 2, "thrust"),
+        Member(ONE_MAP, 2, "thrust"),
+        Member(ONE_TORQUE, 1, "w?_cmd"),
+        Member(ONE_TORQUE_AT_ONE_THRUST, 2, "w?_cmd"),
+        Member(ONE_PULL, 1, "speed"),
+    ),
+    searching=Searching(
+        why_not=alone_on("motors"),
+        stood_for_by=by_role({"rate command": "torque_bias"}, ""),
+        shared=False,
+        shown_in=by_role({"speed": (Shown.SPEEDS,), "steering": (Shown.BOTH_WAYS,)}, ()),
+    ),
+    by_torque=by_role({"rate command": True}, False),
 )

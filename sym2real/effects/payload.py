@@ -9,6 +9,7 @@ from sym2real.effects.body import Body
 from sym2real.effects.com_offset import COM_OFFSET, WITHIN
 from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.searching import Searching
 from sym2real.protocols import Change
 
 RADIUS = 0.003  # m, of the ball that the truth hangs on the robot
@@ -56,4 +57,6 @@ PAYLOAD = Kind(
     needs=("thrust", "wx", "wy"),
     numbers=("mass",),
     robot="quadrotor",
+    counts_as=("added_mass", "com_offset"),
+    searching=Searching(why_not=lambda _: "added_mass and com_offset stand for it together"),
 )

@@ -10,12 +10,14 @@ from sympy import sin
 
 from sym2real.effects.body import Body
 from sym2real.effects.clock import with_time
+from sym2real.effects.inputs import ANGLE
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.searching import Searching
 from sym2real.effects.truth import add_force, forced
 from sym2real.effects.wind import force_parameters
 from sym2real.effects.wrench import push
 from sym2real.protocols import Change
-from sym2real.symbolic import Equations
+from sym2real.symbolic import Equations, symbol
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
@@ -55,4 +57,5 @@ PERIODIC_FORCE = Kind(
     substitute=_substitute,
     needs=("vx", "vy"),
     numbers=("mass",),
+    searching=Searching(given={"omega": 0.0, "phase": symbol(ANGLE)}),
 )

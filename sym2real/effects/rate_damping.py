@@ -17,6 +17,7 @@ from sym2real.effects import truth
 from sym2real.effects.body import GRAVITY, Body
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.rate_loop import NUMBERS, other_torque, rate_loops
+from sym2real.effects.searching import Searching
 from sym2real.effects.thrust import acting_torque
 from sym2real.effects.wrench import AXES, push
 from sym2real.protocols import Change
@@ -52,6 +53,12 @@ def _held(equations: Equations, body: Body, axis: str, damping: Expr) -> Expr:
     return -damping * (rate + half * others) / (1 + half * damping)
 
 
+def _why_not(body: Body) -> str:
+    """A search has no place for it beside what it is on a closed rate loop."""
+    looped = any(field.name == "rate command" for field in body.layouts.action.fields)
+    return "rate_loop_gain and the gains of the rate commands stand for it together" if looped else ""
+
+
 def _inject(body: Body, values: Numbers) -> Change:
     damping = np.array([values[name] for name in NAMES])
 
@@ -74,4 +81,6 @@ RATE_DAMPING = Kind(
     substitute=_substitute,
     needs=("wx", "wy", "wz"),
     robot="quadrotor",
+    counts_as=("rate_loop_gain", "gain:w?_cmd"),
+    searching=Searching(why_not=_why_not),
 )

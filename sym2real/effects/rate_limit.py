@@ -8,6 +8,7 @@ from sym2real.effects.body import Body
 from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.kind import UNLIMITED, Kind, Numbers, Parameter
 from sym2real.effects.memory import rate_step, stepping
+from sym2real.effects.searching import Searching, Shown, alone_on, by_role
 from sym2real.effects.truth import following
 from sym2real.protocols import Change
 
@@ -48,4 +49,11 @@ RATE_LIMIT = Kind(
     inject=_inject,
     memory=lambda body: stepping(rate_step),
     columns="action",
+    searching=Searching(
+        why_not=alone_on("rate command", "thrust", "motors"),
+        starts=lambda body, values: tuple(float(np.std(values)) / body.dt * 0.2 * part for part in (1.0, 3.0)),
+        from_null=False,
+        sizes=lambda body, values: tuple(float(np.std(values)) / body.dt * part for part in (2.0, 1.0, 0.5, 0.2, 0.1)),
+        shown_in=by_role({"speed": (Shown.DITHER, Shown.SPEEDS, Shown.SWINGING_SPEED)}, (Shown.DITHER,)),
+    ),
 )

@@ -53,4 +53,5 @@ RATE_LOOP_GAIN = Kind(
     needs=("wx_cmd", "wy_cmd", "wz_cmd", "wx", "wy", "wz"),
     numbers=NUMBERS,
     robot="quadrotor",
+    nuisance=(0.8, 1.25),
 )

@@ -17,11 +17,13 @@ from typing import Any
 from sympy import Abs, Integer, Max, exp
 
 from sym2real.effects import truth
+from sym2real.effects.alike import ONE_WAY_TO_TURN, Member
 from sym2real.effects.body import Body
 from sym2real.effects.car_turning import FORWARD, forward_speed
 from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.hidden import with_hidden
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.thrust import defined
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
@@ -76,4 +78,6 @@ RELAXATION_LENGTH = Kind(
     needs=("steer", *FORWARD),
     hidden=(MEMORY,),
     robot="car",
+    alike=(Member(ONE_WAY_TO_TURN, 1),),
+    searching=Searching(varying=("steer",), shown_in=lambda _: (Shown.SPEEDS,)),
 )

@@ -8,9 +8,11 @@ import numpy as np
 from sympy import sign
 
 from sym2real.effects import truth
+from sym2real.effects.alike import ONE_PULL, Member
 from sym2real.effects.body import Body
 from sym2real.effects.car_turning import FORWARD, forward_speed, push_ahead
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.searching import Searching, Shown
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations
 
@@ -45,4 +47,6 @@ ROLLING_RESISTANCE = Kind(
     needs=FORWARD,
     numbers=("mass",),
     robot="car",
+    alike=(Member(ONE_PULL, 0),),
+    searching=Searching(shown_in=lambda _: (Shown.SPEEDS,)),
 )

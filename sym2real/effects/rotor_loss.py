@@ -12,6 +12,7 @@ from sym2real.effects.body import Body
 from sym2real.effects.domain import Domain
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.rotors import alone, driven_by_motors, levers, motor_sums, shares
+from sym2real.effects.searching import Searching
 from sym2real.effects.thrust import acting_thrust, defined
 from sym2real.effects.wrench import push
 from sym2real.errors import ModelError
@@ -78,4 +79,5 @@ ROTOR_LOSS = Kind(
     needs=("thrust", "wx", "wy", "wz"),
     numbers=("arm", "torque_per_thrust"),
     robot="quadrotor",
+    searching=Searching(choices=("rotor", (1.0, 2.0, 3.0, 4.0))),
 )

@@ -23,8 +23,10 @@ from sym2real.effects.hidden import with_hidden
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.rate_loop import other_torque, rate_loops
 from sym2real.effects.rotors import SPIN, driven_by_motors, motor_forces
+from sym2real.effects.searching import ALONE, Searching
 from sym2real.effects.thrust import acting_thrust, defined, hover_thrust
 from sym2real.effects.wrench import push
+from sym2real.layout import MOTORS
 from sym2real.protocols import Change, Filter
 from sym2real.symbolic import Equations, symbol
 
@@ -99,4 +101,5 @@ ROTOR_REACTION = Kind(
     numbers=("rotor_thrust", "torque_per_thrust", "jz"),
     hidden=(SUM_MEMORY, COMMAND_MEMORY),
     robot="quadrotor",
+    searching=Searching(why_not=lambda body: "" if MOTORS[0] in body.layouts.action else ALONE),
 )

@@ -8,6 +8,7 @@ from sym2real.effects.body import Body
 from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.memory import Memory, sampled_begin, sampled_lag_step, stepping
+from sym2real.effects.searching import Searching
 from sym2real.effects.truth import with_state
 from sym2real.protocols import Change, Filter
 from sym2real.trajectory import Array
@@ -60,4 +61,5 @@ SENSOR_LAG = Kind(
     inject=_inject,
     memory=_memory,
     columns="state",
+    searching=Searching(why_not=lambda _: "not searched for: the checks of the data see it as a time shift"),
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.measured import reported, reporting
+from sym2real.effects.searching import SETTLED, Searching
 from sym2real.effects.truth import on_measurement
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations
@@ -36,4 +37,5 @@ SENSOR_SCALE = Kind(
     inject=multiplying,
     substitute=multiplied,
     columns="state",
+    searching=Searching(why_not=lambda _: SETTLED),
 )

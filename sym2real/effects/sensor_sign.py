@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Parameter
+from sym2real.effects.searching import SETTLED, Searching
 from sym2real.effects.sensor_scale import multiplied, multiplying
 
 
@@ -23,4 +24,5 @@ SENSOR_SIGN = Kind(
     inject=multiplying,
     substitute=multiplied,
     columns="state",
+    searching=Searching(why_not=lambda _: SETTLED),
 )

@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from sym2real.effects.alike import ONE_FORCE, Member
 from sym2real.effects.body import GRAVITY, Body
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.searching import Searching
 from sym2real.effects.wrench import push
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations
@@ -46,4 +48,6 @@ SLOPE = Kind(
     needs=("vx", "vy"),
     numbers=("mass",),
     robot="car",
+    alike=(Member(ONE_FORCE, 1),),
+    searching=Searching(stood_for_by=lambda _: "wind"),
 )

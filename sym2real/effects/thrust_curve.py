@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from sympy import Max
 
+from sym2real.effects.alike import ONE_MAP, Member
 from sym2real.effects.body import GRAVITY, Body
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.thrust import hover_thrust, scaled
 from sym2real.effects.truth import on_column
 from sym2real.protocols import Change
@@ -44,4 +46,6 @@ THRUST_CURVE = Kind(
     needs=("thrust",),
     numbers=("mass",),
     robot="quadrotor",
+    alike=(Member(ONE_MAP, 3),),
+    searching=Searching(shown_in=lambda _: (Shown.CLIMBS,)),
 )

@@ -8,6 +8,7 @@ from sym2real.effects.body import Body
 from sym2real.effects.domain import SHIFT_TIME
 from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.memory import shift
+from sym2real.effects.searching import SETTLED, Searching
 from sym2real.effects.truth import with_state
 from sym2real.errors import ModelError
 from sym2real.protocols import Change, Filter
@@ -52,4 +53,5 @@ TIME_SHIFT = Kind(
     inject=_inject,
     memory=lambda body: shift(),
     columns="state",
+    searching=Searching(why_not=lambda _: SETTLED),
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from sym2real.effects.alike import ONE_TORQUE, ONE_TORQUE_AT_ONE_THRUST, Member
 from sym2real.effects.body import GRAVITY, Body
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.truth import add_torque, forced
@@ -42,4 +43,6 @@ TORQUE_BIAS = Kind(
     substitute=_substitute,
     needs=("wx", "wy", "wz"),
     robot="quadrotor",
+    alike=(Member(ONE_TORQUE, 0), Member(ONE_TORQUE_AT_ONE_THRUST, 1)),
+    by_torque=lambda _: True,
 )

@@ -8,6 +8,7 @@ from sym2real.effects import truth
 from sym2real.effects.body import Body
 from sym2real.effects.frames import QUATERNION, body_velocity
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.thrust import scaled
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations
@@ -43,4 +44,5 @@ TRANSLATIONAL_LIFT = Kind(
     substitute=_substitute,
     needs=("thrust", "vx", "vy", "vz", *QUATERNION),
     robot="quadrotor",
+    searching=Searching(shown_in=lambda _: (Shown.SPEEDS,)),
 )

@@ -16,6 +16,7 @@ from sym2real.effects.body import GRAVITY, Body
 from sym2real.effects.car_turning import FORWARD, forward_speed
 from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.searching import Searching, Shown
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 
@@ -69,4 +70,10 @@ TYRE_FRICTION = Kind(
     needs=("steer", *FORWARD),
     numbers=("mass", "wheelbase"),
     robot="car",
+    searching=Searching(
+        starts=lambda _body, _values: (0.25, 0.4, 0.6),
+        from_null=False,
+        sizes=lambda _body, _values: (0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1),
+        shown_in=lambda _: (Shown.HARD,),
+    ),
 )

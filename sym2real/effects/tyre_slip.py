@@ -13,11 +13,13 @@ from dataclasses import replace
 
 from sympy import Abs, Expr
 
+from sym2real.effects.alike import ONE_ARM, Member
 from sym2real.effects.body import Body
 from sym2real.effects.car_turning import FORWARD, forward_speed
 from sym2real.effects.frames import dot
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.roll_steer import roll_steer
+from sym2real.effects.searching import Searching, Shown
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 
@@ -61,4 +63,6 @@ TYRE_SLIP = Kind(
     substitute=_substitute,
     needs=("x", "y", *FORWARD, "wz"),
     robot="car",
+    alike=(Member(ONE_ARM, 1),),
+    searching=Searching(shown_in=lambda _: (Shown.SPEEDS,)),
 )

@@ -11,10 +11,12 @@ from __future__ import annotations
 
 from sympy import Abs, Max, tan
 
+from sym2real.effects.alike import ONE_STEERING, Member
 from sym2real.effects.body import Body
 from sym2real.effects.car_turning import FORWARD, forward_speed
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.roll_steer import roll_steer
+from sym2real.effects.searching import Searching, Shown
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 
@@ -50,4 +52,6 @@ UNDERSTEER = Kind(
     needs=("steer", *FORWARD),
     numbers=("wheelbase",),
     robot="car",
+    alike=(Member(ONE_STEERING, 1),),
+    searching=Searching(varying=("steer",), shown_in=lambda _: (Shown.SPEEDS,)),
 )

@@ -6,9 +6,11 @@ from typing import Any
 
 from sympy import atan, tan
 
+from sym2real.effects.alike import ONE_TURN, Member
 from sym2real.effects.body import Body
 from sym2real.effects.domain import POSITIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.searching import Searching, Shown
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 
@@ -45,4 +47,6 @@ WHEELBASE = Kind(
     substitute=_substitute,
     needs=("steer",),
     robot="car",
+    alike=(Member(ONE_TURN, 0),),
+    searching=Searching(stood_for_by=lambda _: "gain:steer", varying=("steer",), shown_in=lambda _: (Shown.BOTH_WAYS,)),
 )

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from sym2real.effects.alike import ONE_FORCE, ONE_LEAN, Member
 from sym2real.effects.body import GRAVITY, Body
 from sym2real.effects.frames import velocity
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.truth import add_force, forced
 from sym2real.effects.wrench import push
 from sym2real.protocols import Change
@@ -42,4 +44,7 @@ WIND = Kind(
     substitute=_substitute,
     needs=("vx", "vy"),
     numbers=("mass",),
+    alike=(Member(ONE_LEAN, 0), Member(ONE_FORCE, 0)),
+    # A vertical force is thrust's: mass, its map, its offset.
+    searching=Searching(fixed=lambda _body, _values, _logs: ("fz",), shown_in=lambda _: (Shown.YAW,)),
 )

@@ -7,10 +7,12 @@ import math
 import numpy as np
 from sympy import cos, sin
 
+from sym2real.effects.alike import ONE_HEADING, Member
 from sym2real.effects.body import Body
 from sym2real.effects.frames import HEADING
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.measured import reported, reporting
+from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.truth import measured
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations
@@ -53,4 +55,6 @@ YAW_BIAS = Kind(
     substitute=_substitute,
     needs=HEADING,
     robot="car",
+    alike=(Member(ONE_HEADING, 0),),
+    searching=Searching(shown_in=lambda _: (Shown.BOTH_WAYS,)),
 )

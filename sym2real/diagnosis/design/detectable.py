@@ -27,25 +27,20 @@ from sym2real.diagnosis.estimate.fit import Hypothesis, Problems, solve
 from sym2real.diagnosis.estimate.significance import FALSE_ALARMS, FEWEST_BLOCKS
 from sym2real.diagnosis.estimate.weighing import units_said, whiten
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening
-from sym2real.diagnosis.predict.candidate import Candidate, candidates, column_values, library_for
+from sym2real.diagnosis.predict.candidate import Candidate, candidates, library_for
+from sym2real.diagnosis.predict.commands import values_for
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
-from sym2real.diagnosis.search.groups import always_alike
 from sym2real.diagnosis.search.select import GAIN
-from sym2real.effects import Effect
+from sym2real.effects.catalogue import always_alike
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset, Trajectory
 
 INSEPARABLE = 0.96
 # Of a parameter's bounds: an effect that would have to be larger than this is not seen at all.
 LARGEST = 0.9
-# Sizes at which effects with a threshold are tried: grip, quantiles of a command, parts of its spread.
-GRIPS = (0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)
-CUT_OFF = (0.99, 0.95, 0.9, 0.75, 0.5, 0.25)
-SLOWED = (2.0, 1.0, 0.5, 0.2, 0.1)
 # Sizes of a delay or lag in units of what is expected, for comparing one with the other.
 SIZES = tuple(np.geomspace(0.25, 4.0, 13))
-WIDTHS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0)
 
 
 def plan(
@@ -178,7 +173,7 @@ def _threshold_row(one: Candidate, problems: Problems, data: Dataset, needed: fl
     of = library.slots[one.free[0][0]]
     effect, slot = library.effects[of.effect], of.parameter
     found = None
-    levels = _levels(library.equations, effect, data)
+    levels = effect.searching.sizes(effect.body, values_for(library.equations, effect, data))
     if len(levels):
         sets = library.null.repeat(len(levels) + 1, 1)
         sets[1:, list(one.free[0])] = torch.as_tensor(np.asarray(levels))[:, None]
@@ -186,16 +181,3 @@ def _threshold_row(one: Candidate, problems: Problems, data: Dataset, needed: fl
         sizes = problems.whitening.loss(residuals[1:] - residuals[0]).sum(1)
         found = next((level for level, size in zip(levels, sizes, strict=True) if float(size) > needed), None)
     return Visible(one.name, slot.name, slot.unit, found, (), (), effect.shown_by)
-
-
-def _levels(equations: Equations, effect: Effect, data: Dataset) -> Sequence[float]:
-    """Sizes of an effect with a threshold, the mildest first."""
-    if effect.kind == "tyre_friction":
-        return GRIPS
-    values = np.concatenate([column_values(equations, effect.column, trajectory) for trajectory in data])
-    spread = float(np.std(values))
-    if effect.kind == "limit":
-        return tuple(float(level) for level in np.quantile(values, CUT_OFF) if level > 0)
-    if effect.kind == "rate_limit":
-        return tuple(spread / equations.dt * part for part in SLOWED)
-    return tuple(spread * part for part in WIDTHS)

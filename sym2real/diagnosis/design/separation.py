@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from fnmatch import fnmatch
 
 import numpy as np
 
@@ -18,12 +17,12 @@ from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Hypothesis, Problems
 from sym2real.diagnosis.estimate.flying import fly
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening
 from sym2real.diagnosis.predict.candidate import Candidate, candidates
-from sym2real.diagnosis.predict.competitors import STANDS_FOR
-from sym2real.diagnosis.predict.library import SWINGING, Library
+from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.score.finding import Finding
 from sym2real.diagnosis.search.select import GAIN
 from sym2real.effects import effect
+from sym2real.effects.searching import Shown
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
 from sym2real.tasks.standard_paths import Manoeuvre, path_of
@@ -45,7 +44,7 @@ class Trial:
     Args:
         words: what is flown, for a sentence.
         paths: its parts.
-        shows: patterns of effects that it is made for; it is flown first where one of them is in question.
+        shows: what it is made for; it is flown first where an effect that this shows is in question.
         yaw_rate: of a quadrotor's heading in rad/s.
         dither: factor on :data:`DITHER`.
         seconds: of every part.
@@ -53,7 +52,7 @@ class Trial:
 
     words: str
     paths: tuple[Manoeuvre, ...]
-    shows: tuple[str, ...]
+    shows: Shown
     yaw_rate: float = 0.0
     dither: float = 1.0
     seconds: float = SECONDS
@@ -64,35 +63,37 @@ BOTH_WAYS, TIGHT = (
     tuple(Manoeuvre("circle", size, speed, clockwise=clockwise) for clockwise in (False, True))
     for size, speed in ((1.5, 1.0), (1.2, 1.9))
 )
-LATE = ("delay*", "lag*", "motor_lag", "rate_limit*")
-DRAG = ("linear_drag", "quadratic_drag", "translational_lift", "flapping_moment")
 TRIALS = {
     "flight": (
-        Trial("hover with a heading that turns at 0.6 rad/s", (HOVER,), ("wind", "mounting_tilt"), yaw_rate=0.6),
-        Trial("circles at 0.5, 1 and 1.5 m/s", tuple(Manoeuvre("circle", 0.7, v, 0.6) for v in (0.5, 1.0, 1.5)), DRAG),
-        Trial("climbs and descents by 0.3 m", (Manoeuvre("hover", height=0.8, swing=0.3),), ("thrust_curve",)),
+        Trial("hover with a heading that turns at 0.6 rad/s", (HOVER,), Shown.YAW, yaw_rate=0.6),
+        Trial(
+            "circles at 0.5, 1 and 1.5 m/s",
+            tuple(Manoeuvre("circle", 0.7, v, 0.6) for v in (0.5, 1.0, 1.5)),
+            Shown.SPEEDS,
+        ),
+        Trial("climbs and descents by 0.3 m", (Manoeuvre("hover", height=0.8, swing=0.3),), Shown.CLIMBS),
         Trial(
             "low flight whose height moves between 0.08 and 0.2 m",
             (Manoeuvre("hover", height=0.14, swing=0.06),),
-            ("ground_effect",),
+            Shown.LOW,
         ),
-        Trial("hover with rate commands that are dithered by 0.3 rad/s", (HOVER,), LATE, dither=MORE),
-        Trial("16 s of hover in one go", (HOVER,), ("battery_sag",), seconds=LONG),
+        Trial("hover with rate commands that are dithered by 0.3 rad/s", (HOVER,), Shown.DITHER, dither=MORE),
+        Trial("16 s of hover in one go", (HOVER,), Shown.TIME, seconds=LONG),
     ),
     "drive": (
-        Trial("circles of 1.5 m both ways", BOTH_WAYS, ("offset:steer", "yaw_bias", "lever_arm", "wheelbase")),
+        Trial("circles of 1.5 m both ways", BOTH_WAYS, Shown.BOTH_WAYS),
         Trial(
             "wide circles at 0.5 to 2 m/s",
             tuple(Manoeuvre("circle", 3.0, v) for v in (0.5, 1.0, 1.5, 2.0)),
-            ("*:speed", "rolling_resistance", "understeer", "tyre_slip"),
+            Shown.SPEEDS,
         ),
-        Trial("tight circles both ways at 3 m/s²", TIGHT, ("tyre_friction", "lateral_slip", "yaw_drag")),
+        Trial("tight circles both ways at 3 m/s²", TIGHT, Shown.HARD),
         Trial(
             "figures of eight whose speed swings by a third",
             (Manoeuvre("eight", 2.0, 1.2, modulation=0.33),),
-            ("lag:speed", "rate_limit:speed"),
+            Shown.SWINGING_SPEED,
         ),
-        Trial("commands that are dithered", (Manoeuvre("circle", 2.0, 1.0),), LATE, dither=MORE),
+        Trial("commands that are dithered", (Manoeuvre("circle", 2.0, 1.0),), Shown.DITHER, dither=MORE),
     ),
 }
 
@@ -125,47 +126,52 @@ def with_advice(
     """
     rivals = {one.effect: _testable(one, equations) for one in found}
     if plant is None or not any(rivals.values()):
-        return tuple(replace(one, separate_by=_untried(one, rivals[one.effect])) for one in found)
+        return tuple(replace(one, separate_by=_untried(one, rivals[one.effect], equations)) for one in found)
     keys = dict.fromkeys(key for one in found if rivals[one.effect] for key in (one.effect, *rivals[one.effect]))
     library = Library.of(equations, [effect(key, equations) for key in keys])
-    flights, result = _Flights(plant), []
+    flights, result = _Flights(plant, equations), []
     for one in found:
         outcomes: list[_Outcome] = []
         for flown in flights.made_for((one.effect, *rivals[one.effect])) if rivals[one.effect] else ():
             outcomes.append(_outcome(one, rivals[one.effect], library, whitening, flown))
             if outcomes[-1].left > 1.0 and max(outcomes[-1].explained.values()) < CLEAR:
                 break
-        said = _advice(one, outcomes) if outcomes else _untried(one, rivals[one.effect])
+        said = _advice(one, outcomes, equations) if outcomes else _untried(one, rivals[one.effect], equations)
         result.append(replace(one, separate_by=said))
     return tuple(result)
 
 
 def _testable(one: Finding, equations: Equations) -> tuple[str, ...]:
     """Rivals that physics may tell from a finding, and that a fit can put in its place."""
-    if one.effect in SWINGING:
+    if effect(one.effect, equations).searching.swings:
         return ()
-    others = [key for key in one.group if key != one.effect and not _always(key, one.effect)]
+    others = [key for key in one.group if key != one.effect and not _always(key, one.effect, equations)]
     # One that stands for a rival on every flight fares as that does.
-    first = [key for place, key in enumerate(others) if not any(_always(key, other) for other in others[:place])]
+    first = [
+        key for place, key in enumerate(others) if not any(_always(key, other, equations) for other in others[:place])
+    ]
     return tuple(key for key in first if effect(key, equations).applies(equations))[:MOST_RIVALS]
 
 
-def _always(one: str, other: str) -> bool:
-    return any(fnmatch(b, pattern) for a, b in ((one, other), (other, one)) for pattern in STANDS_FOR.get(a, ()))
+def _always(one: str, other: str, equations: Equations) -> bool:
+    return one == effect(other, equations).stood_for_by or other == effect(one, equations).stood_for_by
 
 
 class _Flights:
     """The manoeuvres in the simulator, each flown once, when it is asked for; without those that cannot be flown."""
 
-    def __init__(self, plant: MujocoPlant) -> None:
-        self._plant, self._flown = plant, dict[str, Dataset | None]()
+    def __init__(self, plant: MujocoPlant, equations: Equations) -> None:
+        self._plant, self._equations, self._flown = plant, equations, dict[str, Dataset | None]()
         self._motion = motion(plant.robot)
 
     def made_for(self, effects: Sequence[str]) -> Iterator[tuple[Trial, Dataset]]:
         """All of them, those that are made for one of the effects first."""
 
+        known = [effect(key, self._equations) for key in effects]
+        shown = {one for found in known for one in found.searching.shown_in(found.body)}
+
         def others(trial: Trial) -> bool:
-            return not any(fnmatch(key, shown) for key in effects for shown in trial.shows)
+            return trial.shows not in shown
 
         for trial in sorted(TRIALS[self._motion], key=others):
             if trial.words not in self._flown:
@@ -218,7 +224,7 @@ def _hypotheses(library: Library, rivals: Sequence[Candidate]) -> list[Hypothesi
     return found
 
 
-def _advice(one: Finding, outcomes: Sequence[_Outcome]) -> str:
+def _advice(one: Finding, outcomes: Sequence[_Outcome], equations: Equations) -> str:
     """What to fly, and what that shows; or that nothing which was tried would do."""
     parts = []
     if outcomes:
@@ -228,20 +234,21 @@ def _advice(one: Finding, outcomes: Sequence[_Outcome]) -> str:
             parts.append(f"{best.words}: there {shares} of what {one.effect} does")
         else:
             parts.append(f"none of {len(outcomes)} manoeuvres that were tried (at best {best.words}: {shares} of it)")
-    return "; ".join([*parts, *_never(one)])
+    return "; ".join([*parts, *_never(one, equations)])
 
 
-def _untried(one: Finding, rivals: Sequence[str]) -> str:
-    never = _never(one)
+def _untried(one: Finding, rivals: Sequence[str], equations: Equations) -> str:
+    never = _never(one, equations)
     if not rivals:
         return "; ".join(never)
     untried = "not tried: there is no simulator for it"
     return "; ".join([*never, f"{' or '.join(rivals)}: {untried}"]) if never else f"{one.separate_by} ({untried})"
 
 
-def _never(one: Finding) -> list[str]:
-    same = [key for key in one.group if key != one.effect and _always(key, one.effect)]
+def _never(one: Finding, equations: Equations) -> list[str]:
+    same = [key for key in one.group if key != one.effect and _always(key, one.effect, equations)]
     if not same:
         return []
-    instead = ", but scales do: weigh the robot" if "added_mass" in (one.effect, *same) else ""
+    ways = [way for way in (effect(key, equations).of.weighed for key in (one.effect, *same)) if way]
+    instead = f", but {ways[0]}" if ways else ""
     return [f"nothing in flight tells it from {' or '.join(same)}{instead}"]

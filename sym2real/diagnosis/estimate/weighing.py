@@ -18,10 +18,11 @@ from sym2real.diagnosis.faults.checking import Examined, Question
 from sym2real.diagnosis.faults.sanity import Checked
 from sym2real.diagnosis.predict.candidate import Candidate, candidates, library_for, swings, with_inputs_of
 from sym2real.diagnosis.predict.competitors import NotTried, competing
-from sym2real.diagnosis.predict.library import SWINGING, Library
+from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.nuisance import nuisance_of
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.predict.unpredicted import unpredicted_said
+from sym2real.effects import effect
 from sym2real.plants import MujocoPlant
 from sym2real.robots import PER_KILOGRAM
 from sym2real.symbolic import Equations
@@ -145,7 +146,7 @@ def weigh_errors(base: Refined) -> Weighed:
     base = replace(base, notes=(*base.notes, *unpredicted_said(problem)))
     spread, whitening, values = whiten(problem, tried)
     swing = None
-    if any(name in SWINGING for name in searched.effects):
+    if any(one.searching.swings for one in searched.effects.values()):
         swing = find_swing(Problems.of(problem, whitening), values, len(tried))
     if swing is not None:
         checked = replace(checked, data=swing.in_data(checked.data))
@@ -182,7 +183,8 @@ def _not_tried(
     model: Equations, data: Dataset, exclude: Collection[str], include: Sequence[str]
 ) -> tuple[NotTried, ...]:
     keys, others = competing(with_inputs_of(model, data), data, exclude)
-    calm = [NotTried(key, NO_SWING) for key in keys if key in SWINGING and not swings(data)]
+    swinging = [key for key in keys if effect(key, model).searching.swings]
+    calm = [NotTried(key, NO_SWING) for key in swinging if not swings(data)]
     return (*(one for one in others if one.effect not in include), *calm)
 
 

@@ -7,34 +7,19 @@ from dataclasses import dataclass
 from fnmatch import fnmatch
 from functools import lru_cache
 
-import numpy as np
-import torch
-
+from sym2real.diagnosis.predict.commands import values_for
 from sym2real.diagnosis.predict.competitors import competing
-from sym2real.diagnosis.predict.library import SWINGING, Library
-from sym2real.effects import Effect, applicable, effect
+from sym2real.diagnosis.predict.library import Library
+from sym2real.effects import applicable, effect
 from sym2real.effects.catalogue import require_patterns
-from sym2real.effects.filters import spelled_out
 from sym2real.effects.groups import Group, holding, others_of
 from sym2real.effects.inputs import ANGLE
-from sym2real.effects.manoeuvres import one_circle
 from sym2real.effects.voltage import voltage_at_start, with_voltage
-from sym2real.symbolic import Equations, compile_function
-from sym2real.symbolic.expressions import names_in
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Dataset
 
-PAIR = ("wx_cmd", "wy_cmd")
-GRIDS: dict[str, tuple[float, ...]] = {
-    "delay": (1.0, 2.0, 4.0),
-    "lag": (2.5,),
-    "motor_lag": (1.5, 3.0),
-    "tyre_friction": (0.25, 0.4, 0.6),
-    "dead_band": (0.5, 1.0),
-    "rate_limit": (1.0, 3.0),
-}
-LIMIT_QUANTILES, LIMIT_PARTS = (0.5, 0.75, 0.9), (0.4, 0.6, 0.8)
-# Part of its largest value to one side that a command reaches to the other where its limits count as alike.
-BOTH_WAYS = 0.5
+# The field of commands whose first two columns are lateral rates.
+RATE_COMMANDS = "rate command"
 
 
 @dataclass(frozen=True)
@@ -95,31 +80,43 @@ def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
     """What competes: one candidate per effect; the two lateral rate commands as one."""
     found: list[Candidate] = []
     groups, known = holding(data), [one.key for one in applicable(library.equations)]
-    exclusive = [group for group in groups if group.one_of]
+    exclusive = [group for group in groups if group.of.one_of]
+    twins = _twins(library)
     for key, one in library.effects.items():
         slots = library.indices(key)
-        if not slots or one.column == PAIR[1] or (one.kind in SWINGING and not swings(data)):
+        if not slots or key in twins.values() or (one.searching.swings and not swings(data)):
             continue
+        values = values_for(library.equations, one, data)
+        fixed = one.searching.fixed(one.body, values, data)
         keys: tuple[str, ...] = (key,)
         free: tuple[tuple[int, ...], ...] = tuple((slot,) for slot in slots)
-        if one.column == PAIR[0]:
-            twin = f"{one.kind}:{PAIR[1]}"
-            if twin in library.effects:
-                keys, other = (key, twin), library.indices(twin)
-                free = (
-                    tuple(zip(slots, other, strict=True)) if one.kind != "offset" else (*free, *((s,) for s in other))
-                )
-        if one.kind == "wind":  # a vertical force is thrust's: mass, its map, its offset
-            free = tuple(f for f in free if library.slots[f[0]].parameter.name != "fz")
-        if one.kind == "lever_arm" and one_circle(data):  # an arm aside is the speed's: its gain, its limit
-            free = tuple(f for f in free if library.slots[f[0]].parameter.name != "ry")
-        if one.kind == "limit":
-            end = "magnitude" if _turns_both_ways(one, data) else "upper"
-            free = tuple(f for f in free if library.slots[f[0]].parameter.name == end)
-        starts, needs = _starts(library, one, data)
-        alike, excludes = _matching(key, groups, known), _matching(key, exclusive, known)
-        found.append(Candidate(key, keys, free, starts, needs, alike, excludes))
+        if key in twins:
+            keys, other = (key, twins[key]), library.indices(twins[key])
+            free = tuple(zip(slots, other, strict=True)) if one.searching.shared else (*free, *((s,) for s in other))
+        found.append(
+            Candidate(
+                key,
+                keys,
+                free=tuple(tied for tied in free if library.slots[tied[0]].parameter.name not in fixed),
+                starts=one.searching.starts(one.body, values),
+                needs_start=not one.searching.from_null,
+                alike=_matching(key, groups, known),
+                excludes=_matching(key, exclusive, known),
+            )
+        )
     return tuple(found)
+
+
+def _twins(library: Library) -> dict[str, str]:
+    """Effects on one lateral rate command, with the same on the other: a quadrotor's two are built alike."""
+    found: dict[str, str] = {}
+    for field in library.equations.layouts.action.fields:
+        if field.name == RATE_COMMANDS and len(field.columns) > 1:
+            first, second = field.columns[:2]
+            ours = {one.kind: key for key, one in library.effects.items() if one.column == first}
+            others = {one.kind: key for key, one in library.effects.items() if one.column == second}
+            found |= {key: others[kind] for kind, key in ours.items() if kind in others}
+    return found
 
 
 def swings(data: Dataset) -> bool:
@@ -130,45 +127,3 @@ def swings(data: Dataset) -> bool:
 def _matching(key: str, groups: Iterable[Group], known: Iterable[str]) -> tuple[str, ...]:
     patterns = others_of(key, groups)
     return tuple(one for one in known if one != key and any(fnmatch(one, pattern) for pattern in patterns))
-
-
-def _starts(library: Library, one: Effect, data: Dataset) -> tuple[tuple[float, ...], bool]:
-    dt = library.equations.dt
-    if one.kind in ("delay", "lag", "motor_lag"):
-        return tuple(dt * step for step in GRIDS[one.kind]), False
-    if one.kind == "tyre_friction":
-        return GRIDS["tyre_friction"], True
-    if one.kind in ("limit", "rate_limit", "dead_band"):
-        values = np.concatenate([column_values(library.equations, one.column, trajectory) for trajectory in data])
-        if one.kind == "limit":
-            return _levels(values, _turns_both_ways(one, data)), True
-        spread = float(np.std(values))
-        unit = spread / dt * 0.2 if one.kind == "rate_limit" else spread * 0.5
-        return tuple(unit * step for step in GRIDS[one.kind]), True
-    return (), False
-
-
-def _levels(values: Array, both_ways: bool) -> tuple[float, ...]:
-    """Where a limit may lie. A command that turns is often at its own ends, and no quantile lies between them."""
-    if both_ways:
-        return tuple(float(np.abs(values).max()) * part for part in LIMIT_PARTS)
-    return tuple(np.quantile(values[values > 0], LIMIT_QUANTILES).tolist()) if (values > 0).any() else ()
-
-
-def _turns_both_ways(one: Effect, data: Dataset) -> bool:
-    """Whether a command is an angle to both sides, whose travel ends alike; a motor does not stop alike backwards."""
-    if one.body.unit != "rad":
-        return False
-    reached = [max((side * log.column(one.column)).max() for log in data) for side in (1.0, -1.0)]
-    return bool(min(reached) > BOTH_WAYS * max(reached))
-
-
-def column_values(equations: Equations, name: str, trajectory: Trajectory) -> Array:
-    """A column of a log, or a quantity that the equations derive from its columns ``# (rows,)``."""
-    if name not in equations.quantities:
-        return trajectory.column(name)
-    expression = spelled_out(equations, equations.quantities[name])
-    columns = sorted(names_in(expression))
-    rows = torch.as_tensor(np.stack([trajectory.column(column) for column in columns], axis=1))
-    derived: Array = compile_function([expression], [columns])(rows)[:, 0].numpy()
-    return derived

@@ -7,8 +7,7 @@ from dataclasses import asdict, dataclass
 from fnmatch import fnmatch
 from itertools import groupby
 
-import numpy as np
-
+from sym2real.diagnosis.predict.commands import still
 from sym2real.diagnosis.predict.library import Library
 from sym2real.effects import Effect
 from sym2real.effects.catalogue import known
@@ -17,30 +16,9 @@ from sym2real.errors import ModelError
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset
 
-# Why a search leaves an effect out, by pattern of its key.
-SETTLED = "settled by the checks of the data before the search"
-ALONE = "not searched for; `sym2real add MODEL EFFECT --fit LOG` tests it alone"
-NOT_SEARCHED = {
-    "sensor_lag:*": "not searched for: the checks of the data see it as a time shift",
-    "sensor_*": SETTLED,
-    "time_shift*": SETTLED,
-    "payload": "added_mass and com_offset stand for it together",
-    "rate_damping": "rate_loop_gain and the gains of the rate commands stand for it together",
-    "*:q?_cmd": "a component of a quaternion is no command of its own",
-    **dict.fromkeys(("rotor_reaction", "rate_limit", "dead_band"), ALONE),
-    **dict.fromkeys((f"{kind}:{on}" for kind in ("rate_limit", "dead_band") for on in ("w*", "thrust")), ALONE),
-    **dict.fromkeys(("limit:w*", "limit:motor*", "rate_limit:motor*", "dead_band:motor*"), ALONE),
-    **dict.fromkeys((f"{kind}:motor*" for kind in ("lag", "delay", "gain", "offset")), ALONE),
-}
-# Equal to another on every flight: the other stands for them.
-STANDS_FOR = {
-    "added_mass": ("gain:thrust",),
-    "torque_bias": ("offset:w?_cmd",),
-    "wind": ("slope",),
-    "gain:steer": ("wheelbase",),
-}
 EXCLUDED = "excluded on request"
-STILL = 1e-9
+QUATERNION = "quaternion"  # kind of a field
+COMPONENT = "a component of a quaternion is no command of its own"
 MOST_BRACED = 4  # columns of a kind that a line names one by one
 
 
@@ -60,11 +38,13 @@ def competing(
     equations: Equations, data: Dataset, exclude: Collection[str] = ()
 ) -> tuple[tuple[str, ...], tuple[NotTried, ...]]:
     """Keys of the effects of such a robot that compete on this data, and all others."""
-    reasons = {one.key: _why_not(one, equations, data, exclude) for one in known(equations)}
-    for key, others in STANDS_FOR.items():
-        if reasons.get(key) == "":
-            alike = (other for other in reasons if any(fnmatch(other, pattern) for pattern in others))
-            reasons |= {other: reasons[other] or f"{key} stands for it: no flight tells them apart" for other in alike}
+    effects = {one.key: one for one in known(equations)}
+    reasons = {key: _why_not(one, equations, data, exclude) for key, one in effects.items()}
+    reasons |= {
+        key: f"{one.stood_for_by} stands for it: no flight tells them apart"
+        for key, one in effects.items()
+        if not reasons[key] and reasons.get(one.stood_for_by) == ""
+    }
     left = {key for key, reason in reasons.items() if not reason}
     reasons |= {
         key: f"{by} stands for it: in these logs {why}"
@@ -79,13 +59,16 @@ def _why_not(one: Effect, equations: Equations, data: Dataset, exclude: Collecti
     """Why an effect does not compete; "" where it does."""
     if any(fnmatch(one.key, pattern) for pattern in exclude):
         return EXCLUDED
-    reason = next((why for pattern, why in NOT_SEARCHED.items() if fnmatch(one.key, pattern)), "")
-    reason = reason or one.why_not(equations).removeprefix(f"{one.key} ")
-    if not reason and one.column in data.layouts.action:
-        values = np.concatenate([trajectory.column(one.column) for trajectory in data])
-        # Commands are as sent, without noise: one that never varies shows nothing of its map.
-        reason = f"{one.column} never varies in these logs" if float(np.std(values)) < STILL else ""
-    return reason or _refused(one, equations)
+    return (
+        (COMPONENT if _is_component(one) else one.searching.why_not(one.body))
+        or one.why_not(equations).removeprefix(f"{one.key} ")
+        or still(equations, one, data)
+        or _refused(one, equations)
+    )
+
+
+def _is_component(one: Effect) -> bool:
+    return any(one.column in field.columns for field in one.body.layouts.action.fields if field.kind == QUATERNION)
 
 
 def _refused(one: Effect, equations: Equations) -> str:

@@ -18,11 +18,6 @@ from sym2real.effects.thrust import ACTING
 from sym2real.layout import WRENCH, Layout
 from sym2real.symbolic import Equations, compile_function, compile_model, symbol
 
-# A phase that is a column has no frequency beside it.
-SWINGING: dict[str, dict[str, Expr | float]] = {"periodic_force": {"omega": 0.0, "phase": symbol(ANGLE)}}
-# Parameters that are a choice among few.
-CHOICES = {"rotor_loss": ("rotor", (1, 2, 3, 4))}
-
 
 @dataclass(frozen=True)
 class Slot:
@@ -59,7 +54,7 @@ class Library:
         chosen = []
         slots: list[Slot] = []
         for effect in effects:
-            base = with_angle(base) if effect.kind in SWINGING else base
+            base = with_angle(base) if effect.searching.swings else base
             for name, given in _settled(effect):
                 named[name] = effect
                 fitted = [p for p in effect.parameters if p.fitted and p.name not in given]
@@ -79,8 +74,8 @@ class Library:
 
     def choice(self, name: str) -> dict[str, float]:
         """What is settled of an effect that is a choice among few, by parameter."""
-        key, _, number = name.partition(" ")
-        return {CHOICES[key][0]: float(number)} if number else {}
+        choices = self.effects[name].searching.choices if name in self.effects else None
+        return {} if choices is None else {choices[0]: float(name.partition(" ")[2])}
 
     def key(self, name: str) -> str:
         """Of the effect that stands here under a name."""
@@ -162,10 +157,10 @@ class Library:
 
 def _settled(effect: Effect) -> list[tuple[str, dict[str, Expr | float]]]:
     """Names under which an effect is tried, with the values that it has there."""
-    if effect.kind in CHOICES:
-        parameter, numbers = CHOICES[effect.kind]
-        return [(f"{effect.key} {number}", {parameter: float(number)}) for number in numbers]
-    return [(effect.key, SWINGING.get(effect.kind, {}))]
+    if effect.searching.choices is None:
+        return [(effect.key, dict(effect.searching.given))]
+    parameter, numbers = effect.searching.choices
+    return [(f"{effect.key} {number:g}", {parameter: number}) for number in numbers]
 
 
 def _symbol(effect: Effect, name: str, parameter: str) -> Symbol:

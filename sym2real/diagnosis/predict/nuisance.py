@@ -14,11 +14,8 @@ from torch import Tensor
 
 from sym2real.diagnosis.predict.library import Library
 
-KEY = "rate_loop_gain"
-LOW, HIGH = 0.8, 1.25
 # Half-width that the loop's stiffness adds to the interval of an effect that acts by a torque, relative.
 STIFFNESS = 0.1
-BY_TORQUE = ("com_offset", "torque_bias", "flapping_moment", "offset:wx_cmd", "offset:wy_cmd", "offset:wz_cmd")
 
 
 @dataclass(frozen=True)
@@ -44,8 +41,10 @@ class Nuisance:
 
 def nuisance_of(library: Library, origin: Tensor) -> Nuisance:
     """The nuisance of a library around what is known of its base ``# (P,)``."""
-    slots = library.indices(KEY) if KEY in library.effects else ()
-    if not slots:
-        return Nuisance()
-    here = float(origin[slots[0]])
-    return Nuisance(((slots[0],),), (LOW * here,), (HIGH * here,))
+    known = [(slot, one.of.nuisance) for key, one in library.effects.items() for slot in library.indices(key)]
+    bounds = [(slot, float(origin[slot]), factors) for slot, factors in known if factors is not None]
+    return Nuisance(
+        tuple((slot,) for slot, _, _ in bounds),
+        tuple(low * here for _, here, (low, _) in bounds),
+        tuple(high * here for _, here, (_, high) in bounds),
+    )

@@ -14,8 +14,8 @@ from sym2real.diagnosis.estimate.fit import Fit
 from sym2real.diagnosis.estimate.significance import FEWEST_BLOCKS, half_widths
 from sym2real.diagnosis.estimate.swing import Swing
 from sym2real.diagnosis.predict.candidate import Candidate
-from sym2real.diagnosis.predict.library import SWINGING, Library
-from sym2real.diagnosis.predict.nuisance import BY_TORQUE, STIFFNESS
+from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.nuisance import STIFFNESS
 from sym2real.diagnosis.score.cleaning import cleaned
 from sym2real.diagnosis.score.importance import by_importance
 from sym2real.diagnosis.score.reliability import Confidence, confidence, kind
@@ -32,7 +32,7 @@ from sym2real.trajectory import Dataset
 INTERVAL_FLOOR = 0.03
 # Filters act on the mean of a command over a control step. One that changes steadily within the step moves a position
 # by a third of its change, its mean by a half: a sixth of a step that a lag's time cannot be told from.
-WITHIN_A_STEP, LAGGING = 1 / 6, ("lag", "motor_lag")
+WITHIN_A_STEP = 1 / 6
 # Standard deviations of a 95 % interval.
 TWO_SIDED = 1.96
 
@@ -127,7 +127,7 @@ def estimates(
             value = reported(float(fit.values[index]), origin, slot)
             half = float(halves[place]) * slot.scale
             reference = value - slot.null if slot.null in (0.0, 1.0) else value
-            floor = (INTERVAL_FLOOR**2 + (STIFFNESS if of in BY_TORQUE else 0.0) ** 2) ** 0.5
+            floor = (INTERVAL_FLOOR**2 + _stiffness(library, of) ** 2) ** 0.5
             choice = TWO_SIDED**2 * form.get(index, 0.0)
             half = (half**2 + choice + (floor * reference) ** 2 + _unresolved(library, of) ** 2) ** 0.5
             found.setdefault(of, {})[slot.name] = Estimate(value, value - half, value + half, slot.unit)
@@ -136,8 +136,14 @@ def estimates(
 
 def _unresolved(library: Library, name: str) -> float:
     """Half-width of what control steps hide of a lag's time in s; none of other effects."""
-    lagging = library.effects[name].kind in LAGGING if name in library.effects else False
+    lagging = name in library.effects and library.effects[name].of.lagging
     return WITHIN_A_STEP * library.equations.dt if lagging else 0.0
+
+
+def _stiffness(library: Library, name: str) -> float:
+    """Relative half-width of what nobody knows of how a torque is answered; none of other effects."""
+    one = library.effects.get(name)
+    return STIFFNESS if one is not None and one.of.by_torque(one.body) else 0.0
 
 
 def spread_over_logs(selection: Selection, one: Candidate, fit: Fit) -> dict[str, float]:
@@ -229,7 +235,8 @@ def told(found: Sequence[Finding], library: Library, swing: Swing | None, logs: 
     result = []
     for one in found:
         chosen = {name: Estimate(value, value, value, "1") for name, value in library.choice(one.effect).items()}
-        settled = chosen | (known if one.effect in SWINGING else {})
+        of = library.effects.get(one.effect)
+        settled = chosen | (known if of is not None and of.searching.swings else {})
         group = tuple(dict.fromkeys(library.key(name) for name in one.group))
         result.append(
             replace(one, effect=library.key(one.effect), parameters={**settled, **one.parameters}, group=group)
@@ -258,5 +265,5 @@ def _about(value: float, deviation: float, unit: str) -> Estimate:
 
 
 def _voltage(found: Effect) -> float | None:
-    by_voltage = found.kind == "battery_sag" and VOLTAGE in found.body.layouts.inputs
+    by_voltage = VOLTAGE in found.of.reads and VOLTAGE in found.body.layouts.inputs
     return found.body.numbers.get(REFERENCE) if by_voltage else None

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from fnmatch import fnmatch
-
 import torch
 
-from sym2real.diagnosis.predict.competitors import STANDS_FOR
 from sym2real.diagnosis.search.near import Near
 from sym2real.diagnosis.search.select import GAIN
-from sym2real.effects import applicable
-from sym2real.symbolic import Equations
+from sym2real.effects.catalogue import always_alike
 
 # A rival of the same group saves this share of what the finding saves, and leaves no more loss than this beyond it,
 # relative; the larger one only where folds do not agree on who is better, by a paired t.
@@ -44,12 +40,6 @@ def as_good(share: float, difference: torch.Tensor, loss: float) -> bool:
     """
     beyond = float(difference.sum()) / max(loss, 1e-12)
     return share > SHARE and (beyond < GAIN or (beyond < AT_MOST and _paired(difference) < PAIRED_T))
-
-
-def always_alike(name: str, equations: Equations) -> tuple[str, ...]:
-    """Effects of these equations that an effect stands for on every flight."""
-    patterns = STANDS_FOR.get(name, ())
-    return tuple(one.key for one in applicable(equations) if any(fnmatch(one.key, pattern) for pattern in patterns))
 
 
 def _paired(difference: torch.Tensor) -> float:

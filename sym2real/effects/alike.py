@@ -1,0 +1,77 @@
+"""Conditions under which effects look alike, each with a name that effects say they belong to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from sym2real.effects.manoeuvres import (
+    always,
+    calm_rates,
+    one_circle,
+    one_direction,
+    one_speed,
+    steady_thrust,
+    steady_yaw,
+    tyres_hold,
+)
+from sym2real.trajectory import Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class Alike:
+    """What makes some effects one.
+
+    Args:
+        while_: the condition under which they cannot be told apart.
+        holds: whether logs show that condition; None where only a fit can say.
+        one_of: where it holds only one of them can be found: the other would fit what neither of them models.
+        counts: whether they count as each other also where nobody looks at the condition. Of those that are equal on
+            such logs only, and that a fit tells apart elsewhere, the first is named.
+    """
+
+    while_: str
+    holds: Callable[[Iterable[Trajectory]], bool] | None = None
+    one_of: bool = False
+    counts: bool = True
+
+
+@dataclass(frozen=True)
+class Member:
+    """An effect's place among those that look alike.
+
+    Args:
+        of: what makes them one.
+        place: in their order; the first is the one that is named.
+        on: column, or a pattern of columns, that the effect is bound to; "" for none.
+    """
+
+    of: Alike
+    place: int
+    on: str = ""
+
+
+ONE_STRENGTH = Alike("always", always)
+ONE_THRUST = Alike("thrust stays near one value", steady_thrust)
+ONE_TORQUE = Alike("always", always)
+ONE_TORQUE_AT_ONE_THRUST = Alike("thrust hardly varies")
+ONE_TURN = Alike("speed is low")
+ONE_PULL = Alike("a loop controls the speed, in one direction", one_direction)
+ONE_LEAN = Alike("yaw stays", steady_yaw, one_of=True)
+ONE_FORCE = Alike("always", always)
+ONE_HEADING = Alike("the car drives one circle", one_circle)
+ONE_LAG = Alike("the rate commands carry no dither", calm_rates)
+ONE_DELAY = Alike("only that command is excited")
+ONE_BRAKE = Alike("the tyres hold", tyres_hold)
+# The law that holds at the speeds of small robots is named (rotors in inflow, G. Hoffmann et al., AIAA 2007-6461), and
+# the mass, because near one thrust every thrust map is a gain; a steering gain, a lever arm and a lag of the steering,
+# because at one speed tyres turn the car by one part less, move it by one arm, and are late by one time.
+ONE_DRAG = Alike("speed stays near one value", one_speed, one_of=True, counts=False)
+ONE_MAP = Alike("thrust stays near one value", steady_thrust, one_of=True, counts=False)
+ONE_STEERING = Alike("speed stays near one value", one_speed, one_of=True, counts=False)
+ONE_ARM = Alike("speed stays near one value", one_speed, one_of=True, counts=False)
+ONE_WAY_TO_TURN = Alike("speed stays near one value", one_speed, one_of=True, counts=False)
+ALL = (
+    *(ONE_STRENGTH, ONE_THRUST, ONE_TORQUE, ONE_TORQUE_AT_ONE_THRUST, ONE_TURN, ONE_PULL, ONE_LEAN, ONE_FORCE),
+    *(ONE_HEADING, ONE_LAG, ONE_DELAY, ONE_BRAKE, ONE_DRAG, ONE_MAP, ONE_STEERING, ONE_ARM, ONE_WAY_TO_TURN),
+)

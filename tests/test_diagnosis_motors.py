@@ -1,0 +1,29 @@
+"""A quadrotor of four MuJoCo actuators whose speeds are logged at 100 Hz: what turns it, brakes it, reacts on it."""
+
+from __future__ import annotations
+
+import pytest
+from motor_flights import equations, motor_flights, with_speeds
+
+from sym2real.diagnosis import diagnose
+
+HIDDEN = {
+    "torque_scale": {"kx": 1.5, "ky": 0.7, "kz": 0.1},
+    "rotor_reaction": {"value": 2e-8},
+    "rate_damping": {"dx": 5e-5, "dy": 5e-5, "dz": 5e-5},
+    "flapping_moment": {"a": 2e-5, "b": -2e-5},
+}
+
+
+@pytest.mark.parametrize("key", HIDDEN)
+def test_what_acts_on_the_rotation_of_a_robot_of_motors_is_named_and_nothing_beside_it(key: str) -> None:
+    data = with_speeds(motor_flights(hidden={key: HIDDEN[key]}, every=1, seconds=6.0))
+    found = diagnose(equations(unit="rad/s", every=1), data)
+    assert found.verdict == "EFFECT"
+    assert [one.effect for one in found.findings] == [key]
+    assert found.findings[0].values == pytest.approx(HIDDEN[key], rel=0.05)
+
+
+def test_a_robot_of_motors_that_misses_nothing_is_told_so() -> None:
+    data = with_speeds(motor_flights(every=1, seconds=6.0))
+    assert diagnose(equations(unit="rad/s", every=1), data).findings == ()

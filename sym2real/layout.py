@@ -102,25 +102,32 @@ class Field:
 
 # Front right, rear right, rear left, front left.
 MOTORS = ("motor1", "motor2", "motor3", "motor4")
+# What the columns of a robot are for; code that is not of one robot asks these for its columns.
+POSITION = Field("position", ("x", "y", "z"), "m", "world")
+ATTITUDE = Field("attitude", ("qw", "qx", "qy", "qz"), "1", "world", "quaternion")
+HEADING = Field("heading", ("sin_yaw", "cos_yaw"), "1", "world", "circle")
+VELOCITY = Field("velocity", ("vx", "vy", "vz"), "m/s", "world")
+RATE = Field("rate", ("wx", "wy", "wz"), "rad/s", "body")
+THRUST = Field("thrust", ("thrust",), "N", "body")
+RATE_COMMAND = Field("rate command", ("wx_cmd", "wy_cmd", "wz_cmd"), "rad/s", "body")
+ATTITUDE_COMMAND = Field("attitude command", ("qw_cmd", "qx_cmd", "qy_cmd", "qz_cmd"), "1", "world", "quaternion")
+STEERING = Field("steering", ("steer",), "rad", "body")
+SPEED = Field("speed", ("speed",), "m/s", "body")
+FORCE = Field("force", ("fx", "fy", "fz"), "N", "world")
+TORQUE = Field("torque", ("tx", "ty", "tz"), "N m", "body")
+BATTERY = Field("battery", ("vbat",), "V")
+CLOCK = Field("time", ("t",), "s")
 # The group says where a column of a file goes when no log specification does.
 VOCABULARY: tuple[tuple[Group, Field], ...] = (
-    ("state", Field("position", ("x", "y", "z"), "m", "world")),
-    ("state", Field("attitude", ("qw", "qx", "qy", "qz"), "1", "world", "quaternion")),
-    ("state", Field("heading", ("sin_yaw", "cos_yaw"), "1", "world", "circle")),
-    ("state", Field("velocity", ("vx", "vy", "vz"), "m/s", "world")),
-    ("state", Field("rate", ("wx", "wy", "wz"), "rad/s", "body")),
-    ("action", Field("thrust", ("thrust",), "N", "body")),
-    ("action", Field("rate command", ("wx_cmd", "wy_cmd", "wz_cmd"), "rad/s", "body")),
-    ("action", Field("attitude command", ("qw_cmd", "qx_cmd", "qy_cmd", "qz_cmd"), "1", "world", "quaternion")),
+    *(("state", field) for field in (POSITION, ATTITUDE, HEADING, VELOCITY, RATE)),
+    *(("action", field) for field in (THRUST, RATE_COMMAND, ATTITUDE_COMMAND)),
     ("action", Field("motors", MOTORS, "1", "body")),
-    ("action", Field("steering", ("steer",), "rad", "body")),
-    ("action", Field("speed", ("speed",), "m/s", "body")),
-    ("inputs", Field("force", ("fx", "fy", "fz"), "N", "world")),
-    ("inputs", Field("torque", ("tx", "ty", "tz"), "N m", "body")),
-    ("inputs", Field("battery", ("vbat",), "V")),
-    ("inputs", Field("time", ("t",), "s")),
+    *(("action", field) for field in (STEERING, SPEED)),
+    *(("inputs", field) for field in (FORCE, TORQUE, BATTERY, CLOCK)),
 )
-WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")  # zero where nobody pushes
+WRENCH = (*FORCE.columns, *TORQUE.columns)  # zero where nobody pushes
+HEIGHT = POSITION.columns[2]
+(THRUST_COLUMN,), (STEER_COLUMN,), (SPEED_COLUMN,) = THRUST.columns, STEERING.columns, SPEED.columns
 
 
 def _known_field(column: str) -> Field:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 
@@ -31,12 +32,16 @@ def flights(key: str = "", **values: float) -> Dataset:
 
 
 def flights_with(key: str, values: dict[str, float], count: int = 4, steps: int = 220) -> Dataset:
+    return flights_with_all({key: values} if key else {}, count, steps)
+
+
+def flights_with_all(hidden: Mapping[str, Mapping[str, float]], count: int = 4, steps: int = 220) -> Dataset:
     robot, runs = CRAZYFLIE, []
     for index in range(count):
         rng = np.random.default_rng([5, index])
         name = ("hover", "circle", "lemniscate", "circle")[index]
         task = make_task(name, robot)
-        changes = [effect(key, robot).inject(**values)] if key else []
+        changes = [effect(key, robot).inject(**values) for key, values in hidden.items()]
         tracking = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, task.reference, yaw_rate=0.7)
         dither = ColouredNoise(np.array([0.005, 0.15, 0.15, 0.15]), 0.05, robot.dt, rng)
         push = ColouredNoise(np.array([1.5e-3, 1.5e-3, 1e-3, 1e-6, 1e-6, 1e-6]), 0.2, robot.dt, rng)

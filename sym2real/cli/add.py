@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -22,15 +23,17 @@ if TYPE_CHECKING:
 class Add(OfLogs):
     """Put physical effects into a model's equations: at values you know, or fitted to logs.
 
-    With values the effects are simply there; what is not given stays at its null value. With --fit one effect is a
-    hypothesis ("I taped 5 g on it"): its value is fitted with an interval, other effects are tried in its place, and
-    the error ladder shows what it does to predictions of logs that took no part in the fit. Its model is written in
-    any case: the verdict says whether to believe it. `sym2real effects NAME` says what an effect's parameters are.
+    With values the effects are simply there; what is not given stays at its null value. With --fit they are a
+    hypothesis ("I taped 5 g on it"): their values are fitted together, with intervals, other effects are tried in the
+    place of each, and the error ladder shows what they do to predictions of logs that took no part in the fit. The
+    model is written in any case: the verdict says whether to believe it. `sym2real effects NAME` says what an effect's
+    parameters are.
 
     For example:
       sym2real add runs/base added_mass value=0.005 --out runs/heavier
       sym2real add runs/base wind fx=0.02 com_offset rx=0.001 --out runs/both
       sym2real add runs/base added_mass --fit flight1.csv flight2.csv --out runs/heavier
+      sym2real add runs/base added_mass wind --fit flight1.csv flight2.csv --out runs/both
       sym2real add runs/base "term:fz=0.02*vx*vx" --out runs/term
     """
 
@@ -44,7 +47,7 @@ class Add(OfLogs):
     out: Path
     """Folder of the new model; the robot with the effects as a simulator goes to OUT/simulator."""
     fit: tuple[Path, ...] = ()
-    """Logs that the one effect's values are fitted to."""
+    """Logs that the values of the effects are fitted to."""
     held_out: tuple[Path, ...] = ()
     """Logs that score the fit; by default each log is scored by the fit without it."""
     exclude: tuple[str, ...] = ()
@@ -79,10 +82,12 @@ class Add(OfLogs):
             if getattr(self, option) and not self.fit:
                 raise ModelError(f"--{option.replace('_', '-')}: expected --fit LOG… beside it, found none")
         if self.fit:
-            if len(chosen) != 1 or chosen[0][1]:
-                raise ModelError("--fit finds the values of one effect: expected its name alone")
-            tried, figures = self._fitted(base, chosen[0][0], console)
-            base, chosen = tried.finding.bound(base), [(tried.finding.effect, tried.finding.values)]
+            if not chosen or any(values for _, values in chosen):
+                raise ModelError("--fit finds the values of effects: expected their names alone")
+            tried, figures = self._fitted(base, [key for key, _ in chosen], console)
+            chosen = [(one.effect, one.values) for one in tried.findings]
+            for finding in tried.findings:
+                base = finding.bound(base)
             result = {**tried.to_dict(), "figures": figures}
         else:
             require_values(effects, ", or --fit LOG to find it")
@@ -103,7 +108,7 @@ class Add(OfLogs):
         added += [{"effect": f"{TERM}{channel}", "expression": expression} for channel, _, expression in terms]
         return {"model": self.out, "effects": added, "latex": changed.latex(), **result, **said_of(about_model, result)}
 
-    def _fitted(self, base: Equations, key: str, console: Console) -> tuple[Tried, list[Path]]:
+    def _fitted(self, base: Equations, keys: Sequence[str], console: Console) -> tuple[Tried, list[Path]]:
         from sym2real.cli.found import plain_simulator, write_figures
         from sym2real.cli.model import logs_for
         from sym2real.cli.progress import stages_progress
@@ -115,7 +120,7 @@ class Add(OfLogs):
         with stages_progress() as on_progress:
             tried = try_effect(
                 base,
-                key,
+                keys,
                 data,
                 plain_simulator(base),
                 calibrate=self.calibrate,

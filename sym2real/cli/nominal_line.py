@@ -7,12 +7,13 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
-from sym2real.layout import MOTORS
+from sym2real.layout import MOTORS, POSITION, RATE_COMMAND, SPEED_COLUMN, STEER_COLUMN, THRUST_COLUMN
 from sym2real.logs import Inspection, LogSpec
 from sym2real.logs.units import UNITS
 
 OUT = "runs/nominal"
-POSITION, RATE_COMMANDS = {"x", "y", "z"}, {"thrust", "wx_cmd", "wy_cmd", "wz_cmd"}
+THRUST_AND_RATES = {THRUST_COLUMN, *RATE_COMMAND.columns}
+DRIVEN = {STEER_COLUMN, SPEED_COLUMN}
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ def nominal_line(inspection: Inspection, spec: Path | None) -> NominalLine:
         inspection: of the logs.
         spec: where the proposed specification was written; None where it was not.
     """
-    if {"steer", "speed"} & inspection.spec.columns.keys():
+    if DRIVEN & inspection.spec.columns.keys():
         return _car(inspection.spec)
     return _quadrotor(inspection, spec)
 
@@ -46,7 +47,7 @@ def _step(spec: LogSpec) -> list[str]:
 
 
 def _car(spec: LogSpec) -> NominalLine:
-    if missing := _missing({"x", "y", "steer", "speed"}, spec.columns):
+    if missing := _missing({*POSITION.columns[:2], *DRIVEN}, spec.columns):
         return NominalLine("", (f"no `nominal` line for this log: {missing}",))
     command = ["sym2real", "nominal", "car", "--wheelbase", "METRES", *_step(spec), "--out", OUT]
     return NominalLine(" ".join(command), ("METRES is the distance between the axles: measure it",))
@@ -56,7 +57,7 @@ def _quadrotor(inspection: Inspection, spec: Path | None) -> NominalLine:
     found = inspection.spec
     columns = {*found.columns} | ({"attitude"} if found.attitude.sources else set())
     options, remarks = _interface(inspection, columns)
-    needed = POSITION | {"attitude"} | (set() if options else {"thrust, or four motors"})
+    needed = {*POSITION.columns} | {"attitude"} | (set() if options else {"thrust, or four motors"})
     if missing := _missing(needed, columns):
         return NominalLine("", (f"no `nominal` line for this log: {missing}",))
     command = ["sym2real", "nominal", "quadrotor", *options, *_step(found)]
@@ -71,20 +72,20 @@ def _quadrotor(inspection: Inspection, spec: Path | None) -> NominalLine:
 def _interface(inspection: Inspection, columns: Collection[str]) -> tuple[list[str], list[str]]:
     """Options that say what the actions are, and remarks on them; no options where there are no actions."""
     spec = inspection.spec
-    if {*columns} >= RATE_COMMANDS:
+    if {*columns} >= THRUST_AND_RATES:
         return ["--interface", "thrust_rates", *_mass(spec)], _weighed(spec)
-    if "thrust" in columns and spec.attitude_command.sources:
+    if THRUST_COLUMN in columns and spec.attitude_command.sources:
         return ["--interface", "thrust_attitude", *_mass(spec)], _weighed(spec)
     if {*columns} >= {*MOTORS}:
         unit, remarks = _motor_unit(inspection)
         return ["--interface", "motors", "--attitude", "measured", "--motor-unit", unit], remarks
-    if "thrust" in columns:
+    if THRUST_COLUMN in columns:
         return ["--interface", "thrust_rates", "--attitude", "measured", *_mass(spec)], _weighed(spec)
     return [], []
 
 
 def _per_mass(spec: LogSpec) -> bool:
-    return UNITS.get(spec.columns["thrust"].unit, ("",))[0] == "m/s^2"
+    return UNITS.get(spec.columns[THRUST_COLUMN].unit, ("",))[0] == "m/s^2"
 
 
 def _mass(spec: LogSpec) -> list[str]:

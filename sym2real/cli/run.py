@@ -102,9 +102,10 @@ class Run:
         return comparison_page(predictor, data, compare(predictor, data), title, facts)
 
     def _require_inputs(self, base: Base, robot: Robot) -> None:
+        from sym2real.effects.inputs import TIME
         from sym2real.errors import ModelError
 
-        missing = [name for name in base.layouts.inputs if name != "t" and name not in robot.layouts.inputs]
+        missing = [name for name in base.layouts.inputs if name != TIME and name not in robot.layouts.inputs]
         if missing:
             raise ModelError(f"{self.model}: no simulator gives {', '.join(missing)}, which the model uses as an input")
 

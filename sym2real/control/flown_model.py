@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from sym2real.control.backend import equations_of
 from sym2real.control.mppi import MPPI
 from sym2real.effects.filters import FilterState, command_filters, measurement_filters
+from sym2real.effects.inputs import TIME
 from sym2real.effects.sensors import Sensors
 from sym2real.effects.visible import VisibleModel
 from sym2real.errors import ModelError
@@ -79,5 +80,5 @@ class CorrectedMPPI:
     def _known(self, step: int, inputs: ArrayLike | None) -> ArrayLike | None:
         """By name; what neither the robot nor the clock gives is left to the controller to miss."""
         held = np.zeros(len(self._given)) if inputs is None else np.asarray(inputs, dtype=np.float64)
-        known = {**dict(zip(self._given, held, strict=False)), "t": step * self._controller.robot.dt}
+        known = {**dict(zip(self._given, held, strict=False)), TIME: step * self._controller.robot.dt}
         return np.array([known[name] for name in self._wanted]) if known.keys() >= set(self._wanted) else inputs

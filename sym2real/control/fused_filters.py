@@ -14,8 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 from torch import Tensor
 
+from sym2real.effects.dead_band import DEAD_BAND
+from sym2real.effects.delay import DELAY
 from sym2real.effects.effect import Effect
 from sym2real.effects.filters import FilterState
+from sym2real.effects.lag import LAG
+from sym2real.effects.limit import LIMIT
+from sym2real.effects.rate_limit import RATE_LIMIT
 from sym2real.errors import ModelError
 from sym2real.trajectory import Array
 
@@ -67,7 +72,7 @@ class FilterLines:
         """Declarations ahead of the horizon: memories."""
         lines, offset = [], 0
         for i, stage in enumerate(self.stages):
-            numbers = stage.size + (len(stage.columns) if stage.name == "delay" else 0)
+            numbers = stage.size + (len(stage.columns) if stage.name == DELAY.name else 0)
             lines.append(f"v memory_{i}[{numbers}];")
             lines.append(f"for (int i = 0; i < {stage.size}; i++)")
             lines.append(f"    memory_{i}[i] = splat(p->begun ? p->memory[{offset} + i] : R(0.0));")
@@ -84,7 +89,7 @@ class FilterLines:
                 lines.append(f"v {out};")
                 body = (
                     _delayed(i, stage, place, row, out)
-                    if stage.name == "delay"
+                    if stage.name == DELAY.name
                     else self._step(i, stage, place, row, out)
                 )
                 lines += ["{", *(f"    {line}" for line in body), "}"]
@@ -104,15 +109,15 @@ def memory_of(filters: FilterState) -> Array:
 
 def _stage(effect: Effect, values: Mapping[str, Tensor | float], dt: float) -> Stage:
     name, columns = effect.of.name, tuple(effect.filtered_columns)
-    if name == "limit":
+    if name == LIMIT.name:
         lower, upper, magnitude = (float(values[end]) for end in ("lower", "upper", "magnitude"))
         return Stage(name, (max(lower, -magnitude), min(upper, magnitude)), columns, 1)
     value = float(values["value"])
-    if name == "dead_band":
+    if name == DEAD_BAND.name:
         name = "rest" if effect.body.unit == "m/s" else "play"
-    if name != "delay" and name not in RULES:
+    if name != DELAY.name and name not in RULES:
         raise ModelError(f"{name} has no fused form")
-    if name == "delay":
+    if name == DELAY.name:
         whole, part = _periods(value, dt)
         return Stage(name, (part,), columns, whole + 1)
     return Stage(name, (value,), columns, 1)
@@ -179,4 +184,4 @@ def _limit(values: tuple[float, ...], dt: float, memory: str, row: str, out: str
     return [f"{out} = maximum(minimum({row}, splat(R({upper!r}))), splat(R({lower!r})));"]
 
 
-RULES = {"limit": _limit, "lag": _lag, "rate_limit": _rate, "play": _play, "rest": _rest}
+RULES = {LIMIT.name: _limit, LAG.name: _lag, RATE_LIMIT.name: _rate, "play": _play, "rest": _rest}

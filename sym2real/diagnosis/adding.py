@@ -2,13 +2,14 @@
 
 add(base, "added_mass", {"value": 0.005})            "I taped 5 g on it"
 add(base, "added_mass", fit=logs)                    how much is it?
-try_effect(base, "added_mass", logs)                is it there at all, and what else explains the logs as well?
+try_effect(base, "added_mass", logs)                 is it there at all, and what else explains the logs as well?
+try_effect(base, ("wind", "com_offset"), logs)       are both there?
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from sym2real.diagnosis.design.separation import with_advice
 from sym2real.diagnosis.errors.floor import floor_of_explained, no_higher_than_reached
@@ -40,7 +41,7 @@ MOST_RIVALS = 5
 
 def add(
     equations: Equations,
-    what: str | Iterable[tuple[str, Values]],
+    what: str | Iterable[str | tuple[str, Values]],
     values: Values | None = None,
     *,
     fit: Dataset | Trajectory | None = None,
@@ -50,7 +51,7 @@ def add(
 
     Args:
         equations: the base.
-        what: key of an effect, or keys with their values.
+        what: key of an effect, or keys with their values; to be fitted: a key, or several, which are fitted together.
         values: by parameter name, in SI units; what is not given stays at its null value.
         fit: logs that the values are fitted to instead; :func:`try_effect` says whether they ask for the effect.
         plant: the plain simulator that calibrates the base before a fit.
@@ -59,17 +60,19 @@ def add(
         UnknownNameError: for an effect or a parameter that does not exist.
         ModelError: when an effect does not apply, with the reason; when values are given and to be fitted.
     """
-    if fit is not None:
-        if values is not None or not isinstance(what, str):
-            raise ModelError("expected values or logs to fit them to, found both")
-        return try_effect(equations, what, fit, plant).apply(equations)
-    chosen = [(what, values or {})] if isinstance(what, str) else what
-    return compose(equations, [(effect(key, equations), given) for key, given in chosen])
+    given: list[str | tuple[str, Values]] = [what] if isinstance(what, str) else list(what)
+    if fit is None:
+        chosen = [(one, values or {}) if isinstance(one, str) else one for one in given]
+        return compose(equations, [(effect(key, equations), known) for key, known in chosen])
+    keys = [one for one in given if isinstance(one, str)]
+    if values is not None or len(keys) < len(given):
+        raise ModelError("expected values or logs to fit them to, found both")
+    return try_effect(equations, keys, fit, plant).apply(equations)
 
 
 def try_effect(
     equations: Equations,
-    key: str,
+    keys: str | Sequence[str],
     data: Dataset | Trajectory,
     plant: MujocoPlant | None = None,
     *,
@@ -79,37 +82,49 @@ def try_effect(
     horizon: float | None = None,
     on_progress: OnProgress = lambda _: None,
 ) -> Tried:
-    """Fit one effect to logs, alone, and hold it against every other effect in its place.
+    """Fit one effect to logs, or several together, and hold each against every other effect in its place.
 
     Args:
         equations: the base.
-        key: of the effect.
+        keys: of the effect, or of several that are one hypothesis: all are there.
         data, plant, calibrate, held_out, exclude, horizon, on_progress: as of :func:`~sym2real.diagnosis.diagnose`.
 
     Raises:
         UnknownNameError: for an effect that does not exist.
-        ModelError: for an effect that does not apply, or whose parameters motion does not show.
+        ModelError: for an effect that does not apply, or whose parameters motion does not show; for two that these logs
+            cannot tell apart.
         ShapeError: when no log is long enough, columns differ, or the horizon is no step long.
     """
     started = time.perf_counter()
-    question = Question(equations, data, plant, calibrate, held_out, exclude, include=(key,), horizon=horizon)
-    _check_fittable(effect(key, equations), equations)
+    keys = (keys,) if isinstance(keys, str) else tuple(keys)
+    question = Question(equations, data, plant, calibrate, held_out, exclude, include=keys, horizon=horizon)
+    for key in keys:
+        _check_fittable(effect(key, equations), equations)
     prepared = prepare(question, Stages(on_progress))
-    on_progress(f"fitting {key}")
-    selection, gain, supported = _fitted(prepared, key)
+    on_progress(f"fitting {', '.join(keys)}")
+    selection, gain = _fitted(prepared, keys)
+    beside = {one.name: _beside(selection, one) for one in selection.chosen}
+    supported = tuple(key for key in keys if beside[key] > GAIN and _significant(selection, key))
     on_progress("trying other effects in its place")
-    rivals = _rivals(selection, [one for one in prepared.tried if key not in one.keys])
+    others = [one for one in prepared.tried if not set(keys) & set(one.keys)]
+    rivals = {one.name: _rivals(selection, one, others) for one in selection.chosen}
     on_progress("scoring on held-out data")
     steps = Steps.of(prepared.library, selection, same=held_out is None)
     horizons = steps.horizons(prepared.scored, horizon)
-    finding = _finding(selection, rivals if supported else (), prepared.calibration)
+    found = _findings(selection, {key: rivals[key] if key in supported else () for key in keys}, prepared.calibration)
     stages = steps.ladder(prepared.library, prepared.scored, horizons)
     floor = floor_of_explained(prepared.library, prepared.scored, selection.fit.values, prepared.whitening, horizons)
     return Tried(
-        finding=with_advice([finding], prepared.model, prepared.whitening, prepared.plant)[0],
-        supported=supported,
+        findings=with_advice(found, prepared.model, prepared.whitening, prepared.plant),
+        supported=len(supported) == len(keys),
         gain=gain,
-        rivals=tuple(rival for rival in rivals if rival.gain > max(GAIN, WORTH_A_LINE * gain))[:MOST_RIVALS],
+        beside=beside,
+        refused=tuple(key for key in keys if key not in supported),
+        rivals=tuple(
+            rival
+            for key in keys
+            for rival in [one for one in rivals[key] if one.gain > max(GAIN, WORTH_A_LINE * beside[key])][:MOST_RIVALS]
+        ),
         faults=prepared.checked.faults,
         ladder=stages,
         floor=no_higher_than_reached(floor, stages),
@@ -138,20 +153,34 @@ def _candidate(key: str, library: Library, data: Dataset) -> Candidate:
     return Candidate(key, (key,), tuple((slot,) for slot in library.indices(key)))
 
 
-def _fitted(prepared: Prepared, key: str) -> tuple[Selection, float, bool]:
-    """The effect alone, chosen whatever it gains; its held-out gain, and whether the logs ask for it."""
-    own = _candidate(key, prepared.library, prepared.checked.data)
-    selection = Selection(prepared.problems, (own,), prepared.origin)
-    (scored,) = selection.ranked([], prepared.origin, [own])
-    gain = selection.gain(scored)
-    supported = gain > GAIN and selection.significant(scored.fit, own)
-    selection.put([own], scored.fit)
-    return selection, gain, supported
+def _fitted(prepared: Prepared, keys: Sequence[str]) -> tuple[Selection, float]:
+    """The effects, chosen whatever they gain, the one that gains most first; their held-out gain together."""
+    own = tuple(_candidate(key, prepared.library, prepared.checked.data) for key in keys)
+    selection = Selection(prepared.problems, own, prepared.origin)
+    without = selection.loss
+    while left := [one for one in own if one not in selection.chosen]:
+        ranking = selection.ranked(selection.chosen, selection.fit.values, left)
+        if not ranking:
+            first, second = (" and ".join(one.name for one in some) for some in (left, selection.chosen))
+            raise ModelError(f"{first} beside {second}: expected one of what these logs cannot tell apart, found both")
+        selection.put([*selection.chosen, ranking[0].candidate], ranking[0].fit)
+    if len(own) > 1:
+        selection.restart()
+    return selection, 1.0 - selection.loss / without
 
 
-def _rivals(selection: Selection, others: list[Candidate]) -> tuple[Rival, ...]:
-    """What brings how much in the place of the only effect chosen, the best first."""
-    (own,) = selection.chosen
+def _beside(selection: Selection, one: Candidate) -> float:
+    """Part of the held-out loss without an effect that it takes beside the others."""
+    _, fit = selection.without(one)
+    return 1.0 - selection.loss / float(selection.problems.held_out(fit).sum())
+
+
+def _significant(selection: Selection, key: str) -> bool:
+    return all(selection.significant(selection.fit, one) for one in selection.chosen if one.name == key)
+
+
+def _rivals(selection: Selection, own: Candidate, others: list[Candidate]) -> tuple[Rival, ...]:
+    """What brings how much in the place of an effect, beside the others that are chosen; the best first."""
     rest, fit = selection.without(own)
     without = selection.problems.held_out(fit)
     gain = float((without - selection.held_out).sum())
@@ -159,20 +188,16 @@ def _rivals(selection: Selection, others: list[Candidate]) -> tuple[Rival, ...]:
     for scored in selection.ranked(rest, fit.values, others):
         share = float((without - scored.held_out).sum()) / max(gain, 1e-12)
         alike = gain > 0.0 and as_good(share, scored.held_out - selection.held_out, selection.loss)
-        found.append(
-            Rival(
-                selection.problems.problem.library.key(scored.candidate.name),
-                1.0 - scored.loss / float(without.sum()),
-                alike,
-            )
-        )
+        key = selection.problems.problem.library.key(scored.candidate.name)
+        found.append(Rival(key, 1.0 - scored.loss / float(without.sum()), alike, own.name))
     return tuple(found)
 
 
-def _finding(selection: Selection, rivals: Iterable[Rival], calibration: Calibration | None) -> Finding:
-    (own,), problems = selection.chosen, selection.problems
-    alike = (rival.effect for rival in rivals if rival.as_good)
-    always = always_alike(own.name, problems.problem.library.equations)
-    group = tuple(dict.fromkeys([*own.alike, *always, *alike]))
-    (found,) = findings(selection, None, {own.name: group}, calibration)
-    return found
+def _findings(
+    selection: Selection, rivals: Mapping[str, Iterable[Rival]], calibration: Calibration | None
+) -> list[Finding]:
+    groups, equations = {}, selection.problems.problem.library.equations
+    for own in selection.chosen:
+        alike = (rival.effect for rival in rivals[own.name] if rival.as_good)
+        groups[own.name] = tuple(dict.fromkeys([*own.alike, *always_alike(own.name, equations), *alike]))
+    return findings(selection, None, groups, calibration)

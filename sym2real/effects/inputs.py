@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from sym2real.effects.voltage import VOLTAGE, settled
-from sym2real.layout import WRENCH, Layout
+from sym2real.layout import CLOCK, WRENCH, Layout
 from sym2real.trajectory import Array, Dataset, Trajectory
 
-TIME = "t"
+(TIME,) = CLOCK.columns
 # Of a force that swings, in the middle of the step after a row, rad; what swings in no log has it at zero.
 ANGLE = "swing_angle"
 

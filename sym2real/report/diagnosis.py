@@ -71,11 +71,11 @@ def term_command(term: Term, model: str) -> str:
 
 
 def tried_report(tried: Tried) -> RenderableType:
-    """Everything a person reads of one effect that was held against logs."""
+    """Everything a person reads of effects that were held against logs."""
     verdict = "[bold green]SUPPORTED[/]" if tried.supported else "[bold red]NOT SUPPORTED[/]"
     parts: list[RenderableType] = [f"{verdict} {escape(tried.summary)}"]
     parts += fault_lines(tried.faults)
-    parts += [findings_list((tried.finding,)), ""]
+    parts += [findings_list(tried.findings), ""]
     if tried.rivals:
         parts.append(rivals_table(tried))
     if tried.ladder:
@@ -132,12 +132,14 @@ def findings_list(findings: Sequence[Finding]) -> Table:
 
 
 def rivals_table(tried: Tried) -> Table:
-    """What other effects would do in the tried one's place."""
+    """What other effects would do in the place of each that was tried."""
     table = Table(title="in its place", title_justify="left")
     for heading in ("effect", "lowers the held-out loss by", ""):
         table.add_column(heading, justify="right" if "loss" in heading else "left")
-    table.add_row(tried.finding.effect, f"{100 * tried.gain:.1f} %", "the hypothesis", style="bold")
-    for rival in tried.rivals:
-        said = "cannot be told from it" if rival.as_good else ""
-        table.add_row(rival.effect, f"{100 * rival.gain:.1f} %", said)
+    hypothesis = "the hypothesis" if len(tried.findings) == 1 else "the hypothesis, beside the others"
+    for one in tried.findings:
+        table.add_row(one.effect, f"{100 * tried.beside[one.effect]:.1f} %", hypothesis, style="bold")
+        for rival in (rival for rival in tried.rivals if rival.instead_of == one.effect):
+            said = "cannot be told from it" if rival.as_good else ""
+            table.add_row(rival.effect, f"{100 * rival.gain:.1f} %", said)
     return table

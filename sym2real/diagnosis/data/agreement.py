@@ -13,9 +13,10 @@ import torch
 
 from sym2real import rotation
 from sym2real.effects.body import GRAVITY
+from sym2real.layout import HEADING, POSITION, RATE, VELOCITY
 from sym2real.trajectory import Array, Trajectory
 
-RATES, VELOCITIES = ("wx", "wy", "wz"), ("vx", "vy", "vz")
+RATES, VELOCITIES = RATE.columns, VELOCITY.columns
 SMOOTHING = 5  # rows
 LEAST_MOTION = {"rad/s": 0.05, "m/s": 0.02}  # standard deviation below which a sign is not judged
 LEAST_TILT = 0.01  # standard deviation in units of gravity below which a tilt is not judged
@@ -68,9 +69,9 @@ def thrust_agreement(logs: Sequence[Trajectory]) -> Agreement:
     As it stands, and with the attitude turned the other way (world to body where body to world is meant).
     """
     layout = logs[0].layouts.state
-    if not layout.has_field("attitude") or not all(name in layout for name in ("x", "y")):
+    if not layout.has_field("attitude") or not all(name in layout for name in POSITION.columns[:2]):
         return Agreement(None)
-    moved = [[_pushed(one.column(name), one) for name in ("x", "y")] for one in logs]
+    moved = [[_pushed(one.column(name), one) for name in POSITION.columns[:2]] for one in logs]
     found = []
     for turn in (lambda q: q, rotation.conjugate):
         pairs = []
@@ -95,7 +96,7 @@ def turning(trajectory: Trajectory, column: str) -> Array:
     """Rate between rows about a body axis in rad/s ``# (rows - 1,)``, from the attitude."""
     layout, steps = trajectory.layouts.state, np.diff(trajectory.time)
     if layout.has_field("heading"):
-        yaw = np.unwrap(np.arctan2(trajectory.column("sin_yaw"), trajectory.column("cos_yaw")))
+        yaw = np.unwrap(np.arctan2(*(trajectory.column(name) for name in HEADING.columns)))
         turned: Array = np.diff(yaw) / steps
         return turned
     attitude = torch.as_tensor(trajectory.state[:, layout.slice("attitude")])
@@ -129,7 +130,7 @@ def to_world(trajectory: Trajectory) -> Array | None:
         turned: Array = rotation.rotate(attitude, torch.as_tensor(velocity)).numpy()
         return turned
     if layout.has_field("heading") and velocity.shape[1] == 2:
-        s, c = trajectory.column("sin_yaw"), trajectory.column("cos_yaw")
+        s, c = (trajectory.column(name) for name in HEADING.columns)
         return np.column_stack([c * velocity[:, 0] - s * velocity[:, 1], s * velocity[:, 0] + c * velocity[:, 1]])
     return None
 

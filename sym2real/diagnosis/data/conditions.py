@@ -9,24 +9,44 @@ import torch
 from numpy.typing import NDArray
 
 from sym2real import rotation
-from sym2real.layout import Layout
+from sym2real.effects.voltage import VOLTAGE
+from sym2real.layout import (
+    ATTITUDE,
+    BATTERY,
+    HEIGHT,
+    RATE,
+    SPEED_COLUMN,
+    STEER_COLUMN,
+    STEERING,
+    THRUST,
+    THRUST_COLUMN,
+    VELOCITY,
+    Layout,
+)
 from sym2real.trajectory import Array, Trajectory
 
+HOW_FAST = "speed"  # how fast the robot is, whatever it is told
 UNITS = {
     "height": "m",
-    "speed": "m/s",
+    HOW_FAST: "m/s",
     "tilt": "rad",
     "body rate": "rad/s",
-    "thrust": "N",
+    THRUST.name: THRUST.unit,
     "steering": "rad",
     "speed command": "m/s",
     "distance from the reference": "m",
     "time": "s",
     "battery": "V",
 }
-DIRECT = {"z": "height", "thrust": "thrust", "steer": "steering", "speed": "speed command", "vbat": "battery"}
-NORMS = {"speed": ("vx", "vy", "vz"), "body rate": ("wx", "wy", "wz")}
-TILTED = ("qx", "qy")
+DIRECT = {
+    HEIGHT: "height",
+    THRUST_COLUMN: THRUST.name,
+    STEER_COLUMN: STEERING.name,
+    SPEED_COLUMN: "speed command",
+    VOLTAGE: BATTERY.name,
+}
+NORMS = {HOW_FAST: VELOCITY.columns, "body rate": RATE.columns}
+TILTED = ATTITUDE.columns[1:3]
 Region = Mapping[str, tuple[float, float]]
 
 

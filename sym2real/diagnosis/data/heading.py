@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sym2real.layout import HEADING, POSITION, SPEED_COLUMN
 from sym2real.logs.course import between, course, decides, together
 from sym2real.trajectory import Array, Dataset, Trajectory
 
@@ -35,7 +36,7 @@ class Against:
 def against_the_path(data: Dataset) -> Against | None:
     """The fault where it is beyond doubt; None for straight drives, and for robots without a heading."""
     layout = data.layouts.state
-    if not layout.has_field("heading") or not all(name in layout for name in ("x", "y")):
+    if not layout.has_field("heading") or not all(name in layout for name in POSITION.columns[:2]):
         return None
     ways, headings = [_course(log) for log in data], [_heading(log) for log in data]
     reversed_ = [-heading for heading in headings]
@@ -44,10 +45,10 @@ def against_the_path(data: Dataset) -> Against | None:
 
 
 def _course(log: Trajectory) -> Array:
-    speed = log.column("speed") if "speed" in log.layouts.action else None
-    return course(log.time, log.column("x"), log.column("y"), speed)
+    speed = log.column(SPEED_COLUMN) if SPEED_COLUMN in log.layouts.action else None
+    return course(log.time, *(log.column(name) for name in POSITION.columns[:2]), speed)
 
 
 def _heading(log: Trajectory) -> Array:
-    heading: Array = np.arctan2(log.column("sin_yaw"), log.column("cos_yaw"))
+    heading: Array = np.arctan2(*(log.column(name) for name in HEADING.columns))
     return heading

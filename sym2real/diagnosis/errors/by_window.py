@@ -14,7 +14,7 @@ from sym2real.diagnosis.data.preparation import prepared
 from sym2real.diagnosis.data.start import ROWS, noise_level
 from sym2real.diagnosis.data.tangent import places_of_fields, tangents
 from sym2real.diagnosis.data.windows import predict_windows
-from sym2real.layout import Layout
+from sym2real.layout import HEIGHT, Layout
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Dataset, Trajectory
@@ -22,7 +22,7 @@ from sym2real.trajectory import Array, Dataset, Trajectory
 HORIZON = 0.5  # s
 BLOCK = 2.0  # s: pieces of a single log that stand for logs in the cross-validation
 # What is up and what is level is told apart, because gravity does.
-VERTICAL = "z"
+VERTICAL = HEIGHT
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +97,7 @@ def named_channels(layout: Layout) -> dict[str, list[int]]:
         own = list(places)
         if field.name == "position" and VERTICAL in field.columns:
             height = own[field.columns.index(VERTICAL)]
-            channels |= {"z": [height], "xy": [slot for slot in own if slot != height]}
+            channels |= {VERTICAL: [height], "xy": [slot for slot in own if slot != height]}
         elif field.name in ("position", "attitude"):
             channels[field.name] = own
         elif field.kind == "circle":

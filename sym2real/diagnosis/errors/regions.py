@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from sym2real.diagnosis.data.conditions import UNITS, Region, training_range
 from sym2real.diagnosis.errors.by_window import HORIZON, WindowErrors, window_errors
 from sym2real.errors import DataError
+from sym2real.layout import HEIGHT
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
 from sym2real.symbolic.storage import TRAINING, training_of
@@ -31,7 +32,7 @@ MOST = 3
 DEPTH, LEAF = 2, 0.05  # of a tree; smallest piece as a part of the windows
 FEWEST_IN_LEAF = 8
 FOLDS = 5
-SAID = {"z": "vertical position", "xy": "horizontal position"}
+SAID = {HEIGHT: "vertical position", "xy": "horizontal position"}
 
 
 @dataclass(frozen=True)

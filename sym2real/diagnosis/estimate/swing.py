@@ -31,9 +31,10 @@ from sym2real.diagnosis.estimate.whitening import PIECES, disturbances
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects.inputs import ANGLE
 from sym2real.effects.wrench import uses
+from sym2real.layout import FORCE, POSITION
 from sym2real.trajectory import Array, Dataset, Trajectory
 
-FORCES = ("fx", "fy", "fz")
+FORCES = FORCE.columns
 # Periods that the longest log must hold, and the fastest swing in periods per piece of a segment.
 PERIODS, FASTEST = 3.0, 0.25
 # Steps of a frequency in units of 1/duration, and finer ones about the peak.
@@ -201,7 +202,7 @@ def _own_motion(data: Dataset, omega: float, mass: float, force: float) -> bool:
     squares = []
     for log in data:
         time = log.time - log.time[0]
-        names = [name for name in ("x", "y", "z") if name in log.layouts.state]
+        names = [name for name in POSITION.columns if name in log.layouts.state]
         path = np.stack([log.column(name) for name in names], axis=1)
         shapes = np.stack([np.sin(omega * time), np.cos(omega * time), np.ones(len(time)), time], axis=1)
         # A window, because slow motion is large beside this one and its side lobes would hide it.

@@ -26,6 +26,7 @@ from torch import Tensor
 from sym2real.diagnosis.estimate.variances import Products, most_likely
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects.body import GRAVITY
+from sym2real.layout import FORCE, HEIGHT, RATE_COMMAND, SPEED, STEERING, THRUST, TORQUE
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array
 
@@ -34,7 +35,7 @@ PIECES = 5
 FREE_START = {"position": 0.05, "attitude": 0.2, "heading": 0.3, "velocity": 0.5, "rate": 2.0}
 FREE_OTHERWISE = 1.0
 # What counts as one push, and its first guess: share of the weight, angular acceleration, command.
-PUSH_SIZES = {"steer": 0.05, "speed": 0.1}
+PUSH_SIZES = dict(zip((*STEERING.columns, *SPEED.columns), (0.05, 0.1), strict=True))
 FORCE_SHARE, TORQUE_ACCELERATION = 0.01, 1.0
 # Degrees of freedom that are tried, twice the log likelihood that they must be better by (99.9 % of χ² with one degree
 # of freedom), and rounds of weights and variances.
@@ -148,13 +149,15 @@ def disturbances(equations: Equations) -> list[tuple[str, float]]:
     """Columns whose pushes stand for what no model knows, each with its unit size: wrench inputs, or commands."""
     inputs, numbers = equations.layouts.inputs, equations.numbers
     weight = GRAVITY * numbers.get("mass", 1.0)
-    sizes = dict.fromkeys(("fx", "fy", "fz"), FORCE_SHARE * weight)
-    sizes |= {f"t{a}": TORQUE_ACCELERATION * numbers.get(f"j{a}", 1e-5) for a in "xyz"}
-    planar = "z" not in equations.layouts.state
+    sizes = dict.fromkeys(FORCE.columns, FORCE_SHARE * weight)
+    inertias = zip(TORQUE.columns, ("jx", "jy", "jz"), strict=True)
+    sizes |= {column: TORQUE_ACCELERATION * numbers.get(inertia, 1e-5) for column, inertia in inertias}
+    planar = HEIGHT not in equations.layouts.state
     used = [n for n in sizes if n in inputs and any(equations.depends(c, n) for c in equations.next)]
     if used and not planar:
         return [(name, sizes[name]) for name in used]
-    others = {"thrust": FORCE_SHARE * weight, "wx_cmd": 0.1, "wy_cmd": 0.1, "wz_cmd": 0.1, **PUSH_SIZES}
+    others = dict.fromkeys(THRUST.columns, FORCE_SHARE * weight)
+    others |= {**dict.fromkeys(RATE_COMMAND.columns, 0.1), **PUSH_SIZES}
     return [(name, others.get(name, 0.05)) for name in equations.layouts.action]
 
 

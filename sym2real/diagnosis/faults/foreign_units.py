@@ -15,13 +15,14 @@ import numpy as np
 
 from sym2real.diagnosis.data.agreement import Agreement, rate_agreement, thrust_agreement, velocity_agreement
 from sym2real.diagnosis.data.scaled import divided
+from sym2real.layout import POSITION
 from sym2real.logs.units import UNITS, standard_unit
 from sym2real.trajectory import Dataset
 
 SURE = 0.9  # correlation from which a ratio of sizes is a ratio of units
 NEAR = 1.25  # times; a unit is named where the ratio is as near to its own
 LARGE, UNHEARD_OF = 3.0, 30.0  # times; less is no other unit, more is one even if it has no name
-POSITIONS = ("x", "y", "z")
+POSITIONS = POSITION.columns
 Judged = tuple[Mapping[str, float | None], str]  # column → logged over meant, and over what
 
 

@@ -15,7 +15,7 @@ from sym2real.effects.filters import spelled_out
 from sym2real.effects.inputs import with_inputs
 from sym2real.effects.thrust import MOTOR_TORQUES
 from sym2real.effects.visible import VisibleModel, visible_state
-from sym2real.layout import MOTORS
+from sym2real.layout import MOTORS, RATE, THRUST_COLUMN
 from sym2real.logs.motor_order import ORDERS, MotorOrder, Turning, motor_order
 from sym2real.symbolic import Equations, compile_function
 from sym2real.symbolic.expressions import names_in
@@ -83,7 +83,7 @@ def turned_the_other_way(model: Equations, data: Dataset) -> Dataset | None:
     None where the equations have no such torques, they follow from more than the motors, or motors would have to pull
     that can only push.
     """
-    wanted = ("thrust", *MOTOR_TORQUES)
+    wanted = (THRUST_COLUMN, *MOTOR_TORQUES)
     if not all(name in model.quantities for name in wanted):
         return None
     expressions = [spelled_out(model, model.quantities[name]) for name in wanted]
@@ -144,7 +144,7 @@ def spin_said(model: Equations, data: Dataset) -> tuple[str, str]:
     predict, state = VisibleModel(model, torch.float64), torch.as_tensor(log.state[row]).repeat(4, 1)
     inputs = torch.as_tensor(log.inputs[row]).repeat(4, 1) if log.inputs.shape[1] else None
     apart = predict(state, more, inputs) - predict(state, sent, inputs)
-    spin = apart[:, log.layouts.state.index("wz")].sign()
+    spin = apart[:, log.layouts.state.index(RATE.columns[2])].sign()
     told = " ".join(f"{-sign:.0f}" for sign in spin.tolist())
     return (
         "rotors that turn the other way than the model says: yaw answers the motors with the opposite sign",

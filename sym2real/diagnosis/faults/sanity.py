@@ -37,17 +37,21 @@ from sym2real.diagnosis.faults.quaternion_order import scalar_last
 from sym2real.diagnosis.faults.report import exact, exactness, excitation, loss_said
 from sym2real.diagnosis.faults.sensor_faults import readings
 from sym2real.effects import EFFECTS, compose, effect
+from sym2real.effects.sensor_bias import SENSOR_BIAS
+from sym2real.effects.sensor_scale import SENSOR_SCALE
+from sym2real.effects.sensor_sign import SENSOR_SIGN
 from sym2real.effects.sensors import Sensors
+from sym2real.effects.time_shift import TIME_SHIFT
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset
 
 SAID = {
-    "sensor_scale": "the logged {column} is {0:.3g} times what the {other} changes by",
-    "sensor_bias": "the logged {column} is off by {0:.3g} from what the {other} changes by",
-    "time_shift": "the logged {column} is {1:.0f} ms behind the {other}",
+    SENSOR_SCALE.name: "the logged {column} is {0:.3g} times what the {other} changes by",
+    SENSOR_BIAS.name: "the logged {column} is off by {0:.3g} from what the {other} changes by",
+    TIME_SHIFT.name: "the logged {column} is {1:.0f} ms behind the {other}",
 }
 # Faults that a model can have and a controller can undo; a time shift is neither.
-OF_SENSORS = ("sensor_scale", "sensor_bias")
+OF_SENSORS = (SENSOR_SCALE.name, SENSOR_BIAS.name)
 
 
 @dataclass(frozen=True)
@@ -73,7 +77,7 @@ class Fault:
         """For a sentence: without an effect, what is told before its figures."""
         if not self.effect:
             return self.evidence.partition(":")[0]
-        told = self.value is None or self.effect.startswith("sensor_sign")
+        told = self.value is None or self.effect.startswith(SENSOR_SIGN.name)
         return self.effect if told else f"{self.effect} ({self.value:.3g})"
 
     def to_dict(self) -> dict[str, str | float | bool | None]:
@@ -150,7 +154,7 @@ def _breached(look: Look) -> Callable[[Dataset], Settled]:
 def _fault(one: Breach, data: Dataset) -> Fault:
     """With the effect of one column of the state, where it is that."""
     if isinstance(one, ForeignUnit) and len(one.columns) == 1 and one.columns[0] in data.layouts.state:
-        return Fault(f"sensor_scale:{one.columns[0]}", one.evidence, one.fix, one.factor)
+        return Fault(f"{SENSOR_SCALE.name}:{one.columns[0]}", one.evidence, one.fix, one.factor)
     return Fault("", one.evidence, one.fix)
 
 
@@ -215,9 +219,9 @@ def wrong_signs(data: Dataset) -> tuple[Fault, ...]:
     judged = {**rate_agreement(list(data)), **velocity_agreement(list(data))}
     return tuple(
         Fault(
-            f"sensor_sign:{column}",
+            f"{SENSOR_SIGN.name}:{column}",
             f"the logged {column} and the {_measured_by(column)}'s derivative correlate by {found:.3f}",
-            EFFECTS["sensor_sign"].fix,
+            SENSOR_SIGN.fix,
             -1.0,
             sensor=True,
         )

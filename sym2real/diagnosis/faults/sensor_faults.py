@@ -31,6 +31,9 @@ import numpy as np
 
 from sym2real.diagnosis.data.agreement import RATES, VELOCITIES, turning
 from sym2real.diagnosis.data.start import ROWS, noise_level
+from sym2real.effects.sensor_bias import SENSOR_BIAS
+from sym2real.effects.sensor_scale import SENSOR_SCALE
+from sym2real.effects.time_shift import TIME_SHIFT
 from sym2real.trajectory import Array, Dataset, Trajectory
 
 STRETCH = 0.4  # s
@@ -61,8 +64,8 @@ class Reading:
     @property
     def faulty(self) -> dict[str, float]:
         """What is wrong, by kind of effect, in the order in which it is undone."""
-        wrong = {"time_shift": (self.shift, 0.0), "sensor_bias": (self.bias, 0.0), "sensor_scale": (self.scale, 1.0)}
-        return {kind: value for kind, (value, null) in wrong.items() if value != null}
+        wrong = ((TIME_SHIFT, self.shift, 0.0), (SENSOR_BIAS, self.bias, 0.0), (SENSOR_SCALE, self.scale, 1.0))
+        return {kind.name: value for kind, value, null in wrong if value != null}
 
     def undone(self, log: Trajectory) -> Trajectory:
         """The log as an honest sensor would have written it; its ends are held where a shift leaves them."""

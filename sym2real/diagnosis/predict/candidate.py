@@ -15,11 +15,9 @@ from sym2real.effects.catalogue import require_patterns
 from sym2real.effects.groups import Group, holding, others_of
 from sym2real.effects.inputs import ANGLE
 from sym2real.effects.voltage import voltage_at_start, with_voltage
+from sym2real.layout import RATE_COMMAND, THRUST_COLUMN
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset
-
-# The field of commands whose first two columns are lateral rates.
-RATE_COMMANDS = "rate command"
 
 
 @dataclass(frozen=True)
@@ -65,7 +63,7 @@ def library_for(
 def with_inputs_of(equations: Equations, data: Dataset) -> Equations:
     """The equations with the battery's voltage as an input where the logs have it, so that thrust may sag with it."""
     reference = voltage_at_start(data)
-    if reference is None or "thrust" not in (*equations.layouts.action, *equations.quantities):
+    if reference is None or THRUST_COLUMN not in (*equations.layouts.action, *equations.quantities):
         return equations
     return with_voltage(equations, reference)
 
@@ -111,7 +109,7 @@ def _twins(library: Library) -> dict[str, str]:
     """Effects on one lateral rate command, with the same on the other: a quadrotor's two are built alike."""
     found: dict[str, str] = {}
     for field in library.equations.layouts.action.fields:
-        if field.name == RATE_COMMANDS and len(field.columns) > 1:
+        if field.name == RATE_COMMAND.name and len(field.columns) > 1:
             first, second = field.columns[:2]
             ours = {one.kind: key for key, one in library.effects.items() if one.column == first}
             others = {one.kind: key for key, one in library.effects.items() if one.column == second}

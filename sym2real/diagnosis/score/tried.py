@@ -1,7 +1,8 @@
-"""What logs say of one effect, and of others in its place."""
+"""What logs say of one effect, or of several together, and of others in their place."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,11 +25,13 @@ class Rival:
         effect: its key.
         gain: relative fall of the held-out whitened loss.
         as_good: the data cannot tell the two apart.
+        instead_of: the effect in whose place it was tried, beside the others.
     """
 
     effect: str
     gain: float
     as_good: bool
+    instead_of: str
 
     def to_dict(self) -> dict[str, Any]:
         """An entry of ``rivals`` in what ``sym2real add --fit … --json`` prints."""
@@ -37,20 +40,24 @@ class Rival:
 
 @dataclass(frozen=True)
 class Tried:
-    """What logs say of one effect.
+    """What logs say of one effect, or of several that are one hypothesis.
 
     Args:
-        finding: the effect with fitted values, intervals and what the data cannot tell it from.
-        supported: its held-out gain is large enough, and larger than chance would make it.
-        gain: relative fall of the held-out whitened loss.
-        rivals: other effects in its place, the best first.
+        findings: the effects with fitted values, intervals and what the data cannot tell them from.
+        supported: the held-out gain of each beside the others is large enough, and larger than chance would make it.
+        gain: relative fall of the held-out whitened loss by all of them.
+        beside: the same of each beside the others, by effect.
+        refused: those that are not supported.
+        rivals: other effects in the place of each, the best first.
         faults: of the data, undone before the fit.
         ladder, floor, held_out, apart, notes, seconds: as of :class:`~sym2real.diagnosis.Diagnosis`.
     """
 
-    finding: Finding
+    findings: tuple[Finding, ...]
     supported: bool
     gain: float
+    beside: Mapping[str, float]
+    refused: tuple[str, ...]
     rivals: tuple[Rival, ...]
     faults: tuple[Fault, ...]
     ladder: tuple[Stage, ...]
@@ -61,29 +68,62 @@ class Tried:
     seconds: float
 
     @property
+    def finding(self) -> Finding:
+        """The effect; of several the one that predictions need most."""
+        return self.findings[0]
+
+    @property
     def summary(self) -> str:
-        """One sentence a person reads."""
-        name, gain = self.finding.effect, _percent(self.gain)
-        group = [key for key in self.finding.group if key != name]
-        better = [one for one in self.rivals if one.gain > self.gain + BETTER and one.effect not in group]
-        instead = f"; {better[0].effect} in its place lowers it by {_percent(better[0].gain)}" if better else ""
+        """One or two sentences a person reads."""
+        names = " and ".join(one.effect for one in self.findings)
+        lowered = f"{'it lowers' if len(self.findings) == 1 else 'together they lower'} the held-out loss by"
+        said = f"{names}: {lowered} {_percent(self.gain)}"
         if not self.supported:
             needed = f"{_percent(GAIN)} and more than chance are needed"
-            return f"The logs do not ask for {name}: it lowers the held-out loss by {gain}, {needed}{instead}."
-        others = "" if better else f"; {' or '.join(group[:3]) or 'no other effect'} does as well"
-        return f"The logs ask for {name}: it lowers the held-out loss by {gain}{instead or others}."
+            return f"The logs do not ask for {said}, {needed}{self._refused}{self._better}."
+        return f"The logs ask for {said}{self._better or self._others}."
+
+    @property
+    def _refused(self) -> str:
+        """Of several, how much those that are not supported take."""
+        if len(self.findings) == 1:
+            return ""
+        return "".join(f"; {key} lowers what the others leave by {_percent(self.beside[key])}" for key in self.refused)
+
+    @property
+    def _better(self) -> str:
+        """What does more in the place of one."""
+        groups = {one.effect: one.group for one in self.findings}
+        for rival in self.rivals:
+            if rival.gain > self.beside[rival.instead_of] + BETTER and rival.effect not in groups[rival.instead_of]:
+                place = "its place" if len(self.findings) == 1 else f"the place of {rival.instead_of}"
+                return f"; {rival.effect} in {place} lowers it by {_percent(rival.gain)}"
+        return ""
+
+    @property
+    def _others(self) -> str:
+        """What does as well as one."""
+        if len(self.findings) == 1:
+            group = [key for key in self.finding.group if key != self.finding.effect]
+            return f"; {' or '.join(group[:3]) or 'no other effect'} does as well"
+        alike = [(one.effect, [key for key in one.group if key != one.effect][:3]) for one in self.findings]
+        said = [f"{' or '.join(group)} does as well as {key}" for key, group in alike if group]
+        return f"; {'; '.join(said) or 'no other effect does as well as one of them'}"
 
     def apply(self, equations: Equations) -> Equations:
-        """The equations with the effect at its fitted values."""
-        return applied(equations, [self.finding])
+        """The equations with the effects at their fitted values."""
+        return applied(equations, self.findings)
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``sym2real add --fit … --json`` prints."""
         return {
             "summary": self.summary,
-            "finding": self.finding.to_dict(),
+            **({"finding": self.finding.to_dict()} if len(self.findings) == 1 else {}),
+            "findings": [one.to_dict() for one in self.findings],
             "supported": self.supported,
             "gain": self.gain,
+            "beside": dict(self.beside),
+            "refused": list(self.refused),
             "rivals": [rival.to_dict() for rival in self.rivals],
             "faults": [fault.to_dict() for fault in self.faults],
             "ladder": [stage.to_dict() for stage in self.ladder],

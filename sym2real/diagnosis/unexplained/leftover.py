@@ -17,9 +17,11 @@ import torch
 from numpy.typing import NDArray
 
 from sym2real import rotation
+from sym2real.diagnosis.data.conditions import HOW_FAST
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
-from sym2real.layout import WRENCH
+from sym2real.effects.voltage import VOLTAGE
+from sym2real.layout import HEADING, HEIGHT, RATE, VELOCITY, WRENCH
 from sym2real.trajectory import Array, Trajectory
 
 DEPENDS, SUSPECT = 0.10, 0.03
@@ -186,20 +188,20 @@ def features_of(problem: Problem) -> tuple[list[str], Array]:
 def _features(trajectory: Trajectory) -> dict[str, Array]:
     layout = trajectory.layouts.state
     found: dict[str, Array] = {"time": trajectory.time - trajectory.time[0]}
-    if "z" in layout:
-        found["height"] = trajectory.column("z")
-    velocity = np.stack([_smooth(trajectory.column(c)) for c in ("vx", "vy", "vz") if c in layout], axis=1)
-    found["speed"] = np.linalg.norm(velocity, axis=1)
+    if HEIGHT in layout:
+        found["height"] = trajectory.column(HEIGHT)
+    velocity = np.stack([_smooth(trajectory.column(c)) for c in VELOCITY.columns if c in layout], axis=1)
+    found[HOW_FAST] = np.linalg.norm(velocity, axis=1)
     found |= {f"velocity {axis}": column for axis, column in zip("xyz", velocity.T, strict=False)}
     if layout.has_field("heading"):
-        sine, cosine = trajectory.column("sin_yaw"), trajectory.column("cos_yaw")
+        sine, cosine = (trajectory.column(name) for name in HEADING.columns)
         found["forward speed"] = velocity[:, 0] * cosine + velocity[:, 1] * sine
     if layout.has_field("attitude"):
         attitude = torch.as_tensor(trajectory.state[:, layout.slice("attitude")])
         body = rotation.rotate(rotation.conjugate(attitude), torch.as_tensor(velocity)).numpy()
         found |= {f"body velocity {axis}": column for axis, column in zip("xyz", body.T, strict=True)}
         found["tilt"] = rotation.tilt(attitude).numpy()
-    found |= {name: trajectory.column(name) for name in ("wx", "wy", "wz", "vbat") if name in _names(trajectory)}
+    found |= {name: trajectory.column(name) for name in (*RATE.columns, VOLTAGE) if name in _names(trajectory)}
     for name in trajectory.layouts.action:
         command = trajectory.column(name)
         found[name] = command

@@ -24,8 +24,10 @@ from sym2real.diagnosis.unexplained.leftover import Leftover, Rest
 from sym2real.effects.body import Body
 from sym2real.effects.clock import with_time
 from sym2real.effects.frames import body_velocity
+from sym2real.effects.inputs import TIME
 from sym2real.effects.noted import TERM
 from sym2real.errors import ModelError, UnknownNameError
+from sym2real.layout import HEIGHT, VELOCITY
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import canonical, text
 from sym2real.symbolic.parsing import parse_expression
@@ -69,7 +71,7 @@ def add_term(equations: Equations, channel: str, expression: str) -> Equations:
         parsed = parse_expression(expression)
     except ModelError as error:
         raise ModelError(f"term of {channel}: {error}") from error
-    if any(found.name == "t" for found in parsed.free_symbols):
+    if any(found.name == TIME for found in parsed.free_symbols):
         equations, _ = with_time(equations)
     changed = equations.substitute({channel: symbol(channel) + parsed})
     note = f"unverified: the term {expression} in {channel}"
@@ -108,9 +110,10 @@ def _symbols(equations: Equations) -> dict[str, Expr]:
     """Features of the leftover as expressions over the equations' columns."""
     names, body = {*equations.layouts.state, *equations.layouts.action}, Body.of(equations)
     found: dict[str, Expr] = {name: symbol(name) for name in sorted(names)}
-    found |= {"time": symbol("t")} | ({"height": symbol("z")} if "z" in names else {})
-    if "vx" in names:
-        found |= {f"velocity {axis}": symbol(f"v{axis}") for axis in "xyz" if f"v{axis}" in names}
+    found |= {"time": symbol(TIME)} | ({"height": symbol(HEIGHT)} if HEIGHT in names else {})
+    along = [name for name in VELOCITY.columns if name in names]
+    if along:
+        found |= {f"velocity {axis}": symbol(name) for axis, name in zip("xyz", along, strict=False)}
         if equations.layouts.state.has_field("attitude"):
             found |= {f"body velocity {axis}": value for axis, value in zip("xyz", body_velocity(body), strict=True)}
         elif equations.layouts.state.has_field("heading"):

@@ -46,7 +46,8 @@ def against_the_path(data: Dataset) -> Against | None:
 
 def _course(log: Trajectory) -> Array:
     speed = log.column(SPEED_COLUMN) if SPEED_COLUMN in log.layouts.action else None
-    return course(log.time, *(log.column(name) for name in POSITION.columns[:2]), speed)
+    x, y = (log.column(name) for name in POSITION.columns[:2])
+    return course(log.time, x, y, speed)
 
 
 def _heading(log: Trajectory) -> Array:

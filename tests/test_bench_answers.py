@@ -18,6 +18,8 @@ from repeated import DEVELOPMENT, Settings, share
 from sealed_seeds import SEALED
 from user_mistakes import judged
 
+from sym2real.errors import ModelError
+
 
 def estimate(value: float, half: float) -> dict[str, Any]:
     return {"value": value, "low": value - half, "high": value + half, "unit": ""}
@@ -98,6 +100,11 @@ def test_a_mistake_that_is_not_named_is_wrong_or_silent() -> None:
     wrong = judged(mistake, answer(("lag:steer", 0.1)), [])
     assert wrong["wrong"] and not wrong["named"]
     assert judged(mistake, answer(), [])["silent"]
+    crash = answers.refusal(ValueError("wz is behind"))
+    assert crash["verdict"] == answers.CRASHED
+    assert judged(mistake, crash, [])["crashed"]
+    assert not judged(mistake, crash, [])["named"]  # what a crash says names nothing
+    assert judged(mistake, answers.refusal(ModelError("the logged wz is behind")), [])["named"]
     unexplained = judged(mistake, answer(verdict="UNEXPLAINED"), [])
     assert not (unexplained["named"] or unexplained["wrong"] or unexplained["silent"])
 

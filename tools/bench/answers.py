@@ -14,7 +14,9 @@ from sym2real.errors import Sym2RealError, reason
 
 Record = dict[str, Any]
 HORIZON = 0.8  # s
-REFUSED = "REFUSED"
+REFUSED, CRASHED = "REFUSED", "CRASHED"
+# What a program raises that nobody foresaw; an answer too, and one that a table must show.
+UNFORESEEN = (ArithmeticError, LookupError, RuntimeError, TypeError, ValueError)
 # Pairs of parameters that are components along the world's axes.
 ALONG_THE_WORLD = (("fx", "fy"), ("gx", "gy"))
 
@@ -33,10 +35,12 @@ def answer_of(found: Diagnosis) -> Record:
     }
 
 
-def refusal(error: Sym2RealError) -> Record:
-    """In place of an answer: logs that nobody could judge, and why."""
+def refusal(error: Exception) -> Record:
+    """In place of an answer: logs that nobody could judge, and why; or a crash, which says nothing of the logs."""
     empty: Record = {"findings": [], "faults": [], "leftover": None, "position_error": [], "notes": [], "misfit": []}
-    return {**empty, "verdict": REFUSED, "error": reason(error), "seconds": 0.0}
+    if isinstance(error, Sym2RealError):
+        return {**empty, "verdict": REFUSED, "error": reason(error), "seconds": 0.0}
+    return {**empty, "verdict": CRASHED, "crash": f"{type(error).__name__}: {error}", "seconds": 0.0}
 
 
 def sentences(answer: Record) -> list[str]:

@@ -9,7 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Literal
 
-from answers import Record, answer_of, refusal
+from answers import UNFORESEEN, Record, answer_of, refusal
 
 from sym2real.cli.found import plain_simulator
 from sym2real.diagnosis import diagnose
@@ -102,9 +102,9 @@ def as_read(equations: Equations, data: Dataset) -> Dataset:
 
 
 def diagnosed(equations: Equations, data: Dataset, exclude: Iterable[str] = ()) -> Record:
-    """What ``sym2real diagnose`` says of logs, calibrated as there; a refusal is an answer too."""
+    """What ``sym2real diagnose`` says of logs, calibrated as there; a refusal is an answer too, and so is a crash."""
     try:
         logs = as_read(equations, data)
         return answer_of(diagnose(equations, logs, plain_simulator(equations), exclude=tuple(exclude)))
-    except Sym2RealError as error:
+    except (Sym2RealError, *UNFORESEEN) as error:
         return refusal(error)

@@ -17,7 +17,7 @@ from typing import Annotated
 
 import numpy as np
 import tyro
-from answers import Record, first, names, refusal, sentences
+from answers import CRASHED, UNFORESEEN, Record, first, names, refusal, sentences
 from bases import Base, as_read, base_of, diagnosed
 from figures import Figure, report
 from mistakes import Mistake
@@ -87,7 +87,7 @@ def compared(equations: Equations, data: Dataset) -> list[str]:
     """What ``sym2real compare`` says of the logs themselves."""
     try:
         found = compare(equations, as_read(equations, data))
-    except Sym2RealError as error:
+    except (Sym2RealError, *UNFORESEEN) as error:
         return sentences(refusal(error))
     return [*found.notes, *(() if found.data is None else found.data.lines())]
 
@@ -100,6 +100,7 @@ def judged(mistake: Mistake, answer: Record, said: Sequence[str]) -> Record:
         "named": named,
         "wrong": answer["verdict"] == "EFFECT" and not named,
         "silent": answer["verdict"] == "NOTHING_MISSING" and not named,
+        "crashed": answer["verdict"] == CRASHED,
         "beside": named and bool([key for key in names(answer) if not mistake.named_in([key], [])]),
         "compare_names": mistake.named_in([], said),
     }
@@ -135,6 +136,7 @@ def figures(records: Sequence[Record]) -> list[Figure]:
         "mistake named": ("named", ">= 0.85"),
         "confidently wrong": ("wrong", "<= 0.02"),
         "silent": ("silent", ""),
+        "crashed": ("crashed", "<= 0"),
         "named, with effects beside that are not there": ("beside", ""),
     }
     judgements = verdicts(records)

@@ -12,12 +12,13 @@ from torch import Tensor
 from sym2real.diagnosis.faults.command_signs import ReversedCommand, reversed_commands
 from sym2real.diagnosis.faults.command_units import foreign_commands
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit, foreign_positions, foreign_rates, foreign_velocities
+from sym2real.diagnosis.faults.mistakes import BadRows, Undoing, bad_rows, mistakes
 from sym2real.diagnosis.faults.quaternion_order import ScalarLast, scalar_last
 from sym2real.effects.sensors import Sensors
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset
 
-Breach = ForeignUnit | ScalarLast | ReversedCommand
+Breach = ForeignUnit | ScalarLast | ReversedCommand | BadRows | Undoing
 Look = Callable[[Dataset], Sequence[Breach]]
 
 
@@ -29,14 +30,10 @@ def breaches(data: Dataset, model: Equations | None = None) -> tuple[list[Breach
     if model is not None:
         data = through(Sensors(model).state, data)
     found: list[Breach] = []
-    looks: list[Callable[[Dataset], Sequence[Breach]]] = [
-        scalar_last,
-        foreign_positions,
-        foreign_velocities,
-        foreign_rates,
-    ]
+    looks: list[Look] = [bad_rows, scalar_last, foreign_positions, foreign_velocities, foreign_rates]
     if model is not None:
-        looks += [partial(foreign_commands, model), partial(reversed_commands, model)]
+        judged: list[Callable[[Equations, Dataset], Sequence[Breach]]] = [foreign_commands, mistakes, reversed_commands]
+        looks = [bad_rows, partial(mistakes, model), *looks[1:], *(partial(look, model) for look in judged)]
     for look in looks:
         more = look(data)
         data, found = undone(more, data), [*found, *more]

@@ -26,6 +26,7 @@ from sym2real.diagnosis.faults.command_signs import reversed_commands
 from sym2real.diagnosis.faults.command_units import foreign_commands
 from sym2real.diagnosis.faults.conventions import Breach, Look, through, undone
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit, foreign_positions, foreign_rates, foreign_velocities
+from sym2real.diagnosis.faults.mistakes import bad_rows, mistakes
 from sym2real.diagnosis.faults.motor_columns import (
     in_order,
     order_of_motors,
@@ -110,10 +111,12 @@ def check(model: Equations, data: Dataset) -> Checked:
     sensors = Sensors(model)
     data = through(sensors.state, data)
     steps: tuple[Callable[[Dataset], Settled], ...] = (
+        *(_breached(bad_rows), _breached(partial(mistakes, model))),
         *(_breached(scalar_last), _attitude, _heading, _velocity_frame),
         *map(_breached, (foreign_positions, foreign_velocities, foreign_rates)),
-        *(_signs, _sensors),
-        *(_breached(partial(judge, model)) for judge in (foreign_commands, reversed_commands)),
+        _signs,
+        *(_breached(partial(judge, model)) for judge in (foreign_commands, mistakes, reversed_commands)),
+        _sensors,
         partial(_motors, model),
     )
     for settle in steps:

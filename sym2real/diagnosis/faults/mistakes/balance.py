@@ -1,0 +1,160 @@
+"""How far a log disagrees with itself and with a model, quantity by quantity, over short stretches.
+
+A model's single steps hold both: that velocity moves the position and rates turn the attitude, and what commands do.
+Over a stretch of a log the sum of what they foretell, each from the measured row, must be what was measured; both
+without the log's mean, since wind, trim or a tilted board make constants. As sums, nothing noisy is differentiated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+
+from sym2real import rotation
+from sym2real.diagnosis.data.preparation import with_filtered_commands
+from sym2real.diagnosis.data.tangent import places_of_fields
+from sym2real.diagnosis.faults.mistakes.transformation import attitude
+from sym2real.effects.inputs import with_inputs
+from sym2real.effects.visible import VisibleModel, visible_state
+from sym2real.layout import Layout
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Array, Dataset, Trajectory
+
+STRETCH, FEWEST_ROWS = 0.4, 4  # s; rows
+LEVEL = 2  # the first components of a world vector lie level, whichever way its axes are turned
+
+
+@dataclass(frozen=True, eq=False)
+class Balance:
+    """Measured and foretold change of every quantity over stretches.
+
+    Args:
+        names, fields: of the quantities, and of the state's fields that they are part of.
+        measured, foretold: of each, by component ``# (stretches, components)``.
+        arms: way of a point one metre ahead and of one to the left, level, as the robot turns ``# (stretches, 2, 2)``.
+        block: the second or so of a log that a stretch lies in ``# (stretches,)``.
+    """
+
+    names: tuple[str, ...]
+    fields: tuple[str, ...]
+    measured: tuple[Array, ...]
+    foretold: tuple[Array, ...]
+    arms: Array
+    block: Array
+
+    def of_field(self, field: str) -> tuple[Array, Array]:
+        """Measured and foretold change of a field's components ``# (stretches, components)``, in their order."""
+        own = [place for place, of in enumerate(self.fields) if of == field]
+        none = np.zeros((len(self.block), 0))
+        parts = (self.measured, self.foretold)
+        measured, foretold = (np.concatenate([none, *(part[place] for place in own)], axis=1) for part in parts)
+        return measured, foretold
+
+    @property
+    def losses(self) -> Array:
+        """Squares missed over those of both changes, a quantity's mean of which is between 0 and 2 ``# (s, q)``."""
+        columns = []
+        for one, other in zip(self.measured, self.foretold, strict=True):
+            size = float((np.square(one) + np.square(other)).sum(1).mean())
+            columns.append(np.square(one - other).sum(1) / max(size, 1e-300))
+        return np.stack(columns, axis=1)
+
+
+class Balances:
+    """Balances of logs under one model."""
+
+    def __init__(self, model: Equations, predict: VisibleModel) -> None:
+        self.model, self._predict = model, predict
+
+    @classmethod
+    def of(cls, model: Equations, data: Dataset) -> Balances | None:
+        """None where the logs have other columns than the model."""
+        known = with_inputs(model.layouts.inputs, data)
+        if replace(model.layouts, state=visible_state(model)) != known.layouts:
+            return None
+        return cls(model, VisibleModel(model, torch.float64))
+
+    def __call__(self, data: Dataset) -> Balance:
+        """The balance of the logs as they stand."""
+        known = with_filtered_commands(self.model, with_inputs(self.model.layouts.inputs, data))
+        rows = max(FEWEST_ROWS, round(STRETCH / self.model.dt))
+        steps = [(one.state[:-1], one.state[1:], one.action[:-1], one.inputs[:-1]) for one in known]
+        now, then, sent, inputs = (torch.as_tensor(np.concatenate(parts)) for parts in zip(*steps, strict=True))
+        later = self._predict(now, sent, inputs if inputs.shape[1] else None)
+        lengths = [len(log) - 1 for log in known]
+        layout = known.layouts.state
+        measured, foretold = (_summed(layout.difference(end, now).numpy(), lengths, rows) for end in (then, later))
+        seconds = max(1, round(1.0 / (rows * self.model.dt)))
+        blocks = [np.arange(length // rows) // seconds for length in lengths]
+        firsts = np.cumsum([0, *(block[-1] + 1 if len(block) else 0 for block in blocks[:-1])])
+        quantities = _quantities(data.layouts.state)
+        return Balance(
+            tuple(quantities),
+            tuple(field for field, _ in quantities.values()),
+            tuple(measured[:, places] for _, places in quantities.values()),
+            tuple(foretold[:, places] for _, places in quantities.values()),
+            _summed(np.concatenate([np.diff(_axes(log), axis=0) for log in known]), lengths, rows).reshape(-1, 2, 2),
+            np.concatenate([block + first for block, first in zip(blocks, firsts, strict=True)]),
+        )
+
+
+def _summed(changes: Array, lengths: Sequence[int], rows: int) -> Array:
+    """Sums over stretches of so many rows, without each log's mean ``# (stretches, tangent)``."""
+    found = []
+    for own in np.split(changes, np.cumsum(lengths)[:-1]):
+        whole = own[: len(own) // rows * rows].reshape(-1, rows, own.shape[1]).sum(1)
+        found.append(whole - whole.mean(0) if len(whole) else whole)
+    return np.concatenate(found)
+
+
+def _quantities(layout: Layout) -> dict[str, tuple[str, list[int]]]:
+    """Quantity → field, places in the tangent: world vectors level and upright, all else one by one."""
+    found: dict[str, tuple[str, list[int]]] = {}
+    for field, places in zip(layout.fields, places_of_fields(layout), strict=True):
+        if field.frame == "world" and field.kind == "vector":
+            found[f"level {field.name}"] = field.name, list(places[:LEVEL])
+            if len(places) > LEVEL:
+                found[f"upright {field.name}"] = field.name, list(places[LEVEL:])
+        elif len(places) == 1:
+            found[field.name] = field.name, list(places)
+        else:
+            found |= {
+                f"{field.name} about {axis}": (field.name, [place]) for axis, place in zip("xyz", places, strict=False)
+            }
+    return found
+
+
+def without_drag(balance: Balance) -> Array:
+    """Losses ``# (q,)`` where a force along the velocity takes what it can: it turns what pushes, as a frame does."""
+    pace = balance.foretold[balance.names.index("level position")] if "level position" in balance.names else None
+    return balance.losses.mean(0) if pace is None else _without(balance, ("level velocity",), [pace])
+
+
+def without_arm(balance: Balance) -> Array:
+    """Losses ``# (q,)`` where a sensor off the centre takes what it can: it moves sideways in turns, as if late."""
+    return _without(balance, ("level position", "level velocity"), [balance.arms[:, 0], balance.arms[:, 1]])
+
+
+def _without(balance: Balance, quantities: Collection[str], parts: Sequence[Array]) -> Array:
+    """Losses where in each of these quantities a multiple of every part is taken off, by least squares."""
+    losses: Array = balance.losses.mean(0)
+    design = np.stack([part.ravel() for part in parts], axis=1)
+    for place, name in enumerate(balance.names):
+        if name in quantities:
+            measured, foretold = balance.measured[place], balance.foretold[place]
+            left = (measured - foretold).ravel()
+            left -= design @ np.linalg.lstsq(design, left, rcond=None)[0]
+            losses[place] = float(left @ left) / max(float((np.square(measured) + np.square(foretold)).sum()), 1e-300)
+    return losses
+
+
+def _axes(log: Trajectory) -> Array:
+    """Level parts of the axes ahead and to the left ``# (rows, 4)``; zero where nobody knows where they point."""
+    if not any(log.layouts.state.has_field(name) for name in ("attitude", "heading")):
+        return np.zeros((len(log), 4))
+    turned = rotation.to_matrix(attitude(log)).numpy()
+    axes: Array = np.concatenate([turned[:, :2, 0], turned[:, :2, 1]], axis=1)
+    return axes

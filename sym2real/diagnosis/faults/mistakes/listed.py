@@ -1,0 +1,150 @@
+"""The transformations that logs are held against: every kind that their columns allow, as the balance asks for it.
+
+Of a kind with many members (orders and signs of components, an angle) the balance proposes the one that fits best;
+whether it is there is judged elsewhere, for all kinds alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import permutations, product
+
+import numpy as np
+
+from sym2real.diagnosis.data.agreement import RATES, VELOCITIES
+from sym2real.diagnosis.faults.mistakes.balance import Balance
+from sym2real.diagnosis.faults.mistakes.transformation import (
+    HEADING,
+    POSITIONS,
+    QUATERNION,
+    RATE_COMMANDS,
+    Exchanged,
+    FromWorld,
+    Late,
+    OtherAxes,
+    Transformation,
+    Turned,
+    present,
+)
+from sym2real.logs.course import between, course
+from sym2real.trajectory import Array, Dataset
+
+SHIFTS = (2, 3, 4, 5, 6)  # rows; honest sensors are up to one behind
+LEAST_TURN = np.deg2rad(25.0)  # a smaller one is a sensor that is mounted askew
+
+
+def transformations(data: Dataset, balance: Balance) -> Iterator[Transformation]:
+    """What may have been done to these logs, the simplest first."""
+    yield from _axes(data)
+    for field in ("position", "velocity", "attitude", "heading"):
+        yield from _turned(data, balance, field)
+    position, velocity = present(data, POSITIONS), present(data, VELOCITIES)
+    rates, commands = present(data, RATES), present(data, RATE_COMMANDS)
+    yield from _exchanged(balance, "position", (position,), of_measured=True)
+    yield from _exchanged(balance, "position", (velocity,), of_measured=False)
+    if len(position) == len(velocity):
+        yield from _exchanged(balance, "velocity", (position, velocity), of_measured=True)
+    yield from _exchanged(balance, "attitude", (rates,), of_measured=False)
+    if len(commands) == len(rates) == 3:
+        yield from _in_common(_followed(data, rates, commands), (commands,))
+    if len(data.layouts.action) == 2:
+        yield from _orders((data.layouts.action.columns,))
+    for one in data.layouts.state.fields:
+        yield from (Late(one.name, one.columns, sign * rows, data.dt) for rows in SHIFTS for sign in (1, -1))
+    yield Late("commands", data.layouts.action.columns, 1, data.dt)
+
+
+def mimics(one: Transformation, commands: Sequence[str]) -> Iterator[Transformation]:
+    """What no mistake is and may explain as much: a sensor's filter, and commands that take effect later."""
+    if isinstance(one, Late) and one.columns != tuple(commands):
+        yield from (Late(one.what, one.columns, rows, one.dt) for rows in (-1, 1))
+        yield Late("commands", tuple(commands), -abs(one.rows), one.dt)
+
+
+def _axes(data: Dataset) -> Iterator[Transformation]:
+    velocity, rates = present(data, VELOCITIES), present(data, RATES)
+    attitude = present(data, QUATERNION) == QUATERNION
+    if velocity and (attitude or present(data, HEADING) == HEADING):
+        yield OtherAxes(velocity, "body")
+    if attitude:
+        yield FromWorld()
+        if rates == RATES:
+            yield OtherAxes(rates, "world")
+
+
+def _exchanged(
+    balance: Balance, field: str, vectors: Sequence[tuple[str, ...]], *, of_measured: bool
+) -> Iterator[Exchanged]:
+    """The order and signs of a vector's components by which a field's two changes have most in common."""
+    measured, foretold = balance.of_field(field)
+    if len(vectors[0]) == 2:
+        yield from _orders(vectors)
+    if len(vectors[0]) != 3 or measured.shape[1] != 3:
+        return
+    held, meant = (measured, foretold) if of_measured else (foretold, measured)
+    yield from _in_common(held.T @ meant, vectors)
+
+
+def _followed(data: Dataset, rates: Sequence[str], commands: Sequence[str]) -> Array:
+    """What rate commands have in common with the rates a row later ``# (3, 3)``."""
+    sent = [log.action[:-1, log.layouts.action.indices(commands)] for log in data]
+    answered = [log.state[1:, log.layouts.state.indices(rates)] for log in data]
+    centred = [np.concatenate([part - part.mean(0) for part in parts]) for parts in (sent, answered)]
+    common: Array = centred[0].T @ centred[1]
+    return common
+
+
+def _in_common(common: Array, vectors: Sequence[tuple[str, ...]]) -> Iterator[Exchanged]:
+    """The exchange by which most is in common; ``common`` is of what a column holds and what it may mean."""
+    best = max(_orders(vectors), key=lambda one: _common(one, vectors[0], common))
+    if _common(best, vectors[0], common) > float(np.trace(common)):
+        yield best
+
+
+def _common(one: Exchanged, vector: tuple[str, ...], common: Array) -> float:
+    pairs = zip(one.columns, one.sources, one.signs, strict=True)
+    return sum(
+        sign * float(common[vector.index(own), vector.index(other)]) for own, other, sign in pairs if own in vector
+    )
+
+
+def _orders(vectors: Sequence[tuple[str, ...]]) -> Iterator[Exchanged]:
+    """Every order and all signs of components, the same in several vectors, but for the right ones."""
+    size = len(vectors[0])
+    for order in permutations(range(size)):
+        for signs in product((1, -1), repeat=size):
+            if order != tuple(range(size)) or min(signs, default=1) < 0:
+                columns = tuple(name for vector in vectors for name in vector)
+                yield Exchanged(
+                    columns, tuple(vector[place] for vector in vectors for place in order), signs * len(vectors)
+                )
+
+
+def _turned(data: Dataset, balance: Balance, field: str) -> Iterator[Turned]:
+    """A frame that is turned about the vertical, by the angle that fits best."""
+    if not data.layouts.state.has_field(field):
+        return
+    angle = _of_heading(data) if field == "heading" else _of_vectors(data, balance, field)
+    if abs(angle) > LEAST_TURN:
+        yield Turned(field, angle)
+
+
+def _of_heading(data: Dataset) -> float:
+    """From the way a car moves to where it says that it points."""
+    speeds = [log.column("speed") if "speed" in log.layouts.action else None for log in data]
+    ways = [course(log.time, log.column("x"), log.column("y"), speed) for log, speed in zip(data, speeds, strict=True)]
+    return -between(ways, [np.arctan2(log.column("sin_yaw"), log.column("cos_yaw")) for log in data])
+
+
+def _of_vectors(data: Dataset, balance: Balance, field: str) -> float:
+    """Attitude turns thrust and with it the velocity that is foretold, velocity moves the position."""
+    level = np.array([1.0, 1.0j])
+    if field == "attitude":
+        measured, foretold = (part[:, :2] @ level for part in balance.of_field("velocity"))
+        return -float(np.angle(np.vdot(foretold, measured)))
+    if present(data, ("x", "y", "vx", "vy")) != ("x", "y", "vx", "vy"):
+        return 0.0
+    way = np.concatenate([np.diff(log.state[:, log.layouts.state.indices(("x", "y"))], axis=0) @ level for log in data])
+    pace = np.concatenate([log.state[:-1, log.layouts.state.indices(("vx", "vy"))] @ level for log in data])
+    angle = float(np.angle(np.vdot(pace, way)))
+    return angle if field == "position" else -angle

@@ -1,0 +1,180 @@
+"""Rows that a log should not hold as they are: repeated ones, and values that jump.
+
+A row repeats where a sensor's columns hold to the last bit what they held in the row before although the robot moves,
+as a slower sensor or a lost packet writes it: the next fresh row has then moved by more than one step. A value jumps
+where it leaves its neighbours by far more than any of its own steps. Of up to three such rows in a row the values are
+interpolated; longer runs cut the log, and nothing is made up inside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from sym2real.diagnosis.data.start import MAD_TO_SIGMA, ROWS
+from sym2real.layout import Field
+from sym2real.trajectory import Array, Dataset, Trajectory
+
+Rows = NDArray[np.bool_]
+BRIDGED = 3  # rows; docs/specification.md bridges as many
+LEAST = 0.01  # share of the rows that repeat
+CAUGHT_UP = 1.5  # steps that the row behind repeated ones has moved; a robot at rest moves none
+# Standard deviations of usual changes, and times the 95th percentile of them, by which a value jumps.
+FAR, BEYOND = 30.0, 4.0
+LEAST_JUMP = 0.1  # m; estimators of position correct themselves by centimetres
+EXCURSION, SPIKE = 15, 2  # rows after which a position, and anything else, that jumps is back
+
+
+@dataclass(frozen=True, eq=False)
+class BadRows:
+    """Rows whose values of some columns are not those of their time.
+
+    Args:
+        kind: "repeat" or "jump".
+        columns: of the state.
+        rows: of each log ``# (rows,)``.
+        cuts: places before which a log is cut, in each log.
+    """
+
+    kind: str
+    columns: tuple[str, ...]
+    rows: tuple[Rows, ...]
+    cuts: tuple[tuple[int, ...], ...]
+
+    @property
+    def evidence(self) -> str:
+        """How many and in which columns, one clause."""
+        count, total = sum(int(rows.sum()) for rows in self.rows), sum(map(len, self.rows))
+        names = " ".join(self.columns)
+        if self.kind == "repeat":
+            return (
+                f"rows that repeat in {names}: {count} of {total} hold what the row before held while the robot moves"
+            )
+        places = sum(map(len, self.cuts))
+        whole = f", and {places} that stay" if places else ""
+        return f"{names} jumps: {count} of {total} rows are off by far more than any step{whole}"
+
+    @property
+    def fix(self) -> str:
+        """What to change."""
+        if self.kind == "repeat":
+            return "log a sensor when it has measured, and leave its cells empty in between; such rows are interpolated"
+        return "look at the motion capture's bodies or the sensor's link; such rows are interpolated, or the log is cut"
+
+    def undone(self, data: Dataset) -> Dataset:
+        """The logs with short runs interpolated and cut at long ones."""
+        parts = zip(data, self.rows, self.cuts, strict=True)
+        return Dataset(piece for log, rows, cuts in parts for piece in _mended(log, self.columns, rows, cuts))
+
+
+def bad_rows(data: Dataset) -> list[BadRows]:
+    """What repeats, then what jumps, each in the logs without those before it."""
+    found, fields = list[BadRows](), data.layouts.state.fields
+    while one := _all_that_repeats(data):
+        found.append(one)
+        data = one.undone(data)
+    for field in fields:
+        if field.kind == "vector" and (jumping := _jumping(data, field)) is not None:
+            found.append(jumping)
+            data = jumping.undone(data)
+    return found
+
+
+def _all_that_repeats(data: Dataset) -> BadRows | None:
+    """The fields that repeat in the same rows as the first that does: one sensor or link holds several."""
+    found = [one for field in data.layouts.state.fields if (one := _repeated(data, field.columns)) is not None]
+    if not found:
+        return None
+    alike = [one for one in found if all(map(np.array_equal, one.rows, found[0].rows))]
+    return replace(found[0], columns=tuple(name for one in alike for name in one.columns))
+
+
+def _repeated(data: Dataset, columns: Sequence[str]) -> BadRows | None:
+    places = data.layouts.state.indices(columns)
+    rows, caught_up = [], []
+    for log in data:
+        change = np.linalg.norm(np.diff(log.state[:, places], axis=0), axis=1)
+        stale = np.concatenate([[False], change == 0.0])
+        rows.append(stale)
+        fresh = ~stale[1:] & ~stale[:-1]
+        step = float(np.median(change[fresh])) if fresh.any() else 0.0
+        behind = ~stale[1:] & stale[:-1]
+        caught_up += [*(change[behind] / step)] if step > 0 else []
+    if sum(int(part.sum()) for part in rows) < LEAST * data.rows or not caught_up:
+        return None
+    if float(np.median(caught_up)) < CAUGHT_UP:
+        return None
+    return BadRows("repeat", tuple(columns), tuple(rows), tuple(() for _ in data))
+
+
+def _jumping(data: Dataset, field: Field) -> BadRows | None:
+    places = data.layouts.state.indices(field.columns)
+    changes = [np.diff(log.state[:, places], axis=0) for log in data]
+    sizes = [np.linalg.norm(change - _usual(change), axis=1) for change in changes]
+    every = np.concatenate(sizes)
+    least = max(FAR * MAD_TO_SIGMA * float(np.median(every)), BEYOND * float(np.percentile(every, 95)))
+    stays = field.unit == "m"
+    least = max(least, LEAST_JUMP) if stays else least
+    places_of = [np.flatnonzero(size > least) + 1 for size in sizes]
+    found = [_excursions(change, there, stays=stays) for change, there in zip(changes, places_of, strict=True)]
+    if least <= 0.0 or not any(rows.any() or cuts for rows, cuts in found):
+        return None
+    rows, cuts = zip(*found, strict=True)
+    return BadRows("jump", field.columns, rows, cuts)
+
+
+def _usual(change: Array) -> Array:
+    """Median of five changes around each ``# (rows, k)``."""
+    around = np.pad(change, ((2, 2), (0, 0)), mode="edge")
+    middle: Array = np.median(np.stack([around[i : i + len(change)] for i in range(5)]), axis=0)
+    return middle
+
+
+def _excursions(change: Array, jumps: NDArray[np.int64], *, stays: bool) -> tuple[Rows, tuple[int, ...]]:
+    """Rows between a jump and the one back, and the rows before which a value jumps for good, where it may.
+
+    A rate may jump: an impact, a new estimate. Where only its spikes are bad, they last a row or two.
+    """
+    rows, cuts, place = np.zeros(len(change) + 1, dtype=bool), list[int](), 0
+    while place < len(jumps):
+        first = int(jumps[place])
+        away = change[first - 1]
+        back = next(
+            (
+                offset
+                for offset in range(place + 1, len(jumps))
+                if jumps[offset] - first <= (EXCURSION if stays else SPIKE)
+                and np.linalg.norm(away + change[jumps[offset] - 1]) < 0.5 * np.linalg.norm(away)
+            ),
+            None,
+        )
+        if back is None:
+            cuts += [first] if stays else []
+        else:
+            rows[first : int(jumps[back])] = True
+            place = back
+        place += 1
+    return rows, tuple(cuts)
+
+
+def _mended(log: Trajectory, columns: Sequence[str], rows: Rows, cuts: Sequence[int]) -> list[Trajectory]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], rows, [False]]).astype(int)))
+    runs = [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+    long = [(a, b) for a, b in runs if b - a > BRIDGED or a == 0 or b == len(rows)]
+    good = np.flatnonzero(~rows)
+    if not len(good):
+        return []
+    state, layout = log.state.copy(), log.layouts.state
+    for place in layout.indices(columns):
+        state[:, place] = np.interp(log.time, log.time[good], state[good, place])
+    whole = replace(log, state=layout.normalise(torch.as_tensor(state)).numpy())
+    ends = sorted([*((a, b) for a, b in long), *((cut, cut) for cut in cuts)])
+    starts, stops = [0, *(b for _, b in ends)], [*(a for a, _ in ends), len(log)]
+    pieces = [(a, b) for a, b in zip(starts, stops, strict=True) if b - a > ROWS]
+    if len(pieces) == 1 and pieces[0] == (0, len(log)):
+        return [whole]
+    return [replace(whole.rows(a, b), name=f"{log.name}#{number + 1}") for number, (a, b) in enumerate(pieces)]

@@ -1,0 +1,263 @@
+"""What a user does to a log without wishing to: a list of transformations, each with its inverse and its words.
+
+A transformation says what the log holds in place of what is meant: ``made`` writes it so, ``undone`` reads it as meant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import cos, degrees, sin
+from typing import Protocol
+
+import numpy as np
+import torch
+
+from sym2real import rotation
+from sym2real.diagnosis.data.agreement import RATES, VELOCITIES
+from sym2real.trajectory import Array, Dataset, Trajectory
+
+POSITIONS = ("x", "y", "z")
+QUATERNION, HEADING = ("qw", "qx", "qy", "qz"), ("sin_yaw", "cos_yaw")
+
+
+class Transformation(Protocol):
+    """How a log differs from what is meant."""
+
+    @property
+    def name(self) -> str:
+        """What the log holds, for a sentence."""
+        ...
+
+    @property
+    def fix(self) -> str:
+        """What to change."""
+        ...
+
+    def made(self, log: Trajectory) -> Trajectory:
+        """A right log with the mistake in it."""
+        ...
+
+    def undone(self, log: Trajectory) -> Trajectory:
+        """A log with the mistake as it should be."""
+        ...
+
+
+@dataclass(frozen=True)
+class Exchanged:
+    """Columns that hold others, some with the other sign.
+
+    Args:
+        columns: of state or action.
+        sources: for each of them the column that it holds.
+        signs: and its sign, 1 or -1.
+    """
+
+    columns: tuple[str, ...]
+    sources: tuple[str, ...]
+    signs: tuple[int, ...]
+
+    @property
+    def wrong(self) -> list[tuple[str, str]]:
+        """The columns that do not hold what they are called, and what they hold."""
+        pairs = zip(self.columns, self.sources, self.signs, strict=True)
+        return [(own, "-" * (sign < 0) + other) for own, other, sign in pairs if (own, sign) != (other, 1)]
+
+    @property
+    def name(self) -> str:
+        """Which columns are exchanged, and which are reversed."""
+        wrong = self.wrong
+        if {own for own, _ in wrong} == {"z", "vz"}:
+            return "z down (z vz with the other sign)"
+        moved = [own for own, other in wrong if own != other.removeprefix("-")]
+        if not moved:
+            return f"{' '.join(own for own, _ in wrong)} mirrored (with the other sign)"
+        told = ", ".join(f"{own} holds {other}" for own, other in wrong)
+        return f"{' '.join(moved)} swapped ({told})"
+
+    @property
+    def fix(self) -> str:
+        """What to change."""
+        return "name and flip these columns as they are meant in a specification of the log"
+
+    def made(self, log: Trajectory) -> Trajectory:
+        """With the columns exchanged."""
+        pairs = zip(self.columns, self.sources, self.signs, strict=True)
+        return with_columns(log, {own: sign * log.column(other) for own, other, sign in pairs})
+
+    def undone(self, log: Trajectory) -> Trajectory:
+        """With every column in its own place."""
+        pairs = zip(self.columns, self.sources, self.signs, strict=True)
+        return with_columns(log, {other: sign * log.column(own) for own, other, sign in pairs})
+
+
+@dataclass(frozen=True)
+class Turned:
+    """World vectors, or the attitude, along axes that are turned about the vertical.
+
+    Args:
+        field: "position", "velocity", or "attitude" and "heading", which are turned against the other two.
+        angle: rad to the left, by which what is logged is turned from what is meant.
+    """
+
+    field: str
+    angle: float
+
+    @property
+    def name(self) -> str:
+        """What is turned, by how much."""
+        told = "heading" if self.field in ("attitude", "heading") else self.field
+        return f"{told} in a turned frame, by {degrees(self.angle):.0f}° about the vertical"
+
+    @property
+    def fix(self) -> str:
+        """What to change."""
+        return f"turn it by {degrees(-self.angle):.0f}° where it is logged, so that all sensors share the world's axes"
+
+    def made(self, log: Trajectory) -> Trajectory:
+        """Turned."""
+        return self._by(log, self.angle)
+
+    def undone(self, log: Trajectory) -> Trajectory:
+        """Turned back."""
+        return self._by(log, -self.angle)
+
+    def _by(self, log: Trajectory, angle: float) -> Trajectory:
+        if self.field == "attitude":
+            half = torch.tensor([cos(angle / 2), 0.0, 0.0, sin(angle / 2)], dtype=torch.float64)
+            turned = rotation.multiply(half, attitude(log)).numpy()
+            return with_columns(log, dict(zip(QUATERNION, turned.T, strict=True)))
+        x, y = {"position": ("x", "y"), "velocity": ("vx", "vy"), "heading": ("cos_yaw", "sin_yaw")}[self.field]
+        one, other = log.column(x), log.column(y)
+        return with_columns(log, {x: cos(angle) * one - sin(angle) * other, y: sin(angle) * one + cos(angle) * other})
+
+
+@dataclass(frozen=True)
+class OtherAxes:
+    """Vectors along body axes that are meant along the world's, or the other way.
+
+    Args:
+        columns: the vector's.
+        logged: "body" or "world", the axes that it stands along.
+    """
+
+    columns: tuple[str, ...]
+    logged: str
+
+    @property
+    def name(self) -> str:
+        """Which axes."""
+        meant = "world" if self.logged == "body" else "body"
+        return f"{' '.join(self.columns)} along {self.logged} axes, not {meant}"
+
+    @property
+    def fix(self) -> str:
+        """What to change."""
+        if self.logged == "body":
+            return 'log the velocity along world axes, or say velocity_frame = "body" in a specification of the log'
+        return "log the rates of the gyro, or turn them into body axes"
+
+    def made(self, log: Trajectory) -> Trajectory:
+        """Along the axes that are not meant."""
+        return self._turned(log, to_body=self.logged == "body")
+
+    def undone(self, log: Trajectory) -> Trajectory:
+        """Along the axes that are meant."""
+        return self._turned(log, to_body=self.logged != "body")
+
+    def _turned(self, log: Trajectory, *, to_body: bool) -> Trajectory:
+        turn = attitude(log)
+        vector = np.zeros((len(log), 3))
+        for place, name in enumerate(self.columns):
+            vector[:, place] = log.column(name)
+        found = rotation.rotate(rotation.conjugate(turn) if to_body else turn, torch.as_tensor(vector)).numpy()
+        return with_columns(log, {name: found[:, place] for place, name in enumerate(self.columns)})
+
+
+@dataclass(frozen=True)
+class FromWorld:
+    """Quaternions that turn from world to body."""
+
+    name: str = "the attitude turned the other way (quaternions from world to body)"
+    fix: str = "log the quaternion from body to world: change the sign of qx, qy, qz"
+
+    def made(self, log: Trajectory) -> Trajectory:
+        """The conjugate."""
+        return with_columns(log, dict(zip(QUATERNION, rotation.conjugate(attitude(log)).numpy().T, strict=True)))
+
+    undone = made
+
+
+@dataclass(frozen=True)
+class Late:
+    """Columns some rows behind all others; negative rows are ahead.
+
+    Args:
+        what: for a sentence.
+        columns: of one sensor, which has one clock, or the commands.
+        rows: by how many.
+        dt: s.
+    """
+
+    what: str
+    columns: tuple[str, ...]
+    rows: int
+    dt: float
+
+    @property
+    def name(self) -> str:
+        """How late."""
+        count, way = abs(self.rows), "late" if self.rows > 0 else "early"
+        rows = f"{count} row{'s' * (count > 1)}"
+        return f"{self.what} {rows} {way} ({' '.join(self.columns)} by {1e3 * count * self.dt:.0f} ms)"
+
+    @property
+    def fix(self) -> str:
+        """What to change."""
+        return "stamp all columns of a row with one clock, or shift these when the log is written"
+
+    def made(self, log: Trajectory) -> Trajectory:
+        """Behind; the ends are held."""
+        return self._by(log, self.rows)
+
+    def undone(self, log: Trajectory) -> Trajectory:
+        """Shifted back; the ends are held."""
+        return self._by(log, -self.rows)
+
+    def _by(self, log: Trajectory, rows: int) -> Trajectory:
+        places = np.clip(np.arange(len(log)) - rows, 0, len(log) - 1)
+        return with_columns(log, {name: log.column(name)[places] for name in self.columns})
+
+
+def attitude(log: Trajectory) -> torch.Tensor:
+    """Attitude, or that of a heading alone ``# (rows, 4)``."""
+    if "sin_yaw" in log.layouts.state:
+        half = 0.5 * np.arctan2(log.column("sin_yaw"), log.column("cos_yaw"))
+        return torch.as_tensor(np.stack([np.cos(half), 0 * half, 0 * half, np.sin(half)], axis=1))
+    return torch.as_tensor(np.stack([log.column(name) for name in QUATERNION], axis=1))
+
+
+def with_columns(log: Trajectory, columns: dict[str, Array]) -> Trajectory:
+    """The log with other values ``# (rows,)`` in columns of its three groups."""
+    changed = {}
+    for group in ("state", "action", "inputs"):
+        layout, values = getattr(log.layouts, group), getattr(log, group).copy()
+        for name in (name for name in columns if name in layout):
+            values[:, layout.index(name)] = columns[name]
+        changed[group] = values
+    return replace(log, **changed)
+
+
+def of_all(one: Transformation, data: Dataset) -> Dataset:
+    """The logs without the mistake."""
+    return Dataset(one.undone(log) for log in data)
+
+
+def present(data: Dataset, columns: Sequence[str]) -> tuple[str, ...]:
+    """Those of the columns that the logs have."""
+    layouts = data.layouts
+    return tuple(name for name in columns if name in layouts.state or name in layouts.action or name in layouts.inputs)
+
+
+RATE_COMMANDS = tuple(f"{name}_cmd" for name in RATES)
+VECTORS = {"position": POSITIONS, "velocity": VELOCITIES, "rate": RATES, "rate command": RATE_COMMANDS}

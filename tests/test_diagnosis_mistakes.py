@@ -1,0 +1,156 @@
+"""Mistakes of a user in healthy logs: each is named and undone, whichever robot and size, and nothing else ever is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from sym2real.diagnosis import data_report
+from sym2real.diagnosis.faults.mistakes import bad_rows, mistakes
+from sym2real.diagnosis.faults.mistakes.transformation import (
+    QUATERNION,
+    RATE_COMMANDS,
+    Exchanged,
+    FromWorld,
+    Late,
+    OtherAxes,
+    Transformation,
+    Turned,
+    of_all,
+)
+from sym2real.diagnosis.faults.sanity import check
+from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.robots import ROBOTS
+from sym2real.trajectory import Array, Dataset, Trajectory
+
+P, V, W = ("x", "y", "z"), ("vx", "vy", "vz"), ("wx", "wy", "wz")
+SWAPPED, MIRRORED, DOWN = (("y", "x", "z"), (1, 1, 1)), (("x", "y", "z"), (1, -1, 1)), (("x", "y", "z"), (1, 1, -1))
+
+
+@cache
+def healthy(robot: str) -> Dataset:
+    return simulate_case(Case(robot, (), seed=71, yaw=robot == "crazyflie"), trajectories=4, rows=260)
+
+
+def exchanged(vectors: tuple[tuple[str, ...], ...], order: tuple[str, ...], signs: tuple[int, ...]) -> Exchanged:
+    places = [P.index(axis) for axis in order[: len(vectors[0])]]
+    columns = tuple(name for vector in vectors for name in vector)
+    return Exchanged(columns, tuple(v[i] for v in vectors for i in places), signs[: len(places)] * len(vectors))
+
+
+def listed(robot: str) -> Iterator[Transformation]:
+    """One of every kind, angles and shifts drawn."""
+    rng = np.random.default_rng(len(robot))
+    angle = float(rng.choice([-1, 1]) * rng.uniform(0.6, 2.8))
+    dt = ROBOTS[robot].dt
+    if robot == "crazyflie":
+        for vectors in ((P,), (V,), (P, V), (W,), (RATE_COMMANDS,)):
+            yield exchanged(vectors, *SWAPPED)
+        yield exchanged((P, V), *MIRRORED)
+        yield exchanged((P, V), *DOWN)
+        yield from (OtherAxes(V, "body"), OtherAxes(W, "world"), FromWorld())
+        yield from (Turned(field, angle) for field in ("attitude", "position", "velocity"))
+        yield Turned("attitude", np.pi)
+        yield from (Late("rate", W, 4, dt), Late("attitude", QUATERNION, 5, dt), Late("position", P, 4, dt))
+        yield Late("commands", ("thrust", *RATE_COMMANDS), 1, dt)
+    else:
+        yield from (exchanged((vector,), *SWAPPED) for vector in (P[:2], V[:2]))
+        yield OtherAxes(V[:2], "body")
+        yield from (Turned("heading", angle), Turned("heading", np.pi))
+        yield from (Late("position", P[:2], 3, dt), Late("commands", ("steer", "speed"), 1, dt))
+
+
+CASES = [(robot, one) for robot in ROBOTS for one in listed(robot)]
+
+
+@pytest.mark.parametrize(("robot", "one"), CASES, ids=[f"{robot}: {one.name}" for robot, one in CASES])
+def test_a_mistake_is_named_and_undone(robot: str, one: Transformation) -> None:
+    data, model = healthy(robot), ROBOTS[robot].nominal()
+    broken = Dataset(one.made(log).rows(10, len(log) - 10) for log in data)  # shifts hold the ends
+    for log, whole in zip(of_all(one, broken), data, strict=True):
+        original, inside = whole.rows(10, len(whole) - 10), slice(10, -10)
+        np.testing.assert_allclose(log.state[inside], original.state[inside], atol=1e-9)
+        np.testing.assert_allclose(log.action[inside], original.action[inside], atol=1e-12)
+    (found,) = mistakes(model, broken)
+    assert type(found.transformation) is type(one)
+    assert getattr(found.transformation, "columns", None) == getattr(one, "columns", None)
+    if isinstance(one, Turned):
+        assert found.transformation.field == one.field
+        away = found.transformation.angle - one.angle
+        assert abs(np.angle(np.exp(1j * away))) < np.deg2rad(6.0)
+    elif isinstance(one, Late):
+        assert abs(found.transformation.rows - one.rows) <= 1  # velocities by differences are half a row late
+    else:
+        assert found.transformation == one
+    assert [fault.evidence for fault in check(model, broken).faults] == [found.evidence]
+    assert data_report(broken, model).breaches == (found.evidence,)
+
+
+EFFECTS = (
+    *(("crazyflie", key, values) for key, values in (
+        ("", {}), ("linear_drag", {"cx": 0.03, "cy": 0.03, "cz": 0.03}), ("delay", {"value": 0.06}),
+        ("motor_lag", {"value": 0.07}), ("mounting_tilt", {"roll": 0.15, "pitch": -0.1}),
+        ("periodic_force", {"fx": 0.03, "fy": 0.02, "fz": 0.0, "omega": 9.0}), ("wind", {"fx": 0.03, "fy": -0.02}),
+    )),
+    *(("mushr", key, values) for key, values in (
+        ("", {}), ("lever_arm", {"rx": 0.2, "ry": 0.0}), ("yaw_bias", {"value": 0.15}), ("delay", {"value": 0.2}),
+        ("lag:steer", {"value": 0.15}), ("tyre_friction", {"value": 0.3}), ("gain:steer", {"value": 0.6}),
+    )),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("robot", "key", "values"), EFFECTS, ids=[f"{robot} {key}" for robot, key, _ in EFFECTS])
+def test_no_effect_is_taken_for_a_mistake(robot: str, key: str, values: dict[str, float]) -> None:
+    data = simulate_case(Case(robot, ((key, values),) if key else (), seed=72), trajectories=3, rows=260)
+    assert mistakes(ROBOTS[robot].nominal(), data) == []
+    assert bad_rows(data) == []
+
+
+def with_state(data: Dataset, columns: tuple[str, ...], rng: np.random.Generator, change: str) -> Dataset:
+    def broken(log: Trajectory) -> Trajectory:
+        state, places = log.state.copy(), log.layouts.state.indices(columns)
+        rows = np.arange(len(log))
+        if change == "repeat":
+            held = rng.random(len(log)) < 1 / 3
+            held[0] = False
+            state = state[np.maximum.accumulate(np.where(held, 0, rows))]
+        elif change == "freeze":
+            state[80:120, places] = state[80, places]
+        elif change == "excursion":
+            state[60:67, places[0]] += 0.5
+        else:
+            state[130:, places[0]] -= 0.5
+        return replace(log, state=state)
+
+    return Dataset(broken(log) for log in data)
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("change", ["repeat", "freeze", "excursion", "jump"])
+def test_rows_that_repeat_or_jump_are_named_and_mended(robot: str, change: str) -> None:
+    data, model = healthy(robot), ROBOTS[robot].nominal()
+    position = P[: 3 if robot == "crazyflie" else 2]
+    broken = with_state(data, position, np.random.default_rng(9), change)
+    found = check(model, broken)
+    (fault,) = found.faults
+    assert ("repeat" if change in {"repeat", "freeze"} else "jumps") in fault.evidence
+    assert bad_rows(found.data) == []
+    assert len(found.data) >= len(data) * (1 if change == "repeat" else 2)
+    for log in found.data:
+        step = np.abs(np.diff(log.state[:, log.layouts.state.indices(position)], axis=0))
+        assert step.max() < 0.2
+    assert found.data.rows >= data.rows - (0 if change == "jump" else 50) * len(data)
+    assert data_report(broken, model).breaches == (fault.evidence,)
+
+
+def test_a_car_at_rest_repeats_nothing() -> None:
+    (log, *_) = healthy("mushr")
+    state: Array = np.repeat(log.state[:1], len(log), axis=0)
+    assert bad_rows(Dataset([replace(log, state=state)])) == []
+    state = log.state.copy()
+    state[100:] = state[100]
+    assert bad_rows(Dataset([replace(log, state=state)])) == []

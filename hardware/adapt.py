@@ -22,6 +22,7 @@ from hardware.provenance import about_run
 from hardware.recorder import Recorder
 from hardware.robots import Kind, of_every_robot
 from sym2real.cli.adapting import AdaptVerb
+from sym2real.cli.positionals import TaskName
 from sym2real.tasks import make_task
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ class Adapt(AdaptVerb, Generic[Kind]):
     OUT/records holds every control period of every flight, a file a command.
     """
 
-    task: tyro.conf.Positional[str]
+    task: TaskName
     """hover, circle or lemniscate; of a car circle, reverse_circle, lemniscate, track or park."""
     laboratory: Annotated[Kind, tyro.conf.arg(name="")]
     """The robot and what sees it."""

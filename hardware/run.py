@@ -20,7 +20,7 @@ from hardware.plant import HardwarePlant
 from hardware.provenance import about_run
 from hardware.recorder import Recorder, task_of
 from hardware.robots import Kind, of_every_robot
-from sym2real.cli.places import Place
+from sym2real.cli.positionals import ModelPlace, TaskName
 from sym2real.errors import DataError
 from sym2real.protocols import Controller
 from sym2real.tasks import Task, make_task
@@ -40,9 +40,9 @@ class Run(Generic[Kind]):
     `sym2real compare` and `diagnose` take.
     """
 
-    model: tyro.conf.Positional[Place]
+    model: ModelPlace
     """A model folder, or a robot's name (its base is learned once and cached)."""
-    task: tyro.conf.Positional[str]
+    task: TaskName
     """hover, circle or lemniscate; of a car circle, reverse_circle, lemniscate, track or park."""
     out: Path
     """New folder for the record, the task's log and the comparison."""

@@ -73,7 +73,7 @@ def whole(path: str | Path) -> Iterator[Path]:
     """
     target = Path(path)
     if reader := read_by(target):
-        raise DataError(target, "a file that is not read", f"what {reader} names, which would be lost")
+        raise DataError(target, "another file to write to", f"what this command reads as {reader}, which would be lost")
     made = [one for one in target.parents if not one.exists()]
     try:
         target.parent.mkdir(parents=True, exist_ok=True)

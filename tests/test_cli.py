@@ -147,10 +147,10 @@ def test_inspect_names_a_rate_whose_sign_is_reversed(tmp_path: Path) -> None:
         (["simulate", "crazyflie", "hover", "--out", "unused.csv", "--effects", "wind"], "fx=… in N"),
         (["add", "{model}", "gain:speed", "value=0.9", "--held-out", "{flight}", "--out", "unused"], "expected --fit"),
         (["show", "{model}", "--json", "{model}"], "found a folder"),
-        (["show", "{model}", "--json", "{model}/equations.json"], "expected a place for --json that is not read"),
+        (["show", "{model}", "--json", "{model}/equations.json"], "expected another place for --json"),
         (
             ["export", "{model}", "torchscript", "--out", "{model}/module.pt"],
-            "expected a place for --out that is not read",
+            "expected another place for --out",
         ),
         (
             ["simulate", "mushr", "circle", "--out", "{model}/../model/parameters.safetensors"],

@@ -114,7 +114,7 @@ def test_logs_one_a_round_and_their_effects_in_the_equations(place: Path) -> Non
         (["base", "mushr", "circle", "--spec", "x.toml"], "--spec is for logs"),
         (["flyer", "drives"], "drive_0.csv"),
         (["base", "base"], "files that end in"),
-        (["base", "drives", "--out", "base"], "a place for --out that is not read, found what model names"),
+        (["base", "drives", "--out", "base"], "another place for --out, found what this command reads as model"),
         (["base", "drives", "--out", "changed"], "holds a model that was not adapted there"),
         (["base", "drives", "--undo", "3"], "no complete round"),
         (["base", "drives", "--undo", "-1"], "a whole number from 0 on"),

@@ -199,6 +199,19 @@ def test_an_earlier_diagnosis_cannot_name_what_is_read_for_removal(tmp_path: Pat
     assert {file.name for file in tmp_path.iterdir()} == {"flight.csv", "diagnosis.json"}
 
 
+@pytest.mark.parametrize("verb", [["nominal", "car", "--wheelbase", "0.3"], ["add", "mushr", "wind", "fx=0.1"]])
+def test_a_new_model_takes_no_folder_that_holds_something(verb: list[str], tmp_path: Path) -> None:
+    """Another model, or a folder of other things, as the one that a user stands in."""
+    save_model(CRAZYFLIE.nominal(), tmp_path / "other")
+    before = (tmp_path / "other" / "equations.json").read_bytes()
+    for place in (tmp_path / "other", tmp_path):
+        with pytest.raises(SystemExit) as stopped:
+            main([*verb, "--out", str(place)])
+        assert stopped.value.code == 2
+    assert (tmp_path / "other" / "equations.json").read_bytes() == before
+    assert [path.name for path in tmp_path.iterdir()] == ["other"]
+
+
 def test_the_endings_of_logs_are_those_that_a_folder_is_searched_for() -> None:
     """Said twice, because the options must not wait for the readers' libraries."""
     assert set(LOG_ENDINGS) == set(IN_FOLDERS)

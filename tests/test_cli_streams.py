@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -165,3 +166,14 @@ def test_help_is_on_standard_output(verb: str, capsys: pytest.CaptureFixture[str
     printed = capsys.readouterr()
     assert printed.out.startswith("usage:")
     assert printed.err == ""
+    assert "STR" not in printed.out.split("\n\n")[0].split()  # what has no option has a name
+
+
+def test_a_file_does_not_speak_to_the_terminal(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A note that would clear the screen and change the window's title is shown without its control characters."""
+    notes = ("\x1b]0;mine\x07\x1b[2J\x9b1mhere\rgone",)
+    saved = save_model(replace(CRAZYFLIE.nominal(), notes=notes), tmp_path / "model")
+    main(["show", str(saved)])
+    printed = capsys.readouterr()
+    assert "\N{REPLACEMENT CHARACTER}]0;mine" in printed.out
+    assert not {"\x1b", "\x07", "\x9b", "\r"} & set(printed.out + printed.err)

@@ -122,7 +122,9 @@ def test_ctrl_c_is_one_line_on_standard_error_and_keeps_the_last_diagnosis(model
 
 def test_two_writers_of_one_folder_leave_one_model_or_one_that_is_refused(model: Path, tmp_path: Path) -> None:
     commands = [["add", str(model), "wind", f"fx={value}", "--out", "new"] for value in ("0.01", "0.02")]
-    assert both(commands, tmp_path) == [0, 0]
+    ends = both(commands, tmp_path)
+    assert 0 in ends
+    assert set(ends) <= {0, 2}  # a folder that already holds the other's model is refused
     shown = forked(["show", "new"], tmp_path)
     assert shown.status == 0 or "save the model again" in shown.err
     assert not list(tmp_path.rglob(".writing-*"))

@@ -6,12 +6,11 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import tyro
 from rich.console import Console
 
 from sym2real.cli.adapting import AdaptVerb
 from sym2real.cli.of_logs import OfLogs
-from sym2real.cli.places import Place
+from sym2real.cli.positionals import OptionalTask, TargetPlace
 
 if TYPE_CHECKING:
     from sym2real.cli.adapt_target import Chosen
@@ -30,6 +29,8 @@ class Adapt(OfLogs, AdaptVerb):
     TARGET is a robot's name (its plain simulator), the folder of a simulator that `add` or `diagnose` wrote, or a
     folder of logs. With logs nothing flies: they come in the order of their names, one a round.
 
+    A model that was adapted before flies as it is in round 0; the rounds learn on its equations from their own logs.
+
     OUT holds the best model, which every verb opens, adaptation.json and a figure, and in rounds/NN the model and the
     log of every round. An interrupted run continues there; --undo N puts the model of an earlier round in its place.
 
@@ -39,9 +40,9 @@ class Adapt(OfLogs, AdaptVerb):
       sym2real adapt runs/base flights --spec flight.toml --out runs/adapted
     """
 
-    target: tyro.conf.Positional[Place]
+    target: TargetPlace
     """What to adapt to: a robot's name, the folder of a simulator, or a folder of logs."""
-    task: tyro.conf.Positional[str | None] = None
+    task: OptionalTask = None
     """What is flown: hover, circle, lemniscate, track, park or reverse_circle; nothing with logs."""
     noise: bool = False
     """Sensor noise in the simulator, as of `simulate`; without it errors of any size count for --diagnose."""

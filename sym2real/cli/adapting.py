@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-import tyro
 from rich.console import Console
 
 from sym2real.cli.numbers import Count, Memory, OptionalRound, OptionalSamples, OptionalSeconds, Seed, steps_in
-from sym2real.cli.places import Place
+from sym2real.cli.positionals import ModelPlace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -32,7 +31,7 @@ FIGURE = "adaptation.png"
 class AdaptVerb(ABC):
     """An ``adapt`` says what its target is, and has these options and its own."""
 
-    model: tyro.conf.Positional[Place]
+    model: ModelPlace
     """A model folder, or a robot's name (its base is learned once and cached)."""
     out: Path
     """Folder of the adapted model and of every round."""
@@ -49,10 +48,11 @@ class AdaptVerb(ABC):
     --diagnose); fine-tune fits the model's own constants instead."""
     memory: Memory = "auto"
     """Past commands that the network sees, for a delay or a slow actuator: a number, off, or auto, as many as the logs
-    ask for, counted behind the effects that --diagnose adds. Where the model's other errors are large, auto may see
-    too few: then give a number, a delay of 0.2 s in periods of 0.05 s asking for 4."""
+    ask for, counted behind the effects that --diagnose adds. A delay of 0.2 s in periods of 0.05 s
+    asks for 4."""
     diagnose: bool = False
-    """Put the physical effects that the logs establish into the equations first; the learner gets what is left."""
+    """Put the physical effects that predict held-out pieces better into the equations first, provisional ones too; each
+    round asks anew, with all logs. The learner gets what is left."""
     seed: Seed = 0
     """Of the start, MPPI's samples, noise and first weights."""
     dry_run: bool = False

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-import tyro
 from rich.console import Console
 
 from sym2real.cli.numbers import OptionalPositive
 from sym2real.cli.of_logs import OfLogs
-from sym2real.cli.places import Place
+from sym2real.cli.positionals import EffectTexts, ModelPlace
 
 if TYPE_CHECKING:
     from sym2real.diagnosis import Tried
@@ -38,10 +37,11 @@ class Add(OfLogs):
     """
 
     FOLDERS: ClassVar = ("simulator", "figures")
+    OUT_IS_NEW: ClassVar = True
 
-    model: tyro.conf.Positional[Place]
+    model: ModelPlace
     """A model folder, or a robot's name (its base is learned once and cached)."""
-    effects: tyro.conf.Positional[tuple[str, ...]]
+    effects: EffectTexts
     """Each effect as KIND or KIND:COLUMN, then its PARAMETER=VALUE in the unit that the catalogue gives; or a term of
     your own, as a diagnosis may propose it: term:CHANNEL=EXPRESSION over the model's columns and the time t."""
     out: Path

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-import tyro
 from rich.console import Console
 
 from sym2real.cli.of_logs import OfLogs
-from sym2real.cli.places import Place
+from sym2real.cli.positionals import Logs, ModelPlace
 
 
 @dataclass(frozen=True)
@@ -22,9 +21,9 @@ class Compare(OfLogs):
     Example: sym2real compare runs/base flight.csv --spec flight.toml --out runs/compare
     """
 
-    model: tyro.conf.Positional[Place]
+    model: ModelPlace
     """A model folder, or a robot's name (its base is learned once and cached)."""
-    logs: tyro.conf.Positional[tuple[Path, ...]]
+    logs: Logs
     """Logs: CSV, Parquet, bags, MCAP, ULog."""
     start: Literal["smoothed", "measured"] = "smoothed"
     """Start windows from the last ten rows, smoothed, or from the measured row."""

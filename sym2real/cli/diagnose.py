@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
-import tyro
 from rich.console import Console
 
 from sym2real.cli.numbers import OptionalPositive
 from sym2real.cli.of_logs import OfLogs
-from sym2real.cli.places import Place, anywhere
+from sym2real.cli.places import anywhere
+from sym2real.cli.positionals import Logs, ModelPlace
 
 
 @dataclass(frozen=True)
@@ -32,9 +32,9 @@ class Diagnose(OfLogs):
 
     FOLDERS: ClassVar = ("model", "simulator")
 
-    model: tyro.conf.Positional[Place]
+    model: ModelPlace
     """A model folder, or a robot's name (its base is learned once and cached)."""
-    logs: tyro.conf.Positional[tuple[Path, ...]]
+    logs: Logs
     """Logs (CSV, Parquet, bags, MCAP, ULog); several of different manoeuvres tell more than one."""
     held_out: tuple[Path, ...] = ()
     """Logs that score the result; by default each log is scored by the fit without it."""

@@ -6,8 +6,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import tyro
 from rich.console import Console
+
+from sym2real.cli.positionals import OptionalName
 
 if TYPE_CHECKING:
     from sym2real.robots import Robot
@@ -22,7 +23,7 @@ class Effects:
       sym2real effects wind
     """
 
-    name: tyro.conf.Positional[str | None] = None
+    name: OptionalName = None
     """KIND or KIND:COLUMN; the whole catalogue by default."""
     robot: str = "crazyflie"
     """Robot whose effects are listed and whose numbers give units, bounds and scales."""

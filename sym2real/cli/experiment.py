@@ -6,11 +6,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import tyro
 from rich.console import Console
 
 from sym2real.cli.numbers import Count
-from sym2real.cli.places import Place
+from sym2real.cli.positionals import ExperimentPlace
 
 if TYPE_CHECKING:
     from sym2real.experiments.study.effort import Effort
@@ -36,12 +35,12 @@ class RunExperiment:
       sym2real experiment sim2sim --full --out runs/full --cluster tcp://10.0.0.5:8786
     """
 
-    name: tyro.conf.Positional[Place]
+    name: ExperimentPlace
     """An experiment, a file.toml with cases, or "list" to see what there is."""
     out: Path | None = None
     """Folder for the answers, the figure and the table."""
     quick: bool = False
-    """Two cores and two hours for all experiments: fewer samples, neural bases on one case a robot (the default)."""
+    """Two cores and two hours: fewer samples, neural bases on one case a robot, nothing fine-tuned (the default)."""
     full: bool = False
     """The paper's own size: 1024 samples, ensembles of 4 × (4 × 200) on every case, networks from scratch, PPO."""
     cases: tuple[str, ...] = ()

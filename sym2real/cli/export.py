@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Literal
 import tyro
 from rich.console import Console
 
-from sym2real.cli.places import Place
+from sym2real.cli.positionals import ModelPlace
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Export:
 
     OUT_IS_FILE: ClassVar[bool] = True
 
-    model: tyro.conf.Positional[Place]
+    model: ModelPlace
     """A model folder, or a robot's name (its base is learned once and cached)."""
     format: tyro.conf.Positional[Literal["torchscript", "torch-export", "python", "latex"]]
     """What to write."""

@@ -6,8 +6,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
-import tyro
 from rich.console import Console
+
+from sym2real.cli.positionals import Logs
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,7 @@ class Inspect:
 
     OUT_IS_FILE: ClassVar[bool] = True
 
-    logs: tyro.conf.Positional[tuple[Path, ...]]
+    logs: Logs
     """Logs of one kind: CSV, Parquet, bags, MCAP, ULog; files without a common column but stamps are one log."""
     columns: tuple[str, ...] = ()
     """Names of the columns of text files without a header, in their order."""

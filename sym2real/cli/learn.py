@@ -7,11 +7,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-import tyro
 from rich.console import Console
 
 from sym2real.cli.numbers import Count, OptionalCount, OptionalSamples, Seed
 from sym2real.cli.of_logs import OfLogs
+from sym2real.cli.positionals import RobotName
 
 if TYPE_CHECKING:
     from sym2real.adaptation import StageOne
@@ -35,7 +35,7 @@ class Learn(OfLogs):
 
     FOLDERS: ClassVar = ("episodes",)
 
-    robot: tyro.conf.Positional[str]
+    robot: RobotName
     """Name of the robot: crazyflie or mushr; of logs (--data) also quadrotor or car, of which no number is known."""
     out: Path
     """Folder of the model."""

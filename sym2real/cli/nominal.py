@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from rich.console import Console
 
@@ -31,6 +31,8 @@ class NominalQuadrotor(OfLogs):
       sym2real nominal quadrotor --mass 1.2 --interface motors --out runs/nominal
       sym2real nominal quadrotor --interface motors --attitude measured --fit-thrust flight.csv --out runs/nominal
     """
+
+    OUT_IS_NEW: ClassVar = True
 
     out: Path
     """Folder of the model."""
@@ -136,6 +138,8 @@ class NominalCar(OfLogs):
       sym2real nominal car --wheelbase 0.2955 --out runs/bicycle
       sym2real nominal car --wheelbase 0.2955 --log drive1.csv drive2.csv --spec drive.toml --out runs/bicycle
     """
+
+    OUT_IS_NEW: ClassVar = True
 
     out: Path
     """Folder of the model."""

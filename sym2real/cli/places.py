@@ -28,8 +28,8 @@ def kept_apart(verb: Any) -> Iterator[None]:
     """Refuse ``--out``, ``--json`` and ``--report`` before the work where nothing may be written, and while it lasts.
 
     Args:
-        verb: with ``json`` and perhaps ``report`` and ``out``: a folder unless ``OUT_IS_FILE``, a log where
-            ``OUT_IS_LOG``; ``FOLDERS`` are those inside it that get files too.
+        verb: with ``json`` and perhaps ``report`` and ``out``: a folder unless ``OUT_IS_FILE``, a new or empty one
+            where ``OUT_IS_NEW``, a log where ``OUT_IS_LOG``; ``FOLDERS`` are those inside it that get files too.
 
     Raises:
         DataError: naming the place, which cannot be written to, or is read by the same command.
@@ -82,6 +82,8 @@ def _require_places(verb: Any) -> None:
         for inside in getattr(verb, "FOLDERS", ()):
             _require_unread("--out", out / inside)
         _require_unread("--out", out)
+        if getattr(verb, "OUT_IS_NEW", False):
+            _require_empty(out)
     for option, file in files.items():
         require_place(file, folder=False)
         _require_unread(option, file)
@@ -98,7 +100,17 @@ def _require_places(verb: Any) -> None:
 
 def _require_unread(option: str, place: Path) -> None:
     if reader := read_by(place):
-        raise DataError(place, f"a place for {option} that is not read", f"what {reader} names, which would be lost")
+        raise DataError(
+            place, f"another place for {option}", f"what this command reads as {reader}, which would be lost"
+        )
+
+
+def _require_empty(folder: Path) -> None:
+    """A model neither takes another's place nor lies among other files."""
+    there = sorted(path.name for path in folder.iterdir()) if folder.is_dir() else []
+    if there:
+        held = f"{', '.join(there[:3])}{', …' if len(there) > 3 else ''}"
+        raise DataError(folder, "a new or empty folder for --out", f"{held} in it; name another, or delete it first")
 
 
 def _require_no_log(option: str, file: Path, verb: Any) -> None:

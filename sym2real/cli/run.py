@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import tyro
 from rich.console import Console
 
 from sym2real.cli.numbers import OptionalSamples, OptionalSeconds, Seed, steps_in
 from sym2real.cli.places import Place
+from sym2real.cli.positionals import ModelPlace, TaskName
 
 if TYPE_CHECKING:
     from sym2real.experiments.flying import Flight
@@ -33,9 +33,9 @@ class Run:
       sym2real run runs/found/model circle --plant runs/found/simulator
     """
 
-    model: tyro.conf.Positional[Place]
+    model: ModelPlace
     """A model folder, or a robot's name (its base is learned once and cached)."""
-    task: tyro.conf.Positional[str]
+    task: TaskName
     """hover, circle, lemniscate, track, park or reverse_circle."""
     plant: Place = "simulator"
     """What is flown: the plain MuJoCo simulator, the model itself ("model"), or the folder of a simulator."""

@@ -6,10 +6,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import tyro
 from rich.console import Console
 
-from sym2real.cli.places import Place
+from sym2real.cli.positionals import ModelPlace
 
 
 @dataclass(frozen=True)
@@ -19,7 +18,7 @@ class Show:
     Example: sym2real show runs/base --latex
     """
 
-    model: tyro.conf.Positional[Place]
+    model: ModelPlace
     """A model folder, or a robot's name (its base is learned once and cached)."""
     latex: bool = False
     """Print LaTeX too."""

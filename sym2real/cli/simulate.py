@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Literal
 
-import tyro
 from rich.console import Console
 
 from sym2real.cli.numbers import OptionalSeconds, Seed, steps_in
-from sym2real.cli.places import Place
+from sym2real.cli.positionals import RobotPlace, TaskName
 
 
 @dataclass(frozen=True)
@@ -29,9 +28,9 @@ class Simulate:
     OUT_IS_FILE: ClassVar[bool] = True
     OUT_IS_LOG: ClassVar[bool] = True
 
-    robot: tyro.conf.Positional[Place]
+    robot: RobotPlace
     """Name of the robot, crazyflie or mushr, or the folder of a simulator."""
-    task: tyro.conf.Positional[str]
+    task: TaskName
     """hover, circle, lemniscate, track, park or reverse_circle."""
     out: Path
     """The log to write, .csv or .parquet."""

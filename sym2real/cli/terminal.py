@@ -7,15 +7,29 @@ import io
 import os
 import sys
 import textwrap
+from collections.abc import Iterator
 from functools import cache
 from typing import TextIO
 
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.segment import Segment
 
 from sym2real.errors import DataError, reason
 
+# Control characters but for tabs and ends of lines: a terminal would obey them.
+UNSHOWN = dict.fromkeys((*range(9), *range(11, 32), *range(127, 160)), "\N{REPLACEMENT CHARACTER}")
 
-class Report(Console):
+
+class PlainConsole(Console):
+    """A console that shows control characters in texts as �: what a file holds moves no cursor and changes no title."""
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
+        """Segments as rich makes them, their texts without control characters; rich's own controls stay."""
+        for text, style, control in super().render(renderable, options):
+            yield Segment(text if control else text.translate(UNSHOWN), style, control)
+
+
+class Report(PlainConsole):
     """A console whose words wait for :meth:`release`: what cannot be shown must not keep anything from being saved.
 
     Args:
@@ -85,7 +99,7 @@ def put(stream: TextIO | None, text: str) -> None:
 @cache
 def progress_console() -> Console:
     """Where progress is drawn: standard error, so that a pipe gets reports alone."""
-    return Console(stderr=True, highlight=False)
+    return PlainConsole(stderr=True, highlight=False)
 
 
 def say_error(text: str) -> None:

@@ -26,6 +26,7 @@ Standard names are those of :data:`sym2real.layout.VOCABULARY`, ``yaw`` (which b
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -128,6 +129,13 @@ def _shipped() -> dict[str, LogSpec]:
     return {path.stem: LogSpec.load(path) for path in sorted(folder.glob("*.toml"))}
 
 
+def _meant(path: Path) -> str:
+    """Which specification beside a path that is none may have been meant."""
+    beside = [str(file) for file in path.parent.glob("*.toml")]
+    near = difflib.get_close_matches(str(path), beside, n=1, cutoff=0.8)
+    return f"; did you mean {near[0]}?" if near else ""
+
+
 SPECS: Registry[LogSpec] = Registry("log specification", _shipped())
 
 
@@ -146,5 +154,7 @@ def load_spec(name: LogSpec | str | Path) -> LogSpec:
         found = LogSpec.load(name)
         return found if found.name != LogSpec.name else replace(found, name=Path(name).stem)
     if str(name) not in SPECS:
+        if Path(name).suffix or len(Path(name).parts) > 1:
+            raise DataError(name, "a specification", f"no such file.toml{_meant(Path(name))}")
         raise UnknownNameError("log specification", str(name), [*SPECS, "FILE.toml"])
     return SPECS[str(name)]

@@ -35,6 +35,8 @@ def rounds_table(reports: Sequence[RoundReport], on_top: int, settled: bool) -> 
         f"error: mean distance from the reference; {ahead}: error of the position predicted that far ahead, on the "
         "round's own log, which its model has not seen",
         "% better: than the best model before, with its 95 % interval, row by row and on the same log",
+        "rows: learned from; cost: mean running cost of the task; λ: weight of the residual's size; s: of the training",
+        "kept: what was learned is not used; crash: the episode ended early",
         f"on top, where verbs open it: the model of round {best.number}",
     ]
     lines += [f"round {one.number}: kept the model before: {one.learned.refused}" for one in reports if _refused(one)]

@@ -229,6 +229,23 @@ def test_effects_that_flew_worse_are_withdrawn() -> None:
     assert found.reports[3].error < 0.5 * found.reports[2].error
 
 
+def test_an_effect_that_further_logs_do_not_establish_is_taken_back() -> None:
+    """The first log alone makes a push that is not there; with two it is gone, and its model was not on top."""
+    base = CRAZYFLIE.nominal()
+
+    def inform(logs: Dataset, equations: Equations) -> Equations:
+        assert equations.to_json() == base.to_json()
+        wrong = [(effect("wind", equations), {"fx": -0.03})]
+        return compose(equations, wrong) if len(logs) == 1 else equations
+
+    logs = recordings(3)
+    found = adapt(base, logs, None, NoResidual(), Adapting(rounds=9, until_settled=False), inform=inform)
+    assert [report.learned.effects for report in found.reports] == [(), ("wind",), ()]
+    assert found.reports[2].best_before == 0
+    assert isinstance(found.model, Equations)
+    assert found.model.to_json() == base.to_json()
+
+
 def test_another_run_or_model_in_the_folder_is_refused(folder: Path, adapted: Adaptation, tmp_path: Path) -> None:
     task = make_task("circle", CRAZYFLIE)
     with pytest.raises(ModelError, match=r"changes: .*wind.* there, .* now"):

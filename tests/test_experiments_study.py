@@ -20,13 +20,13 @@ from sym2real.experiments.study.case import Case, load_suite, shipped_suites
 from sym2real.experiments.study.catalogue import experiment, experiment_names
 from sym2real.experiments.study.curves import Curve, ratio, surely_above
 from sym2real.experiments.study.effects_first import MOST_LOGS, WhenDoubled
-from sym2real.experiments.study.effort import QUICK
+from sym2real.experiments.study.effort import FULL, QUICK
 from sym2real.experiments.study.judged import judge, planning_with
 from sym2real.experiments.study.noisy_logs import NoisyFit
 from sym2real.experiments.study.policy import targets, trained
 from sym2real.experiments.study.reference import Reference, has_reference, planning_with_mujoco
 from sym2real.experiments.study.scratch import FromScratch, trajectories_to_converge
-from sym2real.experiments.study.suites import suite_outcome
+from sym2real.experiments.study.suites import contestants_of, suite_outcome
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.report.experiment import outcome_figure, outcome_table
 from sym2real.report.figures import save
@@ -46,6 +46,16 @@ SMALL = replace(
 
 def case(name: str) -> Case:
     return next(one for suite in shipped_suites() for one in load_suite(suite).cases if one.name == name)
+
+
+def test_a_quick_study_asks_what_is_dear_where_a_case_says_so() -> None:
+    suite = load_suite("sim2sim")
+    quick, full = ({one.name: contestants_of(one, suite, effort) for one in suite.cases} for effort in (QUICK, FULL))
+    assert all("sr-tuned" not in asked for asked in quick.values())
+    assert [name for name, asked in quick.items() if "nn-nn" in asked] == ["mass-11", "friction"]
+    assert all({"sr-tuned", "nn-nn", "nn-sr"} <= set(asked) for asked in full.values())
+    assert "sr-true" in quick["mass-26"]
+    assert "sr-true" not in quick["reverse-circle"]
 
 
 def silent(_: str) -> None:

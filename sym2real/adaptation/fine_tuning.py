@@ -27,7 +27,7 @@ from sym2real.neural.composed import Base
 from sym2real.neural.descent import one_thread
 from sym2real.neural.leftover import errors_by_parameters, leftover
 from sym2real.neural.multi_step import Scales, corrected_errors
-from sym2real.neural.switches import SURE, sureness
+from sym2real.neural.paired import SURE, sureness
 from sym2real.symbolic import Equations, lift_constants
 from sym2real.trajectory import Transitions
 

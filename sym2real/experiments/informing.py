@@ -1,7 +1,13 @@
-"""Diagnosis inside the loop: the effects that pass the gate go into the equations, the learner gets what is left.
+"""Diagnosis inside the loop: what logs establish goes into the equations, the learner gets what is left.
 
-What counts is that predictions of held-out pieces become better. A verdict asks for more, a test of significance, for
-which the few seconds of a first flight do not suffice; the next round's flight tests the effects in any case.
+What is taken: every finding of a diagnosis whose gate passed, which is that predictions of held-out pieces become
+better with them. A verdict asks for more, ten independent pieces, which the eight seconds of a first flight do not
+have: such findings are provisional, ``CANNOT_TELL``, and taken all the same, because the loop tests them.
+
+When it is taken back: effects always go into the equations that were given, never into those of the round before. So
+what the logs of the next round, the old and the new, do not establish any more is gone with that diagnosis. A set
+of effects that flew or predicted worse than the best model before it, beyond the interval, is withdrawn by the loop,
+and a model whose predictions leave the robot's limits does not fly.
 """
 
 from __future__ import annotations
@@ -9,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from sym2real.diagnosis import ROWS, diagnose
+from sym2real.errors import ShapeError
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset
@@ -28,7 +35,10 @@ def informing(
         """The equations with what passes the gate; as they are where that is nothing, or the logs are too short."""
         if all(len(log) <= ROWS for log in logs):
             return base
-        found = diagnose(base, logs, plant, on_progress=on_progress)
+        try:
+            found = diagnose(base, logs, plant, on_progress=on_progress)
+        except ShapeError:  # every episode crashed before a window was complete
+            return base
         better = found.gate.best is not None and found.gate.passed
         return found.apply(base) if found.findings and better else base
 

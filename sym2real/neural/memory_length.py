@@ -7,9 +7,8 @@ delay, a lag, a slow actuator. Then a base f that takes the command for what act
 
 one number h_j for each lag and command, whatever the number of state columns, because B_k knows the way from a command
 to the state. The order is the shortest whose error on blocks of time that took no part is within a standard error of
-the least. Past states come after that, as an autoregression (ARX). Sources: L. Ljung, System Identification, 2nd ed.,
-ch. 16 (order by validation on fresh data); T. Hastie, R. Tibshirani, J. Friedman, The Elements of Statistical Learning,
-2nd ed., section 7.10 (one standard error).
+the least (:mod:`sym2real.neural.paired`). Past states come after that, as an autoregression (ARX). Source: L. Ljung,
+System Identification, 2nd ed., ch. 16 (order by validation on fresh data).
 """
 
 from __future__ import annotations
@@ -19,10 +18,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+import torch
 
 from sym2real.errors import ModelError
 from sym2real.neural.leftover import Leftover, leftover
 from sym2real.neural.multi_step import FLOOR
+from sym2real.neural.paired import simplest
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Transitions
 
@@ -37,9 +38,8 @@ class MemoryLength:
     """How many past rows predict, and what each number of them leaves.
 
     Args:
-        commands: past commands, as sent. Where other errors of the base are much larger than what a delay makes, as in
-            logs of a real car that never reached its speed command, ``by_commands`` falls slowly and the order is too
-            low: remove those first, or ask for as many commands as the delay may last.
+        commands: past commands, as sent. Where the base lacks much else that follows the commands, as in logs of a real
+            car that never reached its speed command, ``by_commands`` falls to its end and the order is the longest.
         states: past states beside them. With noisy sensors they filter the noise of the present row, so that they do
             not say that the robot has a memory.
         by_commands: squared error on held-out blocks with 0, 1, … past commands, over that with none.
@@ -168,10 +168,8 @@ def _error(within: Array, beyond: Array, size: int) -> float:
 
 
 def _shortest(errors: Array) -> int:
-    """The first order within a standard error of the best."""
-    mean = errors.mean(axis=0)
-    best = int(mean.argmin())
-    return int(np.argmax(mean <= mean[best] + errors[:, best].std(ddof=1) / np.sqrt(len(errors))))
+    """The first order within a standard error of the best, block by block."""
+    return simplest([torch.as_tensor(column) for column in errors.T])
 
 
 def _relative(errors: Array) -> tuple[float, ...]:

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import torch
-from scipy.stats import norm, t
 from torch import Tensor
 
 from sym2real.layout import Layout
 from sym2real.neural.batch import Batch
 from sym2real.neural.multi_step import corrected_errors, rolled_errors
-
-# Standard errors by which a column must improve validation; blocks of time are what the error is counted over. Of few
-# blocks the standard error is itself uncertain: so many mean what they do of many (Student's t distribution).
-SURE = 2.0
+from sym2real.neural.paired import SURE, sureness
 
 
 @torch.no_grad()
@@ -60,14 +56,3 @@ def _by_block(batch: Batch, errors: Tensor) -> Tensor:
     blocks = int(batch.block.max()) + 1
     total = torch.zeros(blocks).index_add_(0, batch.block, windows)
     return total / torch.bincount(batch.block, minlength=blocks)
-
-
-def sureness(gain: Tensor) -> float:
-    """Mean gain in its standard errors, as a normal variable is as sure; of one block, whether there is any."""
-    mean = float(gain.mean())
-    if len(gain) == 1:
-        return float("inf") if mean > 0 else 0.0
-    error = float(gain.std()) / len(gain) ** 0.5
-    if not error > 0:
-        return float("inf") if mean > 0 else 0.0
-    return -float(norm.ppf(t.sf(mean / error, len(gain) - 1)))

@@ -43,6 +43,8 @@ class Options:
 
     seeds: tuple[int, ...] = SEEDS
     """Of the networks."""
+    leave_one_out: bool = False
+    """Instead, each log but the last is left out once and predicted after the others: what a choice is judged by."""
     json: Path | None = None
     """Write the figures to this file (- is standard output)."""
 
@@ -52,8 +54,8 @@ def say(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-def log_figures(seeds: Sequence[int] = SEEDS) -> list[Figure]:
-    """A figure per contestant and number of logs; none, and why, without the logs."""
+def log_figures(seeds: Sequence[int] = SEEDS, *, leave_one_out: bool = False) -> list[Figure]:
+    """A figure per contestant and number of logs, or log left out; none, and why, without the logs."""
     folder = Path(os.environ.get("SYM2REAL_DATA", BESIDE)) / FOLDER
     paths = sorted(folder.glob("*.csv"))
     if len(paths) < 2:
@@ -63,6 +65,8 @@ def log_figures(seeds: Sequence[int] = SEEDS) -> list[Figure]:
         say(f"the car's base is learned first, and kept in {base_folder(MUSHR)}")
     base = cached_base(MUSHR)
     logs = [read_logs([path], spec=FOLDER, layouts=base.layouts, dt=base.dt) for path in paths]
+    if leave_one_out:
+        return [figure for out in range(len(logs) - 1) for figure in _left_out(base, logs[:-1], out, seeds)]
     figures = [Figure(f"MuSHR logs, base alone on {paths[-1].stem}", error_of(base, logs[-1]), "m")]
     for count in range(1, len(logs)):
         data = Dataset(piece for log in logs[:count] for piece in log)
@@ -70,6 +74,12 @@ def log_figures(seeds: Sequence[int] = SEEDS) -> list[Figure]:
             base, data, logs[-1], seeds, f"MuSHR logs, {count} learned from", last=count + 1 == len(logs)
         )
     return figures
+
+
+def _left_out(base: Equations, logs: Sequence[Dataset], out: int, seeds: Sequence[int]) -> Iterator[Figure]:
+    """What each contestant makes of all logs but one, on that one."""
+    data = Dataset(piece for number, log in enumerate(logs) if number != out for piece in log)
+    return answers(base, data, logs[out], seeds, f"MuSHR logs, log {out + 1} left out", last=False)
 
 
 def answers(
@@ -108,7 +118,7 @@ def error_of(model: Model, log: Dataset) -> float:
 def main(options: Options) -> None:
     """Predict, print, write."""
     torch.set_num_threads(1)
-    report("MuSHR logs", log_figures(options.seeds), options.seeds, options.json)
+    report("MuSHR logs", log_figures(options.seeds, leave_one_out=options.leave_one_out), options.seeds, options.json)
 
 
 if __name__ == "__main__":

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from sym2real.adaptation.training import Inform
-from sym2real.diagnosis import diagnose, try_effect
-from sym2real.errors import ShapeError
+from sym2real.diagnosis import try_effect
+from sym2real.experiments.informing import informing as diagnosing
 from sym2real.experiments.study.contestants import Contestant
 from sym2real.plants import MujocoPlant
 from sym2real.robots import Robot
@@ -30,7 +30,9 @@ def informing(
     """
     if contestant.effects == "none":
         return None
-    return WhenDoubled(_diagnosed(robot, tell) if contestant.effects == "diagnosed" else _true(robot, truth))
+    if contestant.effects == "true":
+        return WhenDoubled(_true(robot, truth))
+    return WhenDoubled(diagnosing(MujocoPlant(robot), lambda what: tell(f"diagnosis: {what}")))
 
 
 class WhenDoubled:
@@ -50,24 +52,6 @@ class WhenDoubled:
         if self._answer is None or (len(data) >= 2 * self._asked and len(data) <= MOST_LOGS):
             self._asked, self._answer = len(data), self.inform(data, base)
         return self._answer
-
-
-def _diagnosed(robot: Robot, tell: Callable[[str], None]) -> Inform:
-    """What passes the diagnosis's gate on the logs alone; where nothing does, the base stays as it is.
-
-    A quadrotor's episode is eight seconds, too short for a verdict of the diagnosis, which asks for ten independent
-    pieces; here the next episode is a further test.
-    """
-    plain = MujocoPlant(robot)
-
-    def inform(data: Dataset, base: Equations) -> Equations:
-        try:
-            found = diagnose(base, data, plain, on_progress=lambda what: tell(f"diagnosis: {what}"))
-        except ShapeError:  # every episode crashed before a window was complete
-            return base
-        return found.apply(base) if found.findings and found.gate.passed else base
-
-    return inform
 
 
 def _true(robot: Robot, truth: Sequence[str]) -> Inform:

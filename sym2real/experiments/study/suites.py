@@ -9,7 +9,7 @@ import numpy as np
 from sym2real.experiments.models import cached_base
 from sym2real.experiments.study.adapting import Adapted
 from sym2real.experiments.study.case import Case, Suite
-from sym2real.experiments.study.contestants import CONTESTANTS
+from sym2real.experiments.study.contestants import CONTESTANTS, Contestant
 from sym2real.experiments.study.curves import Curve, Ratio, curve_of, ratio
 from sym2real.experiments.study.effort import Effort
 from sym2real.experiments.study.outcome import Line, Outcome, Panel
@@ -34,8 +34,18 @@ def suite_jobs(suite: Suite, effort: Effort) -> list[Job]:
 
 
 def contestants_of(case: Case, suite: Suite, effort: Effort) -> list[str]:
-    """Who is asked on a case: neural bases where the effort allows, a true effect where there is one."""
-    return [name for name in suite.contestants if CONTESTANTS[name].effects != "true" or case.truth]
+    """Who is asked on a case: what is dear where the effort allows it, a true effect where there is one."""
+    return [
+        name
+        for name in suite.contestants
+        if (CONTESTANTS[name].effects != "true" or case.truth)
+        and (effort.everywhere or _cheap(CONTESTANTS[name], case))
+    ]
+
+
+def _cheap(contestant: Contestant, case: Case) -> bool:
+    """Whether even a quick study asks a contestant on a case."""
+    return contestant.residual != "tuned" and (contestant.base == "sr" or case.ensemble)
 
 
 def suite_outcome(suite: Suite, effort: Effort, records: Mapping[str, Record]) -> Outcome:
@@ -112,6 +122,12 @@ def _undecided(case: Case, curves: Mapping[str, Curve]) -> list[str]:
 
 
 def _not_asked(suite: Suite, effort: Effort) -> list[str]:
-    neural = [name for name in suite.contestants if CONTESTANTS[name].base == "nn"]
-    left_out = [case.title for case in suite.cases if not set(neural) <= set(contestants_of(case, suite, effort))]
-    return [f"not asked with a neural base, which takes --full: {', '.join(left_out)}"] if left_out else []
+    """What only --full asks, and where."""
+    notes = []
+    for name in suite.contestants:
+        contestant = CONTESTANTS[name]
+        dear = [case.title for case in suite.cases if not effort.everywhere and not _cheap(contestant, case)]
+        if dear:
+            where = "everywhere" if len(dear) == len(suite.cases) else ", ".join(dear)
+            notes.append(f"{contestant.title} takes --full: {where}")
+    return notes

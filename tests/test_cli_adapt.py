@@ -105,13 +105,16 @@ def test_logs_one_a_round_and_their_effects_in_the_equations(place: Path) -> Non
     ("arguments", "said"),
     [
         (["base", "nowhere", "circle"], "unknown target: neither a folder nor a robot 'nowhere'"),
-        (["base", "nowhere", "--spec", "x.toml"], "unknown target: neither a folder nor a robot 'nowhere'"),
+        (
+            ["base", "nowhere", "--spec", "mushr_steering_offset"],
+            "unknown target: neither a folder nor a robot 'nowhere'",
+        ),
         (["base", "changed", "circle"], "changed is a model; expected the simulator in it: changed/simulator"),
         (["base", "crazyflie", "circle"], "crazyflie is a crazyflie; the model is of a mushr"),
         (["base", "mushr", "loop"], "unknown task 'loop'"),
         (["base", "mushr"], "TASK: expected what to fly in mushr"),
         (["base", "drives", "circle"], "TASK: nothing flies with the logs of"),
-        (["base", "mushr", "circle", "--spec", "x.toml"], "--spec is for logs"),
+        (["base", "mushr", "circle", "--spec", "mushr_steering_offset"], "--spec is for logs"),
         (["flyer", "drives"], "drive_0.csv"),
         (["base", "base"], "files that end in"),
         (["base", "drives", "--out", "base"], "another place for --out, found what this command reads as model"),

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from report_pages import BASE, HOSTILE, browser, diagnosis, logs, picture
 
+from sym2real.report import html
 from sym2real.report.html.arrays import Arrays
 from sym2real.report.html.observed import observe
 from sym2real.report.html.page import Page
@@ -153,6 +154,29 @@ def test_switches_move_curves_and_back(opened: Opened, title: str) -> None:
     assert drawn(opened, title) != before
     box.check()
     assert drawn(opened, title) == before
+
+
+STRETCH = """() => {
+  let last = null, longest = 0;
+  const about = Path2D.prototype, moved = about.moveTo, drawn = about.lineTo;
+  about.moveTo = function (x, y) { last = [x, y]; moved.call(this, x, y); };
+  about.lineTo = function (x, y) {
+    longest = Math.max(longest, Math.hypot(x - last[0], y - last[1])); last = [x, y]; drawn.call(this, x, y);
+  };
+  const ends = { 1: [[0, 1, 1, 0, 0], [0, 0, 1, 1, 0].map((y, i) => (i === 2 ? null : y))] };
+  stretches({ data: ends, valToPos: (value) => value }, 1);
+  Object.assign(about, { moveTo: moved, lineTo: drawn });
+  return longest;
+}"""
+
+
+def test_a_path_that_turns_back_has_no_chord_across_a_gap(chrome: Any) -> None:
+    """Round a square whose far corner is another class: its sides are drawn, its diagonal is not."""
+    page = chrome.new_page()
+    text = (Path(html.__file__).parent / "assets" / "charts.js").read_text()
+    page.evaluate(text.replace("export class", "class") + "; window.stretches = stretches; null")
+    assert page.evaluate(STRETCH) == pytest.approx(1.0)
+    page.close()
 
 
 def test_the_page_works_by_keyboard(opened: Opened) -> None:

@@ -89,7 +89,7 @@ def _path(comparison: Comparison, observed: Observed, arrays: Arrays) -> Chart:
         Line(name, role, "up", row, switched=True, x="across")  # type: ignore[arg-type]
         for row, (name, role) in enumerate(zip(names, roles, strict=True))
     ]
-    reading = f"Thicker and darker: a larger position error {observed.ahead:g} s ahead, beyond the sensors' noise."
+    reading = f"The thicker, the larger the position error {observed.ahead:g} s ahead, beyond the sensors' noise."
     return Chart("path from above", reading, "x in m", "y in m", "starts", lines, kind="path", of_log=True)
 
 

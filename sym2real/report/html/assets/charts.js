@@ -31,6 +31,19 @@ function fromZero(u, low, high) {
   return [0, high > 0 ? 1.06 * high : 1];
 }
 
+// A line that may turn back: uPlot's own take it that horizontal values rise, and cut gaps by them.
+function stretches(u, place) {
+  const [across, up] = u.data[place];
+  const stroke = new Path2D();
+  across.forEach((x, i) => {
+    if (up[i] == null) return;
+    const point = [u.valToPos(x, "x", true), u.valToPos(up[i], "y", true)];
+    if (i && up[i - 1] != null) stroke.lineTo(...point);
+    else stroke.moveTo(...point);
+  });
+  return { stroke, fill: null, clip: null, band: null, gaps: null, flags: 0 };
+}
+
 export class Chart {
   constructor(figure, about, arrays) {
     Object.assign(this, { figure, about, arrays, plot: figure.querySelector(".plot") });
@@ -168,8 +181,7 @@ export class Path extends Chart {
 
   options(state) {
     const facets = [{ scale: "x", auto: false }, { scale: "y", auto: false }];
-    const paths = uPlot.paths.linear({ alignGaps: 0 });
-    const lines = this.about.lines.map((_, place) => ({ ...look(this.swatches[place]), facets, paths, points: { show: false } }));
+    const lines = this.about.lines.map((_, place) => ({ ...look(this.swatches[place]), facets, paths: stretches, points: { show: false } }));
     return {
       ...super.options(state),
       mode: 2,

@@ -57,7 +57,10 @@ class Gate:
 
     @property
     def worse(self) -> tuple[Fall, ...]:
-        """Errors of position or attitude that rise beyond both intervals, the largest rise first."""
+        """Errors of position or attitude that rise beyond both intervals, the largest rise first.
+
+        The interval of a single piece has no width: nothing is beyond it.
+        """
         return tuple(sorted((one for one, beyond in self._falls() if beyond), key=lambda one: one.part))
 
     @property
@@ -74,7 +77,7 @@ class Gate:
                 after = self.after.horizons[horizon][name]
                 if name in JUDGED:
                     part = 1.0 - after.value / max(error.value, 1e-12)
-                    yield Fall(horizon, name, part), after.low > error.high
+                    yield Fall(horizon, name, part), error.low < error.high < after.low
 
     def to_dict(self) -> dict[str, Any] | None:
         """The entry of ``gate`` that ``sym2real diagnose --json`` prints; None where nothing was judged."""

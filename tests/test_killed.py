@@ -44,13 +44,16 @@ def learned(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
 def whole_files(folder: Path) -> dict[str, bytes]:
     """What lies in a folder under names that are looked for, but for the seconds that a fit took.
 
-    A killed process may leave `.writing-…` beside them.
+    A killed process may leave `.writing-…` beside them, and a folder of that name may go while a writer is at work.
     """
-    return {
-        str(file.relative_to(folder)): re.sub(rb'"seconds": [-+.e\d]+', b"", file.read_bytes())
-        for file in sorted(folder.rglob("*"))
-        if file.is_file() and not any(part.startswith(".writing-") for part in file.parts)
-    }
+    found: dict[str, bytes] = {}
+    for place, folders, files in os.walk(folder):
+        folders[:] = [name for name in folders if not name.startswith(".writing-")]
+        for name in files:
+            if not name.startswith(".writing-"):
+                file = Path(place, name)
+                found[str(file.relative_to(folder))] = re.sub(rb'"seconds": [-+.e\d]+', b"", file.read_bytes())
+    return found
 
 
 def run_until(number: signal.Signals, due: Callable[[], bool], arguments: Sequence[str], folder: Path) -> int:

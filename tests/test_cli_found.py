@@ -178,8 +178,8 @@ def test_several_effects_with_values_go_in_together(folder: Path, tmp_path: Path
     ("arguments", "message"),
     [
         ([], "expected an effect"),
-        (["wind", "fx=0.1", "--fit", "{log}"], "expected its name alone"),
-        (["term:fz=0.01", "--fit", "{log}"], "expected its name alone"),
+        (["wind", "fx=0.1", "--fit", "{log}"], "expected their names alone"),
+        (["term:fz=0.01", "--fit", "{log}"], "expected their names alone"),
         (["wind", "fx=0.1", "--horizon", "0.5"], "--horizon: expected --fit"),
         (["wind", "fx=0.1", "--held-out", "{log}"], "--held-out: expected --fit"),
         (["rotor_loss", "--fit", "{log}"], "rotor cannot be fitted"),

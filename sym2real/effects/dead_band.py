@@ -13,9 +13,13 @@ from sym2real.effects.truth import following
 from sym2real.protocols import Change
 
 
+def _widest(body: Body) -> float:
+    return 5 * body.scale
+
+
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     return (
-        Parameter("value", body.unit, null=0.0, low=0.0, high=5 * body.scale, scale=body.scale, domain=NOT_NEGATIVE),
+        Parameter("value", body.unit, null=0.0, low=0.0, high=_widest(body), scale=body.scale, domain=NOT_NEGATIVE),
     )
 
 
@@ -50,7 +54,7 @@ DEAD_BAND = Kind(
     columns="action",
     searching=Searching(
         why_not=alone_on("rate command", "thrust", "motors"),
-        starts=lambda _, values: tuple(0.5 * part * float(np.std(values)) for part in (0.5, 1.0)),
+        starts=lambda body, values: tuple(min(part * float(np.std(values)), _widest(body)) for part in (0.25, 0.5)),
         from_null=False,
         sizes=lambda _, values: tuple(float(np.std(values)) * part for part in (0.05, 0.1, 0.2, 0.5, 1.0, 2.0)),
         shown_in=by_role({"speed": (Shown.SPEEDS,)}, ()),

@@ -118,7 +118,7 @@ def over(folder: Path, random: Random) -> Case:
     option = "--json" if (folder / place).is_file() or READERS[target][0] not in {"compare", "inspect"} else "--out"
     return Case(
         (*READERS[target], option, name),
-        (rf"{re.escape(Path(name).name)}: expected .*(not read|name that is free|file, found|another folder)",),
+        (rf"{re.escape(Path(name).name)}: expected .*(another|not read|name that is free|file, found)",),
     )
 
 

@@ -9,7 +9,15 @@ from scipy.stats import wilcoxon
 
 from sym2real.diagnosis.faults.mistakes.balance import Balance, Balances, without_arm, without_drag
 from sym2real.diagnosis.faults.mistakes.listed import mimics, transformations
-from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Late, Transformation, Turned, of_all
+from sym2real.diagnosis.faults.mistakes.transformation import (
+    POSITIONS,
+    Exchanged,
+    Late,
+    Transformation,
+    Turned,
+    of_all,
+    present,
+)
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Dataset
 
@@ -57,8 +65,8 @@ class Undoing:
 
 
 def mistakes(model: Equations, data: Dataset) -> list[Undoing]:
-    """The transformations that the logs ask for, one after the other."""
-    balances = Balances.of(model, data)
+    """The transformations that the logs ask for, one after the other; on a line nothing can be turned or exchanged."""
+    balances = Balances.of(model, data) if len(present(data, POSITIONS)) != 1 else None
     if balances is None:
         return []
     found = []

@@ -51,15 +51,17 @@ def test_a_tenth_of_position_or_attitude_must_go(position: float, attitude: floa
     assert gate.best.part == pytest.approx(1.0 - min(position, attitude))
 
 
-@pytest.mark.parametrize(("half_width", "passes"), [(0.0, True), (0.05, False), (0.5, True)])
-def test_what_rises_beyond_its_interval_passes_no_gate(half_width: float, passes: bool) -> None:
-    """Position falls by nine tenths, attitude rises by a fifth; one piece alone has no interval to rise beyond."""
+@pytest.mark.parametrize(
+    ("rise", "half_width", "passes"), [(0.2, 0.05, False), (0.2, 0.5, True), (0.05, 0.0, True), (0.2, 0.0, False)]
+)
+def test_what_rises_beyond_its_interval_passes_no_gate(rise: float, half_width: float, passes: bool) -> None:
+    """Position falls by nine tenths, attitude rises; one piece alone has no interval, and a hair is no rise there."""
 
     def around(value: float) -> StageError:
         return StageError(value, value, value - half_width, value + half_width, "")
 
     before = Stage("base", {0.8: {"position": around(10.0), "attitude": around(1.0)}})
-    after = Stage("+ added_mass", {0.8: {"position": around(1.0), "attitude": around(1.2)}})
+    after = Stage("+ added_mass", {0.8: {"position": around(1.0), "attitude": around(1.0 + rise)}})
     gate = Gate(before, after)
     assert gate.passed is passes
     assert [fall.channel for fall in gate.worse] == ([] if passes else ["attitude"])

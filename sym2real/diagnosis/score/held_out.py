@@ -59,7 +59,7 @@ class Gate:
     def worse(self) -> tuple[Fall, ...]:
         """Errors of position or attitude that rise beyond both intervals, the largest rise first.
 
-        The interval of a single piece has no width: nothing is beyond it.
+        The interval of a single piece has no width: there a rise counts from a tenth on, as a fall does.
         """
         return tuple(sorted((one for one, beyond in self._falls() if beyond), key=lambda one: one.part))
 
@@ -77,7 +77,8 @@ class Gate:
                 after = self.after.horizons[horizon][name]
                 if name in JUDGED:
                     part = 1.0 - after.value / max(error.value, 1e-12)
-                    yield Fall(horizon, name, part), error.low < error.high < after.low
+                    apart = error.low < error.high or part <= -LEAST_FALL
+                    yield Fall(horizon, name, part), apart and after.low > error.high
 
     def to_dict(self) -> dict[str, Any] | None:
         """The entry of ``gate`` that ``sym2real diagnose --json`` prints; None where nothing was judged."""

@@ -19,6 +19,8 @@ class Checking(Generic[Kind]):
 
     laboratory: Annotated[Kind, tyro.conf.arg(name="")]
     """The robot and what sees it; what is measured must keep within half of the ages that its limits allow."""
+    dry_run: bool = False
+    """Taken as by every launch script; a check sends nothing anyway."""
     seconds: float = 3.0
     """How long to measure."""
     json: Path | None = None

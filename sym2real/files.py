@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
+import secrets
+import shutil
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -75,12 +76,18 @@ def whole(path: str | Path) -> Iterator[Path]:
     if reader := read_by(target):
         raise DataError(target, "another file to write to", f"what this command reads as {reader}, which would be lost")
     made = [one for one in target.parents if not one.exists()]
+    folder = target.parent / f".writing-{secrets.token_hex(4)}"
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=target.parent, prefix=".writing-") as folder:
-            beside = Path(folder) / target.name
-            yield beside
-            beside.replace(target)
+        try:
+            try:
+                folder.mkdir()
+                yield folder / target.name
+                (folder / target.name).replace(target)
+            finally:
+                shutil.rmtree(folder, ignore_errors=True)
+        finally:  # once more: Ctrl-C may have come in the midst of it
+            shutil.rmtree(folder, ignore_errors=True)
     except BaseException as error:
         for one in made:
             with suppress(OSError):

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from types import TracebackType
-from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hardware.closing import Closing
 from hardware.interfaces import Reading
 from sym2real.plants import MujocoPlant
 from sym2real.protocols import Change
@@ -35,7 +34,7 @@ class TestClock:
         self.time, self.late = max(self.time, moment) + self.late, 0.0
 
 
-class SimulatedLink:
+class SimulatedLink(Closing):
     """A :class:`~hardware.interfaces.RobotLink` to a simulated Crazyflie; physics runs as the clock does."""
 
     def __init__(self, clock: TestClock, changes: Sequence[Change] = (), start: Array = ON_THE_GROUND) -> None:
@@ -79,11 +78,3 @@ class SimulatedLink:
 
     def close(self) -> None:
         self.stop()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
+import itertools
 import os
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import FrameType
 
 import pytest
 
@@ -38,6 +42,39 @@ def test_what_fails_half_way_leaves_the_earlier_file_and_nothing_else(tmp_path: 
         fail()
     assert file.read_text() == "earlier"
     assert names(tmp_path) == ["file.txt"]
+
+
+def test_ctrl_c_at_any_line_leaves_a_whole_file_or_none(tmp_path: Path) -> None:
+    lines = 0
+    for line in itertools.count(1):
+        place = tmp_path / str(line) / "text"
+        # Ctrl-C while Python's rmtree closes a folder can end in an error of the system's instead.
+        with contextlib.suppress(KeyboardInterrupt, DataError), interrupted_at(line):
+            write_text(place, "whole")
+            lines = line
+        assert not list(tmp_path.rglob(".writing-*"))
+        assert not place.exists() or place.read_text() == "whole"
+        if lines:
+            break
+    assert lines > 20  # lines of this function's own and of those that make, move and remove
+
+
+@contextlib.contextmanager
+def interrupted_at(line: int) -> Iterator[None]:
+    """Ctrl-C before the so-manieth line that the writer runs, its helpers in the standard library included."""
+    left = itertools.count(line - 1, -1)
+
+    def trace(frame: FrameType, event: str, _: object) -> Callable[..., object]:
+        if event == "line" and frame.f_globals.get("__name__") in {"sym2real.files", "shutil"} and next(left) == 0:
+            raise KeyboardInterrupt
+        return trace
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        yield
+    finally:
+        sys.settrace(before)
 
 
 def test_an_object_is_read_or_refused_with_its_place(tmp_path: Path) -> None:

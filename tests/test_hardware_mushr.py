@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from types import TracebackType
-from typing import Self
 
 import numpy as np
 import pytest
@@ -15,6 +13,7 @@ from numpy.typing import ArrayLike
 from ros_peers import master, rospy_script, wait_for
 
 from hardware.clock import SystemClock
+from hardware.closing import Closing
 from hardware.errors import LinkError, UnreachableError
 from hardware.fakes.mushr import INPUTS, PERIOD, POSES, TIMEOUT, Car, FakeMushr, Truth
 from hardware.interfaces import Pose, Reading, Verdict
@@ -42,7 +41,7 @@ def pose(stamp: float, x: float, y: float, yaw: float) -> Pose:
     return Pose(np.array([x, y, 0.0]), attitude, stamp, stamp)
 
 
-class CarLink:
+class CarLink(Closing):
     """A :class:`~hardware.interfaces.RobotLink` to the fake car without ROS between; physics runs as the clock does."""
 
     def __init__(self, clock: TestClock, car: Car) -> None:
@@ -78,14 +77,6 @@ class CarLink:
 
     def close(self) -> None:
         self.stop()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _go_on(self, more: float) -> None:
         self.clock.time += more

@@ -72,7 +72,7 @@ def test_the_link_is_checked_and_nothing_moves(capsys: pytest.CaptureFixture[str
         Checking[CrazyflieLaboratory],
         "check_link",
         None,
-        ["--sim", "--seconds", "1", "--json", "-", "--limits.pose-age", "5"],
+        ["--sim", "--dry-run", "--seconds", "1", "--json", "-", "--limits.pose-age", "5"],
     )
     told = json.loads(capsys.readouterr().out)
     held = {check["name"]: check["holds"] for check in told["checks"]}

@@ -120,11 +120,7 @@ def try_effect(
         gain=gain,
         beside=beside,
         refused=tuple(key for key in keys if key not in supported),
-        rivals=tuple(
-            rival
-            for key in keys
-            for rival in [one for one in rivals[key] if one.gain > max(GAIN, WORTH_A_LINE * beside[key])][:MOST_RIVALS]
-        ),
+        rivals=tuple(rival for key in keys for rival in _worth_a_line(rivals[key], beside[key])),
         faults=prepared.checked.faults,
         ladder=stages,
         floor=no_higher_than_reached(floor, stages),
@@ -133,6 +129,10 @@ def try_effect(
         notes=(*prepared.notes, *cut_said(horizons, horizon)),
         seconds=time.perf_counter() - started,
     )
+
+
+def _worth_a_line(rivals: Sequence[Rival], beside: float) -> Sequence[Rival]:
+    return [rival for rival in rivals if rival.gain > max(GAIN, WORTH_A_LINE * beside)][:MOST_RIVALS]
 
 
 def _check_fittable(wanted: Effect, equations: Equations) -> None:

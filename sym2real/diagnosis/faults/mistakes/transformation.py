@@ -14,7 +14,7 @@ import numpy as np
 import torch
 
 from sym2real import rotation
-from sym2real.diagnosis.data.agreement import RATES, VELOCITIES
+from sym2real.diagnosis.data.agreement import RATES
 from sym2real.trajectory import Array, Dataset, Trajectory
 
 POSITIONS = ("x", "y", "z")
@@ -260,4 +260,3 @@ def present(data: Dataset, columns: Sequence[str]) -> tuple[str, ...]:
 
 
 RATE_COMMANDS = tuple(f"{name}_cmd" for name in RATES)
-VECTORS = {"position": POSITIONS, "velocity": VELOCITIES, "rate": RATES, "rate command": RATE_COMMANDS}

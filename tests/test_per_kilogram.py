@@ -11,9 +11,11 @@ from sym2real.data import example_flight
 from sym2real.diagnosis.faults.checking import Question
 from sym2real.diagnosis.pipeline import prepare
 from sym2real.diagnosis.stages import Stages
+from sym2real.effects import applicable, effect
 from sym2real.logs import read_log
-from sym2real.robots import PER_KILOGRAM
+from sym2real.robots import quadrotor
 from sym2real.symbolic import load_model
+from sym2real.symbolic.mass_normalised import PER_KILOGRAM
 
 SPEC = "crazyflie_battery_drag"
 NOMINAL = ["nominal", "quadrotor", "--interface", "motors", "--attitude", "measured", "--spec", SPEC]
@@ -33,5 +35,15 @@ def test_forces_per_kilogram_are_said_to_be(
         main(command)
         assert " ".join(capsys.readouterr().out.split()).count(PER_KILOGRAM) == said, command[0]
     equations = load_model(tmp_path / "model")
+    units = [effect(key, equations).parameters[0].unit for key in ("linear_drag", "wind", "added_mass")]
+    assert units == (["1/s", "m/s²", "1"] if said else ["N s/m", "N", "kg"])
     log = read_log(flight, spec=SPEC, layouts=equations.layouts, dt=equations.dt)
     assert prepare(Question(equations, log), Stages(lambda _: None)).notes.count(PER_KILOGRAM) == said
+
+
+def test_every_unit_of_an_effect_has_one_per_kilogram() -> None:
+    """A model without a mass has no newton and no kilogram in any unit of its effects."""
+    for interface in ("thrust_rates", "motors"):
+        equations = quadrotor(None, interface=interface)
+        units = {parameter.unit for one in applicable(equations) for parameter in one.parameters}
+        assert not [unit for unit in units if "N" in unit or "kg" in unit], units

@@ -17,7 +17,7 @@ from sym2real.effects import effect
 from sym2real.errors import ModelError
 from sym2real.layout import Layout, Layouts
 from sym2real.plants import MujocoPlant, random_push
-from sym2real.robots import CRAZYFLIE, MUSHR, PER_KILOGRAM, ROBOTS, Robot
+from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 from sym2real.robots.crazyflie import ARM, MASS, TORQUE_PER_THRUST
 from sym2real.robots.motors import Motors
 from sym2real.robots.nominal_car import car
@@ -25,6 +25,7 @@ from sym2real.robots.nominal_quadrotor import quadrotor
 from sym2real.robots.robot import GRAVITY
 from sym2real.robots.thrust_fit import fit_thrust_per_unit
 from sym2real.symbolic import Equations, compile_model
+from sym2real.symbolic.mass_normalised import PER_KILOGRAM
 from sym2real.trajectory import Array, Trajectory
 
 INERTIA = (1.66e-5, 1.67e-5, 2.93e-5)

@@ -47,6 +47,7 @@ class Body:
         quantities: names that equations derive (thrust of four motors).
         column: that an effect is bound to, or "".
         dt: control period in s.
+        notes: of the equations that describe it.
     """
 
     layouts: Layouts
@@ -54,12 +55,13 @@ class Body:
     quantities: tuple[str, ...] = ()
     column: str = ""
     dt: float = 0.02
+    notes: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, described: Describable, column: str = "") -> Body:
         """The body that equations or a robot describe."""
-        quantities = tuple(getattr(described, "quantities", ()))
-        return cls(described.layouts, described.numbers, quantities, column, described.dt)
+        quantities, notes = (tuple(getattr(described, name, ())) for name in ("quantities", "notes"))
+        return cls(described.layouts, described.numbers, quantities, column, described.dt, notes)
 
     @property
     def names(self) -> tuple[str, ...]:

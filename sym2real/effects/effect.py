@@ -23,6 +23,7 @@ from sym2real.errors import ModelError, UnknownNameError
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import canonical
+from sym2real.symbolic.mass_normalised import unit_for
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,7 @@ class Effect:
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """Its numbers, with units, bounds and null values for this robot."""
-        return self.of.parameters(self.body)
+        return tuple(replace(one, unit=unit_for(self.body, one.unit)) for one in self.of.parameters(self.body))
 
     @property
     def null(self) -> dict[str, float]:

@@ -5,7 +5,7 @@ from sym2real.robots.crazyflie import CRAZYFLIE
 from sym2real.robots.motors import Motors
 from sym2real.robots.mushr import MUSHR
 from sym2real.robots.nominal_car import car
-from sym2real.robots.nominal_quadrotor import PER_KILOGRAM, quadrotor
+from sym2real.robots.nominal_quadrotor import quadrotor
 from sym2real.robots.robot import MPPISettings, Robot
 from sym2real.robots.thrust_fit import fit_thrust_per_unit
 
@@ -14,7 +14,6 @@ ROBOTS: Registry[Robot] = Registry("robot", {"crazyflie": CRAZYFLIE, "mushr": MU
 __all__ = [
     "CRAZYFLIE",
     "MUSHR",
-    "PER_KILOGRAM",
     "ROBOTS",
     "MPPISettings",
     "Motors",

@@ -23,6 +23,7 @@ from sym2real.robots.motors import Motors
 from sym2real.robots.rigid_body import FirstOrder, Vector, body_z, free_fall, gyroscopic, increment, multiply, symbols
 from sym2real.robots.robot import GRAVITY
 from sym2real.symbolic import Equations, symbol
+from sym2real.symbolic.mass_normalised import PER_KILOGRAM
 
 Interface = Literal["thrust_rates", "thrust_attitude", "motors"]
 Attitude = Literal["predicted", "measured"]
@@ -48,8 +49,6 @@ COMMANDS: Mapping[str, tuple[str, ...]] = {
 REFERENCE_MASS = 0.027
 REFERENCE_INERTIA = (1.66e-5, 1.67e-5, 2.93e-5)
 REFERENCE_MOTORS = Motors(thrust=0.0)
-# Said of equations whose mass nobody gave.
-PER_KILOGRAM = "no mass was given: forces, drag and masses are per kilogram of the robot"
 
 
 @dataclass

@@ -24,8 +24,8 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.predict.unpredicted import unpredicted_said
 from sym2real.effects import effect
 from sym2real.plants import MujocoPlant
-from sym2real.robots import PER_KILOGRAM
 from sym2real.symbolic import Equations
+from sym2real.symbolic.mass_normalised import PER_KILOGRAM
 from sym2real.trajectory import Dataset
 
 NO_SWING = "nothing in these logs swings at a frequency that is not the path's"

@@ -22,6 +22,7 @@ from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects.voltage import VOLTAGE
 from sym2real.layout import HEADING, HEIGHT, RATE, VELOCITY, WRENCH
+from sym2real.symbolic.mass_normalised import unit_for
 from sym2real.trajectory import Array, Trajectory
 
 DEPENDS, SUSPECT = 0.10, 0.03
@@ -235,8 +236,9 @@ def cross_validated(features: Array, targets: Array, groups: NDArray[np.int64]) 
 
 def unit_of(problem: Problem, name: str) -> str:
     """Unit of a push."""
-    layouts = problem.library.equations.layouts
-    return (layouts.inputs if name in layouts.inputs else layouts.action).units[name]
+    equations = problem.library.equations
+    layouts = equations.layouts
+    return unit_for(equations, (layouts.inputs if name in layouts.inputs else layouts.action).units[name])
 
 
 def split_in_words(names: Sequence[str], features: Array, target: Array, unit: str) -> tuple[str, str]:

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TypeVar
 
-from sym2real.errors import UnknownNameError
+from sym2real.errors import ModelError, UnknownNameError
 
 Value = TypeVar("Value")
 
 
 class Registry(Mapping[str, Value]):
-    """Read-only mapping from a name that a user types to what it stands for.
+    """Mapping from a name that a user types to what it stands for.
 
     Args:
         kind: what the entries are, in the singular, for error messages ("robot").
-        entries: the entries; the literal at the place of definition is the whole registry.
+        entries: the entries of this package; a user's own are added by :meth:`register`.
 
     Raises:
         UnknownNameError: on look-up of a name that is not there.
@@ -30,6 +30,16 @@ class Registry(Mapping[str, Value]):
             return self._entries[name]
         except KeyError:
             raise UnknownNameError(self.kind, name, self._entries) from None
+
+    def register(self, name: str, entry: Value) -> None:
+        """Add an entry of a user's own.
+
+        Raises:
+            ModelError: for a name that is taken.
+        """
+        if name in self._entries:
+            raise ModelError(f"{self.kind} {name!r}: expected a name that is free, found one that is registered")
+        self._entries[name] = entry
 
     def __contains__(self, name: object) -> bool:
         return name in self._entries

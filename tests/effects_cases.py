@@ -152,7 +152,7 @@ def run(robot: Robot, low: bool = False) -> Run:
         else:
             yaw, speed, steer = rng.uniform(-3, 3), rng.uniform(0.8, 2.4), rng.uniform(-0.3, 0.3)
             heading = np.array([np.cos(yaw), np.sin(yaw)])
-            turning = speed * np.tan(steer) / MUSHR.constants["wheelbase"]
+            turning = speed * np.tan(steer) / MUSHR.numbers["wheelbase"]
             state = np.array([*rng.uniform(-1, 1, 2), heading[1], heading[0], *(speed * heading), turning])
             action = wander(rng, rows, [0.05, 0.2], 8.0)
             action += [steer, speed] - action[0]

@@ -39,7 +39,7 @@ class SimulatedLink(Closing):
 
     def __init__(self, clock: TestClock, changes: Sequence[Change] = (), start: Array = ON_THE_GROUND) -> None:
         self.clock, self.armed, self.stopped, self.emergency = clock, False, False, False
-        self.plant = MujocoPlant(replace(CRAZYFLIE, dt=CRAZYFLIE.physics_dt), changes)
+        self.plant = MujocoPlant(replace(CRAZYFLIE, dt=CRAZYFLIE.description.physics_dt), changes)
         self.plant.reset(start)
         self._then, self._action = clock.now(), np.zeros(4)
         self.sent: list[Array] = []
@@ -59,7 +59,7 @@ class SimulatedLink(Closing):
     def state(self) -> Reading:
         while self._then < self.clock.now() - 1e-9:
             self.plant.step(self._action)
-            self._then += CRAZYFLIE.physics_dt
+            self._then += CRAZYFLIE.description.physics_dt
         now = self.clock.now()
         ages = {name: now - self.lost.get(name, now) for name in ("pose", "attitude")}
         return Reading(now, self.plant.true_state, ages, self.battery, frozenset(self.flags))

@@ -36,18 +36,15 @@ ROBOT = replace(
     CRAZYFLIE,
     layouts=replace(CRAZYFLIE.layouts, action=Layout.of(MOTORS)),
     dt=FAST,
-    low=np.zeros(4),
-    high=np.ones(4),
-    rest=np.full(4, MASS * 9.81 / 4 / THRUST),
-    random_low=np.zeros(4),
-    random_high=np.ones(4),
+    limits=replace(CRAZYFLIE.limits, low=np.zeros(4), high=np.ones(4), draws=None),
+    description=replace(CRAZYFLIE.description, rest=np.full(4, MASS * 9.81 / 4 / THRUST)),
 )
 # The same at the log's period, told the speed of every rotor in rad/s.
 SPINNING = replace(
     ROBOT,
     dt=FAST * EVERY,
-    high=np.full(4, np.sqrt(THRUST / ROTOR_THRUST)),
-    to_control=lambda speeds: speeds**2 * ROTOR_THRUST / THRUST,
+    limits=replace(ROBOT.limits, high=np.full(4, np.sqrt(THRUST / ROTOR_THRUST))),
+    description=replace(ROBOT.description, to_control=lambda speeds: speeds**2 * ROTOR_THRUST / THRUST),
 )
 
 

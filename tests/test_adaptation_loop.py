@@ -161,7 +161,7 @@ def test_a_log_too_short_to_learn_from_ends_nothing() -> None:
     task = make_task("hover", CRAZYFLIE)
     found = adapt(CRAZYFLIE.nominal(), plant, task, NARROW, replace(SMALL, rounds=1, steps=120))
     assert found.reports[0].crashed
-    assert found.reports[0].error > 0.5 * CRAZYFLIE.workspace_radius * (1.0 - found.reports[0].rows / 120)
+    assert found.reports[0].error > 0.5 * CRAZYFLIE.limits.workspace * (1.0 - found.reports[0].rows / 120)
     assert found.reports[0].cost > found.reports[0].error * 0.5
     assert not settled(found.reports)
 

@@ -37,8 +37,8 @@ def test_the_first_episode_is_random_and_uses_up_its_steps() -> None:
         np.testing.assert_allclose(trajectory.state[0], CRAZYFLIE.start, atol=1e-12)
         # Held for 0.2 s, within the range of random commands.
         assert (np.diff(trajectory.action[:10], axis=0) == 0).all()
-        assert (trajectory.action >= CRAZYFLIE.random_low).all()
-        assert (trajectory.action <= CRAZYFLIE.random_high).all()
+        assert (trajectory.action >= CRAZYFLIE.limits.random_low).all()
+        assert (trajectory.action <= CRAZYFLIE.limits.random_high).all()
     first = [trajectory.action[0] for trajectory in base.episodes]
     assert len(np.unique(np.round(first, 9), axis=0)) == len(first)
 
@@ -50,7 +50,7 @@ def test_an_interrupted_run_continues_to_the_same_equations(tmp_path: Path) -> N
 
     def run(folder: Path | None, **callback: object) -> Equations:
         plant, tasks = MujocoPlant(MUSHR), training_tasks(MUSHR)
-        engine = BeamSearch(angles=MUSHR.angles)
+        engine = BeamSearch(angles=MUSHR.recipe.angles)
         return stage_one(plant, tasks, engine, QUICK, folder=folder, **callback).equations  # type: ignore[arg-type]
 
     with pytest.raises(KeyboardInterrupt):
@@ -63,7 +63,7 @@ def test_an_interrupted_run_continues_to_the_same_equations(tmp_path: Path) -> N
 
 
 def test_a_folder_of_another_run_is_refused(tmp_path: Path) -> None:
-    plant, tasks, engine = MujocoPlant(MUSHR), training_tasks(MUSHR), BeamSearch(angles=MUSHR.angles)
+    plant, tasks, engine = MujocoPlant(MUSHR), training_tasks(MUSHR), BeamSearch(angles=MUSHR.recipe.angles)
     settings = replace(QUICK, episodes=1)
     stage_one(plant, tasks, engine, settings, folder=tmp_path)
     with pytest.raises(ModelError, match="steps: 80 there, 90 now"):
@@ -74,7 +74,7 @@ def test_a_run_that_cannot_be_is_refused_before_it_begins(tmp_path: Path) -> Non
     for settings in ({"episodes": 0}, {"steps": 5}):
         with pytest.raises(ModelError, match="at least one episode of 10 steps"):
             StageOne(**settings)
-    plant, engine = MujocoPlant(MUSHR), BeamSearch(angles=MUSHR.angles)
+    plant, engine = MujocoPlant(MUSHR), BeamSearch(angles=MUSHR.recipe.angles)
     with pytest.raises(ModelError, match="at least one task"):
         stage_one(plant, [], engine, QUICK)
     (tmp_path / "settings.json").write_text("{")
@@ -85,7 +85,7 @@ def test_a_run_that_cannot_be_is_refused_before_it_begins(tmp_path: Path) -> Non
 def test_only_what_ends_on_the_ground_is_a_crash() -> None:
     """A car under random commands stays on its wheels; its one try ends because the steps are used up."""
     base = stage_one(
-        MujocoPlant(MUSHR), training_tasks(MUSHR), BeamSearch(angles=MUSHR.angles), replace(QUICK, episodes=1)
+        MujocoPlant(MUSHR), training_tasks(MUSHR), BeamSearch(angles=MUSHR.recipe.angles), replace(QUICK, episodes=1)
     )
     assert [(report.rows, report.crashes) for report in base.reports] == [(QUICK.steps, 0)]
 
@@ -125,12 +125,12 @@ def test_the_loop_stops_when_nothing_gets_better() -> None:
 
 def test_errors_of_an_episode() -> None:
     settings = StageOne(episodes=1, steps=60, pushed=False)
-    base = stage_one(MujocoPlant(MUSHR), training_tasks(MUSHR), BeamSearch(angles=MUSHR.angles), settings)
+    base = stage_one(MujocoPlant(MUSHR), training_tasks(MUSHR), BeamSearch(angles=MUSHR.recipe.angles), settings)
     episode = base.episodes[0]
     moved = replace(episode, extra={**episode.extra, "ref_x": episode.column("x") + 3.0, "ref_y": episode.column("y")})
     assert tracking_error(moved) == episode_error(moved, MUSHR, len(moved)) == pytest.approx(3.0)
     # A crash after a quarter of the way: the other three quarters count as off the workspace.
-    assert episode_error(moved, MUSHR, 4 * len(moved)) == pytest.approx(0.25 * 3.0 + 0.75 * MUSHR.workspace_radius)
+    assert episode_error(moved, MUSHR, 4 * len(moved)) == pytest.approx(0.25 * 3.0 + 0.75 * MUSHR.limits.workspace)
     still = Equations.parse(episode.layouts, {column: column for column in episode.layouts.state}, episode.dt)
     # Predicting no motion is wrong by all the motion there is.
     assert one_step_error(still, [episode]) == pytest.approx(1.0)

@@ -76,8 +76,8 @@ def test_short_drives_have_the_same_commands_at_every_seed_and_end_after_three_s
 @pytest.mark.parametrize("base", [CRAZYFLIE, MUSHR], ids=["crazyflie", "mushr"])
 def test_another_rate_has_whole_physics_steps(base: object, rate: float) -> None:
     changed = null_logs.at_rate(base, rate)  # type: ignore[arg-type]
-    assert changed.substeps * changed.physics_dt == pytest.approx(1.0 / rate)
-    assert changed.physics_dt <= base.physics_dt * (1 + 1e-9)  # type: ignore[attr-defined]
+    assert changed.substeps * changed.description.physics_dt == pytest.approx(1.0 / rate)
+    assert changed.description.physics_dt <= base.description.physics_dt * (1 + 1e-9)  # type: ignore[attr-defined]
 
 
 def test_lost_and_stale_rows_leave_what_was_measured() -> None:
@@ -131,6 +131,6 @@ def simulated(robot: Robot, spec: mujoco.MjSpec) -> np.ndarray:
     robot.write_state(data, robot.start)
     data.qvel[3:6] += 1.0 if robot is CRAZYFLIE else 0.0
     action = robot.rest + (0.1 if robot is CRAZYFLIE else np.array([0.2, 1.5]))
-    data.ctrl[:] = robot.to_control(action)
+    data.ctrl[:] = robot.description.to_control(action)
     mujoco.mj_step(model, data, 100)
     return np.concatenate([data.qpos, data.qvel])

@@ -10,7 +10,7 @@ import pytest
 from sym2real.cli import main
 from sym2real.experiments.flights import car_drives
 from sym2real.experiments.learning import learn_from_logs
-from sym2real.experiments.measured import MEASURED
+from sym2real.experiments.measured import measured
 from sym2real.logs import read_log, write_log
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 from sym2real.symbolic import load_model
@@ -54,7 +54,7 @@ def test_the_step_is_that_of_the_logs(drives: list[str], tmp_path: Path) -> None
         header, *rows = Path(log).read_text().splitlines()
         thin.append(tmp_path / Path(log).name)
         thin[-1].write_text("\n".join([header, *rows[::2], ""]))
-    dts = {name: learn_from_logs(MEASURED[name], thin, None, "beam").equations.dt for name in ("car", "mushr")}
+    dts = {name: learn_from_logs(measured(name), thin, None, "beam").equations.dt for name in ("car", "mushr")}
     assert dts == {"car": 0.1, "mushr": 0.05}
 
 

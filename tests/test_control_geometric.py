@@ -23,7 +23,7 @@ def fly(task: Task, start: np.ndarray, steps: int = 300, yaw_rate: float = 0.0) 
 
 def drive(task: Task, start: np.ndarray, steps: int = 300) -> Trajectory:
     robot = MUSHR
-    wheelbase = robot.constants["wheelbase"]
+    wheelbase = robot.numbers["wheelbase"]
     controller = PurePursuit(wheelbase, robot.low, robot.high, robot.dt, task.reference)
     return run_episode(MujocoPlant(robot), controller, task, start=start, steps=steps)
 
@@ -59,7 +59,7 @@ def expected_error(task: Task) -> float:
     speed = max(np.linalg.norm(point.velocity) for point in points)
     acceleration = max(np.linalg.norm(point.acceleration) for point in points)
     frequency, gains = acceleration / speed, Gains()
-    late = 1 / CRAZYFLIE.constants["kx"] + CRAZYFLIE.dt / 2
+    late = 1 / CRAZYFLIE.numbers["kx"] + CRAZYFLIE.dt / 2
     tilted = late * acceleration * frequency**2 / abs(gains.attitude + 1j * frequency)
     return float(tilted / abs(gains.position - frequency**2 + 1j * frequency * gains.velocity))
 
@@ -148,8 +148,8 @@ def test_random_commands_fill_their_range_and_are_held(robot: Robot) -> None:
     actions = np.array([commands.act(robot.start, step) for step in range(300 * held)])
     blocks = actions.reshape(300, held, -1)
     np.testing.assert_array_equal(blocks, np.repeat(blocks[:, :1], held, axis=1))
-    span = robot.random_high - robot.random_low
-    place = (blocks[:, 0] - robot.random_low) / span
+    span = robot.limits.random_high - robot.limits.random_low
+    place = (blocks[:, 0] - robot.limits.random_low) / span
     assert place.min() >= 0 and place.max() <= 1
     np.testing.assert_allclose(place.mean(0), 0.5, atol=0.06)
     np.testing.assert_allclose(place.std(0), 12**-0.5, atol=0.03)

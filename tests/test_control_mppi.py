@@ -18,7 +18,7 @@ from sym2real.control.noise import covariance_factor, sample, smoothing
 from sym2real.control.weights import weigh
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout, Layouts
-from sym2real.robots import CRAZYFLIE, MPPISettings, Robot
+from sym2real.robots import CRAZYFLIE, Limits, MPPISettings, Robot
 from sym2real.tasks import Task
 
 # A cart: position and velocity along x, an acceleration and a brake that does nothing, as actions.
@@ -27,12 +27,8 @@ CART: Robot = replace(
     name="cart",
     layouts=Layouts(Layout.of(("x", "vx")), Layout.of(("push", "brake"))),
     dt=0.1,
-    low=np.array([-2.0, -1.0]),
-    high=np.array([2.0, 1.0]),
-    rest=np.zeros(2),
-    random_low=np.array([-2.0, -1.0]),
-    random_high=np.array([2.0, 1.0]),
-    start=np.array([1.0, 0.0]),
+    limits=Limits(np.array([-2.0, -1.0]), np.array([2.0, 1.0])),
+    description=replace(CRAZYFLIE.description, start=np.array([1.0, 0.0]), rest=np.zeros(2)),
     mppi=MPPISettings(samples=64, horizon=1.2, temperature=0.3, noise=(0.8, 0.4)),
 )
 A = torch.tensor([[1.0, 0.1], [0.0, 1.0]], dtype=torch.float64)
@@ -104,7 +100,7 @@ def finite_horizon_optimum(start: Tensor, steps: int) -> tuple[Tensor, float]:
 
 
 def test_comes_near_the_optimum_of_a_linear_quadratic_problem() -> None:
-    wide = replace(CART, low=np.full(2, -50.0), high=np.full(2, 50.0))
+    wide = CART.within(np.full(2, -50.0), np.full(2, 50.0))
     settings = MPPISettings(samples=512, horizon=1.2, temperature=0.01, noise=(0.25, 0.25), correlation=0.3)
     mppi = MPPI(linear, wide, cart_task(), settings=settings, dtype=torch.float64)
     start = np.array([0.6, 0.3])
@@ -128,7 +124,7 @@ def test_limits_are_never_left() -> None:
 
 
 def test_single_precision_does_not_leave_the_limits_either() -> None:
-    robot = replace(CART, low=np.array([-0.1, -0.1]), high=np.array([0.1, 0.1]))  # 0.1 rounds up in float32
+    robot = CART.within(np.array([-0.1, -0.1]), np.array([0.1, 0.1]))  # 0.1 rounds up in float32
     far = cart_task(lambda at: 100 * torch.ones(*at.shape, 2))
     mppi = MPPI(linear, robot, far, settings=replace(CART.mppi, noise=(30.0, 0.1)))
     assert max(mppi.act(CART.start, step)[0] for step in range(5)) <= 0.1

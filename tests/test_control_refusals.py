@@ -15,7 +15,7 @@ from sym2real.control.fused_arguments import Sizes
 from sym2real.errors import ShapeError, Sym2RealError, UnknownNameError
 from sym2real.layout import Layout, Layouts
 from sym2real.native import find_compiler
-from sym2real.robots import CRAZYFLIE, MPPISettings
+from sym2real.robots import CRAZYFLIE, Limits, MPPISettings
 from sym2real.symbolic import Equations, compile_model, symbol
 from sym2real.tasks import make_task
 
@@ -120,8 +120,8 @@ def test_inputs_that_the_equations_use_are_asked_for(backend: str) -> None:
     layouts = Layouts(Layout.of(("x", "vx")), Layout.of(("push",)), Layout.of(("vbat", "fx")))
     equations = Equations.parse(layouts, {"x": "x + 0.1*vx", "vx": "vx + 0.1*push*vbat + fx"}, 0.1)
     one = np.ones(1)
-    ranges = {"low": -one, "high": one, "rest": 0 * one, "random_low": -one, "random_high": one}
-    cart = replace(CRAZYFLIE, layouts=layouts, dt=0.1, start=np.ones(2), **ranges)
+    described = replace(CRAZYFLIE.description, rest=0 * one, start=np.ones(2))
+    cart = replace(CRAZYFLIE, layouts=layouts, dt=0.1, limits=Limits(-one, one), description=described)
     task = replace(make_task("hover", CRAZYFLIE), cost=symbol("x") ** 2, reference=lambda at: torch.zeros(*at.shape, 2))
     settings = replace(SETTINGS, noise=(0.5,))
     controller = MPPI(compile_model(equations), cart, task, settings=settings, backend=backend, period=10.0)

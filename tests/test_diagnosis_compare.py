@@ -199,7 +199,7 @@ def test_a_model_predicts_itself(name: str) -> None:
     robot = ROBOTS[name]
     equations = robot.nominal()
     rng = np.random.default_rng(2)
-    actions = np.repeat(rng.uniform(robot.random_low, robot.random_high, (8, len(robot.low))), 10, axis=0)
+    actions = np.repeat(rng.uniform(robot.limits.random_low, robot.limits.random_high, (8, len(robot.low))), 10, axis=0)
 
     class Replay:
         def reset(self) -> None: ...

@@ -39,7 +39,7 @@ def flight(yaw: Array, thrust: Array, speed: Array, rates: Array | float = 0.0) 
 
 
 def drive(steer: Array, speed: Array) -> Trajectory:
-    length, dt = MUSHR.constants["wheelbase"], MUSHR.dt
+    length, dt = MUSHR.numbers["wheelbase"], MUSHR.dt
     rate = speed * np.tan(steer) / length
     yaw = np.cumsum(rate) * dt
     along = np.stack([np.cos(yaw), np.sin(yaw)], axis=1) * speed[:, None]

@@ -21,7 +21,7 @@ from sym2real.robots import MUSHR
 from sym2real.symbolic import compile_model
 from sym2real.trajectory import Array, Dataset
 
-WHEELBASE = MUSHR.constants["wheelbase"]
+WHEELBASE = MUSHR.numbers["wheelbase"]
 SETTLED = 80  # steps, 4 s
 CIRCLES = [(0.1, 0.6), (0.1, 2.2), (-0.2, 1.2), (0.3, 0.8), (0.3, 1.8)]  # steering rad, speed m/s
 TRAIL = 0.04  # m

@@ -19,7 +19,7 @@ TURNS = [(0.2, 1.0), (-0.2, 1.0), (0.3, 1.0), (0.2, 1.8), (0.1, 1.8)]
 
 @pytest.fixture(scope="module")
 def learned() -> Equations:
-    return learn_from_drives(5).equations
+    return learn_from_drives(MUSHR, 5).equations
 
 
 def _forward(state: Array) -> float:

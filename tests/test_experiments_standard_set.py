@@ -84,7 +84,7 @@ def test_a_steering_offset_shows_in_the_turning_rate() -> None:
     drives = simulate_case(Case("mushr", (("offset:steer", {"value": 0.1}),), seed=2), 1, 150)
     log = drives[0].rows(50, 150)
     speed = np.hypot(log.column("vx"), log.column("vy")).mean()
-    pointed = np.arctan(MUSHR.constants["wheelbase"] * log.column("wz").mean() / speed)
+    pointed = np.arctan(MUSHR.numbers["wheelbase"] * log.column("wz").mean() / speed)
     assert pointed - log.column("steer").mean() == pytest.approx(0.1, abs=0.02)
 
 

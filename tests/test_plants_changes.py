@@ -16,8 +16,8 @@ from sym2real.trajectory import Array
 
 WIND, OFFSET = effect("wind", CRAZYFLIE), effect("com_offset", CRAZYFLIE)
 HIGH = np.array([0, 0, 50.0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0])
-INERTIA = np.array([CRAZYFLIE.constants[name] for name in ("jx", "jy", "jz")])
-GAINS = np.array([CRAZYFLIE.constants[name] for name in ("kx", "ky", "kz")])
+INERTIA = np.array([CRAZYFLIE.numbers[name] for name in ("jx", "jy", "jz")])
+GAINS = np.array([CRAZYFLIE.numbers[name] for name in ("kx", "ky", "kz")])
 
 
 def fly(plant: MujocoPlant, steps: int = 50) -> Array:

@@ -39,7 +39,7 @@ def changed(robot: Robot, values: dict[str, float]) -> Equations:
 
 def commands(robot: Robot) -> Array:
     rng = np.random.default_rng(3)
-    return 0.5 * (robot.rest + rng.uniform(robot.random_low, robot.random_high, (STEPS, len(robot.low))))
+    return 0.5 * (robot.rest + rng.uniform(robot.limits.random_low, robot.limits.random_high, (STEPS, len(robot.low))))
 
 
 @pytest.mark.parametrize("case", CASES)

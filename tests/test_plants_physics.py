@@ -17,7 +17,7 @@ from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 from sym2real.robots.robot import GRAVITY
 from sym2real.trajectory import Array
 
-INERTIA = np.array([CRAZYFLIE.constants[name] for name in ("jx", "jy", "jz")])
+INERTIA = np.array([CRAZYFLIE.numbers[name] for name in ("jx", "jy", "jz")])
 
 
 def flight(state: dict[str, float]) -> Array:
@@ -94,7 +94,7 @@ def test_the_quaternion_stays_a_unit_one() -> None:
     rng = np.random.default_rng(0)
     plant.reset(flight({"z": 30.0}))
     for _ in range(100):
-        state = plant.step(rng.uniform(CRAZYFLIE.random_low, CRAZYFLIE.random_high))
+        state = plant.step(rng.uniform(CRAZYFLIE.limits.random_low, CRAZYFLIE.limits.random_high))
         assert float(quaternion(state).norm()) == pytest.approx(1.0, abs=1e-12)
 
 
@@ -123,7 +123,7 @@ def test_turning_the_world_turns_the_result(robot: Robot) -> None:
     else:
         start[2:4] = np.sin(0.3), np.cos(0.3)
         start[-3:] = 0.0
-    actions = 0.5 * rng.uniform(robot.random_low, robot.random_high, (20, len(robot.low)))
+    actions = 0.5 * rng.uniform(robot.limits.random_low, robot.limits.random_high, (20, len(robot.low)))
     actions[:, robot.layouts.action.size - 1] = np.abs(actions[:, -1])
     ends = []
     for yaw in (0.0, 2.0):
@@ -142,7 +142,7 @@ def test_turning_the_world_turns_the_result(robot: Robot) -> None:
 @pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
 def test_equal_actions_give_equal_states(robot: Robot) -> None:
     rng = np.random.default_rng(2)
-    actions = rng.uniform(robot.random_low, robot.random_high, (20, len(robot.low)))
+    actions = rng.uniform(robot.limits.random_low, robot.limits.random_high, (20, len(robot.low)))
     one, other = MujocoPlant(robot), MujocoPlant(robot)
     other.step(robot.high)
     other.reset()
@@ -161,7 +161,7 @@ def test_a_reset_puts_the_plant_where_it_was_told(robot: Robot) -> None:
 def test_the_car_turns_on_the_circle_of_its_steering(steer: float) -> None:
     plant = MujocoPlant(MUSHR)
     states = np.array([plant.step([steer, 0.5]) for _ in range(300)])[100:]
-    radius = MUSHR.constants["wheelbase"] / np.tan(abs(steer))
+    radius = MUSHR.numbers["wheelbase"] / np.tan(abs(steer))
     centred = states[:, :2] - 0.5 * (states[:, :2].max(0) + states[:, :2].min(0))
     if np.ptp(np.unwrap(np.arctan2(states[:, 2], states[:, 3]))) > 2 * np.pi:
         np.testing.assert_allclose(np.linalg.norm(centred, axis=1), radius, rtol=0.01)
@@ -177,7 +177,7 @@ def test_a_car_reset_at_speed_rolls_on(speed: float, rate: float) -> None:
     start = [0.0, 0.0, np.sin(heading), np.cos(heading), speed * np.cos(heading), speed * np.sin(heading), rate]
     plant.reset(start)
     height = plant.mj_data.qpos[2]
-    steer = np.arctan(MUSHR.constants["wheelbase"] * rate / speed)
+    steer = np.arctan(MUSHR.numbers["wheelbase"] * rate / speed)
     state = plant.step([steer, speed])
     assert np.hypot(*state[4:6]) == pytest.approx(abs(speed), rel=0.03)
     assert state[6] == pytest.approx(rate, abs=0.05)
@@ -227,7 +227,7 @@ def test_wrong_shapes_are_refused() -> None:
 def test_the_full_state_brings_everything_back(robot: Robot) -> None:
     plant = MujocoPlant(robot)
     rng = np.random.default_rng(3)
-    actions = rng.uniform(robot.random_low, robot.random_high, (10, len(robot.low)))
+    actions = rng.uniform(robot.limits.random_low, robot.limits.random_high, (10, len(robot.low)))
     for action in actions[:5]:
         plant.step(action)
     kept = plant.full_state

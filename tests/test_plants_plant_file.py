@@ -34,7 +34,10 @@ def moved(plant: MujocoPlant, steps: int = 40) -> Array:
     start[: 3 if "z" in robot.layouts.state else 0] = 5.0
     states = [plant.reset(start)]
     for _ in range(steps):
-        middle, half = 0.5 * (robot.random_high + robot.random_low), 0.5 * (robot.random_high - robot.random_low)
+        middle, half = (
+            0.5 * (robot.limits.random_high + robot.limits.random_low),
+            0.5 * (robot.limits.random_high - robot.limits.random_low),
+        )
         states.append(plant.step(middle + 0.5 * half * rng.uniform(-1, 1, len(half))))
     return np.array(states)
 

@@ -52,7 +52,7 @@ class Scripted:
 
 def draw(robot: Robot, steps: int, seed: int = 0) -> Array:
     rng = np.random.default_rng(seed)
-    return 0.5 * (robot.rest + rng.uniform(robot.random_low, robot.random_high, (steps, len(robot.low))))
+    return 0.5 * (robot.rest + rng.uniform(robot.limits.random_low, robot.limits.random_high, (steps, len(robot.low))))
 
 
 def high(robot: Robot) -> Array:
@@ -98,7 +98,7 @@ def test_coarse_rollouts_of_a_free_body_stay_close() -> None:
     fine = rollout_mujoco(plant, plant.full_state, actions)
     coarse = rollout_mujoco(plant, plant.full_state, actions, substeps=2)
     assert 0.0 < np.abs(fine - coarse)[..., :3].max() < 1e-4
-    assert plant.mj_model.opt.timestep == CRAZYFLIE.physics_dt
+    assert plant.mj_model.opt.timestep == CRAZYFLIE.description.physics_dt
 
 
 def test_rollouts_and_episodes_of_nothing_are_refused() -> None:
@@ -180,7 +180,7 @@ def test_an_episode_of_a_task_starts_there_and_carries_its_reference() -> None:
 def test_pushes_are_smooth_bounded_random_and_repeatable(robot: Robot) -> None:
     pushes = random_push(robot, 2000, np.random.default_rng(0))
     np.testing.assert_array_equal(pushes, random_push(robot, 2000, np.random.default_rng(0)))
-    limits = np.array([robot.push_limits[column] for column in robot.layouts.inputs])
+    limits = np.array([robot.limits.push[column] for column in robot.layouts.inputs])
     share = pushes / limits
     forces = [robot.layouts.inputs.index(column) for column in robot.layouts.inputs if column.startswith("f")]
     assert np.linalg.norm(share[:, forces], axis=1).max() < 1.0
@@ -192,8 +192,8 @@ def test_pushes_are_smooth_bounded_random_and_repeatable(robot: Robot) -> None:
 
 
 def test_the_car_forgets_no_wrench_limits() -> None:
-    assert MUSHR.push_limits["fx"] == pytest.approx(0.3 * 3.5 * 9.81)
-    assert CRAZYFLIE.push_limits["tx"] == pytest.approx(0.5 * 1.66e-5 * 50 * 8)
+    assert MUSHR.limits.push["fx"] == pytest.approx(0.3 * 3.5 * 9.81)
+    assert CRAZYFLIE.limits.push["tx"] == pytest.approx(0.5 * 1.66e-5 * 50 * 8)
 
 
 @every_robot
@@ -283,7 +283,7 @@ def test_the_gymnasium_view_rewards_minus_the_cost_and_ends_where_it_must() -> N
     assert steps == round(task.duration / CRAZYFLIE.dt)
     # Held where the task starts, the cost is that of the distance to the goal, by eq. (5) written out.
     goal = task.reference(torch.tensor(steps * CRAZYFLIE.dt, dtype=torch.float64)).numpy()
-    weights = CRAZYFLIE.cost_weights
+    weights = CRAZYFLIE.recipe.cost_weights
     expected = (
         weights["position"] * np.linalg.norm(observation[:3] - goal[:3])
         + weights["orientation"] * (1 - (observation[3:7] @ goal[3:7]) ** 2)

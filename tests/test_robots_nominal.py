@@ -72,7 +72,7 @@ def commands(robot: Robot, scale: float, seed: int) -> Array:
     """Random commands of 0.8 s (car 1 s), each held for 0.2 s, scaled about rest."""
     rng = np.random.default_rng(seed)
     held, steps = round(0.2 / robot.dt), round((0.8 if robot is CRAZYFLIE else 1.0) / robot.dt)
-    draws = rng.uniform(robot.random_low, robot.random_high, (steps // held + 1, len(robot.low)))
+    draws = rng.uniform(robot.limits.random_low, robot.limits.random_high, (steps // held + 1, len(robot.low)))
     result: Array = robot.rest + scale * (np.repeat(draws, held, axis=0)[:steps] - robot.rest)
     return result
 

@@ -53,7 +53,7 @@ def test_cost_is_the_formula_of_the_paper(robot: Robot, name: str, formula) -> N
     state, reference = (
         robot.layouts.state.normalise(torch.randn(shape, generator=generator, dtype=torch.float64)) for _ in range(2)
     )
-    weighted = replace(robot, cost_weights=robot_weights)
+    weighted = replace(robot, recipe=replace(robot.recipe, cost_weights=robot_weights))
     cost = compiled(weighted, name)
     action = torch.zeros(30, robot.layouts.action.size, dtype=torch.float64)
     expected = [formula(s, r, robot_weights) for s, r in zip(state.numpy(), reference.numpy(), strict=True)]

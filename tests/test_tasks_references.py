@@ -74,7 +74,7 @@ def test_car_can_steer_what_is_asked_for(name: str, options: dict) -> None:
     robot = ROBOTS["mushr"]
     reference = make_task(name, robot, **options).reference(TIMES)
     speed, rate = torch.hypot(reference[:, 4], reference[:, 5]), reference[:, 6].abs()
-    tightest = np.tan(robot.high[0]) / robot.constants["wheelbase"]
+    tightest = np.tan(robot.high[0]) / robot.numbers["wheelbase"]
     assert bool((rate <= 0.95 * tightest * speed + 1e-9).all())
     assert float(speed.max()) <= robot.high[1]
 

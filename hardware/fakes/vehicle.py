@@ -19,7 +19,7 @@ from sym2real.protocols import Change
 from sym2real.robots import CRAZYFLIE
 from sym2real.trajectory import Array
 
-STEP = CRAZYFLIE.physics_dt
+STEP = CRAZYFLIE.description.physics_dt
 FULL_SCALE = 65535
 LEVEL, OFF = 0.5, 2.0  # s without a set-point until the firmware turns level, and until it stops the motors
 LEVELLING = 6.0  # 1/s, of attitude (and of the yaw target always)

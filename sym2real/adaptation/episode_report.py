@@ -64,7 +64,7 @@ def episode_error(trajectory: Trajectory, robot: Robot, steps: int) -> float:
     Rows that a crash has cost count as the radius of the robot's workspace, so that ending early never looks good.
     """
     missing = max(0, steps - len(trajectory))
-    total = position_errors(trajectory).sum() + missing * robot.workspace_radius
+    total = position_errors(trajectory).sum() + missing * robot.limits.workspace
     return float(total / (len(trajectory) + missing))
 
 
@@ -74,7 +74,7 @@ def episode_cost(trajectory: Trajectory, task: Task, robot: Robot, steps: int) -
     state, action = torch.as_tensor(trajectory.state[1:]), torch.as_tensor(trajectory.action[:-1])
     reference = task.reference(torch.as_tensor(robot.dt * np.arange(steps), dtype=torch.float64))
     lost = reference[len(trajectory) :].clone()
-    lost[:, layouts.state.slice("position").start] += robot.workspace_radius
+    lost[:, layouts.state.slice("position").start] += robot.limits.workspace
     rest = torch.as_tensor(robot.rest).expand(len(lost), -1)
     flown = cost(state, action, reference[1 : len(trajectory)])
     return float(torch.cat([flown, cost(lost, rest, reference[len(trajectory) :])]).mean())

@@ -71,7 +71,7 @@ def _rolled_out(
 
 def _excesses(predicted: Tensor, start: Tensor, robot: Robot) -> dict[str, Tensor]:
     """What is beyond the robot's limits in each rollout, by what it is ``# (rollouts,)``."""
-    layout, limits = robot.layouts.state, robot.state_limits
+    layout, limits = robot.layouts.state, robot.limits.state
     excesses = {
         f"{name} above {limit:.3g} {layout.field(name).unit}": _largest(predicted[..., layout.slice(name)]) > limit
         for name, limit in limits.items()

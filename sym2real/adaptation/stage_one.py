@@ -160,7 +160,7 @@ class _Loop:
                 pushed += self._episode("pushed", number, equations)
         # A warm start keeps terms that were chosen from fewer rows; the last fit chooses among all of them anew.
         equations = self._fit("equations", [*episodes, *pushed], None)
-        require_dependence(equations, Dataset(episodes).transitions(), self.plant.robot.dependencies)
+        require_dependence(equations, Dataset(episodes).transitions(), self.plant.robot.recipe.dependencies)
         return BaseModel(equations, tuple(episodes), tuple(pushed), tuple(reports))
 
     def _fit(self, name: str, episodes: Sequence[Trajectory], start: Equations | None) -> Equations:

@@ -116,7 +116,7 @@ class AdaptVerb(ABC):
             until_settled=not self.all_rounds,
             seed=self.seed,
         )
-        angles = () if chosen.robot is None else chosen.robot.angles
+        angles = () if chosen.robot is None else chosen.robot.recipe.angles
         learner = make_learner(self.learner, self.seed, memory=self.memory, angles=angles)
         return _Run(model, chosen, learner, settings)
 

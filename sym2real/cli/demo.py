@@ -15,8 +15,7 @@ from sym2real.cli.terminal import Report
 if TYPE_CHECKING:
     from sym2real.symbolic import Equations
 
-EPISODES = {"crazyflie": 3, "mushr": 5}
-FLOWN = {"crazyflie": ("hover", "circle", "lemniscate"), "mushr": ("circle", "park")}
+SHOWN = ("crazyflie", "mushr")
 STEPS = 400
 SECONDS = 5.0
 
@@ -44,7 +43,7 @@ class Demo:
 
         started = time.perf_counter()
         robots = {}
-        for name in EPISODES:
+        for name in SHOWN:
             robots[name] = self._robot(name, console)
             console.release()  # what an act says stands beside files that are written
         story = Story(self.out, self.samples, self.seed, SECONDS)
@@ -64,7 +63,7 @@ class Demo:
 
         robot = ROBOTS[name]
         console.rule(f"{robot.title}: from description file to equations")
-        settings = StageOne(EPISODES[name], STEPS, samples=self.samples, until_settled=False, seed=self.seed)
+        settings = StageOne(robot.recipe.episodes, STEPS, samples=self.samples, until_settled=False, seed=self.seed)
         folder = self.out / name / "model"
         with stage_one_progress() as on_progress:
             learned = learn_in_simulation(robot, "beam", settings, folder / "episodes", on_progress)
@@ -84,7 +83,7 @@ class Demo:
         from sym2real.tasks import make_task
 
         robot, flights = ROBOTS[name], []
-        for task_name in FLOWN[name]:
+        for task_name in dict.fromkeys(task for task, _ in robot.recipe.tasks):
             task = make_task(task_name, robot)
             controller = mppi_controller(equations, robot, task, samples=self.samples, seed=self.seed)
             with steps_progress(f"flying {task_name}", round(SECONDS / robot.dt)) as on_step:

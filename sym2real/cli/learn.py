@@ -63,12 +63,12 @@ class Learn(OfLogs):
         from sym2real.cli.progress import stage_one_progress
         from sym2real.errors import ModelError
         from sym2real.experiments.learning import learn_from_logs, learn_in_simulation
-        from sym2real.experiments.measured import MEASURED
+        from sym2real.experiments.measured import measured
         from sym2real.report.tables import dependence_table, episode_table, equation_table
 
         numbers = self._numbers()
         if self.data:
-            learned = learn_from_logs(MEASURED[self.robot], self.data, self.naming, self.engine, numbers)
+            learned = learn_from_logs(measured(self.robot), self.data, self.naming, self.engine, numbers)
         else:
             robot, settings = self._simulated(), self._settings()
             with stage_one_progress() as on_progress:
@@ -99,10 +99,10 @@ class Learn(OfLogs):
             UnknownNameError: when there is none of that name.
         """
         from sym2real.errors import ModelError
-        from sym2real.experiments.measured import MEASURED
+        from sym2real.experiments.measured import LIKE
         from sym2real.robots import ROBOTS
 
-        if self.robot in MEASURED and self.robot not in ROBOTS:
+        if self.robot in LIKE:
             raise ModelError(
                 f"any {self.robot} has no simulator: expected --data LOGS with it, or a robot that has one "
                 f"({', '.join(ROBOTS)}); `sym2real nominal {self.robot} --help` starts from numbers alone"
@@ -124,14 +124,14 @@ class Learn(OfLogs):
             ModelError: for what is not NAME=VALUE with a finite value.
         """
         from sym2real.errors import ModelError, UnknownNameError
-        from sym2real.experiments.measured import MEASURED
+        from sym2real.experiments.measured import measured
 
         if self.numbers and not self.data:
             raise ModelError("--numbers: expected --data with it, found none: the plain simulator has its own numbers")
         found = {}
         for typed in self.numbers:
             name, _, value = typed.partition("=")
-            if name not in (names := MEASURED[self.robot].names):
+            if name not in (names := measured(self.robot).names):
                 raise UnknownNameError(f"number of {self.robot}", name, names)
             if not _is_finite(value):
                 raise ModelError(f"--numbers: expected {name}=VALUE with a finite number, found {typed!r}")
@@ -140,10 +140,10 @@ class Learn(OfLogs):
 
     def _settings(self) -> StageOne:
         from sym2real.adaptation import StageOne
-        from sym2real.experiments.learning import MOST_EPISODES
+        from sym2real.robots import ROBOTS
 
         return StageOne(
-            episodes=self.episodes or MOST_EPISODES[self.robot],
+            episodes=self.episodes or ROBOTS[self.robot].recipe.most_episodes,
             steps=self.steps,
             samples=self.samples,
             pushed=self.wrench,

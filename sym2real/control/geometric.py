@@ -20,7 +20,7 @@ def geometric_controller(robot: Robot, reference: Reference) -> Controller:
     """Tracks a reference ``# (..., state)`` in time (s) with the nominal robot's numbers."""
     if flies(robot):
         return GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference)
-    return PurePursuit(robot.constants["wheelbase"], robot.low, robot.high, robot.dt, reference)
+    return PurePursuit(robot.numbers["wheelbase"], robot.low, robot.high, robot.dt, reference)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from sym2real.trajectory import Array
 
 @dataclass(frozen=True)
 class RandomCommands:
-    """Actions uniform over ``robot.random_low`` … ``robot.random_high``, each held for a while.
+    """Actions uniform over ``robot.limits.random_low`` … ``robot.limits.random_high``, each held for a while.
 
     Args:
         robot: gives the ranges and the control period.
@@ -35,4 +35,4 @@ class RandomCommands:
         """Action ``# (action,)`` of this step, whatever the state."""
         held = max(1, round(self.hold / self.robot.dt))
         draw = np.random.default_rng([self.seed, step // held])
-        return draw.uniform(self.robot.random_low, self.robot.random_high)
+        return draw.uniform(self.robot.limits.random_low, self.robot.limits.random_high)

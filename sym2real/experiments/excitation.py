@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 import torch
@@ -77,7 +77,7 @@ class RandomRates:
         if step == 0:
             self._height = float(measured[2])
         if step % max(1, round(self.hold / self.robot.dt)) == 0:
-            self._drawn = self.rng.uniform(self.robot.random_low, self.robot.random_high)
+            self._drawn = self.rng.uniform(self.robot.limits.random_low, self.robot.limits.random_high)
         matrix = to_matrix(torch.as_tensor(measured[3:7])).numpy()
         # The world's vertical in body axes: its x and y parts are the sines of the tilt to be turned back.
         up = matrix[2]
@@ -156,4 +156,4 @@ class GoalAfterGoal:
 
 def unlimited(robot: Robot) -> Robot:
     """The robot without limits but its actuators' own: test drives go faster than a controller may ask for."""
-    return replace(robot, low=np.full_like(robot.low, -np.inf), high=np.full_like(robot.high, np.inf))
+    return robot.within(np.full_like(robot.low, -np.inf), np.full_like(robot.high, np.inf))

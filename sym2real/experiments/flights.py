@@ -9,7 +9,7 @@ A car drives circles, to goals, and on random commands up to 2 m/s; out of distr
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -19,13 +19,13 @@ from sym2real.control import Disturbed, GeometricQuadrotor, PurePursuit
 from sym2real.experiments.excitation import ColouredNoise, GoalAfterGoal, RandomDriving, RandomRates, unlimited
 from sym2real.plants import MujocoPlant, random_push, run_episode
 from sym2real.protocols import Change, Controller
-from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.rotation import exponential
 from sym2real.tasks import make_task
 from sym2real.trajectory import Array, Dataset, Trajectory
 
 Setting = tuple[Controller, Array]
-Draw = Callable[[np.random.Generator], Setting]
+Draw = Callable[[Robot, np.random.Generator], Setting]
 
 NOISE = np.array([0.03, 1.0, 1.0, 1.0])  # N, rad/s
 NOISE_CORRELATION = 0.08  # s
@@ -64,8 +64,9 @@ def quadrotor_flights(
     steps: int = 400,
     changes: Sequence[Change] = (),
     pushed: bool = False,
+    robot: Robot = CRAZYFLIE,
 ) -> Dataset:
-    """Flights of the Crazyflie in MuJoCo, one kind after the other; a flight ends early when it hits the ground.
+    """Flights of a quadrotor in MuJoCo, one kind after the other; a flight ends early when it hits the ground.
 
     Args:
         count: number of flights.
@@ -74,11 +75,12 @@ def quadrotor_flights(
         steps: rows of a flight.
         changes: differences of the plant.
         pushed: under random pushes.
+        robot: that is flown.
     """
     kinds: tuple[Draw, ...] = (_circle, _eight, _hover, _levelled_rates)
     if out_of_distribution:
         kinds = (_fast_circle, _tumble, _fast_eight, _tumble)
-    return _runs(MujocoPlant(CRAZYFLIE, changes), kinds, count, seed, steps=steps, pushed=pushed)
+    return _runs(robot, MujocoPlant(robot, changes), kinds, count, seed, steps=steps, pushed=pushed)
 
 
 def car_drives(
@@ -89,107 +91,113 @@ def car_drives(
     steps: int = 400,
     changes: Sequence[Change] = (),
     pushed: bool = False,
+    robot: Robot = MUSHR,
 ) -> Dataset:
-    """Drives of the MuSHR car in MuJoCo, one kind after the other; arguments as of :func:`quadrotor_flights`."""
+    """Drives of a car in MuJoCo, one kind after the other; arguments as of :func:`quadrotor_flights`."""
     kinds: tuple[Draw, ...] = (_round, _goals, _random_driving)
     if out_of_distribution:
         kinds = (_reverse, _fast_round)
-    return _runs(MujocoPlant(unlimited(MUSHR), changes), kinds, count, seed, steps=steps, pushed=pushed)
+    return _runs(robot, MujocoPlant(unlimited(robot), changes), kinds, count, seed, steps=steps, pushed=pushed)
 
 
 def reverse_drives(count: int, seed: int, *, steps: int = 400) -> Dataset:
     """Drives in reverse alone, the part of the cars' out-of-distribution set that has a bar of its own."""
-    return _runs(MujocoPlant(unlimited(MUSHR)), (_reverse,), count, seed, steps=steps, pushed=False)
+    return _runs(MUSHR, MujocoPlant(unlimited(MUSHR)), (_reverse,), count, seed, steps=steps, pushed=False)
 
 
-def _runs(plant: MujocoPlant, kinds: Sequence[Draw], count: int, seed: int, *, steps: int, pushed: bool) -> Dataset:
+def _runs(
+    robot: Robot, plant: MujocoPlant, kinds: Sequence[Draw], count: int, seed: int, *, steps: int, pushed: bool
+) -> Dataset:
     runs: list[Trajectory] = []
     for index in range(count):
         draw, rng = kinds[index % len(kinds)], np.random.default_rng([seed, index])
-        controller, start = draw(rng)
+        controller, start = draw(robot, rng)
         wrench = random_push(plant.robot, steps, rng) if pushed else None
         name = f"{draw.__name__.strip('_')}_{index}"
         runs.append(run_episode(plant, controller, start=start, steps=steps, wrench=wrench, name=name))
     return Dataset(runs)
 
 
-def _tilted(rng: np.random.Generator, most: float, position: Array) -> Array:
+def _tilted(robot: Robot, rng: np.random.Generator, most: float, position: Array) -> Array:
     """A start at rest, tilted by up to ``most`` rad about a horizontal axis ``# (13,)``."""
     direction, angle = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(0.0, most)
     axis = torch.tensor([angle * np.cos(direction), angle * np.sin(direction), 0.0], dtype=torch.float64)
-    start = CRAZYFLIE.start.copy()
+    start = robot.start.copy()
     start[:3], start[3:7] = position, exponential(axis).numpy()
     return start
 
 
-def _track(rng: np.random.Generator, task: str, style: Style, **options: float | bool) -> Setting:
+def _track(robot: Robot, rng: np.random.Generator, task: str, style: Style, **options: float | bool) -> Setting:
     """Geometric tracking of a task, lifted to the style's height, with noisy commands."""
-    path = make_task(task, CRAZYFLIE, **options).reference
+    path = make_task(task, robot, **options).reference
     lift = torch.zeros(13, dtype=torch.float64)
     lift[2] = style.height - 1.0
 
     def reference(time: Tensor) -> Tensor:
         return path(time) + lift
 
-    robot = CRAZYFLIE
     # A heading that never turns leaves every term with qz to chance.
     turning = rng.uniform(-TURNING, TURNING)
     tracking = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference, yaw_rate=turning)
     coloured = ColouredNoise(style.noise * NOISE, NOISE_CORRELATION, robot.dt, rng)
     position = reference(torch.zeros((), dtype=torch.float64)).numpy()[:3]
-    return Disturbed(tracking, coloured.of_step, robot.low, robot.high), _tilted(rng, style.tilt, position)
+    return Disturbed(tracking, coloured.of_step, robot.low, robot.high), _tilted(robot, rng, style.tilt, position)
 
 
-def _hover(rng: np.random.Generator) -> Setting:
-    return _track(rng, "hover", CALM)
+def _hover(robot: Robot, rng: np.random.Generator) -> Setting:
+    return _track(robot, rng, "hover", CALM)
 
 
-def _circle(rng: np.random.Generator, style: Style = CALM) -> Setting:
+def _circle(robot: Robot, rng: np.random.Generator, style: Style = CALM) -> Setting:
     radius, rate = rng.uniform(*style.radius), rng.uniform(*style.rate)
     clockwise = bool(rng.integers(2))
-    return _track(rng, "circle", style, radius=radius, speed=radius * rate, clockwise=clockwise)
+    return _track(robot, rng, "circle", style, radius=radius, speed=radius * rate, clockwise=clockwise)
 
 
-def _eight(rng: np.random.Generator, style: Style = CALM) -> Setting:
+def _eight(robot: Robot, rng: np.random.Generator, style: Style = CALM) -> Setting:
     radius, rate = rng.uniform(*style.radius), rng.uniform(*style.rate)
-    return _track(rng, "lemniscate", style, half_width=radius, period=2.0 * np.pi / rate)
+    return _track(robot, rng, "lemniscate", style, half_width=radius, period=2.0 * np.pi / rate)
 
 
-def _levelled_rates(rng: np.random.Generator) -> Setting:
-    controller = RandomRates(CRAZYFLIE, rng, levelling=8.0, climbing=0.7)
-    return controller, _tilted(rng, CALM.tilt, np.array([0.0, 0.0, 2.0]))
+def _levelled_rates(robot: Robot, rng: np.random.Generator) -> Setting:
+    controller = RandomRates(robot, rng, levelling=8.0, climbing=0.7)
+    return controller, _tilted(robot, rng, CALM.tilt, np.array([0.0, 0.0, 2.0]))
 
 
-def _fast_circle(rng: np.random.Generator) -> Setting:
-    return _circle(rng, FAST)
+def _fast_circle(robot: Robot, rng: np.random.Generator) -> Setting:
+    return _circle(robot, rng, FAST)
 
 
-def _fast_eight(rng: np.random.Generator) -> Setting:
-    return _eight(rng, FAST)
+def _fast_eight(robot: Robot, rng: np.random.Generator) -> Setting:
+    return _eight(robot, rng, FAST)
 
 
-def _tumble(rng: np.random.Generator) -> Setting:
-    return RandomRates(CRAZYFLIE, rng), _tilted(rng, FAST.tilt, np.array([0.0, 0.0, 8.0]))
+def _tumble(robot: Robot, rng: np.random.Generator) -> Setting:
+    return RandomRates(robot, rng), _tilted(robot, rng, FAST.tilt, np.array([0.0, 0.0, 8.0]))
 
 
-def _around(rng: np.random.Generator, task: str, radius: float, speed: float, fastest: float) -> Setting:
-    path = make_task(task, MUSHR, radius=radius, speed=speed, clockwise=bool(rng.integers(2)))
-    robot = replace(MUSHR, high=np.array([MUSHR.high[0], fastest]), low=np.array([MUSHR.low[0], -fastest]))
-    controller = PurePursuit(MUSHR.constants["wheelbase"], robot.low, robot.high, robot.dt, path.reference)
+def _around(
+    robot: Robot, rng: np.random.Generator, task: str, *, radius: float, speed: float, fastest: float
+) -> Setting:
+    path = make_task(task, robot, radius=radius, speed=speed, clockwise=bool(rng.integers(2)))
+    low, high = np.array([robot.low[0], -fastest]), np.array([robot.high[0], fastest])
+    controller = PurePursuit(robot.numbers["wheelbase"], low, high, robot.dt, path.reference)
     return controller, path.start(rng)
 
 
-def _round(rng: np.random.Generator) -> Setting:
-    return _around(rng, "circle", rng.uniform(1.0, 2.0), rng.uniform(0.8, 1.6), SPEED_LIMIT)
+def _round(robot: Robot, rng: np.random.Generator) -> Setting:
+    return _around(robot, rng, "circle", radius=rng.uniform(1.0, 2.0), speed=rng.uniform(0.8, 1.6), fastest=SPEED_LIMIT)
 
 
-def _reverse(rng: np.random.Generator) -> Setting:
-    return _around(rng, "reverse_circle", rng.uniform(1.0, 2.0), rng.uniform(0.8, 1.6), SPEED_LIMIT)
+def _reverse(robot: Robot, rng: np.random.Generator) -> Setting:
+    return _around(
+        robot, rng, "reverse_circle", radius=rng.uniform(1.0, 2.0), speed=rng.uniform(0.8, 1.6), fastest=SPEED_LIMIT
+    )
 
 
-def _fast_round(rng: np.random.Generator) -> Setting:
+def _fast_round(robot: Robot, rng: np.random.Generator) -> Setting:
     speed = rng.uniform(2.2, 4.0)
-    return _around(rng, "circle", rng.uniform(2.0, 4.0), speed, 1.2 * speed)
+    return _around(robot, rng, "circle", radius=rng.uniform(2.0, 4.0), speed=speed, fastest=1.2 * speed)
 
 
 def _parked(rng: np.random.Generator) -> Array:
@@ -197,11 +205,11 @@ def _parked(rng: np.random.Generator) -> Array:
     return np.array([*rng.uniform(-1.0, 1.0, 2), np.sin(yaw), np.cos(yaw), 0.0, 0.0, 0.0])
 
 
-def _goals(rng: np.random.Generator) -> Setting:
+def _goals(robot: Robot, rng: np.random.Generator) -> Setting:
     start = _parked(rng)
-    return GoalAfterGoal(MUSHR, rng, reach=2.0, fastest=1.6), start
+    return GoalAfterGoal(robot, rng, reach=2.0, fastest=1.6), start
 
 
-def _random_driving(rng: np.random.Generator) -> Setting:
-    noise = ColouredNoise(np.array([0.22, 1.0]), 0.5, MUSHR.dt, rng)
-    return RandomDriving(MUSHR, noise, SPEED_LIMIT), _parked(rng)
+def _random_driving(robot: Robot, rng: np.random.Generator) -> Setting:
+    noise = ColouredNoise(np.array([0.22, 1.0]), 0.5, robot.dt, rng)
+    return RandomDriving(robot, noise, SPEED_LIMIT), _parked(rng)

@@ -17,19 +17,12 @@ from sym2real.logs import LogSpec, read_logs
 from sym2real.plants import MujocoPlant
 from sym2real.regression import ENGINES, Dependence, dependence
 from sym2real.regression.wrench import FEWEST_ROWS
-from sym2real.robots import MUSHR, Robot
+from sym2real.robots import Robot
 from sym2real.symbolic import Equations, save_model
 from sym2real.symbolic.storage import TRAINING, training_of
 from sym2real.tasks import Task, make_task
 from sym2real.trajectory import Dataset
 
-# The paper's training tasks; the car's second circle is its first the other way round, smaller and faster.
-TRAINING_TASKS: dict[str, tuple[tuple[str, dict[str, Any]], ...]] = {
-    "crazyflie": (("hover", {}), ("circle", {}), ("lemniscate", {})),
-    "mushr": (("circle", {}), ("park", {}), ("circle", {"radius": 1.2, "speed": 1.6, "clockwise": True})),
-}
-# The most episodes that the paper's bases took.
-MOST_EPISODES = {"crazyflie": 10, "mushr": 20}
 DRIVES_SEED, PUSHED_DRIVES = 1, 3
 # What a model notes that has the robot's own faults in it already, so that no plain simulator can calibrate it.
 FROM_LOGS = "fitted to recorded logs: what was wrong with the robot there is in the equations"
@@ -83,7 +76,7 @@ def _dependence(row: Mapping[str, Any]) -> Dependence:
 
 def training_tasks(robot: Robot) -> list[Task]:
     """The tasks that a robot's base model is learned on."""
-    return [make_task(name, robot, **options) for name, options in TRAINING_TASKS[robot.name]]
+    return [make_task(name, robot, **options) for name, options in robot.recipe.tasks]
 
 
 def learn_in_simulation(
@@ -99,21 +92,22 @@ def learn_in_simulation(
         UnknownNameError: for an engine that does not exist.
         ModelError: when the equations miss a dependence that control needs.
     """
-    search = ENGINES[engine](angles=robot.angles)
+    search = ENGINES[engine](angles=robot.recipe.angles)
     plant, tasks = MujocoPlant(robot), training_tasks(robot)
     base = stage_one(plant, tasks, search, settings, folder=folder, on_progress=on_progress)
     data = Dataset(base.episodes + base.pushed)
-    return _learned(base.equations, data, robot.dependencies, base.reports)
+    return _learned(base.equations, data, robot.recipe.dependencies, base.reports)
 
 
-def learn_from_drives(count: int) -> Learned:
-    """The car's equations from so many drives in its plain simulator, steered by pure pursuit and at random.
+def learn_from_drives(robot: Robot, count: int) -> Learned:
+    """A car's equations from so many drives in its plain simulator, steered by pure pursuit and at random.
 
     Three further drives are pushed and teach the wrench inputs.
     """
-    drives = car_drives(count, DRIVES_SEED) + car_drives(PUSHED_DRIVES, DRIVES_SEED + 1, pushed=True)
-    fitted = ENGINES["beam"](angles=MUSHR.angles).fit(drives.transitions())
-    return _learned(replace(fitted, robot=MUSHR.name, numbers=MUSHR.numbers), drives, MUSHR.dependencies, ())
+    drives = car_drives(count, DRIVES_SEED, robot=robot)
+    drives += car_drives(PUSHED_DRIVES, DRIVES_SEED + 1, pushed=True, robot=robot)
+    fitted = ENGINES["beam"](angles=robot.recipe.angles).fit(drives.transitions())
+    return _learned(replace(fitted, robot=robot.name, numbers=robot.numbers), drives, robot.recipe.dependencies, ())
 
 
 def learn_from_logs(

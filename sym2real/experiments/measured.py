@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
+from sym2real.errors import UnknownNameError
 from sym2real.layout import Layouts
 from sym2real.logs import LogSpec, read_logs
 from sym2real.logs.inspect_time import nice_period
-from sym2real.registry import Registry
-from sym2real.robots import CRAZYFLIE, MUSHR, Robot
+from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 from sym2real.trajectory import Dataset
 
 
@@ -42,25 +42,31 @@ class Measured:
     def registered(cls, robot: Robot) -> Measured:
         """A robot whose numbers are known."""
         layouts = Layouts(robot.layouts.state, robot.layouts.action)
-        numbers = robot.numbers
-        return cls(robot.name, layouts, robot.angles, robot.dependencies, robot.dt, numbers, tuple(numbers))
+        numbers, recipe = robot.numbers, robot.recipe
+        return cls(robot.name, layouts, recipe.angles, recipe.dependencies, robot.dt, numbers, tuple(numbers))
 
     @classmethod
     def like(cls, robot: Robot) -> Measured:
         """Any robot with the columns of a registered one, of which no number is known."""
         layouts = Layouts(robot.layouts.state, robot.layouts.action)
-        return cls("", layouts, robot.angles, robot.dependencies, None, names=tuple(robot.numbers))
+        return cls("", layouts, robot.recipe.angles, robot.recipe.dependencies, None, names=tuple(robot.numbers))
 
 
-MEASURED: Registry[Measured] = Registry(
-    "robot",
-    {
-        "crazyflie": Measured.registered(CRAZYFLIE),
-        "mushr": Measured.registered(MUSHR),
-        "quadrotor": Measured.like(CRAZYFLIE),
-        "car": Measured.like(MUSHR),
-    },
-)
+# Robots of which no number is known, by what people call them.
+LIKE: Mapping[str, Robot] = {"quadrotor": CRAZYFLIE, "car": MUSHR}
+
+
+def measured(name: str) -> Measured:
+    """What is known of a robot whose logs are there, by the name of a registered robot or of :data:`LIKE`.
+
+    Raises:
+        UnknownNameError: for another name.
+    """
+    if name in LIKE:
+        return Measured.like(LIKE[name])
+    if name not in ROBOTS:
+        raise UnknownNameError("robot", name, (*ROBOTS, *LIKE))
+    return Measured.registered(ROBOTS[name])
 
 
 def step_of(logs: Dataset) -> float:

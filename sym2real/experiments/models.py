@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Literal
 
 import platformdirs
 
@@ -18,10 +17,6 @@ from sym2real.neural.composed import Base, state_of
 from sym2real.neural.model_folder import below
 from sym2real.robots import ROBOTS, Robot
 from sym2real.symbolic import Equations, load_model
-
-# What a cached base is learned from, enough for the figures of docs/figures.md. Drives teach the car more than episodes
-# of Stage I do: over the standard drives their base's squared error is a thirteenth.
-RECIPES: dict[str, tuple[int, Literal["episodes", "drives"]]] = {"crazyflie": (3, "episodes"), "mushr": (5, "drives")}
 
 
 def open_model(name: str, on_progress: Callable[[Progress], None] = lambda _: None) -> Model:
@@ -59,9 +54,9 @@ def cached_base(robot: Robot, on_progress: Callable[[Progress], None] = lambda _
     """The base of a robot in its plain simulator, learned at the first call and kept in the user's cache."""
     folder = base_folder(robot)
     if not (folder / "equations.json").exists():
-        count, kind = RECIPES[robot.name]
-        if kind == "drives":
-            learned = learn_from_drives(count)
+        count = robot.recipe.episodes
+        if robot.recipe.cached_from == "drives":
+            learned = learn_from_drives(robot, count)
         else:
             settings = StageOne(episodes=count, until_settled=False)
             learned = learn_in_simulation(robot, "beam", settings, folder / "episodes", on_progress)
@@ -71,5 +66,5 @@ def cached_base(robot: Robot, on_progress: Callable[[Progress], None] = lambda _
 
 def base_folder(robot: Robot) -> Path:
     """Where a robot's base is cached, or will be."""
-    count, kind = RECIPES[robot.name]
-    return Path(platformdirs.user_cache_dir("sym2real")) / __version__ / f"base-{robot.name}-{count}-{kind}"
+    name = f"base-{robot.name}-{robot.recipe.episodes}-{robot.recipe.cached_from}"
+    return Path(platformdirs.user_cache_dir("sym2real")) / __version__ / name

@@ -15,7 +15,7 @@ from sym2real.diagnosis import AssumedNoise
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.experiments import standard_conditions as conditions
 from sym2real.experiments.excitation import ColouredNoise
-from sym2real.experiments.standard_set import DITHER, DITHER_TIME, GAINS, AtItsPace
+from sym2real.experiments.standard_set import DITHER_TIME, GAINS, AtItsPace
 from sym2real.layout import WRENCH
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Controller
@@ -95,7 +95,9 @@ def planned_runs(
             controller = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference, gains=GAINS)
         else:
             controller = AtItsPace(robot, reference)
-        noise = ColouredNoise(dither * DITHER[robot.name], DITHER_TIME, robot.dt, np.random.default_rng([seed, index]))
+        noise = ColouredNoise(
+            dither * np.array(robot.recipe.dither), DITHER_TIME, robot.dt, np.random.default_rng([seed, index])
+        )
         sent = Disturbed(controller, noise.of_step, robot.low, robot.high)
         start = reference(torch.zeros((), dtype=torch.float64)).numpy()
         run = run_episode(MujocoPlant(robot), sent, start=start, steps=steps, name=f"{one.shape}_{index + 1}")

@@ -6,10 +6,6 @@ import torch
 from torch import Tensor
 
 from sym2real.plants import MujocoPlant, rollout_mujoco
-from sym2real.robots import CRAZYFLIE
-
-# One Runge–Kutta step a period is within 0.03 mm of ten after 0.8 s for the free body, and six times as fast.
-SUBSTEPS = {CRAZYFLIE.name: 1}
 
 
 class MujocoModel:
@@ -23,7 +19,7 @@ class MujocoModel:
     """
 
     def __init__(self, plant: MujocoPlant, substeps: int | None = None) -> None:
-        self.plant, self.substeps = plant, substeps or SUBSTEPS.get(plant.robot.name)
+        self.plant, self.substeps = plant, substeps or plant.robot.description.coarse_substeps or None
         self._pushed = plant.inputs.any() or any(change.force for change in plant.changes)
 
     def __call__(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:

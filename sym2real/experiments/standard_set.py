@@ -29,7 +29,6 @@ from sym2real.tasks.standard_paths import DRIVES, FLIGHTS, MODULATION_PERIOD, pa
 from sym2real.tasks.task import Reference, Task, flies, motion
 from sym2real.trajectory import Array, Dataset, Trajectory
 
-DITHER = {"crazyflie": np.array([0.005, 0.15, 0.15, 0.15]), "mushr": np.array([0.03, 0.1])}
 DITHER_TIME = 0.1  # s
 YAW_RATES = (0.5, 0.8)  # rad/s
 # Slow enough for a delay of three periods and rotors that lag by 70 ms.
@@ -127,7 +126,7 @@ def standard_run(
     controller = _controller(robot, plant, reference, wanted)
     place = robot.layouts.state.slice("position")
     start[place] += rng.uniform(-1, 1, place.stop - place.start) * START_SPREAD[motion(robot)]
-    dither = ColouredNoise(DITHER[robot.name], DITHER_TIME, robot.dt, rng)
+    dither = ColouredNoise(np.array(robot.recipe.dither), DITHER_TIME, robot.dt, rng)
     task = Task("standard", reference, tracking_cost(robot), lambda _: start, rows * robot.dt)
     sent = Disturbed(controller, dither.of_step, robot.low, robot.high)
     run = run_episode(plant, sent, task, steps=rows, name=f"run_{index + 1}")
@@ -196,7 +195,7 @@ class AtItsPace:
         self._robot, self._reference = robot, reference
         fastest = CATCHING_UP * _fastest(reference)
         low, high = np.array([robot.low[0], 0.0]), np.array([robot.high[0], min(robot.high[1], fastest)])
-        self._pursuit = PurePursuit(robot.constants["wheelbase"], low, high, robot.dt, self._ahead)
+        self._pursuit = PurePursuit(robot.numbers["wheelbase"], low, high, robot.dt, self._ahead)
         self.reset()
 
     def _ahead(self, time: Tensor) -> Tensor:

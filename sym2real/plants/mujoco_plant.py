@@ -27,7 +27,7 @@ def edited(robot: Robot, changes: Sequence[Change] = (), description: str | None
 
     Inertial frames must be edited here: MuJoCo compiles a centred body to a form whose frame cannot move afterwards.
     """
-    spec = mujoco.MjSpec.from_string(robot.mjcf_text() if description is None else description)
+    spec = robot.description.spec() if description is None else mujoco.MjSpec.from_string(description)
     for change in changes:
         if change.edit is not None:
             change.edit(spec)
@@ -72,7 +72,7 @@ class MujocoPlant:
         if description is not None:
             _require_same_robot(robot, self.mj_model)
         self.mj_data = mujoco.MjData(self.mj_model)
-        self._body = mujoco.mj_name2id(self.mj_model, mujoco.mjtObj.mjOBJ_BODY, robot.name)
+        self._body = mujoco.mj_name2id(self.mj_model, mujoco.mjtObj.mjOBJ_BODY, robot.description.body)
         self._columns = [WRENCH.index(column) for column in robot.layouts.inputs]
         self._initial_wrench = np.zeros(len(self._columns)) if wrench is None else wrench
         self._forces = [change.force for change in self.changes if change.force is not None]
@@ -181,7 +181,7 @@ class MujocoPlant:
         if not np.isfinite(asked).all():
             raise ShapeError(f"expected a finite action, found {asked.tolist()}")
         self._sent = np.clip(asked, self.robot.low, self.robot.high)
-        control = self.robot.to_control(_filtered(self._command_filters, self._sent))
+        control = self.robot.description.to_control(_filtered(self._command_filters, self._sent))
         self.mj_data.ctrl[: len(control)] = control  # changes may append actuators of their own
         if self._fresh:
             self._settle(control)
@@ -232,7 +232,7 @@ class MujocoPlant:
     def _has_crashed(self) -> bool:
         if not np.isfinite(self.mj_data.qpos).all():
             return True
-        if self.robot.crashes_on_contact:
+        if self.robot.description.crash == "contact":
             return bool(self.mj_data.ncon)
         x, y = self.mj_data.qpos[4:6]
         return bool(2.0 * np.arcsin(min(1.0, np.hypot(x, y))) > ROLL_OVER)
@@ -241,12 +241,12 @@ class MujocoPlant:
 def _require_same_robot(robot: Robot, found: mujoco.MjModel) -> None:
     """Body, coordinates and actuators as the robot reads and writes them; changes may have appended actuators."""
     plain = compile_robot(robot)
-    named = mujoco.mj_name2id(found, mujoco.mjtObj.mjOBJ_BODY, robot.name) >= 0
+    body = robot.description.body
+    named = mujoco.mj_name2id(found, mujoco.mjtObj.mjOBJ_BODY, body) >= 0
     if not named or not np.array_equal(plain.jnt_type, found.jnt_type) or found.nu < plain.nu:
-        body = "a" if named else "no"
         raise ShapeError(
-            f"another robot: {body} body named {robot.name}, {found.njnt} joints and {found.nu} actuators where "
-            f"a {robot.name} has {plain.njnt} and {plain.nu}"
+            f"another robot: {'a' if named else 'no'} body named {body}, {found.njnt} joints and {found.nu} actuators "
+            f"where a {robot.name} has {plain.njnt} and {plain.nu}"
         )
 
 

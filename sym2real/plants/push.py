@@ -13,7 +13,7 @@ def random_push(robot: Robot, steps: int, rng: np.random.Generator, correlation:
     """A sequence of wrenches ``# (steps, inputs)`` for :func:`~sym2real.plants.run_episode`.
 
     Gaussian noise of the given correlation time in s, squashed so that the size of the force, and that of the torque
-    measured in each axis' limit, stays within ``robot.push_limits``.
+    measured in each axis' limit, stays within ``robot.limits.push``.
     """
     columns = robot.layouts.inputs.columns
     width = correlation / robot.dt
@@ -25,5 +25,5 @@ def random_push(robot: Robot, steps: int, rng: np.random.Generator, correlation:
         group = [index for index, column in enumerate(columns) if column.startswith(start)]
         size = np.linalg.norm(smooth[:, group], axis=1, keepdims=True)
         smooth[:, group] /= np.sqrt(1.0 + size**2)
-    wrench: Array = smooth * [robot.push_limits[column] for column in columns]
+    wrench: Array = smooth * [robot.limits.push[column] for column in columns]
     return wrench

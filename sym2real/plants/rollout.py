@@ -56,7 +56,7 @@ def rollout_mujoco(
     else:
         model = copy.copy(model)
         model.opt.timestep = robot.dt / substeps
-    controls = np.repeat(robot.to_control(actions), substeps, axis=1)
+    controls = np.repeat(robot.description.to_control(actions), substeps, axis=1)
     workers = [mujoco.MjData(model) for _ in range(threads)]
     spec = mujoco.mjtState.mjSTATE_CTRL
     if forces is not None:
@@ -65,7 +65,7 @@ def rollout_mujoco(
         controls = np.concatenate([controls, held], axis=-1)
     states, _ = rollout.rollout(model, workers, starts, controls, control_spec=int(spec), persistent_pool=True)
     after = states[:, substeps - 1 :: substeps]
-    return robot.to_state(after[..., 1 : 1 + model.nq], after[..., 1 + model.nq : 1 + model.nq + model.nv])
+    return robot.description.to_state(after[..., 1 : 1 + model.nq], after[..., 1 + model.nq : 1 + model.nq + model.nv])
 
 
 def _refuse_callbacks(plant: MujocoPlant, forces: Array | None) -> None:

@@ -2,11 +2,13 @@
 
 from sym2real.registry import Registry
 from sym2real.robots.crazyflie import CRAZYFLIE
+from sym2real.robots.description import Description
 from sym2real.robots.motors import Motors
 from sym2real.robots.mushr import MUSHR
 from sym2real.robots.nominal_car import car
 from sym2real.robots.nominal_quadrotor import quadrotor
-from sym2real.robots.robot import MPPISettings, Robot
+from sym2real.robots.recipe import Recipe
+from sym2real.robots.robot import Limits, MPPISettings, Robot
 from sym2real.robots.thrust_fit import fit_thrust_per_unit
 
 ROBOTS: Registry[Robot] = Registry("robot", {"crazyflie": CRAZYFLIE, "mushr": MUSHR})
@@ -15,8 +17,11 @@ __all__ = [
     "CRAZYFLIE",
     "MUSHR",
     "ROBOTS",
+    "Description",
+    "Limits",
     "MPPISettings",
     "Motors",
+    "Recipe",
     "Robot",
     "car",
     "fit_thrust_per_unit",

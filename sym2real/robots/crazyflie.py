@@ -6,13 +6,14 @@ by the paper this package follows.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sym2real.layout import WRENCH, Layout, Layouts
-from sym2real.robots.robot import GRAVITY, MPPISettings, Robot
+from sym2real.robots.description import Description
+from sym2real.robots.recipe import Recipe
+from sym2real.robots.robot import GRAVITY, Limits, MPPISettings, Robot
 from sym2real.trajectory import Array
 
 if TYPE_CHECKING:
@@ -35,10 +36,6 @@ LAYOUTS = Layouts(
 )
 
 
-def _to_control(actions: Array) -> Array:
-    return actions
-
-
 def _to_state(qpos: Array, qvel: Array) -> Array:
     return np.concatenate([qpos[..., :7], qvel[..., :6]], axis=-1)
 
@@ -47,12 +44,10 @@ def _to_coordinates(state: Array) -> tuple[Array, Array]:
     return state[:7], state[7:]
 
 
-def _nominal() -> Equations:
+def _rigid_body() -> Equations:
     from sym2real.robots.nominal_quadrotor import quadrotor  # noqa: PLC0415 — SymPy stays out of light imports
 
-    return replace(
-        quadrotor(MASS, INERTIA, rate_gains=RATE_GAINS, dt=0.02, robot="crazyflie"), numbers=CRAZYFLIE.numbers
-    )
+    return quadrotor(MASS, INERTIA, rate_gains=RATE_GAINS, dt=0.02)
 
 
 # A push may use half of the torque that the rate loop has at full command.
@@ -65,15 +60,52 @@ CRAZYFLIE = Robot(
     title="Crazyflie 2.1",
     layouts=LAYOUTS,
     dt=0.02,
-    physics_dt=0.002,
-    low=np.array([0.0, *(-limit for limit in RATE_LIMITS)]),
-    high=np.array([THRUST_LIMIT, *RATE_LIMITS]),
-    rest=np.array([HOVER, 0.0, 0.0, 0.0]),
-    random_low=np.array([0.5 * HOVER, *(-limit for limit in RATE_LIMITS)]),
-    random_high=np.array([1.5 * HOVER, *RATE_LIMITS]),
-    start=np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
-    mass=MASS,
-    constants={
+    limits=Limits(
+        low=np.array([0.0, *(-limit for limit in RATE_LIMITS)]),
+        high=np.array([THRUST_LIMIT, *RATE_LIMITS]),
+        draws=(
+            np.array([0.5 * HOVER, *(-limit for limit in RATE_LIMITS)]),
+            np.array([1.5 * HOVER, *RATE_LIMITS]),
+        ),
+        push={
+            "fx": 0.3 * HOVER,
+            "fy": 0.3 * HOVER,
+            "fz": 0.3 * HOVER,
+            "tx": _TORQUES[0],
+            "ty": _TORQUES[1],
+            "tz": _TORQUES[2],
+        },
+        state={"velocity": 15.0, "rate": 2.0 * max(RATE_LIMITS)},  # m/s: a fall of a second and a half; rad/s
+        workspace=1.5,  # m: the paper authors' flight space, |x|, |y| <= 1.5 m
+    ),
+    description=Description(
+        mjcf="crazyflie.xml",
+        physics_dt=0.002,
+        start=np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        rest=np.array([HOVER, 0.0, 0.0, 0.0]),
+        to_state=_to_state,
+        to_coordinates=_to_coordinates,
+        body="crazyflie",
+        crash="contact",
+        coarse_substeps=1,  # one Runge–Kutta step a period is within 0.03 mm of ten after 0.8 s for the free body
+    ),
+    recipe=Recipe(
+        tasks=(("hover", {}), ("circle", {}), ("lemniscate", {})),
+        episodes=3,
+        most_episodes=10,  # the most that the paper's bases took
+        dither=(0.005, 0.15, 0.15, 0.15),
+        dependencies=(
+            ("vx", "thrust"),
+            ("vy", "thrust"),
+            ("vz", "thrust"),
+            ("wx", "wx_cmd"),
+            ("wy", "wy_cmd"),
+            ("wz", "wz_cmd"),
+        ),
+        cost_weights={"position": 1.0, "orientation": 0.4, "velocity": 0.05, "rate": 0.01},
+    ),
+    numbers={
+        "mass": MASS,
         "jx": INERTIA[0],
         "jy": INERTIA[1],
         "jz": INERTIA[2],
@@ -84,31 +116,6 @@ CRAZYFLIE = Robot(
         "torque_per_thrust": TORQUE_PER_THRUST,
         "rotor_thrust": ROTOR_THRUST,
     },
-    mjcf="crazyflie.xml",
-    to_control=_to_control,
-    to_state=_to_state,
-    to_coordinates=_to_coordinates,
-    crashes_on_contact=True,
-    dependencies=(
-        ("vx", "thrust"),
-        ("vy", "thrust"),
-        ("vz", "thrust"),
-        ("wx", "wx_cmd"),
-        ("wy", "wy_cmd"),
-        ("wz", "wz_cmd"),
-    ),
-    angles=(),
-    push_limits={
-        "fx": 0.3 * HOVER,
-        "fy": 0.3 * HOVER,
-        "fz": 0.3 * HOVER,
-        "tx": _TORQUES[0],
-        "ty": _TORQUES[1],
-        "tz": _TORQUES[2],
-    },
-    workspace_radius=1.5,  # the paper authors' flight space: |x|, |y| <= 1.5 m
-    state_limits={"velocity": 15.0, "rate": 2.0 * max(RATE_LIMITS)},  # m/s: a fall of a second and a half; rad/s
-    cost_weights={"position": 1.0, "orientation": 0.4, "velocity": 0.05, "rate": 0.01},
     mppi=MPPISettings(horizon=0.8, temperature=0.5, noise=(0.025, 1.2, 1.2, 0.5), correlation=0.1),
-    nominal=_nominal,
+    rigid_body=_rigid_body,
 )

@@ -1,11 +1,10 @@
-"""What a robot is to this package: columns, limits, description file, and the way between states and coordinates."""
+"""What a robot is to this package: columns, limits, description, and the recipe by which its model is learned."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from importlib import resources
+from dataclasses import dataclass, field, replace
 from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +12,8 @@ import numpy as np
 
 from sym2real.errors import ShapeError
 from sym2real.layout import Layouts
+from sym2real.robots.description import Description
+from sym2real.robots.recipe import Recipe
 from sym2real.trajectory import Array
 
 if TYPE_CHECKING:
@@ -57,95 +58,128 @@ class MPPISettings:
 
 
 @dataclass(frozen=True, eq=False)
+class Limits:
+    """What a robot may be told, and how far it goes.
+
+    Args:
+        low, high: of the commands, in each action's unit ``# (action,)``.
+        draws: range of the random commands of the first episode, twice ``# (action,)``; the limits by default.
+        push: largest absolute value of each input column in pushed rollouts, N and N m.
+        state: norm of a state field that the robot cannot exceed, in its unit: a model that predicts more is wrong.
+        workspace: half the width of the place that it moves in, in the unit of its first state field; an episode
+            counts as that far off its reference from a crash on.
+    """
+
+    low: Array
+    high: Array
+    draws: tuple[Array, Array] | None = None
+    push: Mapping[str, float] = field(default_factory=dict)
+    state: Mapping[str, float] = field(default_factory=dict)
+    workspace: float = 1.0
+
+    @property
+    def random_low(self) -> Array:
+        """Least random command ``# (action,)``."""
+        return self.low if self.draws is None else self.draws[0]
+
+    @property
+    def random_high(self) -> Array:
+        """Largest random command ``# (action,)``."""
+        return self.high if self.draws is None else self.draws[1]
+
+
+@dataclass(frozen=True, eq=False)
 class Robot:
     """A robot and all the numbers that its plants, tasks and controllers need.
 
     Args:
         name: key in the registry.
-        title: what people call it.
-        layouts: state, action and, as inputs, the wrench: force in world axes at the centre of mass in N,
-            torque in body axes in N m.
+        layouts: state, action and, as inputs, what pushes it: of a free body the wrench, force in world axes at the
+            centre of mass in N, torque in body axes in N m.
         dt: control period in s.
-        physics_dt: period of the simulator in s.
-        low, high: limits of the commands ``# (action,)``.
-        rest: the action that holds the robot where it is ``# (action,)``.
-        random_low, random_high: range of the random commands of the first episode ``# (action,)``.
-        start: state after a reset without one ``# (state,)``.
-        mass: in kg.
-        constants: further numbers by name, SI units.
-        mjcf: file name of the description in this package.
-        to_control: actions ``# (..., action)`` → actuator controls of the description ``# (..., nu)``.
-        to_state: MuJoCo's qpos ``# (..., nq)`` and qvel ``# (..., nv)`` → states ``# (..., state)``; what a change has
-            appended to them does not matter.
-        to_coordinates: state ``# (state,)`` → qpos ``# (nq,)`` and qvel ``# (nv,)``.
-        crashes_on_contact: true when touching the ground ends an episode; else rolling over does.
-        dependencies: pairs (state column, action column): that action must show in that state's equation.
-        angles: columns that may stand inside sin and cos.
-        push_limits: largest absolute value of each wrench column in pushed rollouts.
-        workspace_radius: half the width in m of the place that it is flown or driven in; an episode counts as that far
-            off its path from a crash on.
-        state_limits: norm of a state field that the robot cannot exceed, in its unit: a model that predicts more is
-            wrong.
-        cost_weights: default weights of the running cost, by position, orientation, velocity, rate.
+        limits: of commands, states and pushes.
+        description: what a simulator needs.
+        recipe: how a model of it is learned and judged.
+        numbers: by name in SI units, as equations carry them for effects; ``mass`` in kg.
         mppi: default sampling.
-        nominal: makes the first-principles equations.
+        rigid_body: makes the first-principles equations of :meth:`nominal`.
+        title: what people call it; its name by default.
+
+    Raises:
+        ShapeError: for limits or a start that do not fit the columns.
     """
 
     name: str
-    title: str
     layouts: Layouts
     dt: float
-    physics_dt: float
-    low: Array
-    high: Array
-    rest: Array
-    random_low: Array
-    random_high: Array
-    start: Array
-    mass: float
-    mjcf: str
-    to_control: Callable[[Array], Array]
-    to_state: Callable[[Array, Array], Array]
-    to_coordinates: Callable[[Array], tuple[Array, Array]]
-    crashes_on_contact: bool
-    dependencies: tuple[tuple[str, str], ...]
-    angles: tuple[str, ...]
-    push_limits: Mapping[str, float]
-    workspace_radius: float
-    state_limits: Mapping[str, float]
-    cost_weights: Mapping[str, float]
+    limits: Limits
+    description: Description
+    recipe: Recipe
+    numbers: Mapping[str, float]
     mppi: MPPISettings
-    nominal: Callable[[], Equations]
-    constants: Mapping[str, float] = field(default_factory=dict)
+    rigid_body: Callable[[], Equations]
+    title: str = ""
 
     def __post_init__(self) -> None:
-        for name in ("low", "high", "rest", "random_low", "random_high"):
-            if getattr(self, name).shape != (self.layouts.action.size,):
-                raise ShapeError(f"robot {self.name!r}: {name} needs {self.layouts.action.size} numbers")
+        columns = self.layouts.action.size
+        for name, values in (
+            ("low", self.low),
+            ("high", self.high),
+            ("rest", self.rest),
+            ("random_low", self.limits.random_low),
+            ("random_high", self.limits.random_high),
+        ):
+            if values.shape != (columns,):
+                raise ShapeError(f"robot {self.name!r}: {name} needs {columns} numbers")
         if self.start.shape != (self.layouts.state.size,):
             raise ShapeError(f"robot {self.name!r}: start needs {self.layouts.state.size} numbers")
+        object.__setattr__(self, "title", self.title or self.name)
+
+    @property
+    def low(self) -> Array:
+        """Least commands ``# (action,)``."""
+        return self.limits.low
+
+    @property
+    def high(self) -> Array:
+        """Largest commands ``# (action,)``."""
+        return self.limits.high
+
+    @property
+    def rest(self) -> Array:
+        """The action that holds the robot where it is ``# (action,)``."""
+        return self.description.rest
+
+    @property
+    def start(self) -> Array:
+        """State after a reset without one ``# (state,)``."""
+        return self.description.start
+
+    @property
+    def mass(self) -> float:
+        """In kg."""
+        return self.numbers["mass"]
 
     @property
     def substeps(self) -> int:
         """Physics steps per control period."""
-        return round(self.dt / self.physics_dt)
+        return round(self.dt / self.description.physics_dt)
 
-    @property
-    def numbers(self) -> dict[str, float]:
-        """Mass in kg and the further numbers, as equations carry them for effects."""
-        return {"mass": self.mass, **self.constants}
+    def nominal(self) -> Equations:
+        """First-principles equations, with the robot's name and numbers."""
+        return replace(self.rigid_body(), robot=self.name, numbers=self.numbers)
 
-    def mjcf_text(self) -> str:
-        """The description file's content."""
-        return resources.files("sym2real.robots").joinpath(self.mjcf).read_text(encoding="utf-8")
+    def within(self, low: Array, high: Array) -> Robot:
+        """The robot with other limits of its commands ``# (action,)``."""
+        return replace(self, limits=replace(self.limits, low=low, high=high))
 
     def read_state(self, mj_data: Any) -> Array:
         """State ``# (state,)`` of a simulation."""
-        return self.to_state(np.array(mj_data.qpos), np.array(mj_data.qvel))
+        return self.description.to_state(np.array(mj_data.qpos), np.array(mj_data.qvel))
 
     def write_state(self, mj_data: Any, state: Array) -> None:
         """Put a simulation at a state ``# (state,)``; joints that a change has appended stay where they are."""
         if state.shape != (self.layouts.state.size,):
             raise ShapeError(f"a state of {self.name!r} has columns {self.layouts.state.columns}, found {state.shape}")
-        qpos, qvel = self.to_coordinates(state)
+        qpos, qvel = self.description.to_coordinates(state)
         mj_data.qpos[: len(qpos)], mj_data.qvel[: len(qvel)] = qpos, qvel

@@ -25,7 +25,7 @@ SMOOTH = sympy.Float(1e-12)
 
 def tracking_cost(robot: Robot) -> sympy.Expr:
     """Eq. (5) over the robot's state columns and ``ref_<column>``, with the robot's ``cost_weights``."""
-    layout, weights = robot.layouts.state, robot.cost_weights
+    layout, weights = robot.layouts.state, robot.recipe.cost_weights
     rotation = layout.field("attitude" if flies(robot) else "heading").columns
     return sympy.Add(
         weights["position"] * distance(layout.field("position").columns),

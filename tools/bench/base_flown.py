@@ -67,7 +67,7 @@ def zero_shot_figure(robot: Robot, training: Task, *, episodes: int, limit: floa
     """Unseen goals or starts, flown with a base that saw only one goal or a narrow range of starts."""
     say(f"zero-shot: {robot.name}, {episodes} episodes")
     settings = StageOne(episodes, pushed=False, until_settled=False, seed=STAGE_SEED)
-    base = stage_one(MujocoPlant(robot), [training], BeamSearch(angles=robot.angles), settings)
+    base = stage_one(MujocoPlant(robot), [training], BeamSearch(angles=robot.recipe.angles), settings)
     with ProcessPoolExecutor(2) as pool:
         finals = list(
             pool.map(partial(zero_shot_error, robot.name, base.equations.to_json(), seconds), range(ZERO_SHOT))
@@ -91,7 +91,9 @@ def closed_loop() -> list[Figure]:
     """MPPI with the equations against MPPI with MuJoCo, on every task."""
     quadrotor = BeamSearch().fit(quadrotor_flights(3, TRAIN_SEED).transitions())
     settings = StageOne(5, pushed=False, until_settled=False, seed=STAGE_SEED)
-    car = stage_one(MujocoPlant(MUSHR), training_tasks(MUSHR), BeamSearch(angles=MUSHR.angles), settings).equations
+    car = stage_one(
+        MujocoPlant(MUSHR), training_tasks(MUSHR), BeamSearch(angles=MUSHR.recipe.angles), settings
+    ).equations
     return [
         *(closed_loop_ratio(MUSHR, car, task) for task in ("circle", "park")),
         *(closed_loop_ratio(CRAZYFLIE, quadrotor, task) for task in ("hover", "circle", "lemniscate")),

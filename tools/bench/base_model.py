@@ -67,7 +67,7 @@ def spread(name: str, errors: np.ndarray, median: str = "", p95: str = "") -> li
 def timed_fit(robot: Robot, data: Dataset) -> tuple[Equations, float]:
     """Equations and the CPU seconds of the search."""
     started = time.process_time()
-    equations = BeamSearch(angles=robot.angles).fit(data.transitions())
+    equations = BeamSearch(angles=robot.recipe.angles).fit(data.transitions())
     return equations, time.process_time() - started
 
 
@@ -101,7 +101,7 @@ def quadrotor_from_flights() -> list[Figure]:
 
 def structure(name: str, equations: Equations, data: Dataset, robot: Robot) -> list[Figure]:
     """Largest node count, and how many of the demanded dependences are missing."""
-    missing = sum(not row.holds for row in dependence(equations, data.transitions(), robot.dependencies))
+    missing = sum(not row.holds for row in dependence(equations, data.transitions(), robot.recipe.dependencies))
     return [
         Figure(f"{name}, largest equation", max(equations.complexity().values()), "nodes", "<= 85"),
         Figure(f"{name}, dependences missing", missing, "pairs", "<= 0"),
@@ -143,7 +143,7 @@ def car_from_stage_one() -> list[Figure]:
     """Five episodes of the Stage I loop, with and without wrench."""
     say("car: 5 episodes of Stage I, and 5 pushed")
     settings = StageOne(5, until_settled=False, seed=STAGE_SEED)
-    base = stage_one(MujocoPlant(MUSHR), training_tasks(MUSHR), BeamSearch(angles=MUSHR.angles), settings)
+    base = stage_one(MujocoPlant(MUSHR), training_tasks(MUSHR), BeamSearch(angles=MUSHR.recipe.angles), settings)
     equations, plain_seconds = timed_fit(MUSHR, Dataset(base.episodes))
     with_wrench, wrench_seconds = timed_fit(MUSHR, Dataset(base.episodes + base.pushed))
     mass = float(sum(MujocoPlant(MUSHR).mj_model.body_mass))

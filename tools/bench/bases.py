@@ -16,7 +16,7 @@ from sym2real.diagnosis import diagnose
 from sym2real.effects.visible import visible_state
 from sym2real.errors import Sym2RealError
 from sym2real.experiments.learning import learn_from_logs
-from sym2real.experiments.measured import MEASURED
+from sym2real.experiments.measured import measured
 from sym2real.experiments.models import cached_base
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.layout import Layout
@@ -81,7 +81,7 @@ def _from_logs(robot: str, folder: Path) -> Equations:
     if not (folder / "equations.json").exists():
         with tempfile.TemporaryDirectory() as place:
             paths = written(simulate_case(Case(robot, seed=HEALTHY_SEED)), Path(place))
-            save_model(learn_from_logs(MEASURED[robot], paths, None, "beam").equations, folder)
+            save_model(learn_from_logs(measured(robot), paths, None, "beam").equations, folder)
     return load_model(folder)
 
 

@@ -106,9 +106,11 @@ def identified(robot: Robot, logs: Sequence[Trajectory]) -> dict[str, float]:
     spec, parts = spec_of(robot), list[tuple[Any, Any, Any]]()
     model = spec.compile()
     for log, rows in stretches(robot, logs):
-        sensors, controls = measured(log, rows), robot.to_control(log.action[rows])
+        sensors, controls = measured(log, rows), robot.description.to_control(log.action[rows])
         times = robot.dt * np.arange(len(sensors))
-        start = sysid.create_initial_state(model, *robot.to_coordinates(log.state[rows][0]), np.zeros(model.na))
+        start = sysid.create_initial_state(
+            model, *robot.description.to_coordinates(log.state[rows][0]), np.zeros(model.na)
+        )
         control = sysid.TimeSeries.from_control_names(times, controls, model)
         parts.append((start, control, sysid.TimeSeries.from_names(times, sensors, model, list(SENSORS))))
     starts, controls, sensors = (list(part) for part in zip(*parts, strict=True))
@@ -140,7 +142,7 @@ def error_of(robot: Robot, values: dict[str, float], logs: Sequence[Trajectory])
     for log, rows in stretches(robot, logs):
         states, data = log.state[rows], mujoco.MjData(model)
         robot.write_state(data, states[0])
-        for control in robot.to_control(log.action[rows])[:-1]:
+        for control in robot.description.to_control(log.action[rows])[:-1]:
             data.ctrl[:] = control
             mujoco.mj_step(model, data, robot.substeps)
         errors.append((robot.read_state(data) - states[-1])[axes])

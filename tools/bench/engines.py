@@ -51,7 +51,7 @@ def measured(engine: str, robot: Robot, training: Dataset, tests: tuple[Dataset,
     """Figures of one engine on one training set."""
     say(f"{engine}: {robot.name}, {len(training)} trajectories")
     started = cpu_seconds()
-    equations = ENGINES[engine](angles=robot.angles).fit(training.transitions())
+    equations = ENGINES[engine](angles=robot.recipe.angles).fit(training.transitions())
     seconds = cpu_seconds() - started
     inside, outside = (position_errors(equations, test) for test in tests)
     name = f"{engine}, {robot.name}, {len(training)} trajectories"

@@ -53,7 +53,7 @@ def _predicted(plant: MujocoPlant, starts: list[Array], actions: Array, row: int
     plant.mj_data.time = (row - WARM_UP) * plant.dt
     for action in actions[row - WARM_UP : row]:
         plant.step(action)
-    coordinates, velocities = plant.robot.to_coordinates(starts[1])
+    coordinates, velocities = plant.robot.description.to_coordinates(starts[1])
     plant.mj_data.qpos[:7], plant.mj_data.qvel[:6] = coordinates[:7], velocities[:6]
     mujoco.mj_forward(plant.mj_model, plant.mj_data)
     for action in actions[row:]:

@@ -63,7 +63,7 @@ class IdentifiedQuadrotor:
         }
         if not self.immediate:
             found["motor_lag"] = {"value": float(np.mean([1.0 / rate for rate in self._rates()]))}
-        loop = [ROBOT.constants[f"j{axis}"] / table["J"][place][place] for place, axis in enumerate("xyz")]
+        loop = [ROBOT.numbers[f"j{axis}"] / table["J"][place][place] for place, axis in enumerate("xyz")]
         if abs(float(np.mean(loop)) - 1.0) > NOTICED:
             found["rate_loop_gain"] = {"value": float(np.mean(loop))}
         if self.late:
@@ -120,7 +120,7 @@ class LsyPlant(ForeignPlant):
 
     def _speeds(self, action: Array) -> Array:
         """What the rate loop sends to the rotors, rpm ``# (4,)``."""
-        constants = ROBOT.constants
+        constants = ROBOT.numbers
         gains = np.array([constants[f"j{axis}"] * constants[f"k{axis}"] for axis in "xyz"])
         torques = gains * (action[1:] - self._state[10:13])
         return speed_for(self._table, self._rotors @ np.r_[action[0], torques])

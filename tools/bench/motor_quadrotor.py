@@ -48,13 +48,18 @@ def robot(inertia: float, servo: float = SERVO) -> Robot:
         CRAZYFLIE,
         layouts=replace(CRAZYFLIE.layouts, action=Layout.of(MOTORS)),
         dt=DT,
-        physics_dt=PHYSICS_DT,
-        low=np.zeros(4),
-        high=np.full(4, FASTEST),
-        rest=np.full(4, hover),
-        random_low=np.full(4, 0.5 * hover),
-        random_high=np.full(4, 1.5 * hover),
-        to_control=partial(_servo_command, gain=inertia / servo),
+        limits=replace(
+            CRAZYFLIE.limits,
+            low=np.zeros(4),
+            high=np.full(4, FASTEST),
+            draws=(np.full(4, 0.5 * hover), np.full(4, 1.5 * hover)),
+        ),
+        description=replace(
+            CRAZYFLIE.description,
+            physics_dt=PHYSICS_DT,
+            rest=np.full(4, hover),
+            to_control=partial(_servo_command, gain=inertia / servo),
+        ),
     )
 
 

@@ -46,7 +46,8 @@ class Options:
 def at_rate(robot: Robot, rate: float) -> Robot:
     """The robot controlled at ``rate`` Hz, with physics steps that are no longer than its own."""
     dt = 1.0 / rate
-    return replace(robot, dt=dt, physics_dt=dt / np.ceil(dt / robot.physics_dt - 1e-9))
+    step = dt / np.ceil(dt / robot.description.physics_dt - 1e-9)
+    return replace(robot, dt=dt, description=replace(robot.description, physics_dt=step))
 
 
 def with_lost_rows(data: Dataset, rng: np.random.Generator) -> Dataset:

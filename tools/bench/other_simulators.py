@@ -61,7 +61,7 @@ def turning(drag: float) -> Truth:
     """What drag in N s/m at the rotors' hubs does to turning: c r² resists the yaw loop, as a gain below one."""
     from rotorpy.vehicles.crazyflie_params import d as arm
 
-    constants = ROBOTS["crazyflie"].constants
+    constants = ROBOTS["crazyflie"].numbers
     damping = drag * arm**2 / constants["jz"]
     return {"gain:wz_cmd": {"value": constants["kz"] / (constants["kz"] + damping)}}
 

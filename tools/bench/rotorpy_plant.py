@@ -44,9 +44,9 @@ class Quadrotor:
         """RotorPy's table of parameters."""
         from rotorpy.vehicles.crazyflie_params import quad_params
 
-        inertia = dict(zip(("Ixx", "Iyy", "Izz"), (ROBOT.constants[name] for name in ("jx", "jy", "jz")), strict=True))
+        inertia = dict(zip(("Ixx", "Iyy", "Izz"), (ROBOT.numbers[name] for name in ("jx", "jy", "jz")), strict=True))
         ours = {"mass": ROBOT.mass, "tau_m": QUICK, **inertia, **dict.fromkeys(AERODYNAMICS, 0.0)}
-        gains = np.array([ROBOT.constants[name] for name in ("kx", "ky", "kz")])
+        gains = np.array([ROBOT.numbers[name] for name in ("kx", "ky", "kz")])
         return {**quad_params, **({} if self.stock else ours), "k_w": gains, **self.parameters}
 
 

@@ -44,9 +44,9 @@ def at_rate(rate: float) -> Robot:
     Raises:
         ModelError: for a period that is no whole number of physics steps.
     """
-    steps = 1.0 / rate / MUSHR.physics_dt
+    steps = 1.0 / rate / MUSHR.description.physics_dt
     if abs(steps - round(steps)) > 1e-6:
-        raise ModelError(f"expected a period of whole steps of {MUSHR.physics_dt} s, found {rate:g} Hz")
+        raise ModelError(f"expected a period of whole steps of {MUSHR.description.physics_dt} s, found {rate:g} Hz")
     return replace(MUSHR, dt=1.0 / rate)
 
 

@@ -21,8 +21,8 @@ from sym2real.robots.robot import GRAVITY
 from sym2real.trajectory import Array
 
 ROBOT = ROBOTS["mushr"]
-WHEELBASE = ROBOT.constants["wheelbase"]
-WHEEL_RADIUS = ROBOT.constants["wheel_radius"]
+WHEELBASE = ROBOT.numbers["wheelbase"]
+WHEEL_RADIUS = ROBOT.numbers["wheel_radius"]
 AXLE_INERTIA = 1.2e-3  # kg m², two wheels and half of a geared motor
 STIFFNESS = 21.92  # CommonRoad's -p_ky1: cornering stiffness per load, 1/rad
 STEP, DRIFT_STEP = 0.002, 0.001  # s; wheels that spin against stiff tyres are quick
@@ -123,7 +123,7 @@ def _numbers(tyres: float) -> SimpleNamespace:
         b=half,
         h_s=0.05,
         m=ROBOT.mass,
-        I_z=ROBOT.constants["jz"],
+        I_z=ROBOT.numbers["jz"],
         R_w=WHEEL_RADIUS,
         I_y_w=AXLE_INERTIA,
         T_sb=0.5,

@@ -21,7 +21,7 @@ def learner_of(contestant: Contestant, robot: Robot, seed: int) -> Learner[Any, 
     if contestant.residual == "none":
         return NoResidual()
     if contestant.residual == "sr":
-        return ResidualSearch(angles=robot.angles)
+        return ResidualSearch(angles=robot.recipe.angles)
     if contestant.residual == "tuned":
         return FineTuning(seed=seed)
     return ResidualTraining(seed=seed, commands=COMMANDS if contestant.residual == "memory" else 0)

@@ -61,8 +61,8 @@ class NoisyFit:
             flown.append(run_episode(plant, controller, task, seed=seed, steps=self.effort.rows))
         transitions = Dataset(flown).transitions()
         tell("fitting")
-        fitted = BeamSearch(angles=robot.angles).fit(transitions)
-        rows = dependence(fitted, transitions, robot.dependencies)
+        fitted = BeamSearch(angles=robot.recipe.angles).fit(transitions)
+        rows = dependence(fitted, transitions, robot.recipe.dependencies)
         keys = ("state", "action", "score", "holds", "meaning")
         return {"dependence": [{key: getattr(row, key) for key in keys} for row in rows]}
 

@@ -15,7 +15,7 @@ import numpy as np
 from torch import nn
 
 from sym2real.adaptation import StageOne, stage_one
-from sym2real.experiments.learning import TRAINING_TASKS, training_tasks
+from sym2real.experiments.learning import training_tasks
 from sym2real.experiments.study.case import Case
 from sym2real.experiments.study.curves import CONVERGED, LAST
 from sym2real.experiments.study.effort import Effort
@@ -80,7 +80,7 @@ class FromScratch:
 
 def training_cases(robot: Robot) -> list[Case]:
     """The tasks of training in the plain simulator."""
-    return [Case(name, name, robot.name, name, options) for name, options in TRAINING_TASKS[robot.name]]
+    return [Case(name, name, robot.name, name, options) for name, options in robot.recipe.tasks]
 
 
 def _equations(robot: Robot, tasks: Sequence[Task], effort: Effort, seed: int, tell: Tell) -> list[Equations]:
@@ -88,7 +88,7 @@ def _equations(robot: Robot, tasks: Sequence[Task], effort: Effort, seed: int, t
     assert effort.episodes is not None
     settings = StageOne(effort.episodes[robot.name], effort.rows, pushed=False, until_settled=False, seed=seed)
     with tempfile.TemporaryDirectory() as folder:
-        engine = BeamSearch(angles=robot.angles)
+        engine = BeamSearch(angles=robot.recipe.angles)
         stage_one(
             MujocoPlant(robot), tasks, engine, settings, folder=Path(folder), on_progress=lambda one: tell(one.what)
         )
@@ -99,7 +99,9 @@ def _equations(robot: Robot, tasks: Sequence[Task], effort: Effort, seed: int, t
 def scratch_jobs(effort: Effort) -> list[Job]:
     """Equations for both robots, and networks where the effort allows them."""
     models = ["sr", *(["nn"] if effort.neural_episodes else [])]
-    return [FromScratch(robot, model, seed, effort) for model in models for seed in effort.seeds for robot in ROBOTS]
+    return [
+        FromScratch(robot, model, seed, effort) for model in models for seed in effort.seeds for robot in effort.samples
+    ]
 
 
 def trajectories_to_converge(errors: np.ndarray) -> int:
@@ -115,7 +117,7 @@ def trajectories_to_converge(errors: np.ndarray) -> int:
 def scratch_outcome(effort: Effort, records: Mapping[str, Record]) -> Outcome:
     """Trajectories to converge beside the paper's."""
     rows, panels = [], []
-    for robot in ROBOTS:
+    for robot in effort.samples:
         lines = {}
         for model, title in TITLES.items():
             runs = [records.get(f"scratch-{robot}_{model}_{seed}") for seed in effort.seeds]

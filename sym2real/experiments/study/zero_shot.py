@@ -78,7 +78,7 @@ class ZeroShot:
         if self.model == "nn":
             return list(networks(robot, tasks, self.effort, seed, tell))[-1]
         settings = StageOne(episodes, self.effort.rows, pushed=False, until_settled=False, seed=seed)
-        engine = BeamSearch(angles=robot.angles)
+        engine = BeamSearch(angles=robot.recipe.angles)
         return learn_base(MujocoPlant(robot), tasks, engine, settings, on_progress=lambda one: tell(one.what))
 
     def _reaches(self, model: Equations | nn.Module, run: int, *, unseen: bool) -> bool:
@@ -101,13 +101,13 @@ def zero_shot_jobs(effort: Effort) -> list[Job]:
     """Equations for both robots, and networks where the effort allows them."""
     one = replace(effort, seeds=effort.seeds[:1])
     models = ["sr", *(["nn"] if effort.neural_episodes else [])]
-    return [ZeroShot(robot, model, one) for model in models for robot in ROBOTS]
+    return [ZeroShot(robot, model, one) for model in models for robot in effort.samples]
 
 
 def zero_shot_outcome(effort: Effort, records: Mapping[str, Record]) -> Outcome:
     """The paper's table, with its figures beside."""
     rows = []
-    for robot in ROBOTS:
+    for robot in effort.samples:
         for model, title in TITLES.items():
             record = records.get(f"zero-shot-{robot}_{model}")
             if record is not None:

@@ -1,0 +1,61 @@
+"""A robot in a simulator: its description file, and the way between states and MuJoCo's coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from sym2real.trajectory import Array
+
+if TYPE_CHECKING:
+    import mujoco
+
+# What ends an episode.
+Crash = Literal["contact", "rolled over", "never"]
+
+
+def unchanged(actions: Array) -> Array:
+    """Actuator controls that are the actions themselves ``# (..., action)``."""
+    return actions
+
+
+@dataclass(frozen=True, eq=False)
+class Description:
+    """What a simulator needs of a robot.
+
+    Args:
+        mjcf: name of a file in this package, or path of any MJCF.
+        physics_dt: period of the simulator in s.
+        start: state after a reset without one ``# (state,)``.
+        rest: the action that holds the robot where it is ``# (action,)``.
+        to_state: MuJoCo's qpos ``# (..., nq)`` and qvel ``# (..., nv)`` → states ``# (..., state)``; what a change has
+            appended to them does not matter.
+        to_coordinates: state ``# (state,)`` → qpos ``# (nq,)`` and qvel ``# (nv,)``.
+        to_control: actions ``# (..., action)`` → actuator controls of the description ``# (..., nu)``.
+        body: name of the free body that a wrench pushes; "" for a robot without one.
+        crash: what ends an episode: touching anything, rolling over by 60°, or nothing.
+        coarse_substeps: physics steps per control period that are enough for planning; 0 for those of the simulator.
+    """
+
+    mjcf: str
+    physics_dt: float
+    start: Array
+    rest: Array
+    to_state: Callable[[Array, Array], Array]
+    to_coordinates: Callable[[Array], tuple[Array, Array]]
+    to_control: Callable[[Array], Array] = unchanged
+    body: str = ""
+    crash: Crash = "never"
+    coarse_substeps: int = 0
+
+    def spec(self) -> mujoco.MjSpec:
+        """The description, to be edited or compiled; meshes and includes are looked for beside a file."""
+        import mujoco  # noqa: PLC0415 — a simulator stays out of light imports
+
+        if Path(self.mjcf).is_absolute():
+            return mujoco.MjSpec.from_file(self.mjcf)
+        text = resources.files("sym2real.robots").joinpath(self.mjcf).read_text(encoding="utf-8")
+        return mujoco.MjSpec.from_string(text)

@@ -16,6 +16,7 @@ from sym2real.logs.table import Table
 from sym2real.trajectory import Array, Trajectory
 
 GROUPS: tuple[Group, ...] = ("state", "action", "inputs")
+EXTRA = "extra"  # columns that no layout holds
 
 
 def default_layouts(columns: Iterable[str]) -> Layouts:

@@ -38,7 +38,7 @@ class Table:
         columns: values by the file's own column names, each ``# (rows,)``; an empty cell is NaN.
         first_row: what an error calls the first row (a CSV's line, counted from 1; a Parquet row, counted from 1).
         texts: names of the columns that hold text and were left out.
-        metadata: what a Parquet file says about itself.
+        metadata: what a file of this package says about itself (Parquet, Arrow, MCAP).
         places: of its rows in the file, counted from ``first_row``, where some are left out; else None ``# (rows,)``.
     """
 
@@ -158,6 +158,9 @@ def file_type(file: Path) -> str:
 def _of_recording(file: Path, recording: Recording, wanted: Collection[str] | None) -> Table:
     if not recording.topics:
         raise DataError(file, "a topic with numbers", "none")
+    if recording.metadata is not None:
+        columns = {name: values for topic in recording.topics for name, values in topic.columns.items()}
+        return Table(file, columns, first_row=1, metadata=recording.metadata)
     return Table(file, recording.together(wanted), first_row=1)
 
 

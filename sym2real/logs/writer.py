@@ -3,53 +3,58 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from pathlib import Path
 
 from sym2real.errors import DataError, ShapeError
 from sym2real.files import whole
 from sym2real.logs import csv_file, parquet_file
-from sym2real.logs.grouping import GROUPS, layouts_to_json
+from sym2real.logs.grouping import EXTRA, GROUPS, layouts_to_json
+from sym2real.logs.recordings import mcap_writer
 from sym2real.logs.table import COLUMNAR
 from sym2real.trajectory import Array, Trajectory
 
 TIME = "time"
-WRITTEN = (".csv", *COLUMNAR)
+MCAP = ".mcap"
+WRITTEN = (".csv", *COLUMNAR, MCAP)
 
 
 def write_log(trajectory: Trajectory, path: str | Path) -> None:
-    """Write a trajectory as CSV or Parquet, by the file's ending.
+    """Write a trajectory as CSV, Parquet or MCAP, by the file's ending.
 
     Columns are ``time`` in s, then state, action, inputs and extra under their own names. A CSV reads back into the
-    groups of the vocabulary or of the layouts that the reader is given; a Parquet file keeps layouts, name and notes
-    in its metadata. The raw rows of the log it came from are not written.
+    groups of the vocabulary or of the layouts that the reader is given; Parquet and MCAP keep layouts, name and notes
+    in their metadata. The raw rows of the log it came from are not written.
 
     Raises:
-        DataError: when the ending is neither, or there is no writing there.
+        DataError: when the ending is none of them, or there is no writing there.
         ShapeError: when two columns have one name.
+        MissingDependencyError: for MCAP, without the extra ``recordings``.
     """
     target = Path(path)
     if target.suffix.lower() not in WRITTEN:
         raise DataError(target, f"a file name that ends in {', '.join(WRITTEN)}", repr(target.suffix))
-    columns = _columns(trajectory)
+    groups = _groups(trajectory)
+    columns = {name: values for part in groups.values() for name, values in part.items()}
     with whole(target) as beside:
         if target.suffix.lower() == ".csv":
             csv_file.write(beside, columns)
+        elif target.suffix.lower() == MCAP:
+            mcap_writer.write(beside, groups, trajectory, _metadata(trajectory))
         else:
             parquet_file.write(beside, columns, _metadata(trajectory))
 
 
-def _columns(trajectory: Trajectory) -> dict[str, Array]:
-    columns: dict[str, Array] = {TIME: trajectory.time}
-    parts = [
-        dict(zip(getattr(trajectory.layouts, group).columns, getattr(trajectory, group).T, strict=True))
+def _groups(trajectory: Trajectory) -> dict[str, dict[str, Array]]:
+    """Columns by their group; the time stands with the states."""
+    groups = {
+        group: dict(zip(getattr(trajectory.layouts, group).columns, getattr(trajectory, group).T, strict=True))
         for group in GROUPS
-    ]
-    for part in (*parts, trajectory.extra):
-        for name, values in part.items():
-            if name in columns:
-                raise ShapeError(f"column {name!r} stands twice in trajectory {trajectory.name!r}")
-            columns[name] = values
-    return columns
+    } | {EXTRA: dict(trajectory.extra)}
+    names = Counter([TIME, *(name for columns in groups.values() for name in columns)])
+    if repeated := [name for name, times in names.items() if times > 1]:
+        raise ShapeError(f"column {repeated[0]!r} stands twice in trajectory {trajectory.name!r}")
+    return groups | {"state": {TIME: trajectory.time, **groups["state"]}}
 
 
 def _metadata(trajectory: Trajectory) -> dict[str, str]:

@@ -38,7 +38,11 @@ def recording(topics: Mapping[str, Messages]) -> Recording:
             Topic(
                 name,
                 (stamps[name] - start) / NANOSECONDS,
-                {f"{name}.{field}": np.asarray(values, float) for field, values in messages.columns.items()},
+                {
+                    f"{name}.{field}": np.asarray(values, float)
+                    for field, values in messages.columns.items()
+                    if not np.isnan(values).all()
+                },
             )
             for name, messages in filled.items()
         )
@@ -46,9 +50,11 @@ def recording(topics: Mapping[str, Messages]) -> Recording:
 
 
 def numbers(value: object, prefix: str = "") -> dict[str, float]:
-    """The numbers in nested mappings and short lists, by their paths: ``pose.position.x``, ``q[0]``."""
+    """The numbers in nested mappings and short lists by their paths: ``pose.position.x``, ``q[0]``; null is NaN."""
     if isinstance(value, bool | int | float):
         return {prefix: float(value)}
+    if value is None:
+        return {prefix: np.nan}
     if isinstance(value, Mapping):
         items = [(f"{prefix}.{key}" if prefix else str(key), part) for key, part in value.items()]
     elif isinstance(value, list) and len(value) <= LONGEST_LIST:

@@ -31,12 +31,15 @@ class Compare(OfLogs):
     """Folder for figures: error over the horizon, measured against predicted."""
     report: Path | None = None
     """Write the whole as one HTML file that works offline."""
+    rerun: Path | None = None
+    """Write what was measured and predicted as a recording for the Rerun viewer (.rrd)."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
 
     def run(self, console: Console) -> dict[str, Any]:
         """Print the report, draw the figures."""
         from sym2real.cli.model import folder_of, logs_for, open_with_progress
+        from sym2real.cli.recording import write_recording
         from sym2real.cli.report import write_report
         from sym2real.cli.report_folder import title_of
         from sym2real.diagnosis import compare, training_region
@@ -59,4 +62,6 @@ class Compare(OfLogs):
         if self.report:
             page = comparison_page(model, data, comparison, title_of(self.model, "compared"))
             result["report"] = write_report(page, self.report, console)
+        if self.rerun:
+            result["rerun"] = write_recording(self.rerun, data, {"model": model}, below(model), console)
         return result

@@ -48,6 +48,8 @@ class Diagnose(OfLogs):
     """Folder for diagnosis.json, figures, the informed model and the simulator with what was found."""
     report: Path | None = None
     """Write the whole as one HTML file that works offline."""
+    rerun: Path | None = None
+    """Write what was measured and predicted as a recording for the Rerun viewer (.rrd)."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
 
@@ -57,6 +59,7 @@ class Diagnose(OfLogs):
         from sym2real.cli.found import plain_simulator
         from sym2real.cli.model import equations_below, folder_of, logs_for, require_another_folder
         from sym2real.cli.progress import stages_progress
+        from sym2real.cli.recording import write_recording
         from sym2real.cli.report import write_report
         from sym2real.cli.report_folder import title_of
         from sym2real.diagnosis import data_report, diagnose, training_region
@@ -96,6 +99,9 @@ class Diagnose(OfLogs):
         if self.report:
             page = diagnosis_page(base, check(base, data).data, found, title_of(self.model, "diagnosed"))
             result["report"] = write_report(page, self.report, console)
+        if self.rerun:
+            models = {"base": base} | ({"with effects": found.apply(base)} if found.findings else {})
+            result["rerun"] = write_recording(self.rerun, check(base, data).data, models, base, console)
         return result
 
     def _asked(self) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """What a verb reads is kept: nothing is written over it, whichever option names the place.
 
-A verb's fields say what it reads and what it writes: ``out``, ``json`` and ``report`` are written, every other
+A verb's fields say what it reads and what it writes: :data:`WRITTEN` are written, every other
 :class:`Path` and every :data:`Place` is read.
 """
 
@@ -19,13 +19,13 @@ from sym2real.files import read_by, reading, require_place, same_place
 
 IS_PLACE = "may name a file or a folder that is read"
 Place = Annotated[str, IS_PLACE]
-WRITTEN = ("out", "json", "report")
+WRITTEN = ("out", "json", "report", "rerun")
 LOG_ENDINGS = (".csv", ".parquet", ".pq", ".arrow", ".bag", ".db3", ".mcap", ".ulg", ".usd")
 
 
 @contextmanager
 def kept_apart(verb: Any) -> Iterator[None]:
-    """Refuse ``--out``, ``--json`` and ``--report`` before the work where nothing may be written, and while it lasts.
+    """Refuse places of :data:`WRITTEN` before the work where nothing may be written, and while it lasts.
 
     Args:
         verb: with ``json`` and perhaps ``report`` and ``out``: a folder unless ``OUT_IS_FILE``, a new or empty one
@@ -72,7 +72,7 @@ def _exists(path: Path) -> bool:
 
 
 def _require_places(verb: Any) -> None:
-    named = {"--json": verb.json, "--report": getattr(verb, "report", None)}
+    named = {f"--{name}": getattr(verb, name, None) for name in WRITTEN if name != "out"}
     files = {option: file for option, file in named.items() if file not in (None, STANDARD_OUTPUT)}
     out = getattr(verb, "out", None)
     if out is not None and getattr(verb, "OUT_IS_FILE", False):

@@ -11,8 +11,9 @@ from sym2real.diagnosis import Floor
 from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.report.html.arrays import Arrays
 from sym2real.report.html.charts import Chart, Line, of_model
-from sym2real.report.html.observed import PIECE, Observed
+from sym2real.report.html.observed import Observed
 from sym2real.report.html.page import Figures, Table
+from sym2real.report.html.predictions import PIECE
 from sym2real.report.html.signals import signal_units
 from sym2real.report.ladder import SHOWN_HORIZON
 from sym2real.report.tables import number

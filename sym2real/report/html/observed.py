@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
@@ -19,8 +18,6 @@ from sym2real.report.html.predictions import Starts
 from sym2real.report.html.signals import signals, unwrapped
 from sym2real.report.html.variants import Variants, subsets
 from sym2real.trajectory import Array, Dataset
-
-PIECE = 0.8  # s: how far ahead the curves along a log are predicted before they start anew
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +76,7 @@ def observe(
         away = layout.difference(predicted, measured)
         by_horizon.append([_sizes(layout, away[:, step - 1]) for step in steps])
         by_window.append(_sizes(layout, away[:, shown - 1]))
-        curves.append(_along(starts, predicted))
+        curves.append([signals(layout, states) for states in starts.along(predicted)])
         windows.append(signals(layout, predicted[wanted].numpy()))
     channels = list(by_window[0])
     return Observed(
@@ -114,18 +111,3 @@ def _sizes(layout: Layout, away: Tensor) -> dict[str, Array]:
 
 def _rms(errors: Array) -> float:
     return float(np.sqrt(np.nanmean(np.square(errors))))
-
-
-def _along(starts: Starts, predicted: Tensor) -> list[Array]:
-    """By log, signals predicted in pieces of 0.8 s ``# (rows, signals)``; two rows between them are a gap."""
-    layout, found = starts.data.layouts.state, []
-    for index, log in enumerate(starts.data):
-        rows, mine = starts.row[starts.log == index], predicted[torch.as_tensor(starts.log == index)]
-        stride = int(rows[1] - rows[0]) if len(rows) > 1 else 1
-        every = max(1, min(round(PIECE / log.dt), starts.steps) // stride)
-        along = np.full((len(log), layout.size), np.nan)
-        for row, states in zip(rows[::every], mine[::every].numpy(), strict=True):
-            last = min(row + every * stride - 1, len(log), row + 1 + starts.steps)
-            along[row + 1 : last] = states[: last - row - 1]
-        found.append(signals(layout, along))
-    return found

@@ -18,6 +18,8 @@ from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import rollout
 from sym2real.trajectory import Dataset
 
+PIECE = 0.8  # s: how far ahead the curves along a log are predicted before they start anew
+
 
 @dataclass(frozen=True, eq=False)
 class Starts:
@@ -78,6 +80,25 @@ class Starts:
             states = rollout(model, self.state, actions, inputs, past=self._past(model, logs))
         states[torch.as_tensor(np.arange(self.steps) >= self.left[:, None])] = torch.nan
         return states
+
+    def along(self, predicted: Tensor) -> list[NDArray[np.float64]]:
+        """Of each log the states predicted along it in pieces of 0.8 s ``# (rows, state)``; two rows between are NaN.
+
+        Args:
+            predicted: of every window ``# (W, steps, state)``.
+        """
+        found = []
+        for index, log in enumerate(self.data):
+            mine = self.log == index
+            rows, pieces = self.row[mine], predicted[torch.as_tensor(mine)].numpy()
+            stride = int(rows[1] - rows[0]) if len(rows) > 1 else 1
+            every = max(1, min(round(PIECE / log.dt), self.steps) // stride)
+            states = np.full((len(log), self.data.layouts.state.size), np.nan)
+            for row, piece in zip(rows[::every], pieces[::every], strict=True):
+                last = min(row + every * stride - 1, len(log), row + 1 + self.steps)
+                states[row + 1 : last] = piece[: last - row - 1]
+            found.append(states)
+        return found
 
     def _rows(self, columns: Sequence[NDArray[np.float64]], offset: int) -> NDArray[np.float64]:
         """Rows of every window ``# (W, steps, columns)``, from so many behind its start."""

@@ -12,11 +12,15 @@ import numpy as np
 import pytest
 from cli_results import result_of
 from report_pages import BASE, logs
+from scipy.spatial.transform import Rotation
 
 from sym2real.cli import main
 from sym2real.diagnosis.data.preparation import prepared
 from sym2real.logs import write_log
+from sym2real.plants import MujocoPlant
+from sym2real.plants.geometry import geometries
 from sym2real.report.html.predictions import Starts
+from sym2real.robots import MUSHR
 from sym2real.symbolic import save_model
 
 needs_rerun = pytest.mark.skipif(which("rerun") is None, reason="rerun-sdk is not installed (extra rerun)")
@@ -54,6 +58,17 @@ def test_pieces_along_a_log_start_anew_from_what_was_measured() -> None:
         first = starts.row[starts.log == number][0]
         window = np.flatnonzero((starts.log == number) & (starts.row == first))[0]
         assert np.array_equal(states[first + 1 : first + 30], predicted[window, :29].numpy())
+
+
+def test_a_robot_is_drawn_as_its_description_says() -> None:
+    car = {part.name: part for part in geometries(MujocoPlant(MUSHR))}
+    chassis, wheel = car["chassis"], car["front_left"]
+    assert chassis.half_sizes == pytest.approx([0.19, 0.09, 0.03])
+    assert wheel.shape == "ellipsoid"
+    assert sorted(wheel.half_sizes) == pytest.approx([0.02, 0.05, 0.05])
+    axle = Rotation.from_quat(wheel.attitude, scalar_first=True).as_matrix()[:, np.argmin(wheel.half_sizes)]
+    assert abs(axle[1]) == pytest.approx(1.0)  # it rolls along x
+    assert car["front_right"].centre == pytest.approx(wheel.centre * [1, -1, 1])
 
 
 def test_without_the_library_an_error_names_the_extra(

@@ -41,6 +41,7 @@ OWNERS = {
     "pysr": {"regression"},
     "matplotlib": {"report"},
     "jinja2": {"report"},
+    "rerun": {"report"},
     "gymnasium": {"plants"},
     "pandas": {"logs"},
     "pyarrow": {"logs"},

@@ -6,13 +6,12 @@ a wire frame that starts anew from the measured state every 0.8 s, as the curves
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from sym2real.diagnosis import ROWS
@@ -21,6 +20,7 @@ from sym2real.errors import MissingDependencyError
 from sym2real.files import whole
 from sym2real.layout import Layout
 from sym2real.logs.pose import poses
+from sym2real.plants.geometry import Geometry
 from sym2real.report.html.predictions import PIECE, Starts
 from sym2real.report.html.signals import signal_units, signals
 from sym2real.report.html.variants import Predicting
@@ -28,11 +28,10 @@ from sym2real.trajectory import Array, Dataset
 
 MEASURED, TIMELINE = "measured", "log_time"
 AXES = 0.1  # m, of the frames that are drawn: seen on a robot of a hand's size and on one of an arm's
-ROOT = 1  # the first body of a MuJoCo model; 0 is the world
 
 
 def write_rerun(
-    path: str | Path, data: Dataset, models: Mapping[str, Predicting], robot: mujoco.MjModel | None = None
+    path: str | Path, data: Dataset, models: Mapping[str, Predicting], robot: Sequence[Geometry] = ()
 ) -> Path:
     """Write what was measured and what models predict.
 
@@ -40,7 +39,7 @@ def write_rerun(
         path: of the file, ``.rrd``.
         data: logs.
         models: equations or models that predict in float64, by the name that the viewer is to show.
-        robot: whose first body's geometries are drawn; None draws frames alone.
+        robot: how it is drawn; frames alone without it.
 
     Raises:
         MissingDependencyError: without the extra ``rerun``.
@@ -79,7 +78,7 @@ class _Tree:
     name: str
     time: Array
 
-    def send(self, name: str, layout: Layout, states: Array, robot: mujoco.MjModel | None) -> None:
+    def send(self, name: str, layout: Layout, states: Array, robot: Sequence[Geometry]) -> None:
         index = [self.rerun.TimeColumn(TIMELINE, duration=self.time)]
         for signal, values in zip(signal_units(layout), signals(layout, states).T, strict=True):
             scalars = self.rerun.Scalars.columns(scalars=values)
@@ -93,40 +92,29 @@ class _Tree:
         self.stream.log(body, self.rerun.TransformAxes3D(AXES), static=True)
         path = self.rerun.LineStrips3D(_pieces(position))
         self.stream.log(self._place("world", "path", name), path, static=True)
-        if robot is not None:
-            self._log_geometries(name, robot)
+        self._draw(name, robot)
 
     def _place(self, *parts: str) -> str:
         return str(self.rerun.new_entity_path([self.name, *parts]))
 
-    def _log_geometries(self, name: str, robot: mujoco.MjModel) -> None:
-        """The geometries of the first body and of those on it, at rest, in its axes; a mesh is its bounding box."""
+    def _draw(self, name: str, robot: Sequence[Geometry]) -> None:
         kinds = self.rerun.components.FillMode
         fill = kinds.Solid if name == MEASURED else kinds.MajorWireframe
-        rest = mujoco.MjData(robot)
-        mujoco.mj_kinematics(robot, rest)
-        axes = rest.xmat[ROOT].reshape(3, 3)
-        for number in np.flatnonzero(robot.body_rootid[robot.geom_bodyid] == ROOT):
-            turn, turned = np.empty(4), axes.T @ rest.geom_xmat[number].reshape(3, 3)
-            mujoco.mju_mat2Quat(turn, turned.ravel())
-            centre = axes.T @ (rest.geom_xpos[number] - rest.xpos[ROOT]) + turned @ robot.geom_aabb[number, :3]
-            shape = self._shape(
-                robot.geom_type[number],
-                robot.geom_aabb[number, 3:],
-                centers=[centre],
-                quaternions=_x_to_w(turn[None]),
-                colors=[(255 * robot.geom_rgba[number]).astype(np.uint8)],
-                fill_mode=fill,
-            )
-            geometry = robot.geom(number).name or f"geometry {number}"
-            self.stream.log(self._place("world", name, geometry), shape, static=True)
-
-    def _shape(self, kind: int, half: Array, **about: Any) -> Any:
-        if kind in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_ELLIPSOID):
-            return self.rerun.Ellipsoids3D(half_sizes=[half], **about)
-        if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
-            return self.rerun.Cylinders3D(lengths=[2 * half[2]], radii=[half[0]], **about)
-        return self.rerun.Boxes3D(half_sizes=[half], **about)
+        for part in robot:
+            about = {
+                "centers": [part.centre],
+                "quaternions": _x_to_w(part.attitude[None]),
+                "colors": [(255 * part.colour).astype(np.uint8)],
+                "fill_mode": fill,
+            }
+            if part.shape == "ellipsoid":
+                drawn = self.rerun.Ellipsoids3D(half_sizes=[part.half_sizes], **about)
+            elif part.shape == "cylinder":
+                length, radius = 2 * part.half_sizes[2], part.half_sizes[0]
+                drawn = self.rerun.Cylinders3D(lengths=[length], radii=[radius], **about)
+            else:
+                drawn = self.rerun.Boxes3D(half_sizes=[part.half_sizes], **about)
+            self.stream.log(self._place("world", name, part.name), drawn, static=True)
 
 
 def _x_to_w(quaternions: Array) -> Array:

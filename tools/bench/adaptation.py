@@ -17,6 +17,7 @@ from pathlib import Path
 import tyro
 from adaptation_bars import Bars
 from adaptation_logs import log_figures
+from adaptation_page import page
 from figures import Figure, report
 
 from sym2real.experiments.study.case import load_suite
@@ -25,6 +26,7 @@ from sym2real.experiments.study.reference import REFERENCE
 from sym2real.experiments.study.scratch import scratch_jobs
 from sym2real.experiments.study.suites import suite_jobs
 from sym2real.experiments.study.sweep import Job, Progress, kept, run_sweep
+from sym2real.files import write_text
 
 SUITES = ("sim2sim", "uncovered", "delay")
 KINDS = ("mass-26", "friction", "swinging-payload", "car-200-ms")
@@ -57,6 +59,8 @@ class Options:
     """Run nothing: figures of the answers that are there."""
     json: Path | None = None
     """Write the figures to this file (- is standard output)."""
+    page: Path | None = None
+    """Write errors and figures as a page of the docs."""
 
 
 def effort_of(options: Options) -> Effort:
@@ -128,9 +132,12 @@ def main(options: Options) -> None:
         answers = kept(jobs, options.out)
     else:
         answers = run_sweep(jobs, options.out, workers=options.jobs, cluster=options.cluster, on_progress=say)
-    figures = figures_of(Bars(answers, effort)) if answers else []
+    bars = Bars(answers, effort)
+    figures = figures_of(bars) if answers else []
     figures += log_figures() if options.logs else []
     report("adaptation", figures, effort.seeds, options.json)
+    if options.page:
+        write_text(options.page, page(bars, [load_suite(name) for name in SUITES], figures))
 
 
 if __name__ == "__main__":

@@ -88,10 +88,16 @@ class Bars:
         crashes = sum(curve.later_crashes for _, _, curve in curves)
         worse = [f"{case.title} {name}" for case, name, curve in curves if surely_above(curve.final, curve.zero_shot)]
         said = f" ({', '.join(worse)})" if worse else ""
-        return [
+        figures = [
             Figure(f"crashes behind the first round, {len(curves)} cases × contestants", crashes, "", "<= 0"),
             Figure(f"surely worse than zero-shot{said}", len(worse), "", "<= 0"),
         ]
+        for case, (curve,) in self.pairs(cases, JUDGED[0]):
+            best = reference_errors(self.answers, case)
+            if best is not None and ratio(best, curve.zero_shot).value > 1.0:
+                over = ratio(best, curve.zero_shot).value
+                figures.append(Figure(f"{case.title}: MuJoCo's own over zero-shot", over, "ratio"))
+        return figures
 
     def delay(self, suite: Suite) -> list[Figure]:
         """The late car: a residual that sees past commands, and the effect, over the memoryless residual."""

@@ -143,6 +143,9 @@ class Layout:
 
     Raises:
         ShapeError: when a column name stands twice.
+
+    >>> Layout.of(["x", "y", "vx"]).units
+    {'x': 'm', 'y': 'm', 'vx': 'm/s'}
     """
 
     fields: tuple[Field, ...] = ()
@@ -293,8 +296,34 @@ def _retract(kind: Kind, start: Tensor, step: Tensor) -> Tensor:
 
 @dataclass(frozen=True)
 class Layouts:
-    """The three column groups of a model, a plant or a log."""
+    """The three column groups of a model, a plant or a log.
+
+    >>> Layouts.of(["x", "y", "vx", "vy", "steer"]).action.columns
+    ('steer',)
+    """
 
     state: Layout
     action: Layout
     inputs: Layout = Layout()
+
+    @classmethod
+    def of(cls, columns: Iterable[str]) -> Layouts:
+        """Layouts of standard columns, in the order and the groups of :data:`VOCABULARY`; other names are left out.
+
+        >>> Layouts.of(["speed", "steer", "vx", "vy", "x", "y"]).state.columns
+        ('x', 'y', 'vx', 'vy')
+        """
+        present = set(columns)
+        groups: dict[str, Layout] = {
+            group: Layout.of(
+                column
+                for where, field in VOCABULARY
+                if where == group
+                # A quaternion or a circle is whole or it is none.
+                and (field.kind == "vector" or present.issuperset(field.columns))
+                for column in field.columns
+                if column in present
+            )
+            for group in get_args(Group)
+        }
+        return cls(**groups)

@@ -9,13 +9,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout, Layouts
 from sym2real.past import past_of_rows
+from sym2real.upward import upward
+
+if TYPE_CHECKING:
+    import pandas
 
 Array = NDArray[np.float64]
 
@@ -27,7 +32,7 @@ def _checked(name: str, values: Array, rows: int, layout: Layout) -> None:
         )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Trajectory:
     """One flight or drive.
 
@@ -44,6 +49,13 @@ class Trajectory:
 
     Raises:
         ShapeError: when shapes do not fit the layouts or stamps do not increase.
+
+    >>> layouts = Layouts.of(["x", "y", "vx", "vy", "steer", "speed"])
+    >>> log = Trajectory.from_arrays(np.zeros((5, 4)), np.zeros((5, 2)), layouts, dt=0.05, name="parked")
+    >>> log
+    <Trajectory 'parked': 5 rows of x y vx vy, sent steer speed>
+    >>> log.to_pandas().columns.tolist()
+    ['time', 'x', 'y', 'vx', 'vy', 'steer', 'speed']
     """
 
     time: Array
@@ -67,8 +79,79 @@ class Trajectory:
         if rows > 1 and not (np.diff(self.time) > 0).all():
             raise ShapeError(f"time of trajectory {self.name!r} must increase strictly")
 
+    @classmethod
+    def from_arrays(
+        cls,
+        state: ArrayLike,
+        action: ArrayLike,
+        layouts: Layouts,
+        *,
+        time: ArrayLike | None = None,
+        dt: float | None = None,
+        inputs: ArrayLike | None = None,
+        name: str = "",
+    ) -> Trajectory:
+        """A log from arrays whose columns are those of a model or a robot.
+
+        Args:
+            state: measured states; row k before action k ``# (rows, state)``.
+            action: as sent ``# (rows, action)``.
+            layouts: what the columns mean: ``model.layouts``, ``robot.layouts``, or ``Layouts.of(names)``.
+            time: stamps in s ``# (rows,)``.
+            dt: time step in s, where there are no stamps.
+            inputs: known inputs; zero by default ``# (rows, inputs)``.
+            name: what to call it.
+
+        Raises:
+            ShapeError: when shapes do not fit, or there is neither ``time`` nor ``dt``.
+        """
+        if time is not None and dt is None:
+            stamps = np.asarray(time, dtype=np.float64)
+        elif dt is not None and time is None:
+            stamps = np.arange(len(np.asarray(state)), dtype=np.float64) * dt
+        else:
+            raise ShapeError(f"expected either time or dt, found {'neither' if dt is None else 'both'}")
+        states, actions = (np.asarray(values, dtype=np.float64) for values in (state, action))
+        given = np.zeros((len(states), layouts.inputs.size)) if inputs is None else np.asarray(inputs, dtype=np.float64)
+        return cls(stamps, states, actions, given, layouts, name=name)
+
+    @classmethod
+    def from_pandas(
+        cls,
+        frame: pandas.DataFrame,
+        spec: object = None,
+        layouts: Layouts | None = None,
+        dt: float | None = None,
+    ) -> Trajectory:
+        """A log from a data frame, as :func:`~sym2real.read_log` reads one from a file.
+
+        Args:
+            frame: a row per stamp, the time in s in the column ``time``; columns with standard names and units, or
+                with those that ``spec`` maps.
+            spec: a :class:`~sym2real.LogSpec`, the name of a shipped one, or a TOML file.
+            layouts, dt: as of :func:`~sym2real.read_log`.
+
+        Raises:
+            DataError: naming row and column, what was expected and what was found.
+        """
+        log: Trajectory = upward("log_of_frame")(frame, spec, layouts, dt)
+        return log
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A data frame with ``time``, state, action, inputs and extra; :meth:`from_pandas` reads it back.
+
+        Raises:
+            MissingDependencyError: without pandas, an extra.
+        """
+        frame: pandas.DataFrame = upward("frame_of_log")(self)
+        return frame
+
     def __len__(self) -> int:
         return len(self.time)
+
+    def __repr__(self) -> str:
+        columns = " ".join(self.layouts.state), " ".join(self.layouts.action)
+        return f"<Trajectory {self.name!r}: {len(self)} rows of {columns[0]}, sent {columns[1]}>"
 
     @cached_property
     def dt(self) -> float:
@@ -171,12 +254,16 @@ class Transitions:
         )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Dataset:
     """Trajectories with the same columns.
 
     Raises:
         ShapeError: when the trajectories' layouts differ.
+
+    >>> log = Trajectory.from_arrays(np.zeros((5, 7)), np.zeros((5, 2)), car(wheelbase=0.3).layouts, dt=0.05)
+    >>> Dataset([log, log]).rows, len(Dataset([log, log]).transitions())
+    (10, 8)
     """
 
     trajectories: tuple[Trajectory, ...]
@@ -191,6 +278,10 @@ class Dataset:
 
     def __len__(self) -> int:
         return len(self.trajectories)
+
+    def __repr__(self) -> str:
+        names = ", ".join(repr(one.name) for one in self)
+        return f"<Dataset of {len(self)}: {names}>"
 
     def __iter__(self) -> Iterator[Trajectory]:
         return iter(self.trajectories)

@@ -21,8 +21,10 @@ def test_the_python_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> No
     (code,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     names: dict[str, Any] = {}
     exec(compile(code, "README.md", "exec"), names)
-    assert "ChannelError" in capsys.readouterr().out
+    assert "<Comparison" in capsys.readouterr().out
     (finding,) = names["found"].findings
+    plain, informed = (names[one].score(names["log"])["position"] for one in ("model", "informed"))
+    assert informed > plain
     (hidden,) = re.findall(r"inject\(value=([\d.]+)\)", code)
     assert finding.effect == "offset:steer"
     assert finding.values["value"] == pytest.approx(float(hidden), rel=0.05)
@@ -43,3 +45,11 @@ def test_every_command_of_the_docs_is_one(page: str) -> None:
     for command in commands:
         parsed: object = tyro.cli(Verb, args=command.split())
         assert parsed is not None
+
+
+def test_the_readme_is_short_and_links_to_what_exists() -> None:
+    assert len(README.splitlines()) <= 120
+    assert "experiments" not in README
+    links = re.findall(r"\]\(([^)#]+)", README)
+    assert links
+    assert [link for link in links if not (ROOT / link).exists()] == []

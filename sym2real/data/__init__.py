@@ -6,5 +6,9 @@ from pathlib import Path
 
 
 def example_flight() -> Path:
-    """Path of a recorded figure-eight flight (CSV, log specification ``crazyflie_battery_drag``)."""
+    """Path of a recorded figure-eight flight (CSV, log specification ``crazyflie_battery_drag``).
+
+    >>> example_flight().suffix
+    '.csv'
+    """
     return Path(__file__).parent / "flights" / "B3_figure8_fast_rep1.csv"

@@ -59,6 +59,9 @@ def add(
     Raises:
         UnknownNameError: for an effect or a parameter that does not exist.
         ModelError: when an effect does not apply, with the reason; when values are given and to be fitted.
+
+    >>> add(car(wheelbase=0.3), "offset:steer", {"value": 0.05})
+    <Equations: x y sin_yaw cos_yaw vx vy wz after 0.05 s, with offset:steer>
     """
     given: list[str | tuple[str, Values]] = [what] if isinstance(what, str) else list(what)
     if fit is None:
@@ -94,6 +97,13 @@ def try_effect(
         ModelError: for an effect that does not apply, or whose parameters motion does not show; for two that these logs
             cannot tell apart.
         ShapeError: when no log is long enough, columns differ, or the horizon is no step long.
+
+    >>> robot = ROBOTS["mushr"]
+    >>> model, task = robot.nominal(), make_task("circle", robot)
+    >>> target = EquationsPlant(add(model, "offset:steer", {"value": 0.05}), robot)
+    >>> log = run_episode(target, MPPI(compile_model(model), robot, task), task, steps=300)
+    >>> round(try_effect(model, "offset:steer", log, exclude=["*"]).finding.values["value"], 2)
+    0.05
     """
     started = time.perf_counter()
     keys = (keys,) if isinstance(keys, str) else tuple(keys)

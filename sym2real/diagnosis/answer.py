@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sym2real.diagnosis.conclusion import Verdict, summary, verdict
 from sym2real.diagnosis.errors.floor import Floor
@@ -19,6 +19,10 @@ from sym2real.diagnosis.unexplained.explaining import Explained
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.diagnosis.unexplained.term import Term
 from sym2real.symbolic import Equations
+from sym2real.upward import upward
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -61,6 +65,21 @@ class Diagnosis:
     not_tried: tuple[NotTried, ...] = ()
     notes: tuple[str, ...] = ()
     misfit: tuple[float, float] = field(default=(float("nan"), float("nan")))
+
+    def __repr__(self) -> str:
+        return f"<Diagnosis {self.verdict}: {self.summary}>"
+
+    def plot(self) -> Figure:
+        """Held-out error over the horizon, one effect after the other: a figure of matplotlib.
+
+        Raises:
+            ModelError: where nothing was scored.
+        """
+        figure: Figure = upward("ladder_plot")(self)
+        return figure
+
+    def _repr_html_(self) -> str:
+        return str(upward("diagnosis_html")(self))
 
     @property
     def leftover(self) -> Leftover | None:

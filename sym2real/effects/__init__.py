@@ -1,4 +1,8 @@
-"""Physical effects: hypotheses that substitute into equations, and their truth in a simulator."""
+"""Physical effects: hypotheses that substitute into equations, and their truth in a simulator.
+
+>>> EFFECTS["wind"].summary
+'A steady force along world axes: wind, a pulling cable.'
+"""
 
 from sym2real.effects.body import Body
 from sym2real.effects.catalogue import applicable, effect

@@ -19,4 +19,4 @@ def motor_level_equations(path: Path, spec: str) -> Equations:
     """
     layouts = quadrotor(interface="motors", attitude="measured", dt=DT).layouts
     per_mass = fit_thrust_per_unit(read_log(path, spec=spec, layouts=layouts, dt=DT), CALIBRATION_SECONDS)
-    return quadrotor(1.0, interface="motors", attitude="measured", motors=Motors(thrust=per_mass), dt=DT)
+    return quadrotor(None, interface="motors", attitude="measured", motors=Motors(thrust=per_mass), dt=DT)

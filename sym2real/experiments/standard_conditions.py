@@ -110,7 +110,13 @@ STANDARD_NOISE = SensorNoise()
 
 
 def sensors(robot: Robot, rng: np.random.Generator, noise: SensorNoise = STANDARD_NOISE) -> Change:
-    """Measured states: white noise on position, attitude and gyro; velocity by differences of measured positions."""
+    """Measured states: white noise on position, attitude and gyro; velocity by differences of measured positions.
+
+    >>> robot = ROBOTS["mushr"]
+    >>> plant = MujocoPlant(robot, [sensors(robot, np.random.default_rng(0))])
+    >>> bool((plant.reset(robot.start) != robot.start).any())
+    True
+    """
     layout, add_angle = robot.layouts.state, _angle_noise(robot, noise.angle)
     position, velocity, rate = layout.slice("position"), layout.slice("velocity"), layout.slice("rate")
 

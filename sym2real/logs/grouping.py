@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
-from sym2real.layout import VOCABULARY, Field, Group, Layout, Layouts
+from sym2real.layout import Field, Group, Layout, Layouts
 from sym2real.logs import derive
 from sym2real.logs.missing import require_columns
 from sym2real.logs.standard import QUATERNION, Columns, Standard
@@ -17,24 +16,6 @@ from sym2real.trajectory import Array, Trajectory
 
 GROUPS: tuple[Group, ...] = ("state", "action", "inputs")
 EXTRA = "extra"  # columns that no layout holds
-
-
-def default_layouts(columns: Iterable[str]) -> Layouts:
-    """Layouts of standard columns in the order and the groups of the vocabulary."""
-    present = set(columns)
-    groups = {
-        group: Layout.of(
-            column
-            for where, field in VOCABULARY
-            if where == group
-            # A quaternion or a circle is whole or it is none.
-            and (field.kind == "vector" or present.issuperset(field.columns))
-            for column in field.columns
-            if column in present
-        )
-        for group in GROUPS
-    }
-    return Layouts(**groups)
 
 
 def visible(layouts: Layouts) -> Layouts:

@@ -13,7 +13,7 @@ import numpy as np
 from sym2real.errors import DataError, reason
 from sym2real.layout import Layouts
 from sym2real.logs.dropouts import CUT, without_dropouts
-from sym2real.logs.grouping import default_layouts, layouts_from_json, trajectory, visible
+from sym2real.logs.grouping import layouts_from_json, trajectory, visible
 from sym2real.logs.recordings import is_bag_folder
 from sym2real.logs.resample import COMMANDS, GAP_INTERVALS, gaps, is_regular, resample
 from sym2real.logs.several_files import LogFiles, one_log_each, read_parts
@@ -53,9 +53,21 @@ def read_log(
         DataError: naming file, row, column, what was expected and what was found; also for a gap in the stamps,
             where :func:`read_logs` makes two trajectories.
         UnknownNameError: when there is no such specification.
+
+    >>> log = read_log(example_flight(), "crazyflie_battery_drag")
+    >>> log.layouts.action.columns
+    ('motor1', 'motor2', 'motor3', 'motor4')
     """
     files = (Path(path),) if isinstance(path, str | Path) else tuple(Path(part) for part in path)
-    log = _Opened.open(files, with_header(_loaded(spec), columns), dt)
+    known = with_header(_loaded(spec), columns)
+    return log_of_table(_read(files, known), known, layouts, dt)
+
+
+def log_of_table(
+    table: Table, spec: LogSpec | str | Path | None = None, layouts: Layouts | None = None, dt: float | None = None
+) -> Trajectory:
+    """A table as one trajectory; arguments and errors as of :func:`read_log`."""
+    log = _Opened.open(table, _loaded(spec), dt)
     if log.gaps:
         row = log.gaps[0]
         interval = log.standard.time[row] - log.standard.time[row - 1]
@@ -80,11 +92,14 @@ def read_logs(
     Files that have no column in common but stamps are parts of one log (:mod:`sym2real.logs.several_files`).
     Arguments and errors are those of :func:`read_log`, but a log with gaps is split at them into trajectories named
     ``file#1``, ``file#2`` …; pieces of a single row are left out.
+
+    >>> len(read_logs([example_flight()], "crazyflie_battery_drag"))
+    1
     """
     trajectories: list[Trajectory] = []
     known = with_header(_loaded(spec), columns)
     for files in logs_of(paths, known):
-        log = _Opened.open(files, known, dt)
+        log = _Opened.open(_read(files, known), known, dt)
         bounds = [0, *log.gaps, len(log.table)]
         pieces = [(a, b) for a, b in pairwise(bounds) if b - a >= SHORTEST or len(bounds) == 2]
         if not pieces:
@@ -130,6 +145,10 @@ def _loaded(spec: LogSpec | str | Path | None) -> LogSpec | None:
     return None if spec is None else load_spec(spec)
 
 
+def _read(files: LogFiles, spec: LogSpec | None) -> Table:
+    return read_parts(files, spec.sources if spec else None, spec.header if spec else ())
+
+
 def _first_stamp(whole: Table, spec: LogSpec) -> float:
     """Time of the file's first row that has one, s."""
     named = [spec.time.column] if spec.time.column else []
@@ -148,9 +167,8 @@ class _Opened:
     gaps: list[int]
 
     @classmethod
-    def open(cls, files: LogFiles, given: LogSpec | None, dt: float | None) -> _Opened:
-        """Read and name the columns of a log's files; arguments and errors as of :func:`read_log`."""
-        whole = read_parts(files, given.sources if given else None, given.header if given else ())
+    def open(cls, whole: Table, given: LogSpec | None, dt: float | None) -> _Opened:
+        """Name the columns of a log; arguments and errors as of :func:`read_log`."""
         used = given or own_specification((*whole.columns, *whole.texts))
         rows = len(whole) - used.drop_first - used.drop_last
         if rows < 1:
@@ -176,7 +194,7 @@ class _Opened:
             note = f"{CUT}: rows {self.table.line(start)} to {self.table.line(stop - 1)}"
             log = replace(log, notes=(*log.notes, note))
         log = add_derived(log, self.spec)
-        known = visible(layouts or self._own_layouts() or default_layouts(log.columns))
+        known = visible(layouts or self._own_layouts() or Layouts.of(log.columns))
         if not known.state.size:
             names = ", ".join(self.whole.columns)
             raise DataError(self.table.path, "standard state columns, or a log specification", f"columns {names}")

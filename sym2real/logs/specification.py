@@ -62,6 +62,9 @@ class LogSpec:
         frames: "z_up" (world z up, body forward-left-up) or "ned_frd" (north-east-down, forward-right-down).
         mass: kg, multiplies a thrust that is logged per unit mass.
         header: names of the columns, in their order, of text files that have no header.
+
+    >>> LogSpec(name="mine", velocity_frame="body", derive=("rate",)).frames
+    'z_up'
     """
 
     name: str = "unnamed"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 
 from sym2real.errors import DataError, ShapeError
@@ -30,12 +31,17 @@ def write_log(trajectory: Trajectory, path: str | Path) -> None:
         DataError: when the ending is none of them, or there is no writing there.
         ShapeError: when two columns have one name.
         MissingDependencyError: for MCAP, without the extra ``recordings``.
+
+    >>> log = read_log(example_flight(), "crazyflie_battery_drag").rows(0, 20)
+    >>> write_log(log, "flight.parquet")
+    >>> len(read_log("flight.parquet"))
+    20
     """
     target = Path(path)
     if target.suffix.lower() not in WRITTEN:
         raise DataError(target, f"a file name that ends in {', '.join(WRITTEN)}", repr(target.suffix))
     groups = _groups(trajectory)
-    columns = {name: values for part in groups.values() for name, values in part.items()}
+    columns = _joined(groups)
     with whole(target) as beside:
         if target.suffix.lower() == ".csv":
             csv_file.write(beside, columns)
@@ -43,6 +49,19 @@ def write_log(trajectory: Trajectory, path: str | Path) -> None:
             mcap_writer.write(beside, groups, trajectory, _metadata(trajectory))
         else:
             parquet_file.write(beside, columns, _metadata(trajectory))
+
+
+def columns_of(trajectory: Trajectory) -> dict[str, Array]:
+    """Every column of a trajectory by its name, ``time`` first ``# (rows,)``.
+
+    Raises:
+        ShapeError: when two columns have one name.
+    """
+    return _joined(_groups(trajectory))
+
+
+def _joined(groups: Mapping[str, Mapping[str, Array]]) -> dict[str, Array]:
+    return {name: values for part in groups.values() for name, values in part.items()}
 
 
 def _groups(trajectory: Trajectory) -> dict[str, dict[str, Array]]:

@@ -1,6 +1,9 @@
 """Symbolic regression: engines that turn transitions into equations, and the check of what they depend on.
 
 Names are imported when first used: PySR's worker process runs inside this package and must not import torch.
+
+>>> list(ENGINES)
+['beam', 'pysr', 'operon']
 """
 
 from __future__ import annotations

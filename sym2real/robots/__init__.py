@@ -1,4 +1,8 @@
-"""Robots: description files, limits, default weights, and rigid-body equations from numbers alone."""
+"""Robots: description files, limits, default weights, and rigid-body equations from numbers alone.
+
+>>> list(ROBOTS)
+['crazyflie', 'mushr']
+"""
 
 from sym2real.registry import Registry
 from sym2real.robots.crazyflie import CRAZYFLIE

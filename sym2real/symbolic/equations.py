@@ -8,21 +8,22 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
-import sympy
 from sympy import Expr
 
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.layout import Layouts
+from sym2real.symbolic import printing
 from sym2real.symbolic.complexity import complexity
-from sym2real.symbolic.expressions import canonical, exchange, names_in, require_names, symbol, text
+from sym2real.symbolic.expressions import canonical, exchange, names_in, require_names, symbol
 from sym2real.symbolic.parsing import parse_expression
+from sym2real.symbolic.predicting import Predicting
 from sym2real.symbolic.serialise import read_equations, write_equations
 
 EMPTY: Mapping[str, Any] = MappingProxyType({})
 
 
-@dataclass(frozen=True, eq=False)
-class Equations:
+@dataclass(frozen=True, eq=False, repr=False)
+class Equations(Predicting):
     """Next state after ``dt``, one expression per state column over state, action, inputs and parameters.
 
     Args:
@@ -44,6 +45,11 @@ class Equations:
     Raises:
         UnknownNameError: when an expression uses a name that is none of these.
         ModelError: when a state column has no equation, or an expression is no finite real one.
+
+    >>> layouts, equations = Layouts.of(["x", "vx", "speed"]), {"x": "x + 0.1*vx", "vx": "vx + 0.1*(speed - vx)/tau"}
+    >>> model = Equations.parse(layouts, equations, dt=0.1, parameters={"tau": 0.5})
+    >>> model.predict(np.array([0.0, 1.0]), np.array([2.0]))
+    array([0.1, 1.2])
     """
 
     next: Mapping[str, Expr]
@@ -153,24 +159,22 @@ class Equations:
             effects=tuple(effects),
         )
 
+    def __repr__(self) -> str:
+        return printing.one_line(self)
+
+    def _repr_latex_(self) -> str:
+        return printing.aligned(self)
+
     def text(self) -> str:
         """All equations, one a line, in the syntax that :meth:`parse` reads."""
-        lines = [f"{name} = {text(expression)}" for name, expression in self.quantities.items()]
-        lines += [f"{column}' = {text(expression)}" for column, expression in self.next.items()]
-        lines += [f"measured {column} = {text(expression)}" for column, expression in self.output.items()]
-        lines += [f"{column} at the start = {text(expression)}" for column, expression in self.start.items()]
-        for key, values in self.filters:
-            lines.append(f"{key}: {', '.join(f'{name} = {text(value)}' for name, value in values.items())}")
-        lines += [f"{name} = {value!r}" for name, value in self.parameters.items()]
-        return "\n".join(lines)
+        return printing.as_text(self)
 
     def latex(self) -> dict[str, str]:
         """LaTeX of every quantity, of the next value of every state column, and of what is measured where that differs.
 
         Keys are names of quantities, state columns, and ``measured …``.
         """
-        measured = {f"measured {column}": expression for column, expression in self.output.items()}
-        return {name: sympy.latex(value) for name, value in {**self.quantities, **self.next, **measured}.items()}
+        return printing.as_latex(self)
 
     def complexity(self) -> dict[str, int]:
         """State column → nodes of its equation; a quantity counts as one variable."""

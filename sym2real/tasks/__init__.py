@@ -1,4 +1,8 @@
-"""Tasks: references over time and their running cost, by name."""
+"""Tasks: references over time and their running cost, by name.
+
+>>> TASKS["circle"](ROBOTS["mushr"], radius=2.0).name
+'circle'
+"""
 
 from __future__ import annotations
 
@@ -33,6 +37,9 @@ def make_task(name: str, robot: Robot, **options: Any) -> Task:
     Raises:
         UnknownNameError: when there is no such task.
         ShapeError: when the robot cannot be given this task.
+
+    >>> make_task("hover", ROBOTS["crazyflie"]).name
+    'hover'
     """
     return TASKS[name](robot, **options)
 

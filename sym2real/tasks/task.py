@@ -31,6 +31,10 @@ class Task:
             reference ``# (..., state)``, broadcast → ``# (...,)``. The state is the one after the action.
         start: draws the state ``# (state,)`` that an episode starts from.
         duration: length of an episode, s.
+
+    >>> task = make_task("circle", ROBOTS["mushr"], radius=2.0)
+    >>> isinstance(task, Task), task.reference(torch.zeros(1)).shape
+    (True, torch.Size([1, 7]))
     """
 
     name: str

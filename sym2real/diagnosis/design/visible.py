@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from sym2real.upward import upward
+
 
 @dataclass(frozen=True)
 class AssumedNoise:
@@ -61,6 +63,13 @@ class Plan:
     seconds: float
     blocks: int
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        seen = [one for one in self.visible if one.smallest is not None]
+        return f"<Plan: {len(seen)} of {len(self.visible)} parameters visible in {self.seconds:.0f} s>"
+
+    def _repr_html_(self) -> str:
+        return str(upward("plan_html")(self))
 
     @property
     def pairs(self) -> tuple[tuple[str, str], ...]:

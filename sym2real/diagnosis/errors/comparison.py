@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import isnan
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sym2real.diagnosis.data.conditions import Region
 from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.preparation import prepared
 from sym2real.diagnosis.data.start import ROWS, Start
-from sym2real.diagnosis.data.windows import HORIZONS, free_run_seconds
+from sym2real.diagnosis.data.windows import HORIZONS, JUDGED_AT, free_run_seconds
 from sym2real.diagnosis.errors.by_window import window_errors
 from sym2real.diagnosis.errors.floor import Floor, floor_of_noise
 from sym2real.diagnosis.errors.one_step import one_step_residuals
@@ -23,6 +23,10 @@ from sym2real.errors import ShapeError
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset, Trajectory
+from sym2real.upward import upward
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,19 @@ class Comparison:
     def at(self, horizon: float) -> HorizonErrors:
         """Errors at the horizon nearest to ``horizon`` s."""
         return min(self.horizons, key=lambda errors: abs(errors.horizon - horizon))
+
+    def __repr__(self) -> str:
+        shown = self.at(JUDGED_AT) if self.horizons else self.one_step
+        errors = ", ".join(f"{name} {one.value:.3g} {one.unit}" for name, one in shown.errors.items())
+        return f"<Comparison: {shown.horizon:g} s ahead {errors}>"
+
+    def plot(self) -> Figure:
+        """Error of every channel over the horizon, beside "hold" and the sensors' noise: a figure of matplotlib."""
+        figure: Figure = upward("comparison_plot")(self)
+        return figure
+
+    def _repr_html_(self) -> str:
+        return str(upward("comparison_html")(self))
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``--json`` prints (DESIGN.md, "Names that stay")."""
@@ -94,6 +111,12 @@ def compare(
 
     Raises:
         ShapeError: when columns or time steps differ, no log is long enough for a window, or a horizon is no step long.
+
+    >>> robot = ROBOTS["mushr"]
+    >>> model, task = robot.nominal(), make_task("circle", robot)
+    >>> log = run_episode(MujocoPlant(robot), MPPI(compile_model(model), robot, task), task, steps=60)
+    >>> compare(model, log).at(0.5).errors["position"].value < 0.05
+    True
     """
     logs = long_enough(data)
     predictor, dataset = prepared(model, logs)

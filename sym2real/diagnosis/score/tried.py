@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sym2real.diagnosis.errors.floor import Floor
 from sym2real.diagnosis.errors.rungs import Stage
@@ -12,6 +12,10 @@ from sym2real.diagnosis.faults.sanity import Fault
 from sym2real.diagnosis.score.finding import Finding, applied
 from sym2real.diagnosis.search.select import GAIN
 from sym2real.symbolic import Equations
+from sym2real.upward import upward
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # A rival is the better answer where its gain is larger by this.
 BETTER = 0.01
@@ -66,6 +70,17 @@ class Tried:
     apart: bool
     notes: tuple[str, ...]
     seconds: float
+
+    def __repr__(self) -> str:
+        return f"<Tried: {self.summary}>"
+
+    def plot(self) -> Figure:
+        """Held-out error over the horizon, one effect after the other: a figure of matplotlib."""
+        figure: Figure = upward("ladder_plot")(self)
+        return figure
+
+    def _repr_html_(self) -> str:
+        return str(upward("tried_html")(self))
 
     @property
     def finding(self) -> Finding:

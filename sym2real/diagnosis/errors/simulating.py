@@ -1,0 +1,69 @@
+"""What equations predict of a step and of a log, and how well: the work of their methods of these names."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import TypeVar
+
+import numpy as np
+import torch
+from numpy.typing import ArrayLike
+from torch import Tensor
+
+from sym2real.diagnosis.data.lengths import long_enough
+from sym2real.diagnosis.data.preparation import prepared
+from sym2real.diagnosis.data.start import ROWS, start_states
+from sym2real.diagnosis.errors.skill import prediction_errors
+from sym2real.effects.sensors import MeasuredModel
+from sym2real.errors import ShapeError
+from sym2real.symbolic import Equations, rollout
+from sym2real.trajectory import Array, Dataset, Trajectory
+
+Values = TypeVar("Values", Array, Tensor)
+
+
+@lru_cache(maxsize=32)
+def _model(equations: Equations) -> MeasuredModel:
+    return MeasuredModel(equations)
+
+
+def predict(equations: Equations, state: Values, action: Values, inputs: Values | None = None) -> Values:
+    """See :meth:`~sym2real.Equations.predict`."""
+    if isinstance(state, Tensor):
+        return _model(equations)(state, action, inputs)
+    given = [_tensor(values) for values in (state, action)] + ([] if inputs is None else [_tensor(inputs)])
+    with torch.no_grad():
+        return _model(equations)(*given).numpy()
+
+
+def _tensor(values: ArrayLike) -> Tensor:
+    return torch.as_tensor(np.asarray(values, dtype=np.float64))
+
+
+def simulate(equations: Equations, log: Trajectory, horizon: float | None = None) -> Trajectory:
+    """See :meth:`~sym2real.Equations.simulate`."""
+    model, logs = prepared(equations, Dataset([log]))
+    ready = logs[0]
+    steps = len(ready) - 1 if horizon is None else round(horizon / ready.dt)
+    if steps < 1:
+        raise ShapeError(f"expected a horizon of at least one time step, {ready.dt:g} s, found {horizon} s")
+    state = ready.state.copy()
+    for first in range(0, len(ready) - 1, steps):
+        rows = slice(first, min(first + steps, len(ready) - 1))
+        start = start_states(ready, np.array([first]), "smoothed" if first >= ROWS - 1 else "measured")[0]
+        action, inputs = (torch.as_tensor(values[rows]) for values in (ready.action, ready.inputs))
+        with torch.no_grad():
+            predicted = rollout(model, torch.as_tensor(start), action, inputs)
+        state[rows.start + 1 : rows.stop + 1] = predicted.numpy()
+    return replace(ready, state=state, action=log.action, name=f"{log.name} simulated".strip(), raw={})
+
+
+def score(equations: Equations, data: Dataset | Trajectory, horizon: float) -> dict[str, float]:
+    """See :meth:`~sym2real.Equations.score`."""
+    model, logs = prepared(equations, long_enough(data))
+    steps = round(horizon / logs.dt)
+    if steps < 1:
+        raise ShapeError(f"expected a horizon of at least one time step, {logs.dt:g} s, found {horizon} s")
+    (errors,) = prediction_errors(model, logs, [steps], "smoothed", ())
+    return {channel: error.fit for channel, error in errors.errors.items()}

@@ -1,0 +1,61 @@
+"""Data frames of pandas as logs, and logs as data frames."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sym2real.errors import DataError, MissingDependencyError
+from sym2real.layout import Layouts
+from sym2real.logs.grouping import layouts_to_json
+from sym2real.logs.reader import log_of_table
+from sym2real.logs.specification import LogSpec
+from sym2real.logs.table import Table
+from sym2real.logs.writer import columns_of
+from sym2real.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    import pandas
+
+# What errors call a log that is no file.
+FRAME = Path("data frame")
+LAYOUTS = "layouts"  # entry of a frame's ``attrs``
+
+
+def log_of_frame(
+    frame: pandas.DataFrame,
+    spec: LogSpec | str | Path | None = None,
+    layouts: Layouts | None = None,
+    dt: float | None = None,
+) -> Trajectory:
+    """See :meth:`~sym2real.Trajectory.from_pandas`."""
+    names = [str(name) for name in frame.columns]
+    repeated = sorted({name for name in names if names.count(name) > 1})
+    if repeated:
+        raise DataError(FRAME, "every column name once", f"{repeated[0]!r} more than once")
+    if not len(frame):
+        raise DataError(FRAME, "rows of numbers", "none")
+    numeric = {
+        name: frame.iloc[:, place].to_numpy(dtype=np.float64, na_value=np.nan)
+        for place, name in enumerate(names)
+        if frame.dtypes.iloc[place].kind in "biuf"
+    }
+    if not numeric:
+        raise DataError(FRAME, "a column of numbers", "none")
+    texts = tuple(name for name in names if name not in numeric)
+    known: dict[str, Any] = dict(frame.attrs)
+    table = Table(FRAME, numeric, first_row=0, texts=texts, metadata={str(k): str(v) for k, v in known.items()})
+    return log_of_table(table, spec, layouts, dt)
+
+
+def frame_of_log(trajectory: Trajectory) -> pandas.DataFrame:
+    """See :meth:`~sym2real.Trajectory.to_pandas`."""
+    try:
+        import pandas as pd  # noqa: PLC0415 — an extra
+    except ImportError:
+        raise MissingDependencyError("to_pandas needs pandas: pip install 'sym2real[pandas]'") from None
+    frame = pd.DataFrame(columns_of(trajectory))
+    frame.attrs |= {LAYOUTS: layouts_to_json(trajectory.layouts), "name": trajectory.name}
+    return frame

@@ -1,0 +1,73 @@
+"""What a notebook shows of an answer: the terminal's tables as HTML, and its figure."""
+
+from __future__ import annotations
+
+from io import BytesIO, StringIO
+
+from matplotlib.figure import Figure
+from rich.console import Console, RenderableType
+
+from sym2real.diagnosis import Comparison, Diagnosis, Plan, Tried
+from sym2real.errors import ModelError
+from sym2real.report.comparison import comparison_report
+from sym2real.report.diagnosis import diagnosis_report, tried_report
+from sym2real.report.error_figures import ladder_figure
+from sym2real.report.figures import comparison_figure
+from sym2real.report.plan import plan_report
+
+WIDTH = 110  # letters, as wide as a notebook's cell
+PAGE = '<pre style="white-space:pre;overflow-x:auto;line-height:1.25;font-family:monospace">{code}</pre>'
+
+
+def comparison_plot(comparison: Comparison) -> Figure:
+    """Error of every channel over the horizon."""
+    return _shown(comparison_figure(comparison))
+
+
+def ladder_plot(found: Diagnosis | Tried) -> Figure:
+    """Held-out error of every channel over the horizon, one effect after the other.
+
+    Raises:
+        ModelError: where nothing was scored.
+    """
+    if not found.ladder:
+        raise ModelError("expected errors on held-out data to draw, found none: nothing was scored")
+    return _shown(ladder_figure(found.ladder, found.floor))
+
+
+def comparison_html(comparison: Comparison) -> str:
+    """The tables of a comparison."""
+    return _html(comparison_report(comparison))
+
+
+def diagnosis_html(diagnosis: Diagnosis) -> str:
+    """Everything that the terminal says of a diagnosis."""
+    return _html(diagnosis_report(diagnosis))
+
+
+def tried_html(tried: Tried) -> str:
+    """Everything that the terminal says of a hypothesis."""
+    return _html(tried_report(tried))
+
+
+def plan_html(plan: Plan) -> str:
+    """The table of a plan."""
+    return _html(plan_report(plan))
+
+
+def _html(report: RenderableType) -> str:
+    console = Console(file=StringIO(), record=True, width=WIDTH, force_terminal=True)
+    console.print(report)
+    return console.export_html(inline_styles=True, code_format=PAGE)
+
+
+def _shown(figure: Figure) -> Figure:
+    """The figure with the method that notebooks ask for: without pyplot none draws it."""
+
+    def png() -> bytes:
+        with BytesIO() as image:
+            figure.savefig(image, format="png", dpi=96)
+            return image.getvalue()
+
+    vars(figure)["_repr_png_"] = png
+    return figure

@@ -1,0 +1,67 @@
+"""What equations predict, as their methods: one step, a log, and how well."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+from torch import Tensor
+
+from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.upward import upward
+
+Values = TypeVar("Values", Array, Tensor)
+
+
+class Predicting:
+    """Methods of :class:`~sym2real.Equations`; NumPy in, NumPy out, tensors in, tensors out."""
+
+    def predict(self, state: Values, action: Values, inputs: Values | None = None) -> Values:
+        """State one time step later, as sensors report it; leading dimensions broadcast.
+
+        Delays and lags of commands are not in it, as they need the commands before: see :meth:`simulate`.
+
+        Args:
+            state: measured state in the columns' units, without hidden columns ``# (..., state)``.
+            action: ``# (..., action)``.
+            inputs: known inputs; zero by default ``# (..., inputs)``.
+
+        Returns:
+            The next state ``# (..., state)``: NumPy in float64 for NumPy, a tensor for tensors.
+        """
+        following: Values = upward("predict")(self, state, action, inputs)
+        return following
+
+    def simulate(self, log: Trajectory, horizon: float | None = None) -> Trajectory:
+        """The log as the equations predict it from its commands and inputs, with all their effects.
+
+        Args:
+            log: its columns and time step are those of the equations.
+            horizon: s after which the prediction starts again from the log; None for one free run from the first row.
+
+        Raises:
+            ShapeError: when columns or time steps differ, or the horizon is no step long.
+
+        >>> robot = ROBOTS["mushr"]
+        >>> model, task = robot.nominal(), make_task("circle", robot)
+        >>> log = run_episode(MujocoPlant(robot), MPPI(compile_model(model), robot, task), task, steps=60)
+        >>> error = model.simulate(log, horizon=0.5).column("x") - log.column("x")
+        >>> float(np.abs(error).max()) < 0.05
+        True
+        """
+        simulated: Trajectory = upward("simulate")(self, log, horizon)
+        return simulated
+
+    def score(self, log: Dataset | Trajectory, horizon: float = 0.5) -> dict[str, float]:
+        """Fit of predictions in % by channel, 100·(1 − RMSE/standard deviation) as MATLAB's ``compare`` counts.
+
+        100 is perfect, 0 no better than the mean of the log; not a number where a log is too short to tell.
+
+        Args:
+            log: one or more, with the equations' columns and time step.
+            horizon: how far ahead, s; predictions start every 0.1 s.
+
+        Raises:
+            ShapeError: when columns or time steps differ, or no log is long enough.
+        """
+        fits: dict[str, float] = upward("score")(self, log, horizon)
+        return fits

@@ -6,7 +6,7 @@ import pytest
 import torch
 from noisy_flights import flights_with
 
-from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Hypothesis, Problems
+from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Hypothesis, Problems, solve
 from sym2real.diagnosis.estimate.significance import chance_of_gain, large_in_every_log
 from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.faults.checking import Question
@@ -43,6 +43,13 @@ def test_what_acts_for_a_second_shows_in_every_log(logs: int, gaining: int, enou
         before[first], after[first] = 400.0, 40.0
     assert large_in_every_log(problems, before, after) is enough
     assert chance_of_gain(problems, before, after) > 0.01  # which ranks of blocks cannot see
+
+
+@pytest.mark.parametrize("size", [1, 2])
+def test_parameters_that_change_nothing_stay_put(size: int) -> None:
+    """A dead band where no command is: its predicted loss was no number, and hid that of its other starts."""
+    still = solve(torch.zeros(3, size, size, dtype=torch.float64), torch.zeros(3, size, dtype=torch.float64))
+    assert still.tolist() == [[0.0] * size] * 3
 
 
 def test_an_arm_and_slipping_tyres_that_hide_each_other_are_added_together() -> None:

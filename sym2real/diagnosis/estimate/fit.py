@@ -24,6 +24,8 @@ LINE_SEARCH = (1.0, 0.4, 0.1)
 REFIT_STEPS = 4
 CONVERGED = 1e-4
 RIDGE = 1e-9
+# Far above the smallest normal number, also after the ridge: below it 0/0 is no zero.
+LEAST_SCALE = 1e-200
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,7 +220,7 @@ def solve(matrix: Tensor, vector: Tensor) -> Tensor:
     """
     if vector.shape[-1] == 0:
         return vector
-    scale = matrix.diagonal(dim1=-2, dim2=-1).clamp_min(1e-300)
+    scale = matrix.diagonal(dim1=-2, dim2=-1).clamp_min(LEAST_SCALE)
     ridge = torch.diag_embed(RIDGE * scale + 1e-12 * scale.amax(-1, keepdim=True))
     result: Tensor = torch.linalg.solve(matrix + ridge, vector)
     return result

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from noisy_flights import LEFT_OUT, flights_with
 
 from sym2real.diagnosis import Gate, diagnose
-from sym2real.diagnosis.errors.rungs import Stage, StageError
+from sym2real.diagnosis.errors.rungs import Stage, StageError, error_of
 from sym2real.diagnosis.score.finding import shares_of
+from sym2real.diagnosis.search.needed import largest_rise
 from sym2real.effects import effect
 from sym2real.robots import CRAZYFLIE
 
@@ -18,6 +20,24 @@ def stage(name: str, **errors: float) -> Stage:
 
 def test_a_position_error_that_doubles_is_not_made_up_for_by_attitude() -> None:
     assert not Gate(stage("base", position=1.0, attitude=1.0), stage("+ lag", position=2.0, attitude=0.5)).passed
+
+
+@pytest.mark.parametrize(
+    ("factor", "spread", "needed"),
+    [(1.25, 0.0, True), (1.05, 0.0, False), (1.1, 0.6, False)],
+    ids=["everywhere", "a little everywhere", "here and there"],
+)
+def test_an_effect_is_needed_where_errors_rise_by_a_tenth_in_all_logs_alike(
+    factor: float, spread: float, needed: bool
+) -> None:
+    """Five short drives that are hard to predict here and easy there: an error by itself is known to a half."""
+    rng = np.random.default_rng(0)
+    log, block = np.repeat(np.arange(5), 40), np.repeat(np.arange(20), 10)
+    errors = np.exp(rng.normal(0.0, 0.8, 20))[block]
+    worse = errors * factor * np.exp(rng.normal(0.0, spread, 20))[block]
+    whole, without = (Stage("", {0.8: {"position": error_of(values, log, "m")}}) for values in (errors, worse))
+    assert without.horizons[0.8]["position"].low < whole.horizons[0.8]["position"].value
+    assert (largest_rise(whole, without) > 1.0) is needed
 
 
 def test_no_finding_removes_more_than_there_is() -> None:

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from typing import Literal
 
 from sym2real.diagnosis.data.windows import JUDGED, JUDGED_AT
-from sym2real.diagnosis.errors.rungs import Stage
+from sym2real.diagnosis.errors.rungs import LEAST_FALL, Stage
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.significance import FEWEST_BLOCKS
 from sym2real.diagnosis.faults.sanity import Fault
 from sym2real.diagnosis.score.finding import Finding
-from sym2real.diagnosis.score.held_out import LEAST_FALL, Fall, Gate
+from sym2real.diagnosis.score.held_out import Fall, Gate
 from sym2real.diagnosis.unexplained.leftover import Leftover
 
 Verdict = Literal["EFFECT", "NOTHING_MISSING", "UNEXPLAINED", "CANNOT_TELL"]

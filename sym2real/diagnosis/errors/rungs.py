@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -19,17 +19,27 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.trajectory import Array, Dataset
 
 RESAMPLES = 200
+# Part of an error whose coming or going matters.
+LEAST_FALL = 0.10
 
 
 @dataclass(frozen=True)
 class StageError:
-    """Root mean square and mean of a channel's error norm over windows, with a 95 % interval over logs' blocks."""
+    """Root mean square and mean of a channel's error norm over windows, with a 95 % interval over logs' blocks.
+
+    Errors of the same windows are resampled alike ``# (draws,)``, so that two models can be held against each other.
+    """
 
     value: float
     mean: float
     low: float
     high: float
     unit: str
+    resampled: Array = field(default_factory=lambda: np.empty(0), repr=False, compare=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Without what was resampled."""
+        return {name: value for name, value in vars(self).items() if name != "resampled"}
 
 
 @dataclass(frozen=True)
@@ -50,7 +60,7 @@ class Stage:
     def to_dict(self) -> dict[str, Any]:
         """The entry of ``ladder`` in DESIGN.md, "Names that stay"."""
         rows = [
-            {"horizon": horizon, "errors": {channel: asdict(error) for channel, error in errors.items()}}
+            {"horizon": horizon, "errors": {channel: error.to_dict() for channel, error in errors.items()}}
             for horizon, errors in self.horizons.items()
         ]
         return {"model": self.model, "horizons": rows}
@@ -155,14 +165,23 @@ def ladder(
 def _errors(predicted: Tensor, windows: Segments, step: int) -> dict[str, StageError]:
     units = channel_units(windows.layout)
     errors = channel_errors(windows.layout, predicted, windows.measured[:, step])
-    return {channel: _summary(values, windows.log, units[channel]) for channel, values in errors.items()}
+    return {channel: error_of(values, windows.log, units[channel]) for channel, values in errors.items()}
 
 
-def _summary(values: Array, log: NDArray[np.int64], unit: str) -> StageError:
-    """With an interval from resampling blocks of ten windows (1 s)."""
+def error_of(values: Array, log: NDArray[np.int64], unit: str) -> StageError:
+    """With an interval from resampling blocks of ten windows (1 s).
+
+    Args:
+        values: error norm of every window ``# (windows,)``.
+        log: of every window, in the order of the logs ``# (windows,)``.
+        unit: of the errors.
+    """
     blocks = np.unique(log * 10_000 + np.arange(len(log)) // 10, return_inverse=True)[1]
     sums = np.bincount(blocks, values**2)
     counts = np.bincount(blocks).astype(float)
     draws = np.random.default_rng(0).integers(0, len(sums), (RESAMPLES, len(sums)))
-    low, high = np.quantile(np.sqrt(sums[draws].sum(1) / counts[draws].sum(1)), (0.025, 0.975))
-    return StageError(float(np.sqrt(np.mean(values**2))), float(values.mean()), float(low), float(high), unit)
+    resampled = np.sqrt(sums[draws].sum(1) / counts[draws].sum(1))
+    low, high = np.quantile(resampled, (0.025, 0.975))
+    return StageError(
+        float(np.sqrt(np.mean(values**2))), float(values.mean()), float(low), float(high), unit, resampled
+    )

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.diagnosis.data.windows import JUDGED
-from sym2real.diagnosis.errors.rungs import Stage, horizons_for, ladder
+from sym2real.diagnosis.errors.rungs import LEAST_FALL, Stage, horizons_for, ladder
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.score.importance import by_importance
@@ -25,9 +25,6 @@ from sym2real.diagnosis.search.deviations import parameter_set
 from sym2real.diagnosis.search.needed import fold_of_log, judged_horizons, left_out_sets, scored_after
 from sym2real.diagnosis.search.select import Selection
 from sym2real.trajectory import Dataset
-
-# Part of the error of a judged channel that must go.
-LEAST_FALL = 0.10
 
 
 @dataclass(frozen=True)

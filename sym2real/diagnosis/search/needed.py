@@ -1,8 +1,9 @@
 """Which of the chosen effects predictions need, and the parameters by which logs left out are predicted.
 
 An effect can be beyond chance and change nothing that a user sees, or make it worse. So each must be needed: without
-it, the others fitted again, some error of logs that the fit left out must be larger than with it, beyond its interval.
-What is needed least is dropped first, because what stands for it may be needed then.
+it, the others fitted again, some error of logs that the fit left out must be larger than with it, beyond its interval;
+or by a tenth, beyond that of the ratio of both. What is needed least is dropped first, because what stands for it may
+be needed then.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.diagnosis.data.windows import JUDGED_AT, free_run_seconds
-from sym2real.diagnosis.errors.rungs import Stage, horizons_for, ladder
+from sym2real.diagnosis.errors.rungs import LEAST_FALL, Stage, StageError, horizons_for, ladder
 from sym2real.diagnosis.estimate.fit import Fit
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library
@@ -53,12 +54,22 @@ def keep_needed(selection: Selection, library: Library, logs: Dataset) -> None:
 
 
 def largest_rise(whole: Stage, without: Stage) -> float:
-    """The lower end of an error's interval without an effect over that error with it, the largest of all errors."""
+    """Factor by which an error rises without an effect beyond chance; the largest of all errors."""
     return max(
-        without.horizons[horizon][name].low / max(error.value, 1e-12)
+        _rise(error, without.horizons[horizon][name])
         for horizon, errors in whole.horizons.items()
         for name, error in errors.items()
     )
+
+
+def _rise(whole: StageError, without: StageError) -> float:
+    """The lower end of an error's own interval over that error with the effect; where a tenth of it goes with the
+    effect, also the lower end of their ratio, which is known better: where a robot is hard to predict, both are large.
+    """
+    rise = without.low / max(whole.value, 1e-12)
+    if whole.value > (1 - LEAST_FALL) * without.value:
+        return rise
+    return max(rise, float(np.quantile(without.resampled / np.maximum(whole.resampled, 1e-12), 0.025)))
 
 
 def judged_horizons(data: Dataset, after: float) -> tuple[float, ...]:

@@ -1,4 +1,4 @@
-"""Errors are measured as DESIGN.md says: at the window's end, from a start that knows nothing of the window."""
+"""Errors are measured as docs/method.md says: at the window's end, from a start that knows nothing of the window."""
 
 from __future__ import annotations
 

@@ -140,7 +140,7 @@ def test_asking_for_rivals_changes_no_answer() -> None:
 @pytest.mark.parametrize(
     ("left", "said"),
     [
-        (Leftover("time", "fx", 0.3, ""), "a push along fx that depends on time"),
+        (Leftover("time", "fx", 0.3, ""), "a disturbance along fx that depends on time"),
         (Leftover("time", "wx_cmd", 0.3, ""), "a change of wx_cmd that depends on time"),
         (Leftover("constant", "steer", 0.3, "", 0.05, "rad"), "a constant change of steer by 0.05 rad"),
     ],

@@ -40,7 +40,7 @@ def test_a_constant_without_a_name_is_left_over_with_its_size() -> None:
     assert (found.leftover.explained_by, found.leftover.channel, found.leftover.unit) == ("constant", "fx", "N")
     assert found.leftover.size == pytest.approx(WIND["fx"], rel=0.1)
     assert found.leftover.r2 > 0.9
-    assert "constant push along fx of 0.0" in found.summary
+    assert "constant disturbance along fx of 0.0" in found.summary
 
 
 def test_the_constant_is_proposed_as_a_term() -> None:

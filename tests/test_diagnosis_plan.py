@@ -1,4 +1,4 @@
-"""What a manoeuvre can show, against what is known of manoeuvres and effects (DIAGNOSIS.md)."""
+"""What a manoeuvre can show, against what is known of manoeuvres and effects."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ def test_what_nothing_parts_is_not_tried() -> None:
 
 def test_without_a_simulator_the_advice_says_that_it_was_not_tried() -> None:
     said = advice(CRAZYFLIE, "wind", {"fx": 0.01}, "mounting_tilt", plant=False)
-    assert said.endswith("(not tried: there is no simulator for it)")
+    assert said.endswith("(not simulated: there is no simulator for it)")
 
 
 @pytest.mark.parametrize("rivals", [(), ("wind",)])

@@ -3,7 +3,8 @@
 The first episode is random commands; every later one is flown by MPPI with the equations found so far. Ground contact
 ends a trajectory, and everything is kept whatever happened in it. A quadrotor under random commands is on the ground
 after half a second, so the first episode is put back to its start until its steps are used up; later ones are not.
-The wrench inputs are learned at the end, from as many pushed episodes again (DESIGN.md, "Equations, inputs, effects").
+The wrench inputs are learned at the end, from as many episodes again with known
+disturbances (docs/architecture.md, "An episode of Stage I").
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ class Adapt(OfLogs, AdaptVerb):
     """Adapt a model to a target: an episode with the present model, training on all so far, and again.
 
     The model stays frozen, and what is learned goes on top of it, unless its own constants are asked for. The model of
-    every round is tried on a trajectory that it has not seen, and compared there with the best one before; the run
+    every round is tested on a trajectory that it has not seen, and compared there with the best one before; the run
     ends by itself when two rounds in a row bring nothing. A model whose predictions leave the robot's limits does not
     fly: that of the round before flies again.
 

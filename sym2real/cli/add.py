@@ -23,7 +23,7 @@ class Add(OfLogs):
     """Put physical effects into a model's equations: at values you know, or fitted to logs.
 
     With values the effects are simply there; what is not given stays at its null value. With --fit they are a
-    hypothesis ("I taped 5 g on it"): their values are fitted together, with intervals, other effects are tried in the
+    hypothesis ("I taped 5 g on it"): their values are fitted together, with intervals, other effects are tested in the
     place of each, and the error ladder shows what they do to predictions of logs that took no part in the fit. The
     model is written in any case: the verdict says whether to believe it. `sym2real effects NAME` says what an effect's
     parameters are.
@@ -51,7 +51,7 @@ class Add(OfLogs):
     held_out: tuple[Path, ...] = ()
     """Logs that score the fit; by default each log is scored by the fit without it."""
     exclude: tuple[str, ...] = ()
-    """Effects that are not to be tried in its place (KIND or KIND:COLUMN)."""
+    """Effects that are not tested in its place (KIND or KIND:COLUMN)."""
     horizon: OptionalPositive = None
     """Longest horizon of the error ladder in s."""
     calibrate: bool = True

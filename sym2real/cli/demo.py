@@ -33,7 +33,7 @@ class Demo:
     samples: OptionalSamples = None
     """MPPI samples; the robots' own number by default."""
     seed: Seed = 0
-    """Of starts, commands, pushes and samples."""
+    """Of starts, commands, disturbances and samples."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
 

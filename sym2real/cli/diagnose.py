@@ -39,7 +39,7 @@ class Diagnose(OfLogs):
     held_out: tuple[Path, ...] = ()
     """Logs that score the result; by default each log is scored by the fit without it."""
     exclude: tuple[str, ...] = ()
-    """Effects that are not to be tried (KIND or KIND:COLUMN)."""
+    """Effects that are not tested (KIND or KIND:COLUMN)."""
     horizon: OptionalPositive = None
     """Longest horizon of the error ladder in s."""
     calibrate: bool = True

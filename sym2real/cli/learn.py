@@ -52,9 +52,9 @@ class Learn(OfLogs):
     samples: OptionalSamples = None
     """MPPI samples; the robot's own number by default."""
     wrench: bool = True
-    """Learn how external forces and torques enter, from as many pushed episodes again."""
+    """Learn how external forces and torques enter, from as many episodes again with known disturbances."""
     seed: Seed = 0
-    """Of starts, commands, pushes and samples."""
+    """Of starts, commands, disturbances and samples."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
 

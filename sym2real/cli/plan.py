@@ -81,7 +81,7 @@ class PlanFlight(OfLogs):
         with stages_progress() as on_progress:
             on_progress("flying in the plain simulator")
             runs = planned_runs(robot, chosen, seconds=self.seconds, yaw_rate=self.yaw_rate, dither=self.dither)
-            on_progress("weighing what every effect would change")
+            on_progress("computing the Fisher information of every effect")
             found = plan(equations, runs, usual_noise(robot), self.exclude)
         return replace(found, notes=(*notes, *found.notes))
 
@@ -103,7 +103,7 @@ class PlanFlight(OfLogs):
             equations, notes = equations_below(self.model, console)
         data = logs_for(equations, paths, self.naming)
         with stages_progress() as on_progress:
-            on_progress("weighing errors")
+            on_progress("estimating the covariance of errors")
             found = plan(equations, data, exclude=self.exclude)
         return replace(found, notes=(*notes, *found.notes))
 

@@ -108,7 +108,7 @@ class Diagnosis:
         return {**words, "term": proposed.expression, "gain": proposed.gain, "verified": False}
 
     def to_dict(self) -> dict[str, Any]:
-        """The object that ``--json`` prints (DESIGN.md, "Names that stay")."""
+        """The object that ``--json`` prints (docs/method.md, "Answers as files")."""
         return {
             "verdict": self.verdict,
             "summary": self.summary,

@@ -30,7 +30,7 @@ def prepare(question: Question, stages: Stages) -> Prepared:
     """
     examined = stages.run("checking the data", check_data, question)
     base = stages.run("calibrating the base in the plain simulator", refine_base, examined)
-    weighed = stages.run("weighing errors", weigh_errors, base)
+    weighed = stages.run("estimating the covariance of errors", weigh_errors, base)
     return stages.run("calibrating effects in the plain simulator", calibrate_base, weighed)
 
 

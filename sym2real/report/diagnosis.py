@@ -1,4 +1,4 @@
-"""A diagnosis, or one tried effect, for the terminal."""
+"""A diagnosis, or the test of one effect, for the terminal."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ def diagnosis_report(diagnosis: Diagnosis, told: Collection[str] = ()) -> Render
     base, explained = diagnosis.misfit
     misfit = f"misfit per degree of freedom {number(base)} → {number(explained)}; 1 is fully explained"
     parts += _remarks([note for note in diagnosis.notes if note not in told])
-    parts += [f"[dim]not tried: {escape(line)}[/]" for line in not_tried_said(diagnosis.not_tried)]
-    parts.append(f"[dim]{misfit}; {diagnosis.tried} hypotheses competed; {diagnosis.seconds:.0f} s[/]")
+    parts += [f"[dim]not tested: {escape(line)}[/]" for line in not_tried_said(diagnosis.not_tried)]
+    parts.append(f"[dim]{misfit}; {diagnosis.tried} hypotheses tested; {diagnosis.seconds:.0f} s[/]")
     return Group(*parts)
 
 
@@ -121,7 +121,7 @@ def findings_list(findings: Sequence[Finding]) -> Table:
             )
         if finding.probability is not None:
             others = "none, or another effect, in its place"
-            table.add_row("weight", f"{100 * finding.probability:.0f} % against {others}")
+            table.add_row("probability", f"{100 * finding.probability:.0f} % against {others}")
         rivals = [rival for rival in finding.group if rival != finding.effect]
         if rivals:
             table.add_row("or", f"{escape(', '.join(rivals))}: these logs cannot tell")
@@ -132,7 +132,7 @@ def findings_list(findings: Sequence[Finding]) -> Table:
 
 
 def rivals_table(tried: Tried) -> Table:
-    """What other effects would do in the place of each that was tried."""
+    """What other effects would do in the place of each of the hypothesis."""
     table = Table(title="in its place", title_justify="left")
     for heading in ("effect", "lowers the held-out loss by", ""):
         table.add_column(heading, justify="right" if "loss" in heading else "left")

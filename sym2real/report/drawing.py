@@ -1,4 +1,4 @@
-"""All figures of a comparison, a diagnosis or a tried effect into a folder."""
+"""All figures of a comparison, a diagnosis or the test of an effect into a folder."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def draw_comparison(model: Predicting, data: Dataset, comparison: Comparison, fo
 def draw_found(
     models: Mapping[str, Predicting], data: Dataset, found: Diagnosis | Tried, folder: Path
 ) -> Iterator[Path]:
-    """Write the figures of a diagnosis or of a tried effect, one after the other.
+    """Write the figures of a diagnosis or of the test of an effect, one after the other.
 
     Args:
         models: the base and, where something was found, the informed model, by what they are called.

@@ -17,7 +17,7 @@ from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import rollout
 from sym2real.trajectory import Array, Trajectory
 
-# How an error is measured (DESIGN.md): windows start every so many s, and end after these.
+# How an error is measured (docs/method.md): windows start every so many s, and end after these.
 STRIDE = 0.1
 HORIZONS = (0.1, 0.2, 0.5, 0.8, 1.0)
 # Free run in s: a car drifts slowly, a quadrotor with a wrong model is upside down after two seconds.

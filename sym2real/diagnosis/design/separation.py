@@ -233,7 +233,7 @@ def _advice(one: Finding, outcomes: Sequence[_Outcome], equations: Equations) ->
         if best.left > 1.0:
             parts.append(f"{best.words}: there {shares} of what {one.effect} does")
         else:
-            parts.append(f"none of {len(outcomes)} manoeuvres that were tried (at best {best.words}: {shares} of it)")
+            parts.append(f"none of {len(outcomes)} manoeuvres simulated (at best {best.words}: {shares} of it)")
     return "; ".join([*parts, *_never(one, equations)])
 
 
@@ -241,7 +241,7 @@ def _untried(one: Finding, rivals: Sequence[str], equations: Equations) -> str:
     never = _never(one, equations)
     if not rivals:
         return "; ".join(never)
-    untried = "not tried: there is no simulator for it"
+    untried = "not simulated: there is no simulator for it"
     return "; ".join([*never, f"{' or '.join(rivals)}: {untried}"]) if never else f"{one.separate_by} ({untried})"
 
 

@@ -75,7 +75,7 @@ class Comparison:
         return str(upward("comparison_html")(self))
 
     def to_dict(self) -> dict[str, Any]:
-        """The object that ``--json`` prints (DESIGN.md, "Names that stay")."""
+        """The object that ``--json`` prints (docs/method.md, "Answers as files")."""
         return {
             "one_step": self.one_step.to_dict(),
             "horizons": [errors.to_dict() for errors in self.horizons],

@@ -44,7 +44,7 @@ class Floor:
     errors: Mapping[str, tuple[float, str]]
 
     def to_dict(self) -> dict[str, Any]:
-        """The entry of ``floor`` in DESIGN.md, "Names that stay"."""
+        """The entry of ``floor`` in docs/method.md, "Answers as files"."""
         errors = {channel: {"value": value, "unit": unit} for channel, (value, unit) in self.errors.items()}
         return {"horizon": self.horizon, "errors": errors}
 

@@ -59,7 +59,7 @@ class Where:
     inside_training: bool | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """The entry of ``where`` in DESIGN.md, "Names that stay"."""
+        """The entry of ``where`` in docs/method.md, "Answers as files"."""
         return asdict(self)
 
 

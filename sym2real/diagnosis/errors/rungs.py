@@ -58,7 +58,7 @@ class Stage:
         return min(self.horizons, key=lambda one: abs(one - horizon))
 
     def to_dict(self) -> dict[str, Any]:
-        """The entry of ``ladder`` in DESIGN.md, "Names that stay"."""
+        """The entry of ``ladder`` in docs/method.md, "Answers as files"."""
         rows = [
             {"horizon": horizon, "errors": {channel: error.to_dict() for channel, error in errors.items()}}
             for horizon, errors in self.horizons.items()

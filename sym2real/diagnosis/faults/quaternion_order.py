@@ -28,7 +28,7 @@ class ScalarLast:
     def evidence(self) -> str:
         """What shows it, one clause."""
         return (
-            "quaternions with the scalar last (x y z w): what turns and pushes the robot goes with the attitude by "
+            "quaternions with the scalar last (x y z w): rates and accelerations correlate with the attitude by "
             f"{self.reordered:.2f} then, by {self.as_it_stands:.2f} as the columns stand"
         )
 

@@ -82,7 +82,7 @@ class Fault:
         return self.effect if told else f"{self.effect} ({self.value:.3g})"
 
     def to_dict(self) -> dict[str, str | float | bool | None]:
-        """The entry of ``faults`` in DESIGN.md, "Names that stay"."""
+        """The entry of ``faults`` in docs/method.md, "Answers as files"."""
         return dict(vars(self))
 
 
@@ -167,7 +167,7 @@ def _attitude(data: Dataset) -> Settled:
     if agreement.verdict not in ("other frame", "reversed") or (agreement.in_other_frame or 0.0) <= AGREES:
         return (), data
     evidence = (
-        f"where the attitude says that thrust points and where the robot is pushed correlate by "
+        f"the direction of thrust that the attitude gives and the measured acceleration correlate by "
         f"{agreement.correlation:.2f}, with the attitude turned the other way by {agreement.in_other_frame:.2f}"
     )
     fix = "log the quaternion from body to world: change the sign of qx, qy, qz"

@@ -28,7 +28,7 @@ from sym2real.effects.voltage import REFERENCE, VOLTAGE, with_voltage
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Dataset
 
-# Model form dominates quoted intervals (DIAGNOSIS.md): relative floor of their half-width.
+# Model form dominates quoted intervals (docs/method.md): relative floor of their half-width.
 INTERVAL_FLOOR = 0.03
 # Filters act on the mean of a command over a control step. One that changes steadily within the step moves a position
 # by a third of its change, its mean by a half: a sixth of a step that a lag's time cannot be told from.
@@ -83,7 +83,7 @@ class Finding:
     probability: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """The entry of ``findings`` in DESIGN.md, "Names that stay"."""
+        """The entry of ``findings`` in docs/method.md, "Answers as files"."""
         return {
             "effect": self.effect,
             "parameters": {name: asdict(estimate) for name, estimate in self.parameters.items()},

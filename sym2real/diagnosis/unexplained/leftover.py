@@ -64,9 +64,9 @@ class Leftover:
             return f"an error {(1 - self.r2) ** -0.5:.2f} times that of noise and disturbances"
         pushed = self.channel in WRENCH
         if self.size is not None:
-            how = f"push along {self.channel} of" if pushed else f"change of {self.channel} by"
+            how = f"disturbance along {self.channel} of" if pushed else f"change of {self.channel} by"
             return f"a constant {how} {self.size:.3g} {self.unit}"
-        return f"a {'push along' if pushed else 'change of'} {self.channel} that depends on {self.explained_by}"
+        return f"a {'disturbance along' if pushed else 'change of'} {self.channel} that depends on {self.explained_by}"
 
     @property
     def measure(self) -> str:
@@ -74,7 +74,7 @@ class Leftover:
         return f"{100 * self.r2:.0f} % of the squares" if self.explained_by == MISFIT else f"R² {self.r2:.2f}"
 
     def to_dict(self) -> dict[str, Any]:
-        """The entry of ``leftover`` in DESIGN.md, "Names that stay"."""
+        """The entry of ``leftover`` in docs/method.md, "Answers as files"."""
         return dict(vars(self))
 
 

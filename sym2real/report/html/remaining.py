@@ -1,4 +1,4 @@
-"""What remains? What no effect explains, what was not tried, and remarks on data and method."""
+"""What remains? What no effect explains, what was not tested, and remarks on data and method."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def remaining(comparison: Comparison, found: Diagnosis | None, notes: Sequence[s
     if remarks:
         parts.append(Lines("Remarks", _sentences(remarks)))
     if found is not None and found.not_tried:
-        parts.append(Lines("Not tried", _sentences(list(not_tried_said(found.not_tried)))))
+        parts.append(Lines("Not tested", _sentences(list(not_tried_said(found.not_tried)))))
     return Section("remaining", QUESTION, parts)
 
 

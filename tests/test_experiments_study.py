@@ -15,6 +15,7 @@ from sym2real.control import RandomCommands
 from sym2real.diagnosis import add
 from sym2real.experiments.models import cached_base
 from sym2real.experiments.study import effort as efforts
+from sym2real.experiments.study import zero_shot
 from sym2real.experiments.study.adapting import Adapted
 from sym2real.experiments.study.case import Case, load_suite, shipped_suites
 from sym2real.experiments.study.catalogue import experiment, experiment_names
@@ -215,6 +216,13 @@ def test_from_scratch_every_trajectory_is_judged() -> None:
     errors = np.array(FromScratch("crazyflie", "sr", 1, SMALL).run(silent)["errors"])
     assert errors.shape == (3, 6)
     assert errors[-1].mean() < errors[0].mean()
+
+
+def test_equations_reach_a_goal_that_their_training_never_had(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three hovering flights teach a base that flies to the same goal and to one elsewhere."""
+    monkeypatch.setattr(zero_shot, "RUNS", 1)
+    monkeypatch.setitem(zero_shot.TRAINING, "crazyflie", ("hover", 3))
+    assert zero_shot.ZeroShot("crazyflie", "sr", SMALL).run(silent) == {"seen": 100.0, "unseen": 100.0}
 
 
 def test_noise_costs_dependences() -> None:

@@ -117,6 +117,10 @@ FORCE = Field("force", ("fx", "fy", "fz"), "N", "world")
 TORQUE = Field("torque", ("tx", "ty", "tz"), "N m", "body")
 BATTERY = Field("battery", ("vbat",), "V")
 CLOCK = Field("time", ("t",), "s")
+# Of the joints of any robot, whose columns are called after them.
+JOINT_DISPLACEMENT, JOINT_ANGLE = Field("joint displacement", (), "m"), Field("joint angle", (), "rad")
+JOINT_SPEED, JOINT_RATE = Field("joint speed", (), "m/s"), Field("joint rate", (), "rad/s")
+JOINT_FORCE, JOINT_TORQUE = Field("joint force", (), "N"), Field("joint torque", (), "N m")
 # The group says where a column of a file goes when no log specification does.
 VOCABULARY: tuple[tuple[Group, Field], ...] = (
     *(("state", field) for field in (POSITION, ATTITUDE, HEADING, VELOCITY, RATE)),
@@ -128,6 +132,21 @@ VOCABULARY: tuple[tuple[Group, Field], ...] = (
 WRENCH = (*FORCE.columns, *TORQUE.columns)  # zero where nobody pushes
 HEIGHT = POSITION.columns[2]
 (THRUST_COLUMN,), (STEER_COLUMN,), (SPEED_COLUMN,) = THRUST.columns, STEERING.columns, SPEED.columns
+
+
+def rate_column(coordinate: str) -> str:
+    """Column of the rate at which a coordinate of a body or a joint changes."""
+    return f"v{coordinate}" if coordinate in POSITION.columns else f"{coordinate}_rate"
+
+
+def push_column(joint: str) -> str:
+    """Input of the force in N or torque in N m along a joint."""
+    return f"{joint}_push"
+
+
+def unit_of_place(state: Layout) -> str:
+    """Unit of a distance between where robots with this state are; several units as they come."""
+    return ", ".join(dict.fromkeys(field.unit for field in state.placing))
 
 
 def _known_field(column: str) -> Field:
@@ -232,6 +251,31 @@ class Layout:
     def has_field(self, name: str) -> bool:
         """Whether there is a field of that name."""
         return any(field.name == name for field in self.fields)
+
+    @cached_property
+    def rates(self) -> dict[str, str]:
+        """Coordinate → the column of its rate, for coordinates that have one: of position and of joints."""
+        vectors = (column for field in self.fields if field.kind == "vector" for column in field.columns)
+        return {column: rate_column(column) for column in vectors if rate_column(column) in self}
+
+    @cached_property
+    def joints(self) -> tuple[str, ...]:
+        """Coordinates of joints: those that have a rate and are no position."""
+        return tuple(column for column in self.rates if column not in POSITION.columns)
+
+    @cached_property
+    def pushes(self) -> tuple[str, ...]:
+        """Columns of forces and torques, on a body or along joints."""
+        kinds = (FORCE.name, TORQUE.name, JOINT_FORCE.name, JOINT_TORQUE.name)
+        return tuple(column for field in self.fields if field.name in kinds for column in field.columns)
+
+    @cached_property
+    def placing(self) -> tuple[Field, ...]:
+        """Fields that say where a robot is: its position, the coordinates of its joints, or all that logs hold."""
+        if self.has_field(POSITION.name):
+            return (self.field(POSITION.name),)
+        joints = tuple(field for field in self.fields if {*field.columns} & {*self.joints})
+        return joints or tuple(field for field in self.fields if not field.hidden)
 
     def slice(self, name: str) -> slice:
         """Columns of a field as a slice of the last dimension."""

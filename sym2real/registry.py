@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TypeVar
+from dataclasses import dataclass
+from importlib import import_module
+from types import MappingProxyType
+from typing import TypeVar, cast
 
 from sym2real.errors import ModelError, UnknownNameError
 
 Value = TypeVar("Value")
+
+
+@dataclass(frozen=True)
+class _Later:
+    at: str
 
 
 class Registry(Mapping[str, Value]):
@@ -16,20 +24,27 @@ class Registry(Mapping[str, Value]):
     Args:
         kind: what the entries are, in the singular, for error messages ("robot").
         entries: the entries of this package; a user's own are added by :meth:`register`.
+        later: entries that are imported when they are asked for, as ``module:attribute``.
 
     Raises:
         UnknownNameError: on look-up of a name that is not there.
     """
 
-    def __init__(self, kind: str, entries: Mapping[str, Value]) -> None:
+    def __init__(
+        self, kind: str, entries: Mapping[str, Value], later: Mapping[str, str] = MappingProxyType({})
+    ) -> None:
         self.kind = kind
-        self._entries = dict(entries)
+        self._entries: dict[str, Value | _Later] = {**entries, **{name: _Later(at) for name, at in later.items()}}
 
     def __getitem__(self, name: str) -> Value:
         try:
-            return self._entries[name]
+            entry = self._entries[name]
         except KeyError:
             raise UnknownNameError(self.kind, name, self._entries) from None
+        if isinstance(entry, _Later):
+            module, _, attribute = entry.at.partition(":")
+            entry = self._entries[name] = getattr(import_module(module), attribute)
+        return cast("Value", entry)
 
     def register(self, name: str, entry: Value) -> None:
         """Add an entry of a user's own.

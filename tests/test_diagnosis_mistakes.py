@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from paper_robots import PAPER_ROBOTS
 
 from sym2real.diagnosis import data_report
 from sym2real.diagnosis.faults.mistakes import bad_rows, mistakes
@@ -64,7 +65,7 @@ def listed(robot: str) -> Iterator[Transformation]:
         yield from (Late("position", P[:2], 3, dt), Late("commands", ("steer", "speed"), 1, dt))
 
 
-CASES = [(robot, one) for robot in ROBOTS for one in listed(robot)]
+CASES = [(robot, one) for robot in PAPER_ROBOTS for one in listed(robot)]
 
 
 @pytest.mark.parametrize(("robot", "one"), CASES, ids=[f"{robot}: {one.name}" for robot, one in CASES])
@@ -129,7 +130,7 @@ def with_state(data: Dataset, columns: tuple[str, ...], rng: np.random.Generator
     return Dataset(broken(log) for log in data)
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("robot", PAPER_ROBOTS)
 @pytest.mark.parametrize("change", ["repeat", "freeze", "excursion", "jump"])
 def test_rows_that_repeat_or_jump_are_named_and_mended(robot: str, change: str) -> None:
     data, model = healthy(robot), ROBOTS[robot].nominal()

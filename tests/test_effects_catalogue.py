@@ -7,11 +7,12 @@ import math
 import numpy as np
 import pytest
 from effects_cases import CASES, nominal, one_key_per_kind
+from paper_robots import PAPER_ROBOTS
 
 from sym2real.effects import EFFECTS, GROUPS, applicable, effect, equivalents, same_group
 from sym2real.effects.catalogue import always_alike, known, require_patterns
 from sym2real.errors import ModelError, UnknownNameError
-from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Motors, Robot, car, quadrotor
+from sym2real.robots import CRAZYFLIE, MUSHR, Motors, Robot, car, quadrotor
 from sym2real.symbolic import Equations
 
 COMMAND = {"gain", "offset", "limit", "rate_limit", "delay", "lag", "dead_band"}
@@ -26,6 +27,7 @@ CAR = {
 }
 BOTH = {"wind", "linear_drag", "quadratic_drag", "periodic_force"}
 MOTORS_ONLY = {"torque_scale"}
+JOINTS = {"joint_damping", "joint_friction", "armature", "gravity_tilt", "load"}
 SENSOR = {"sensor_sign", "sensor_bias", "sensor_scale", "sensor_lag", "time_shift"}
 UNITS = {
     *("1", "N", "rad", "rad/s", "rad/s²", "m/s", "m/s²", "m", "s", "kg", "kg m²", "N m", "N m s", "N s", "N/s"),
@@ -34,7 +36,7 @@ UNITS = {
 
 
 def test_the_registry_has_the_names_of_the_design() -> None:
-    assert set(EFFECTS) == COMMAND | QUADROTOR | MOTORS_ONLY | CAR | BOTH | SENSOR
+    assert set(EFFECTS) == COMMAND | QUADROTOR | MOTORS_ONLY | CAR | BOTH | SENSOR | JOINTS
     for name, kind in EFFECTS.items():
         assert kind.name == name
 
@@ -52,7 +54,7 @@ def test_bounds_of_motors_go_by_their_unit(kind: str) -> None:
     np.testing.assert_allclose(widths[1], widths[0], rtol=1e-6)
 
 
-@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+@pytest.mark.parametrize("robot", PAPER_ROBOTS.values(), ids=PAPER_ROBOTS)
 def test_robots_have_their_effects(robot: Robot) -> None:
     own = QUADROTOR if robot is CRAZYFLIE else CAR
     assert {found.kind for found in applicable(nominal(robot))} == COMMAND | own | BOTH | SENSOR
@@ -67,7 +69,7 @@ def test_an_effect_is_described(name: str) -> None:
     assert (kind.memory is None) != (kind.substitute is None and kind.parts is None)
 
 
-@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+@pytest.mark.parametrize("robot", PAPER_ROBOTS.values(), ids=PAPER_ROBOTS)
 def test_parameters_have_units_bounds_and_scale(robot: Robot) -> None:
     for key in one_key_per_kind(robot):
         for parameter in effect(key, robot).parameters:
@@ -141,7 +143,7 @@ def test_what_stands_for_an_effect_stands_for_itself() -> None:
                 assert key in always_alike(one.stood_for_by, equations)
 
 
-@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+@pytest.mark.parametrize("robot", PAPER_ROBOTS.values(), ids=PAPER_ROBOTS)
 def test_searches_start_within_bounds_and_plans_try_what_there_can_be(robot: Robot) -> None:
     values = np.linspace(robot.low, robot.high, 50)
     for one in applicable(nominal(robot)):
@@ -197,7 +199,7 @@ def test_values_that_nothing_has_are_refused(robot: Robot, key: str, values: dic
             attempt()
 
 
-@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+@pytest.mark.parametrize("robot", PAPER_ROBOTS.values(), ids=PAPER_ROBOTS)
 def test_what_is_likely_is_possible(robot: Robot) -> None:
     for key in one_key_per_kind(robot):
         for parameter in effect(key, robot).parameters:

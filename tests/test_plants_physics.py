@@ -8,12 +8,13 @@ import mujoco
 import numpy as np
 import pytest
 import torch
+from paper_robots import PAPER_ROBOTS
 
 from sym2real import rotation
 from sym2real.effects import effect
 from sym2real.errors import ModelError, ShapeError
 from sym2real.plants import MujocoPlant
-from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
+from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.robots.robot import GRAVITY
 from sym2real.trajectory import Array
 
@@ -46,7 +47,7 @@ def test_thrust_free_fall_is_a_parabola() -> None:
     np.testing.assert_allclose(state[7:10], [1.0, 0.0, 2.0 - GRAVITY], atol=1e-9)
 
 
-@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+@pytest.mark.parametrize("robot", PAPER_ROBOTS.values(), ids=PAPER_ROBOTS)
 def test_the_resting_action_holds_the_robot(robot: Robot) -> None:
     plant = MujocoPlant(robot)
     for _ in range(200):
@@ -113,7 +114,7 @@ def turned(robot: Robot, state: Array, yaw: float) -> Array:
     return result
 
 
-@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+@pytest.mark.parametrize("robot", PAPER_ROBOTS.values(), ids=PAPER_ROBOTS)
 def test_turning_the_world_turns_the_result(robot: Robot) -> None:
     rng = np.random.default_rng(1)
     start = robot.start.copy()
@@ -139,7 +140,7 @@ def test_turning_the_world_turns_the_result(robot: Robot) -> None:
     assert difference.max() < (1e-8 if robot is CRAZYFLIE else 1e-3)
 
 
-@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+@pytest.mark.parametrize("robot", PAPER_ROBOTS.values(), ids=PAPER_ROBOTS)
 def test_equal_actions_give_equal_states(robot: Robot) -> None:
     rng = np.random.default_rng(2)
     actions = rng.uniform(robot.limits.random_low, robot.limits.random_high, (20, len(robot.low)))
@@ -150,7 +151,7 @@ def test_equal_actions_give_equal_states(robot: Robot) -> None:
         np.testing.assert_array_equal(one.step(action), other.step(action))
 
 
-@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+@pytest.mark.parametrize("robot", PAPER_ROBOTS.values(), ids=PAPER_ROBOTS)
 def test_a_reset_puts_the_plant_where_it_was_told(robot: Robot) -> None:
     start = robot.start + 0.1
     start = robot.layouts.state.normalise(torch.as_tensor(start)).numpy()
@@ -223,7 +224,7 @@ def test_wrong_shapes_are_refused() -> None:
         plant.reset([0.0, 1.0])
 
 
-@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+@pytest.mark.parametrize("robot", PAPER_ROBOTS.values(), ids=PAPER_ROBOTS)
 def test_the_full_state_brings_everything_back(robot: Robot) -> None:
     plant = MujocoPlant(robot)
     rng = np.random.default_rng(3)

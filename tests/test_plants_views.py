@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import torch
 from gymnasium.utils.env_checker import check_env
+from paper_robots import PAPER_ROBOTS
 
 from sym2real.effects import effect
 from sym2real.errors import ModelError, ShapeError
@@ -21,12 +22,12 @@ from sym2real.plants import (
     run_episode,
 )
 from sym2real.plants.gymnasium_view import TaskEnvironment
-from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
+from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import compile_model
 from sym2real.tasks import make_task
 from sym2real.trajectory import Array
 
-every_robot = pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+every_robot = pytest.mark.parametrize("robot", PAPER_ROBOTS.values(), ids=PAPER_ROBOTS)
 
 
 class Scripted:

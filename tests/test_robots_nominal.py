@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import torch
 from motor_flights import THRUST, motor_flights
+from paper_robots import PAPER_ROBOTS
 
 from sym2real import rotation
 from sym2real.diagnosis import compare
@@ -17,7 +18,7 @@ from sym2real.effects import effect
 from sym2real.errors import ModelError
 from sym2real.layout import Layout, Layouts
 from sym2real.plants import MujocoPlant, random_push
-from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
+from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.robots.crazyflie import ARM, MASS, TORQUE_PER_THRUST
 from sym2real.robots.motors import Motors
 from sym2real.robots.nominal_car import car
@@ -123,7 +124,7 @@ def test_the_bicycle_follows_mujoco_at_low_speed(scale: float, bound: float) -> 
         assert np.linalg.norm(path[-1, :2] - truth[-1, :2]) < bound
 
 
-@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+@pytest.mark.parametrize("robot", PAPER_ROBOTS.values(), ids=PAPER_ROBOTS)
 def test_the_wrench_moves_the_equations_as_a_push_moves_mujoco(robot: Robot) -> None:
     for seed in range(3):
         wrench = random_push(robot, 40, np.random.default_rng(seed))

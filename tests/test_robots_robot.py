@@ -8,13 +8,14 @@ import mujoco
 import numpy as np
 import pytest
 import torch
+from paper_robots import PAPER_ROBOTS
 
 from sym2real.errors import ShapeError, UnknownNameError
 from sym2real.plants.mujoco_plant import compile_robot
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 from sym2real.robots.mushr import MOVED_MASS, ackermann
 
-every_robot = pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+every_robot = pytest.mark.parametrize("robot", PAPER_ROBOTS.values(), ids=PAPER_ROBOTS)
 
 
 @every_robot

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import torch
+from paper_robots import PAPER_ROBOTS
 
 from sym2real.errors import ShapeError, UnknownNameError
 from sym2real.robots import ROBOTS
@@ -154,10 +155,10 @@ def test_wrong_names_and_wrong_robots_are_refused() -> None:
         make_task("hover", ROBOTS["mushr"])
     with pytest.raises(UnknownNameError, match="unseen"):
         make_task("park", ROBOTS["mushr"], start_region="unsen")
-    assert set(TASKS) == {"hover", "circle", "lemniscate", "track", "park", "reverse_circle"}
+    assert set(TASKS) == {"hover", "circle", "lemniscate", "track", "park", "reverse_circle", "regulate"}
 
 
-@pytest.mark.parametrize("robot_name", ROBOTS)
+@pytest.mark.parametrize("robot_name", PAPER_ROBOTS)
 @pytest.mark.parametrize(
     ("name", "options"),
     [

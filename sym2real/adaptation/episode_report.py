@@ -28,7 +28,7 @@ class EpisodeReport:
         task: name of the task, "random commands" for the first.
         rows: of all its trajectories.
         crashes: how often it ended on the ground.
-        tracking: mean position error in m, NaN for random commands.
+        tracking: mean position error in m (of joints in their units), NaN for random commands.
         prediction: one-step error of the equations that flew it, relative to how far states move in a step
             (root mean square over state columns); NaN for the first.
         fitted: the same of the equations fitted afterwards, on all rows so far.
@@ -46,8 +46,8 @@ class EpisodeReport:
 
 
 def position_errors(trajectory: Trajectory) -> Array:
-    """Distance in m from the reference, row by row ``# (rows,)``."""
-    columns = trajectory.layouts.state.field("position").columns
+    """Distance from the reference, row by row: of the position in m, of joints in their units ``# (rows,)``."""
+    columns = [column for field in trajectory.layouts.state.placing for column in field.columns]
     offsets = [trajectory.column(column) - trajectory.extra[f"ref_{column}"] for column in columns]
     distances: Array = np.sqrt(np.square(offsets).sum(axis=0))
     return distances
@@ -74,7 +74,7 @@ def episode_cost(trajectory: Trajectory, task: Task, robot: Robot, steps: int) -
     state, action = torch.as_tensor(trajectory.state[1:]), torch.as_tensor(trajectory.action[:-1])
     reference = task.reference(torch.as_tensor(robot.dt * np.arange(steps), dtype=torch.float64))
     lost = reference[len(trajectory) :].clone()
-    lost[:, layouts.state.slice("position").start] += robot.limits.workspace
+    lost[:, layouts.state.index(layouts.state.placing[0].columns[0])] += robot.limits.workspace
     rest = torch.as_tensor(robot.rest).expand(len(lost), -1)
     flown = cost(state, action, reference[1 : len(trajectory)])
     return float(torch.cat([flown, cost(lost, rest, reference[len(trajectory) :])]).mean())

@@ -76,13 +76,12 @@ def _excesses(predicted: Tensor, start: Tensor, robot: Robot) -> dict[str, Tenso
         f"{name} above {limit:.3g} {layout.field(name).unit}": _largest(predicted[..., layout.slice(name)]) > limit
         for name, limit in limits.items()
     }
-    gone = _largest(predicted[..., layout.slice("position")] - start[:, None, layout.slice("position")])
-    reach = limits["velocity"] * robot.mppi.horizon
-    return {
-        "value that is not finite": ~predicted.isfinite().flatten(1).all(dim=1),
-        **excesses,
-        f"position more than {reach:.3g} m from the start": gone > reach,
-    }
+    excesses = {"value that is not finite": ~predicted.isfinite().flatten(1).all(dim=1), **excesses}
+    if layout.has_field("position") and "velocity" in limits:
+        gone = _largest(predicted[..., layout.slice("position")] - start[:, None, layout.slice("position")])
+        reach = limits["velocity"] * robot.mppi.horizon
+        excesses[f"position more than {reach:.3g} m from the start"] = gone > reach
+    return excesses
 
 
 def _largest(values: Tensor) -> Tensor:

@@ -82,12 +82,16 @@ class Predictor:
 
 
 def horizon_errors(model: Model, logs: Iterable[Trajectory], steps: int) -> Array:
-    """Distance in m of predicted from measured positions after so many steps ``# (windows,)``; none of short logs."""
+    """Distance of predicted from measured positions, or joints, after some steps ``# (windows,)``; none of short logs.
+
+    In m, of joints in their units.
+    """
     predictor, errors = Predictor(model), []
     for log in logs:
         rows = np.arange(0, len(log) - steps, max(1, round(STRIDE / log.dt)))
         if len(rows):
-            position = log.layouts.state.slice("position")
+            state = log.layouts.state
+            position = state.indices(column for field in state.placing for column in field.columns)
             away = predictor.predict(predictor.windows(log, rows, steps))[:, -1].numpy() - log.state[rows + steps]
             errors.append(np.linalg.norm(away[:, position], axis=1))
     return np.concatenate([np.empty(0), *errors])

@@ -177,5 +177,5 @@ class Recordings:
 
 def reference_errors(log: Dataset) -> Array:
     """Distance in m from the reference, row by row ``# (rows,)``; none of pieces without."""
-    first = f"ref_{log.layouts.state.field('position').columns[0]}"
+    first = f"ref_{log.layouts.state.placing[0].columns[0]}"
     return np.concatenate([np.empty(0), *(position_errors(piece) for piece in log if first in piece.extra)])

@@ -36,7 +36,7 @@ class Learn(OfLogs):
     FOLDERS: ClassVar = ("episodes",)
 
     robot: RobotName
-    """Name of the robot: crazyflie or mushr; of logs (--data) also quadrotor or car, of which no number is known."""
+    """Name of the robot: crazyflie, mushr, cart_pole; of logs (--data) also quadrotor or car, of no known numbers."""
     out: Path
     """Folder of the model."""
     data: tuple[Path, ...] = ()

@@ -36,7 +36,7 @@ class Run:
     model: ModelPlace
     """A model folder, or a robot's name (its base is learned once and cached)."""
     task: TaskName
-    """hover, circle, lemniscate, track, park or reverse_circle."""
+    """hover, circle, lemniscate, track, park, reverse_circle or, of any robot, regulate."""
     plant: Place = "simulator"
     """What is flown: the plain MuJoCo simulator, the model itself ("model"), or the folder of a simulator."""
     seconds: OptionalSeconds = None
@@ -88,6 +88,7 @@ class Run:
     def _page(self, model: Model, flight: Flight) -> Page:
         from sym2real.cli.report_folder import title_of
         from sym2real.diagnosis import compare
+        from sym2real.layout import unit_of_place
         from sym2real.neural.composed import in_double
         from sym2real.report.html.pages import comparison_page
         from sym2real.report.tables import number
@@ -95,7 +96,7 @@ class Run:
 
         predictor, data = in_double(model), Dataset([flight.trajectory])
         facts = [
-            ("from the reference", f"{number(flight.tracking)} m"),
+            ("from the reference", f"{number(flight.tracking)} {unit_of_place(flight.trajectory.layouts.state)}"),
             ("ended", "by a crash" if flight.crashed else "in time"),
         ]
         title = title_of(self.model, f"flying {self.task}")

@@ -29,19 +29,20 @@ class Simulate:
     OUT_IS_LOG: ClassVar[bool] = True
 
     robot: RobotPlace
-    """Name of the robot, crazyflie or mushr, or the folder of a simulator."""
+    """Name of the robot (crazyflie, mushr, cart_pole), or the folder of a simulator."""
     task: TaskName
-    """hover, circle, lemniscate, track, park or reverse_circle."""
+    """hover, circle, lemniscate, track, park, reverse_circle or, of any robot, regulate."""
     out: Path
     """The log to write, .csv or .parquet."""
     controller: Literal["geometric", "random"] = "geometric"
-    """Geometric tracking, or the random commands that Stage I starts with."""
+    """Geometric tracking (of joints a linear-quadratic regulator), or the random commands that Stage I starts with."""
     seconds: OptionalSeconds = None
     """Length of the episode; the task's own by default."""
     effects: tuple[str, ...] = ()
     """Physical effects in it: each KIND or KIND:COLUMN, then its PARAMETER=VALUE (`sym2real effects` lists them)."""
     noise: bool = False
-    """Sensor noise: position 0.5 mm, attitude 0.3°, rates 0.02 rad/s, velocity by differences of measured positions."""
+    """Sensor noise: position 0.5 mm, attitude 0.3°, rates 0.02 rad/s, velocity by differences of measured positions;
+    joints 0.5 mm or 0.001 rad, their rates by differences."""
     seed: Seed = 0
     """Of a car's start, the random commands and the noise; a quadrotor's flight without either has nothing random."""
     json: Path | None = None
@@ -56,6 +57,7 @@ class Simulate:
         from sym2real.control import RandomCommands, geometric_controller
         from sym2real.errors import ModelError
         from sym2real.experiments.standard_conditions import sensors
+        from sym2real.layout import unit_of_place
         from sym2real.logs import write_log
         from sym2real.plants import MujocoPlant, load_plant, run_episode
         from sym2real.robots import ROBOTS
@@ -87,9 +89,10 @@ class Simulate:
         error = tracking_error(trajectory)
         crashed = len(trajectory) < steps
         ended = f"crashed after {len(trajectory) * robot.dt:g} s, " if crashed else ""
+        unit = unit_of_place(robot.layouts.state)
         names = ", ".join(change.name for change in plant.changes) or "the plain simulator"
         console.print(
-            f"{len(trajectory)} rows, {ended}mean position error {error:.3g} m, {names}; log in {self.out}",
+            f"{len(trajectory)} rows, {ended}mean position error {error:.3g} {unit}, {names}; log in {self.out}",
             markup=False,
         )
         return {"log": self.out, "rows": len(trajectory), "tracking": error, "crashed": crashed}

@@ -3,6 +3,7 @@
 from sym2real.control.flown_model import CorrectedMPPI, mppi_controller
 from sym2real.control.geometric import Disturbed, geometric_controller
 from sym2real.control.geometric_quadrotor import GeometricQuadrotor
+from sym2real.control.linear_quadratic import LinearQuadratic
 from sym2real.control.mppi import MPPI
 from sym2real.control.plan import Plan
 from sym2real.control.pure_pursuit import PurePursuit
@@ -13,6 +14,7 @@ __all__ = [
     "CorrectedMPPI",
     "Disturbed",
     "GeometricQuadrotor",
+    "LinearQuadratic",
     "Plan",
     "PurePursuit",
     "RandomCommands",

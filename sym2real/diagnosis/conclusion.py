@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal
 
-from sym2real.diagnosis.data.windows import JUDGED, JUDGED_AT
+from sym2real.diagnosis.data.windows import JUDGED_AT, judged
 from sym2real.diagnosis.errors.rungs import LEAST_FALL, Stage
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.significance import FEWEST_BLOCKS
@@ -102,6 +102,6 @@ def fall_of_error(stages: Sequence[Stage]) -> tuple[str, float, float] | None:
         return None
     horizon = stages[0].nearest(JUDGED_AT)
     first, last = stages[0].horizons[horizon], stages[-1].horizons[horizon]
-    channels = [channel for channel in first if channel in JUDGED]
+    channels = judged(first)
     best = min(channels, key=lambda channel: last[channel].value / max(first[channel].value, 1e-12))
     return f"{best} ({horizon:g} s)", first[best].value, last[best].value

@@ -16,6 +16,10 @@ GRAVITY = 9.81  # m/s²
 SCALES = {"rad/s": 0.5, "rad": 0.05, "m/s": 0.1, "m": 0.05, "1": 0.05}
 
 
+# The same of an actuator whose range is known: a part of it.
+SPAN_PART = 0.03
+
+
 class Describable(Protocol):
     """A robot or equations: columns and numbers."""
 
@@ -43,7 +47,8 @@ class Body:
         layouts: its columns.
         numbers: SI units, by name: ``mass``, inertia ``jx jy jz`` (car: ``jz`` about the centre of mass), gains of the
             rate loop ``kx ky kz``; rotors: ``arm``, ``torque_per_thrust`` (m), ``rotor_thrust`` (N s²/rad²); car:
-            ``wheelbase``, ``track``, ``centre`` (of mass, ahead of the rear axle), ``wheel_drive`` (N s/m).
+            ``wheelbase``, ``track``, ``centre`` (of mass, ahead of the rear axle), ``wheel_drive`` (N s/m); joint J:
+            ``J_inertia`` (what a force along it moves, kg or kg m²); action A of an MJCF: ``A_range``, in its unit.
         quantities: names that equations derive (thrust of four motors).
         column: that an effect is bound to, or "".
         dt: control period in s.
@@ -73,6 +78,13 @@ class Body:
     def planar(self) -> bool:
         """True for a robot that moves in a plane."""
         return "z" not in self.layouts.state
+
+    @property
+    def moves(self) -> str:
+        """Where it moves, by its columns: in "space", in a "plane", or along its "joints" alone."""
+        if "z" in self.layouts.state:
+            return "space"
+        return "plane" if "x" in self.layouts.state else "joints"
 
     @property
     def mass(self) -> float:
@@ -107,11 +119,12 @@ class Body:
     @property
     def scale(self) -> float:
         """How large a deviation of the column is to be expected beforehand, in its unit."""
-        if self.unit == "N":
+        if self.unit == "N" and f"{self.column}_range" not in self.numbers:
             return 0.1 * GRAVITY * self.numbers.get("mass", 0.1)
         if self._turning:
             return 0.1 * sqrt(GRAVITY * self.numbers.get("mass", 0.1) / 4.0 / self.numbers["rotor_thrust"])
-        return SCALES.get(self.unit, 0.1)
+        span = self.numbers.get(f"{self.column}_range")
+        return SCALES.get(self.unit, 0.1) if span is None else SPAN_PART * span
 
     def number(self, name: str) -> float:
         """One of the robot's numbers.

@@ -10,6 +10,7 @@ from sym2real.effects.effect import Effect
 from sym2real.effects.groups import equivalents
 from sym2real.effects.kind import Kind
 from sym2real.effects.kinds import EFFECTS
+from sym2real.effects.load import LOAD
 from sym2real.errors import UnknownNameError
 from sym2real.symbolic import Equations
 
@@ -79,6 +80,11 @@ def columns_of(kind: Kind, described: Describable) -> tuple[str, ...]:
     if kind.columns == "action":
         derived = ("thrust",) if "thrust" in getattr(described, "quantities", ()) and kind.substitute else ()
         return (*described.layouts.action, *derived)
+    if kind.columns == "joint":
+        return described.layouts.state.joints
+    if kind.columns == "site":
+        quantities = getattr(described, "quantities", ())
+        return tuple(name.removeprefix(LOAD) for name in quantities if name.startswith(LOAD))
     if kind.columns == "state":
         fields = described.layouts.state.fields
         return tuple(column for field in fields if not field.hidden for column in field.columns)

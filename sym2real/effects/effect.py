@@ -6,7 +6,7 @@ substitution's formulas.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -111,15 +111,18 @@ class Effect:
         body = Body.of(described, self.column)
         if not self.of.fits(body):
             return f"{self.kind} is an effect of a {self.of.robot}"
-        missing = [name for name in self.of.needs if name not in body.names]
+        missing = [name for name in self._bound(self.of.needs) if name not in body.names]
         if missing:
             return f"{self.key} needs {', '.join(missing)}, which is no column or quantity here"
-        missing = [name for name in self.of.numbers if name not in body.numbers]
+        missing = [name for name in self._bound(self.of.numbers) if name not in body.numbers]
         if missing:
             return f"{self.key} needs the robot's {', '.join(missing)}, which is not among the numbers here"
         if any(name in body.names for name in self.of.hidden):
             return f"{self.key} is in these equations already, with a state of its own that they can have once"
         return ""
+
+    def _bound(self, names: Iterable[str]) -> list[str]:
+        return [name.format(column=self.column) for name in names]
 
     def applies(self, equations: Equations) -> bool:
         """Whether the quantities and numbers that the effect needs exist; :meth:`why_not` says which do not."""

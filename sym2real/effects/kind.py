@@ -75,10 +75,10 @@ class Kind:
         inject: the truth.
         substitute: the hypothesis; None for effects that act as filters.
         memory: makes the recursion over a series, for filters.
-        needs: names that must exist as columns or quantities.
-        numbers: the robot's numbers that it cannot do without.
+        needs: names that must exist as columns or quantities; ``{column}`` in one stands for the bound column.
+        numbers: the robot's numbers that it cannot do without, likewise.
         robot: the robots that have it.
-        columns: group whose columns it binds to; "" for none.
+        columns: group whose columns it binds to, the joints, or the sites of loads; "" for none.
         column_needed: false where no column means all of them.
         parts: for effects that are two others: their kinds and values.
         hidden: hidden states that it brings; equations that have one of them have the effect already.
@@ -106,8 +106,8 @@ class Kind:
     memory: Callable[[Body], Memory] | None = None
     needs: tuple[str, ...] = ()
     numbers: tuple[str, ...] = ()
-    robot: Literal["quadrotor", "car", "both"] = "both"
-    columns: Literal["", "action", "state"] = ""
+    robot: Literal["quadrotor", "car", "both", "robot with joints"] = "both"
+    columns: Literal["", "action", "state", "joint", "site"] = ""
     column_needed: bool = True
     parts: Callable[[Values, Body], tuple[tuple[Kind, Values], ...]] | None = None
     hidden: tuple[str, ...] = ()
@@ -123,4 +123,8 @@ class Kind:
 
     def fits(self, body: Body) -> bool:
         """Whether robots like this one can have it."""
-        return self.robot in ("both", "car" if body.planar else "quadrotor")
+        if self.robot == "both":
+            return body.moves != "joints" or bool(self.columns)
+        if self.robot == "robot with joints":
+            return bool(body.layouts.state.joints)
+        return self.robot == {"space": "quadrotor", "plane": "car"}.get(body.moves)

@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from sym2real.effects.added_mass import ADDED_MASS
+from sym2real.effects.armature import ARMATURE
 from sym2real.effects.battery_sag import BATTERY_SAG
 from sym2real.effects.com_offset import COM_OFFSET
 from sym2real.effects.dead_band import DEAD_BAND
 from sym2real.effects.delay import DELAY
 from sym2real.effects.flapping_moment import FLAPPING_MOMENT
 from sym2real.effects.gain import GAIN
+from sym2real.effects.gravity_tilt import GRAVITY_TILT
 from sym2real.effects.ground_effect import GROUND_EFFECT
+from sym2real.effects.joint_damping import JOINT_DAMPING
+from sym2real.effects.joint_friction import JOINT_FRICTION
 from sym2real.effects.kind import Kind
 from sym2real.effects.lag import LAG
 from sym2real.effects.lateral_slip import LATERAL_SLIP
 from sym2real.effects.lever_arm import LEVER_ARM
 from sym2real.effects.limit import LIMIT
 from sym2real.effects.linear_drag import LINEAR_DRAG
+from sym2real.effects.load import AT_SITE
 from sym2real.effects.motor_lag import MOTOR_LAG
 from sym2real.effects.mounting_tilt import MOUNTING_TILT
 from sym2real.effects.offset import OFFSET
@@ -82,6 +87,11 @@ EFFECTS: Registry[Kind] = Registry(
         "slope": SLOPE,
         "wheelbase": WHEELBASE,
         "yaw_drag": YAW_DRAG,
+        "joint_damping": JOINT_DAMPING,
+        "joint_friction": JOINT_FRICTION,
+        "armature": ARMATURE,
+        "gravity_tilt": GRAVITY_TILT,
+        "load": AT_SITE,
         "wind": WIND,
         "linear_drag": LINEAR_DRAG,
         "quadratic_drag": QUADRATIC_DRAG,

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from sym2real.layout import MOTORS, Layout
+from sym2real.layout import MOTORS, VELOCITY, Layout
 from sym2real.trajectory import Array, Trajectory
 
 # Length of the mean heading vector above which yaw stays (standard deviation below 0.46 rad).
@@ -68,7 +68,9 @@ def steady_thrust(logs: Iterable[Trajectory]) -> bool:
 
 def one_speed(logs: Iterable[Trajectory]) -> bool:
     """Whether half of the time is spent close to one speed."""
-    names = ("vx", "vy", "vz")
+    names, logs = VELOCITY.columns, list(logs)
+    if not all(_has(log, names[:1]) for log in logs):
+        return False
     values = [np.linalg.norm([log.column(name) for name in names if name in log.layouts.state], axis=0) for log in logs]
     if not values:
         return False

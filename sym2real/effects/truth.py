@@ -129,7 +129,7 @@ def with_state(make: Callable[[], Filter]) -> Change:
     return Change("", measure=make)
 
 
-# Actuators of the descriptions by action column.
+# Actuators of the descriptions by action column; of other columns the one of that name.
 ACTUATORS = {
     "thrust": ("thrust",),
     "wx_cmd": ("wx",),
@@ -143,7 +143,7 @@ ACTUATORS = {
 def actuators(spec: Any, body: Body) -> list[Any]:
     """Actuators of an ``MjSpec`` that the bound action column drives, or all of them."""
     columns = (body.column,) if body.column else tuple(body.layouts.action)
-    names = [name for column in columns for name in ACTUATORS[column]]
+    names = [name for column in columns for name in ACTUATORS.get(column, (column,))]
     return [actuator for actuator in spec.actuators if actuator.name in names]
 
 

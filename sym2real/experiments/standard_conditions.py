@@ -14,7 +14,7 @@ import numpy as np
 
 from sym2real.effects import effect
 from sym2real.experiments.excitation import ColouredNoise
-from sym2real.layout import Layout
+from sym2real.layout import POSITION, Layout
 from sym2real.protocols import Change, Filter
 from sym2real.robots import Robot
 from sym2real.tasks.task import flies
@@ -23,6 +23,7 @@ from sym2real.trajectory import Array
 POSITION_NOISE = 0.5e-3  # m
 ANGLE_NOISE = float(np.deg2rad(0.3))
 GYRO_NOISE = 0.02  # rad/s
+ENCODER_NOISE = 1e-3  # rad
 FORCE = np.array([1.5e-3, 1.5e-3, 1e-3])  # N, world axes
 FORCE_TIME, TORQUE_TIME = 0.3, 0.1  # s
 TORQUE = np.full(3, 1e-6)  # N m, body axes
@@ -99,11 +100,12 @@ def _push(robot: Robot, rng: np.random.Generator) -> Callable[[Any, Any], None]:
 
 @dataclass(frozen=True)
 class SensorNoise:
-    """Standard deviations of white noise: position in m, attitude or heading in rad, rates in rad/s."""
+    """Standard deviations of white noise: position in m, attitude or heading in rad, rates in rad/s, joints in rad."""
 
     position: float = POSITION_NOISE
     angle: float = ANGLE_NOISE
     rate: float = GYRO_NOISE
+    joint: float = ENCODER_NOISE
 
 
 STANDARD_NOISE = SensorNoise()
@@ -112,11 +114,15 @@ STANDARD_NOISE = SensorNoise()
 def sensors(robot: Robot, rng: np.random.Generator, noise: SensorNoise = STANDARD_NOISE) -> Change:
     """Measured states: white noise on position, attitude and gyro; velocity by differences of measured positions.
 
+    Of a robot of joints alone: white noise on every coordinate, rates by differences of measured coordinates.
+
     >>> robot = ROBOTS["mushr"]
     >>> plant = MujocoPlant(robot, [sensors(robot, np.random.default_rng(0))])
     >>> bool((plant.reset(robot.start) != robot.start).any())
     True
     """
+    if robot.layouts.state.joints and not robot.layouts.state.has_field(POSITION.name):
+        return _encoders(robot, rng, noise)
     layout, add_angle = robot.layouts.state, _angle_noise(robot, noise.angle)
     position, velocity, rate = layout.slice("position"), layout.slice("velocity"), layout.slice("rate")
 
@@ -134,6 +140,30 @@ def sensors(robot: Robot, rng: np.random.Generator, noise: SensorNoise = STANDAR
             earlier = before[0] if before else state[position] - robot.dt * state[velocity] + first
             result[velocity] = (result[position] - earlier) / robot.dt
             before[:] = [result[position].copy()]
+            return result
+
+        return measure
+
+    return Change("sensor noise", measure=begin)
+
+
+def _encoders(robot: Robot, rng: np.random.Generator, noise: SensorNoise) -> Change:
+    """Sensors of joints; a rate is known from the second row on, before which it is the true one."""
+    layout = robot.layouts.state
+    places, rates = layout.indices(layout.joints), layout.indices(layout.rates[one] for one in layout.joints)
+    deviations = np.array([noise.position if layout.units[one] == "m" else noise.joint for one in layout.joints])
+
+    def begin() -> Filter:
+        """Sensors that have measured nothing yet."""
+        before: list[Array] = []
+
+        def measure(state: Array) -> Array:
+            """What is measured of a true state ``# (state,)``."""
+            result = state.copy()
+            result[places] += deviations * rng.standard_normal(len(places))
+            first = state[places] - robot.dt * state[rates] + deviations * rng.standard_normal(len(places))
+            result[rates] = (result[places] - (before[0] if before else first)) / robot.dt
+            before[:] = [result[places].copy()]
             return result
 
         return measure

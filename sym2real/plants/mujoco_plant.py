@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sym2real.errors import ModelError, ShapeError
-from sym2real.layout import WRENCH, Layouts
+from sym2real.layout import WRENCH, Layouts, push_column
 from sym2real.protocols import Change, Filter
 from sym2real.robots import Robot
 from sym2real.trajectory import Array
@@ -47,7 +47,7 @@ class MujocoPlant:
     Args:
         robot: what to simulate.
         changes: differences from the plain robot, applied in this order.
-        wrench: held from the start, columns of ``robot.layouts.inputs`` ``# (inputs,)``.
+        wrench: what pushes from the start, columns of ``robot.layouts.inputs`` ``# (inputs,)``.
         description: MJCF in place of the robot's own, with its body, joints and actuators.
 
     Raises:
@@ -77,8 +77,9 @@ class MujocoPlant:
             _require_same_robot(robot, self.mj_model)
         self.mj_data = mujoco.MjData(self.mj_model)
         self._body = mujoco.mj_name2id(self.mj_model, mujoco.mjtObj.mjOBJ_BODY, robot.description.body)
-        self._columns = [WRENCH.index(column) for column in robot.layouts.inputs]
-        self._initial_wrench = np.zeros(len(self._columns)) if wrench is None else wrench
+        self._wrench_places = [WRENCH.index(one) if one in WRENCH else -1 for one in robot.layouts.inputs]
+        self._joint_places = _pushed_joints(robot, self.mj_model)
+        self._initial_wrench = np.zeros(robot.layouts.inputs.size) if wrench is None else wrench
         self._forces = [change.force for change in self.changes if change.force is not None]
         self.reset()
 
@@ -99,13 +100,12 @@ class MujocoPlant:
 
     @property
     def inputs(self) -> Array:
-        """The wrench that acts now: force in world axes, torque in body axes ``# (inputs,)``."""
-        held: Array = self._wrench[self._columns]
-        return held
+        """What pushes now: a wrench, force in world and torque in body axes, or forces along joints ``# (inputs,)``."""
+        return self._pushed.copy()
 
     @property
     def crashed(self) -> bool:
-        """Whether the robot has touched the ground, or rolled over, since the reset."""
+        """Whether the robot has crashed since the reset, as its description says (touched something, rolled over …)."""
         return self._crashed
 
     @property
@@ -142,16 +142,20 @@ class MujocoPlant:
 
         Args:
             wrench: columns of ``layouts.inputs``: force at the centre of mass in N along world axes, torque in N m
-                about body axes ``# (inputs,)``.
+                about body axes; or forces in N and torques in N m along joints ``# (inputs,)``.
 
         Raises:
             ShapeError: for another number of columns.
         """
         values = np.asarray(wrench, dtype=np.float64)
-        if values.shape != (len(self._columns),):
+        if values.shape != (self.layouts.inputs.size,):
             raise ShapeError(f"a push has columns {self.layouts.inputs.columns}, found shape {values.shape}")
-        self._wrench = np.zeros(6)
-        self._wrench[self._columns] = values
+        self._pushed, self._wrench = values, np.zeros(6)
+        for place, value in zip(self._wrench_places, values, strict=True):
+            if place >= 0:
+                self._wrench[place] = value
+        for place, dof in self._joint_places.items():
+            self.mj_data.qfrc_applied[dof] = values[place]
 
     def reset(self, state: ArrayLike | None = None, seed: int | None = None) -> Array:
         """Start an episode at ``state``, or at the robot's start; nothing is random, so the seed has no effect.
@@ -236,8 +240,13 @@ class MujocoPlant:
     def _has_crashed(self) -> bool:
         if not np.isfinite(self.mj_data.qpos).all():
             return True
-        if self.robot.description.crash == "contact":
+        crash = self.robot.description.crash
+        if crash == "contact":
             return bool(self.mj_data.ncon)
+        if crash == "joint range":
+            return _beyond_range(self.mj_model, self.mj_data)
+        if crash == "never":
+            return False
         x, y = self.mj_data.qpos[4:6]
         return bool(2.0 * np.arcsin(min(1.0, np.hypot(x, y))) > ROLL_OVER)
 
@@ -246,12 +255,25 @@ def _require_same_robot(robot: Robot, found: mujoco.MjModel) -> None:
     """Body, coordinates and actuators as the robot reads and writes them; changes may have appended actuators."""
     plain = compile_robot(robot)
     body = robot.description.body
-    named = mujoco.mj_name2id(found, mujoco.mjtObj.mjOBJ_BODY, body) >= 0
+    named = not body or mujoco.mj_name2id(found, mujoco.mjtObj.mjOBJ_BODY, body) >= 0
     if not named or not np.array_equal(plain.jnt_type, found.jnt_type) or found.nu < plain.nu:
         raise ShapeError(
             f"another robot: {'a' if named else 'no'} body named {body}, {found.njnt} joints and {found.nu} actuators "
             f"where a {robot.name} has {plain.njnt} and {plain.nu}"
         )
+
+
+def _pushed_joints(robot: Robot, model: mujoco.MjModel) -> dict[int, int]:
+    """Degree of freedom of every input that pushes along a joint."""
+    names = {push_column(model.joint(one).name): int(model.jnt_dofadr[one]) for one in range(model.njnt)}
+    return {place: names[column] for place, column in enumerate(robot.layouts.inputs) if column in names}
+
+
+def _beyond_range(model: mujoco.MjModel, data: mujoco.MjData) -> bool:
+    """Whether a joint with a range is at its end."""
+    limited = model.jnt_limited.astype(bool)
+    places, ranges = data.qpos[model.jnt_qposadr[limited]], model.jnt_range[limited]
+    return bool((places <= ranges[:, 0]).any() or (places >= ranges[:, 1]).any())
 
 
 def _filtered(filters: Sequence[Filter], values: Array) -> Array:

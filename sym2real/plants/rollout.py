@@ -35,7 +35,8 @@ def rollout_mujoco(
         threads: worker threads, kept between calls.
 
     Raises:
-        ModelError: when the plant has command filters, or forces act on it and none are given: a rollout has neither.
+        ModelError: when the plant has command filters, a joint is pushed, or forces act on it and none are given: a
+            rollout has neither.
         ShapeError: when shapes do not fit.
     """
     _refuse_callbacks(plant, forces)
@@ -71,7 +72,7 @@ def rollout_mujoco(
 def _refuse_callbacks(plant: MujocoPlant, forces: Array | None) -> None:
     free = forces is None
     unfit = [change.name for change in plant.changes if change.command or (change.force and free)]
-    if free and plant.inputs.any():
+    if (free or plant.mj_data.qfrc_applied.any()) and plant.inputs.any():
         unfit.append("a held wrench")
     if unfit:
         raise ModelError(f"mujoco.rollout cannot apply {', '.join(unfit)}: step the plant instead")

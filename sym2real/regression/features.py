@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sym2real.errors import ShapeError
-from sym2real.layout import WRENCH, Layouts
+from sym2real.layout import Layouts
 from sym2real.regression.monomials import Monomials
 from sym2real.trajectory import Array, Transitions
 
@@ -45,7 +45,7 @@ class Variables:
         for angle in angles:
             if everything.units[everything.columns[everything.index(angle)]] != "rad":
                 raise ShapeError(f"angle {angle!r} must be a column in rad, its unit is {everything.units[angle]!r}")
-        wrench = tuple(column for column in layouts.inputs if column in WRENCH)
+        wrench = layouts.inputs.pushes
         columns = tuple(column for column in everything if column not in (*wrench, *NOT_A_CAUSE))
         quaternions = tuple(field.columns for field in everything.fields if field.kind == "quaternion")
         return cls(columns, tuple(angles), wrench, quaternions)

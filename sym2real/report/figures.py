@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
@@ -30,23 +32,30 @@ def save(figure: Figure, path: Path) -> Path:
 
 
 def path_figure(trajectory: Trajectory) -> Figure:
-    """The path seen from above, and every position and its reference over time."""
-    columns = trajectory.layouts.state.field("position").columns
+    """The path seen from above where there is one, and every position, or joint, and its reference over time."""
+    placing = trajectory.layouts.state.placing
+    columns, units = [one for field in placing for one in field.columns], dict.fromkeys(field.unit for field in placing)
+    plane = all(column in trajectory.layouts.state for column in ("x", "y"))
     figure = Figure(figsize=(10, 4.5), layout="constrained")
-    above, over_time = figure.subplots(1, 2)
+    *above, over_time = figure.subplots(1, 2 if plane else 1, squeeze=False)[0]
+    for axis in above:
+        _from_above(axis, trajectory)
+    for column, style in zip(columns, cycle(("-", "--", ":")), strict=False):
+        over_time.plot(trajectory.time, trajectory.column(column), style, color=MEASURED, label=column)
+        if f"ref_{column}" in trajectory.extra:
+            over_time.plot(trajectory.time, trajectory.extra[f"ref_{column}"], style, color=REFERENCE)
+    over_time.set(xlabel="time in s", ylabel=f"position in {', '.join(units)}")
+    over_time.legend()
+    return figure
+
+
+def _from_above(above: Axes, trajectory: Trajectory) -> None:
     above.plot(trajectory.column("x"), trajectory.column("y"), color=MEASURED, label="measured")
     if "ref_x" in trajectory.extra:
         above.plot(trajectory.extra["ref_x"], trajectory.extra["ref_y"], "--", color=REFERENCE, label="reference")
     above.set(xlabel="x in m", ylabel="y in m", aspect="equal")
     above.set_title(trajectory.name, parse_math=False)
     above.legend()
-    for column, style in zip(columns, ("-", "--", ":"), strict=False):
-        over_time.plot(trajectory.time, trajectory.column(column), style, color=MEASURED, label=column)
-        if f"ref_{column}" in trajectory.extra:
-            over_time.plot(trajectory.time, trajectory.extra[f"ref_{column}"], style, color=REFERENCE)
-    over_time.set(xlabel="time in s", ylabel="position in m")
-    over_time.legend()
-    return figure
 
 
 def comparison_figure(comparison: Comparison) -> Figure:

@@ -15,7 +15,12 @@ from sym2real.robots.recipe import Recipe
 from sym2real.robots.robot import Limits, MPPISettings, Robot
 from sym2real.robots.thrust_fit import fit_thrust_per_unit
 
-ROBOTS: Registry[Robot] = Registry("robot", {"crazyflie": CRAZYFLIE, "mushr": MUSHR})
+# Robots that come from their MJCF alone are opened when they are asked for: MuJoCo stays out of light imports.
+ROBOTS: Registry[Robot] = Registry(
+    "robot",
+    {"crazyflie": CRAZYFLIE, "mushr": MUSHR},
+    later={"cart_pole": "sym2real.robots.cart_pole:CART_POLE"},
+)
 
 __all__ = [
     "CRAZYFLIE",

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import mujoco
 
 # What ends an episode.
-Crash = Literal["contact", "rolled over", "never"]
+Crash = Literal["contact", "rolled over", "joint range", "never"]
 
 
 def unchanged(actions: Array) -> Array:
@@ -36,8 +36,9 @@ class Description:
         to_coordinates: state ``# (state,)`` → qpos ``# (nq,)`` and qvel ``# (nv,)``.
         to_control: actions ``# (..., action)`` → actuator controls of the description ``# (..., nu)``.
         body: name of the free body that a wrench pushes; "" for a robot without one.
-        crash: what ends an episode: touching anything, rolling over by 60°, or nothing.
+        crash: what ends an episode: touching anything, rolling over by 60°, leaving a joint's range, or nothing.
         coarse_substeps: physics steps per control period that are enough for planning; 0 for those of the simulator.
+        quantities: names that its nominal equations derive, for effects.
     """
 
     mjcf: str
@@ -50,6 +51,7 @@ class Description:
     body: str = ""
     crash: Crash = "never"
     coarse_substeps: int = 0
+    quantities: tuple[str, ...] = ()
 
     def spec(self) -> mujoco.MjSpec:
         """The description, to be edited or compiled; meshes and includes are looked for beside a file."""

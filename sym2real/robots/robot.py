@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from numbers import Integral
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -166,9 +167,21 @@ class Robot:
         return self.numbers["mass"]
 
     @property
+    def quantities(self) -> tuple[str, ...]:
+        """Names that its nominal equations derive, as far as effects bind to them."""
+        return self.description.quantities
+
+    @property
     def substeps(self) -> int:
         """Physics steps per control period."""
         return round(self.dt / self.description.physics_dt)
+
+    @classmethod
+    def from_mjcf(cls, path: str | Path, **options: Any) -> Robot:
+        """A robot from any MJCF; options and errors of :func:`sym2real.robots.from_mjcf.from_mjcf`."""
+        from sym2real.robots.from_mjcf import from_mjcf  # noqa: PLC0415 — it makes robots, and needs MuJoCo
+
+        return from_mjcf(path, **options)
 
     def nominal(self) -> Equations:
         """First-principles equations, with the robot's name and numbers."""

@@ -15,6 +15,7 @@ from sym2real.tasks.circle import circle, reverse_circle
 from sym2real.tasks.hover import hover, unseen_goal
 from sym2real.tasks.lemniscate import lemniscate
 from sym2real.tasks.park import park
+from sym2real.tasks.regulate import regulate
 from sym2real.tasks.task import Task
 from sym2real.tasks.track import track
 
@@ -27,6 +28,7 @@ TASKS: Registry[Callable[..., Task]] = Registry(
         "track": track,
         "park": park,
         "reverse_circle": reverse_circle,
+        "regulate": regulate,
     },
 )
 

@@ -17,21 +17,19 @@ from torch import Tensor
 from sym2real.layout import Layouts
 from sym2real.robots.robot import Robot
 from sym2real.symbolic import compile_function, symbol
-from sym2real.tasks.task import Task, flies
+from sym2real.tasks.task import Task
 
 # Added under each root, so that its gradient at zero is finite; 1e-6 of a metre is nothing to a cost.
 SMOOTH = sympy.Float(1e-12)
 
 
 def tracking_cost(robot: Robot) -> sympy.Expr:
-    """Eq. (5) over the robot's state columns and ``ref_<column>``, with the robot's ``cost_weights``."""
-    layout, weights = robot.layouts.state, robot.recipe.cost_weights
-    rotation = layout.field("attitude" if flies(robot) else "heading").columns
+    """Eq. (5) over the robot's state fields and ``ref_<column>``, with the weights of its recipe, whatever fields."""
+    weights = robot.recipe.cost_weights
+    fields = [field for field in robot.layouts.state.fields if not field.hidden]
+    named = [(field, field.name if field.kind == "vector" else "orientation") for field in fields]
     return sympy.Add(
-        weights["position"] * distance(layout.field("position").columns),
-        weights["orientation"] * (quaternion_distance(rotation) if flies(robot) else circle_distance(rotation)),
-        weights["velocity"] * distance(layout.field("velocity").columns),
-        weights["rate"] * distance(layout.field("rate").columns),
+        *(weights[name] * DISTANCES[field.kind](field.columns) for field, name in named if name in weights)
     )
 
 
@@ -48,6 +46,9 @@ def quaternion_distance(columns: Iterable[str]) -> sympy.Expr:
 def circle_distance(columns: Iterable[str]) -> sympy.Expr:
     """Sum of the absolute errors of sine and cosine."""
     return sympy.Add(*(sympy.Abs(error(column)) for column in columns))
+
+
+DISTANCES = {"vector": distance, "quaternion": quaternion_distance, "circle": circle_distance}
 
 
 def error(column: str) -> sympy.Expr:

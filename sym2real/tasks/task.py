@@ -12,6 +12,7 @@ import sympy
 from torch import Tensor
 
 from sym2real.errors import ShapeError
+from sym2real.layout import ATTITUDE, HEADING, POSITION
 from sym2real.robots.robot import Robot
 from sym2real.trajectory import Array
 
@@ -50,8 +51,23 @@ def flies(robot: Robot) -> bool:
 
 
 def motion(robot: Robot) -> Literal["flight", "drive"]:
-    """How a robot moves: the key of tables that give sizes and speeds for either."""
+    """How a robot moves: the key of tables that give sizes and speeds for either.
+
+    Raises:
+        ShapeError: for a robot that follows no path, because it has neither an attitude nor a heading.
+    """
+    if not follows_paths(robot):
+        raise ShapeError(
+            f"paths are for robots with an attitude or a heading; {robot.name} has "
+            f"{', '.join(field.name for field in robot.layouts.state.fields)}: the task 'regulate' is for any robot"
+        )
     return "flight" if flies(robot) else "drive"
+
+
+def follows_paths(robot: Robot) -> bool:
+    """Whether a robot has a position and looks somewhere, as paths in the plane ask."""
+    state = robot.layouts.state
+    return state.has_field(POSITION.name) and (state.has_field(ATTITUDE.name) or state.has_field(HEADING.name))
 
 
 def require(robot: Robot, field: str, task: str) -> None:

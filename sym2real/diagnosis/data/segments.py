@@ -19,7 +19,7 @@ from sym2real.diagnosis.data.lengths import rows_of
 from sym2real.diagnosis.data.start import ROWS, noise_level, start_states
 from sym2real.diagnosis.data.tangent import places_of_fields, tangents
 from sym2real.errors import ShapeError
-from sym2real.layout import Layout
+from sym2real.layout import JOINT_ANGLE, JOINT_DISPLACEMENT, Layout
 from sym2real.trajectory import Array, Dataset, Trajectory
 
 # Rows of a segment, and rows of a log before the first one: filters and smoothers settle in them.
@@ -28,7 +28,7 @@ OTHER_LENGTH = 25
 SETTLING = 12
 # Rows before a segment from which hidden states are brought to its start.
 WARM_UP = 8
-COMPARED = ("position", "attitude", "heading", "rate")
+COMPARED = ("position", "attitude", "heading", "rate", JOINT_DISPLACEMENT.name, JOINT_ANGLE.name)
 # A segment with this share of rows in which nothing moves by a bit holds frozen measurements.
 FROZEN = 0.3
 
@@ -137,7 +137,12 @@ def with_velocities(segments: Segments) -> Segments:
 
 
 def compared_components(layout: Layout, names: Collection[str] = COMPARED) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Tangent positions of what is compared, fields of these names, and the number of the field of each."""
+    """Tangent positions of what is compared, fields of these names, and the number of the field of each.
+
+    All fields where none has such a name.
+    """
+    there = {field.name for field in layout.fields if not field.hidden}
+    names = there.intersection(names) or there
     compared: list[int] = []
     channel: list[int] = []
     for number, (field, places) in enumerate(zip(layout.fields, places_of_fields(layout), strict=True)):

@@ -76,8 +76,7 @@ def start_states(trajectory: Trajectory, starts: NDArray[np.int64], method: Star
 
 
 def _position_velocity_pairs(layout: Layout) -> list[tuple[str, str]]:
-    columns = [column for field in layout.fields if field.name == "position" for column in field.columns]
-    return [(column, f"v{column}") for column in columns if f"v{column}" in layout]
+    return list(layout.rates.items())
 
 
 def _joint_fit(position: Array, velocity: Array, speed: Array, noise: Array, ages: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from torch import Tensor
 
 from sym2real.diagnosis.data.start import ROWS, Start, start_states
 from sym2real.errors import ShapeError
-from sym2real.layout import Field, Layout
+from sym2real.layout import JOINT_ANGLE, JOINT_DISPLACEMENT, Field, Layout
 from sym2real.past import past_rows
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import rollout
@@ -25,7 +26,7 @@ FREE_RUN = {"heading": 5.0, "otherwise": 2.0}
 # Channels by which predictions are judged: what a user sees, and what logs do not have by differencing.
 # The horizon (s) that a finding is judged at: about as long as a controller's.
 JUDGED_AT = 0.8
-JUDGED = ("position", "attitude", "yaw")
+JUDGED = ("position", "attitude", "yaw", JOINT_DISPLACEMENT.name, JOINT_ANGLE.name)
 
 CHANNEL_OF_FIELD = {"heading": "yaw"}
 UNIT_OF_KIND = {"quaternion": "rad", "circle": "rad"}
@@ -61,6 +62,12 @@ class Windows:
 def free_run_seconds(layout: Layout) -> float:
     """How long a free run is, s."""
     return FREE_RUN["heading" if layout.has_field("heading") else "otherwise"]
+
+
+def judged(channels: Iterable[str]) -> list[str]:
+    """Those of some channels that predictions are judged by; all of them where none of the usual ones is there."""
+    channels = list(channels)
+    return [one for one in JUDGED if one in channels] or channels
 
 
 def channel_name(field: Field) -> str:

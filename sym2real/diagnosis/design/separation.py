@@ -26,7 +26,7 @@ from sym2real.effects.searching import Shown
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
 from sym2real.tasks.standard_paths import Manoeuvre, path_of
-from sym2real.tasks.task import motion
+from sym2real.tasks.task import follows_paths, motion
 from sym2real.trajectory import Dataset
 
 SECONDS, LONG = 8.0, 16.0
@@ -122,10 +122,11 @@ def with_advice(
         found: findings.
         equations: the base.
         whitening: noise and disturbances of the logs.
-        plant: the plain simulator; None where nothing can be tried, which the advice then says.
+        plant: the plain simulator; None where nothing can be tried, which the advice then says, as of a robot that
+            follows no path.
     """
     rivals = {one.effect: _testable(one, equations) for one in found}
-    if plant is None or not any(rivals.values()):
+    if plant is None or not follows_paths(plant.robot) or not any(rivals.values()):
         return tuple(replace(one, separate_by=_untried(one, rivals[one.effect], equations)) for one in found)
     keys = dict.fromkeys(key for one in found if rivals[one.effect] for key in (one.effect, *rivals[one.effect]))
     library = Library.of(equations, [effect(key, equations) for key in keys])

@@ -13,7 +13,7 @@ from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.preparation import prepared
 from sym2real.diagnosis.data.start import ROWS, noise_level
 from sym2real.diagnosis.data.tangent import places_of_fields, tangents
-from sym2real.diagnosis.data.windows import predict_windows
+from sym2real.diagnosis.data.windows import channel_name, judged, predict_windows
 from sym2real.layout import HEIGHT, Layout
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
@@ -91,17 +91,19 @@ def window_errors(
 
 
 def named_channels(layout: Layout) -> dict[str, list[int]]:
-    """Tangent positions of what is compared: positions and angles, which logs hold without differences."""
+    """Tangent positions of what is compared: positions and angles, which logs hold without differences.
+
+    Of columns that are none of these, every field.
+    """
+    wanted = judged(map(channel_name, layout.fields))
     channels: dict[str, list[int]] = {}
     for field, places in zip(layout.fields, places_of_fields(layout), strict=True):
         own = list(places)
         if field.name == "position" and VERTICAL in field.columns:
             height = own[field.columns.index(VERTICAL)]
             channels |= {VERTICAL: [height], "xy": [slot for slot in own if slot != height]}
-        elif field.name in ("position", "attitude"):
-            channels[field.name] = own
-        elif field.kind == "circle":
-            channels["yaw"] = own
+        elif channel_name(field) in wanted:
+            channels[channel_name(field)] = own
     return channels
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from sym2real.diagnosis.data.conditions import UNITS, Region, training_range
 from sym2real.diagnosis.errors.by_window import HORIZON, WindowErrors, window_errors
 from sym2real.errors import DataError
-from sym2real.layout import HEIGHT
+from sym2real.layout import HEIGHT, JOINT_ANGLE
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
 from sym2real.symbolic.storage import TRAINING, training_of
@@ -85,7 +85,7 @@ class Segment:
 
 
 def _unit(channel: str) -> str:
-    return "rad" if channel in ("attitude", "yaw") else "m"
+    return "rad" if channel in ("attitude", "yaw", JOINT_ANGLE.name) else "m"
 
 
 def training_region(folder: Path) -> dict[str, tuple[float, float]] | None:

@@ -25,8 +25,8 @@ from torch import Tensor
 
 from sym2real.diagnosis.estimate.variances import Products, most_likely
 from sym2real.diagnosis.predict.sensitivity import Problem
-from sym2real.effects.body import GRAVITY
-from sym2real.layout import FORCE, HEIGHT, RATE_COMMAND, SPEED, STEERING, THRUST, TORQUE
+from sym2real.effects.body import GRAVITY, SPAN_PART
+from sym2real.layout import FORCE, HEIGHT, RATE_COMMAND, SPEED, STEERING, THRUST, TORQUE, push_column
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array
 
@@ -36,7 +36,7 @@ FREE_START = {"position": 0.05, "attitude": 0.2, "heading": 0.3, "velocity": 0.5
 FREE_OTHERWISE = 1.0
 # What counts as one push, and its first guess: share of the weight, angular acceleration, command.
 PUSH_SIZES = dict(zip((*STEERING.columns, *SPEED.columns), (0.05, 0.1), strict=True))
-FORCE_SHARE, TORQUE_ACCELERATION = 0.01, 1.0
+FORCE_SHARE, TORQUE_ACCELERATION, JOINT_ACCELERATION = 0.01, 1.0, 0.1
 # Degrees of freedom that are tried, twice the log likelihood that they must be better by (99.9 % of χ² with one degree
 # of freedom), and rounds of weights and variances.
 TAILS, HEAVY, TRUST_ROUNDS = (3.0, 5.0, 8.0, 12.0, 20.0, 40.0, 80.0), 10.8, 3
@@ -148,17 +148,19 @@ class Spread:
 def disturbances(equations: Equations) -> list[tuple[str, float]]:
     """Columns whose pushes stand for what no model knows, each with its unit size: wrench inputs, or commands."""
     inputs, numbers = equations.layouts.inputs, equations.numbers
-    weight = GRAVITY * numbers.get("mass", 1.0)
+    weight, joints = GRAVITY * numbers.get("mass", 1.0), equations.layouts.state.joints
     sizes = dict.fromkeys(FORCE.columns, FORCE_SHARE * weight)
     inertias = zip(TORQUE.columns, ("jx", "jy", "jz"), strict=True)
     sizes |= {column: TORQUE_ACCELERATION * numbers.get(inertia, 1e-5) for column, inertia in inertias}
-    planar = HEIGHT not in equations.layouts.state
+    sizes |= {push_column(joint): JOINT_ACCELERATION * numbers.get(f"{joint}_inertia", 1.0) for joint in joints}
+    planar = HEIGHT not in equations.layouts.state and not joints
     used = [n for n in sizes if n in inputs and any(equations.depends(c, n) for c in equations.next)]
     if used and not planar:
         return [(name, sizes[name]) for name in used]
     others = dict.fromkeys(THRUST.columns, FORCE_SHARE * weight)
     others |= {**dict.fromkeys(RATE_COMMAND.columns, 0.1), **PUSH_SIZES}
-    return [(name, others.get(name, 0.05)) for name in equations.layouts.action]
+    spans = {name: numbers.get(f"{name}_range", 0.05 / SPAN_PART) for name in equations.layouts.action}
+    return [(name, others.get(name, SPAN_PART * span)) for name, span in spans.items()]
 
 
 def estimate(

@@ -15,7 +15,7 @@ from sym2real.effects.filters import without_quantities
 from sym2real.effects.inputs import ANGLE
 from sym2real.effects.kind import Parameter
 from sym2real.effects.thrust import ACTING
-from sym2real.layout import WRENCH, Layout
+from sym2real.layout import Layout
 from sym2real.symbolic import Equations, compile_function, compile_model, symbol
 
 
@@ -179,8 +179,7 @@ def with_angle(base: Equations) -> Equations:
 
 def shielded(base: Equations) -> Equations:
     """The equations with a quantity in place of every action and wrench input: substitutions then stay small."""
-    inputs = [name for name in base.layouts.inputs if name in WRENCH]
-    names = [name for name in (*base.layouts.action, *inputs) if name not in base.quantities]
+    names = [name for name in (*base.layouts.action, *base.layouts.inputs.pushes) if name not in base.quantities]
     aliases = {name: symbol(ACTING + name) for name in names}
     blank = replace(base, quantities={**base.quantities, **{alias.name: Integer(0) for alias in aliases.values()}})
     changed = blank.substitute(aliases)

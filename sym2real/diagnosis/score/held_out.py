@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from torch import Tensor
 
-from sym2real.diagnosis.data.windows import JUDGED
+from sym2real.diagnosis.data.windows import judged
 from sym2real.diagnosis.errors.rungs import LEAST_FALL, Stage, horizons_for, ladder
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library
@@ -70,12 +70,11 @@ class Gate:
         if self.before is None or self.after is None:
             return
         for horizon, errors in self.before.horizons.items():
-            for name, error in errors.items():
-                after = self.after.horizons[horizon][name]
-                if name in JUDGED:
-                    part = 1.0 - after.value / max(error.value, 1e-12)
-                    apart = error.low < error.high or part <= -LEAST_FALL
-                    yield Fall(horizon, name, part), apart and after.low > error.high
+            for name in judged(errors):
+                error, after = errors[name], self.after.horizons[horizon][name]
+                part = 1.0 - after.value / max(error.value, 1e-12)
+                apart = error.low < error.high or part <= -LEAST_FALL
+                yield Fall(horizon, name, part), apart and after.low > error.high
 
     def to_dict(self) -> dict[str, Any] | None:
         """The entry of ``gate`` that ``sym2real diagnose --json`` prints; None where nothing was judged."""

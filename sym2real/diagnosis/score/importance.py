@@ -16,7 +16,7 @@ import torch
 
 from sym2real.diagnosis.data.segments import WARM_UP
 from sym2real.diagnosis.data.start import ROWS
-from sym2real.diagnosis.data.windows import JUDGED, channel_errors, free_run_seconds
+from sym2real.diagnosis.data.windows import channel_errors, free_run_seconds, judged
 from sym2real.diagnosis.errors.rungs import windows_of
 from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Fit, Hypothesis
 from sym2real.diagnosis.predict.candidate import Candidate
@@ -92,5 +92,5 @@ def _score(selection: Selection, windows: Problem, kept: Sequence[Candidate]) ->
     values = parameter_set(selection, kept, selection.fit.values)
     predicted = windows.states(values[None])[0, :, -1]
     errors = channel_errors(windows.segments.layout, predicted, windows.segments.measured[:, -1])
-    squares = [float((errors[name] ** 2).mean()) for name in JUDGED if name in errors]
+    squares = [float((errors[name] ** 2).mean()) for name in judged(errors)]
     return float(torch.tensor(squares).clamp_min(LEAST).log().sum())

@@ -191,13 +191,16 @@ def _features(trajectory: Trajectory) -> dict[str, Array]:
     found: dict[str, Array] = {"time": trajectory.time - trajectory.time[0]}
     if HEIGHT in layout:
         found["height"] = trajectory.column(HEIGHT)
-    velocity = np.stack([_smooth(trajectory.column(c)) for c in VELOCITY.columns if c in layout], axis=1)
-    found[HOW_FAST] = np.linalg.norm(velocity, axis=1)
-    found |= {f"velocity {axis}": column for axis, column in zip("xyz", velocity.T, strict=False)}
-    if layout.has_field("heading"):
+    along = [_smooth(trajectory.column(c)) for c in VELOCITY.columns if c in layout]
+    velocity = np.stack(along, axis=1) if along else np.zeros((len(trajectory), 0))
+    if along:
+        found[HOW_FAST] = np.linalg.norm(velocity, axis=1)
+        found |= {f"velocity {axis}": column for axis, column in zip("xyz", velocity.T, strict=False)}
+    found |= {c: _smooth(trajectory.column(c)) for joint in layout.joints for c in (joint, layout.rates[joint])}
+    if along and layout.has_field("heading"):
         sine, cosine = (trajectory.column(name) for name in HEADING.columns)
         found["forward speed"] = velocity[:, 0] * cosine + velocity[:, 1] * sine
-    if layout.has_field("attitude"):
+    if len(along) == 3 and layout.has_field("attitude"):
         attitude = torch.as_tensor(trajectory.state[:, layout.slice("attitude")])
         body = rotation.rotate(rotation.conjugate(attitude), torch.as_tensor(velocity)).numpy()
         found |= {f"body velocity {axis}": column for axis, column in zip("xyz", body.T, strict=True)}

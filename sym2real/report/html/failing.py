@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from sym2real.diagnosis import Comparison, Segment
-from sym2real.diagnosis.data.windows import JUDGED, channel_units
+from sym2real.diagnosis.data.windows import channel_units, judged
 from sym2real.report.html.arrays import Arrays
 from sym2real.report.html.charts import Chart, Line, of_model
 from sym2real.report.html.observed import Observed
@@ -48,7 +48,7 @@ def _along(comparison: Comparison, observed: Observed, arrays: Arrays, switched:
     charts = []
     if all(column in observed.layout for column in PLANE):
         charts.append(_path(comparison, observed, arrays))
-    for channel in (one for one in JUDGED if one in observed.by_window):
+    for channel in judged(observed.by_window):
         for index in range(len(starts.data)):
             arrays.add(f"window-{channel}/{index}", observed.by_window[channel][:, starts.log == index])
         lines = of_model(f"window-{channel}", switched=switched)

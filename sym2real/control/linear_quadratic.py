@@ -1,0 +1,90 @@
+"""Linear-quadratic regulator about a reference, for any robot whose equations are known.
+
+At the robot's start and its action at rest, Δx' = A Δx + B Δu in the state's tangent; K solves the discrete Riccati
+equation, and u = u_rest - K (x ⊖ x_ref). It holds a pole upright, an arm at its posture, a rotorcraft in hover.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import torch
+from numpy.typing import ArrayLike
+from scipy.linalg import solve_discrete_are
+
+from sym2real.errors import ModelError
+from sym2real.robots import Robot
+from sym2real.symbolic import Equations, compile_model
+from sym2real.tasks.task import Reference
+from sym2real.trajectory import Array
+
+STEP = 1e-5  # of the tangent and of commands, for derivatives in double precision
+# Weights by the unit of a component, and of a command that uses its whole range.
+PLACE, SPEED, EFFORT = 1.0, 0.1, 0.1
+
+
+@dataclass
+class LinearQuadratic:
+    """A :class:`~sym2real.protocols.Controller`.
+
+    Args:
+        robot: gives limits, start and rest.
+        reference: wanted state over time in s.
+        equations: what it is linearised on; the robot's nominal ones by default.
+
+    Raises:
+        ModelError: where the linearised robot cannot be stabilised.
+    """
+
+    robot: Robot
+    reference: Reference
+    equations: Equations | None = None
+    gain: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        slope, effect = linearised(self.equations or self.robot.nominal(), self.robot)
+        layout, span = self.robot.layouts.state, self.robot.high - self.robot.low
+        units = [one.unit for one in layout.fields for _ in range(one.tangent_size)]
+        weight = np.diag([SPEED if unit.endswith("/s") else PLACE for unit in units])
+        try:
+            cost = solve_discrete_are(slope, effect, weight, np.diag(EFFORT / span**2))
+        except (np.linalg.LinAlgError, ValueError) as error:
+            raise ModelError(f"{self.robot.name}: expected a robot that can be held at its start: {error}") from None
+        inner = np.diag(EFFORT / span**2) + effect.T @ cost @ effect
+        self.gain = np.asarray(np.linalg.solve(inner, effect.T @ cost @ slope), dtype=np.float64)
+
+    def reset(self) -> None:
+        """Nothing to forget."""
+
+    def remember(self, sent: ArrayLike) -> None:
+        """What was sent changes nothing."""
+
+    def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
+        """Action ``# (action,)`` for a measured state ``# (state,)``, within the limits."""
+        wanted = self.reference(torch.tensor(step * self.robot.dt, dtype=torch.float64))
+        measured = torch.as_tensor(np.asarray(state, dtype=np.float64))
+        away = self.robot.layouts.state.difference(measured, wanted).numpy()
+        clipped: Array = np.clip(self.robot.rest - self.gain @ away, self.robot.low, self.robot.high)
+        return clipped
+
+
+def linearised(equations: Equations, robot: Robot) -> tuple[Array, Array]:
+    """A ``# (tangent, tangent)`` and B ``# (tangent, action)`` at start and rest, by central differences."""
+    layout, model = robot.layouts.state, compile_model(equations, dtype=torch.float64)
+    start, rest = torch.as_tensor(robot.start), torch.as_tensor(robot.rest)
+    held = torch.zeros(equations.layouts.inputs.size, dtype=torch.float64)
+
+    def after(moves: torch.Tensor, told: torch.Tensor) -> torch.Tensor:
+        states = layout.retract(start.expand(len(moves), -1), moves)
+        following: torch.Tensor = model(states, rest + told, held.expand(len(moves), -1))
+        return following
+
+    def slope(of_state: bool, size: int) -> Array:
+        unit, other = STEP * torch.eye(size, dtype=torch.float64), layout.tangent_size
+        still = torch.zeros(size, rest.numel() if of_state else other, dtype=torch.float64)
+        ends = [after(side * unit, still) if of_state else after(still, side * unit) for side in (1.0, -1.0)]
+        found: Array = (layout.difference(*ends) / (2.0 * STEP)).T.numpy()
+        return found
+
+    return slope(True, layout.tangent_size), slope(False, rest.numel())

@@ -1,0 +1,47 @@
+"""Inertia that turns or slides with a joint's motor: M_jj → M_jj + a."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sym2real.effects.body import Body
+from sym2real.effects.joint_push import inertia
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations, symbol
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    unit, scale = ("kg m²" if body.unit == "rad" else "kg"), 0.1 * inertia(body)
+    return (Parameter("value", unit, null=0.0, low=-5 * scale, high=30 * scale, scale=scale),)
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    name = f"armature_{body.column}"
+    return equations.substitute({name: symbol(name) + values["value"]})
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    """The armature that MuJoCo's joints have."""
+
+    def edit(spec: Any) -> None:
+        spec.joint(body.column).armature += values["value"]
+
+    return Change("", edit=edit)
+
+
+ARMATURE = Kind(
+    name="armature",
+    stage="mass",
+    parameters=_parameters,
+    formula=r"M_{jj} \to M_{jj} + a",
+    summary="The rotor and the gear of a motor add inertia to its joint.",
+    confused_with="a weaker actuator, where nothing but the actuator moves the joint; a load",
+    shown_by="fast and slow changes of the command, and motion that gravity drives",
+    fix="put the rotor's inertia times the squared gear ratio into the model",
+    inject=_inject,
+    substitute=_substitute,
+    needs=("armature_{column}",),
+    robot="robot with joints",
+    columns="joint",
+)

@@ -1,0 +1,54 @@
+"""A joint is braked in proportion to its rate: τ = -d q̇."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sym2real.effects.body import Body
+from sym2real.effects.joint_push import INERTIA, inertia, push_along
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.layout import rate_column
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations, symbol
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    unit = "N m s" if body.unit == "rad" else "N s/m"
+    # One that brakes in 3 s.
+    scale = inertia(body) / 3.0
+    return (Parameter("value", unit, null=0.0, low=0.0, high=30 * scale, scale=scale),)
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    name = f"damping_{body.column}"
+    if name in equations.quantities:
+        return equations.substitute({name: symbol(name) + values["value"]})
+    return push_along(equations, body, -values["value"] * symbol(rate_column(body.column)))
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    """The damping that MuJoCo's joints have."""
+
+    def edit(spec: Any) -> None:
+        joint = spec.joint(body.column)
+        joint.damping[0] += values["value"]  # of a polynomial in the rate
+
+    return Change("", edit=edit)
+
+
+JOINT_DAMPING = Kind(
+    name="joint_damping",
+    stage="wrench",
+    parameters=_parameters,
+    formula=r"\tau = -d\,\dot q",
+    summary="A joint is braked in proportion to its rate.",
+    confused_with="dry friction at one speed; an actuator that loses force with speed",
+    shown_by="slow and fast motion of the joint, both ways",
+    fix="put the damping into the model; a thinner lubricant or a free bearing lowers it",
+    inject=_inject,
+    substitute=_substitute,
+    needs=(rate_column("{column}"),),
+    numbers=(INERTIA,),
+    robot="robot with joints",
+    columns="joint",
+)

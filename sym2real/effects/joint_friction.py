@@ -1,0 +1,58 @@
+"""Dry (Coulomb) friction of a joint: τ = -c sign(q̇), smooth within the rate that it stops in a period."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sympy import tanh
+
+from sym2real.effects.body import Body
+from sym2real.effects.joint_push import INERTIA, inertia, push_along, unit_of_push
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.layout import rate_column
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations, symbol
+
+USUAL = 0.3  # m/s², rad/s²: deceleration of a scale
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    scale = USUAL * inertia(body)
+    return (Parameter("value", unit_of_push(body)[0], null=0.0, low=0.0, high=30 * scale, scale=scale),)
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    name = f"friction_{body.column}"
+    if name in equations.quantities:
+        return equations.substitute({name: symbol(name) + values["value"]})
+    # Within the rate that a usual friction takes away in one period it holds rather than slides.
+    slow = USUAL * equations.dt
+    return push_along(equations, body, -values["value"] * tanh(symbol(rate_column(body.column)) / slow))
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    """MuJoCo's frictionloss, a constraint that can hold a joint still."""
+
+    def edit(spec: Any) -> None:
+        joint = spec.joint(body.column)
+        joint.frictionloss = joint.frictionloss + values["value"]
+
+    return Change("", edit=edit)
+
+
+JOINT_FRICTION = Kind(
+    name="joint_friction",
+    stage="wrench",
+    parameters=_parameters,
+    formula=r"\tau = -c\,\mathrm{sign}(\dot q)",
+    summary="A joint is braked by a constant force against its motion.",
+    confused_with="damping at one speed; an offset of the actuator while the joint moves one way",
+    shown_by="slow and fast motion of the joint, with reversals",
+    fix="free the bearing or the gear, or compensate the friction in the actuator's loop",
+    inject=_inject,
+    substitute=_substitute,
+    needs=(rate_column("{column}"),),
+    numbers=(INERTIA,),
+    robot="robot with joints",
+    columns="joint",
+)

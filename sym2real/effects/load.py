@@ -1,0 +1,51 @@
+"""A point mass hangs at a site of the robot (a tool, a gripped part)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sym2real.effects.body import Body
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations, symbol
+
+LOAD = "load_"  # begins the quantity of a site's load
+POINT = 1e-9  # m²: squared radius of gyration of what MuJoCo takes for a point
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    scale = 0.05 * body.numbers.get("mass", 1.0)
+    return (Parameter("value", "kg", null=0.0, low=0.0, high=20 * scale, scale=scale),)
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    name = LOAD + body.column
+    return equations.substitute({name: symbol(name) + values["value"]})
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    def edit(spec: Any) -> None:
+        """A body of that mass, fixed where the site is."""
+        site, mass = spec.site(body.column), values["value"]
+        if mass:
+            inertial = {"mass": mass, "ipos": [0.0] * 3, "inertia": [POINT * mass] * 3, "explicitinertial": True}
+            site.parent.add_body(pos=site.pos, **inertial)
+
+    return Change("", edit=edit)
+
+
+AT_SITE = Kind(
+    name="load",
+    stage="mass",
+    parameters=_parameters,
+    formula=r"m_\mathrm{site} \to m_\mathrm{site} + m",
+    summary="A mass hangs at a point of the robot that the model does not know of.",
+    confused_with="weaker actuators in one posture; an armature where gravity does not act on the joints",
+    shown_by="several postures, and fast motion",
+    fix="put the tool or the part into the description, with its mass where it hangs",
+    inject=_inject,
+    substitute=_substitute,
+    needs=("load_{column}",),
+    robot="robot with joints",
+    columns="site",
+)

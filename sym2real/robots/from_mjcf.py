@@ -1,0 +1,182 @@
+"""A robot from any MJCF: columns, limits and a recipe by what the file says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+
+from sym2real.errors import ModelError, UnknownNameError
+from sym2real.layout import Layout, push_column, rate_column
+from sym2real.robots import mjcf_columns as columns
+from sym2real.robots.description import Crash, Description
+from sym2real.robots.recipe import Recipe
+from sym2real.robots.robot import GRAVITY, Limits, MPPISettings, Robot
+from sym2real.trajectory import Array
+
+if TYPE_CHECKING:
+    from sym2real.symbolic import Equations
+
+PERIOD = 0.02  # s, about
+# Accelerations (m/s², rad/s²) that pushes reach along a joint; a wrench's share of the weight, and its lever in m.
+PUSHED, PUSHED_SHARE, LEVER = 3.0, 0.3, 0.02
+# Parts of the commands' range: MPPI's noise, and dither.
+NOISE, DITHER = 0.15, 0.02
+HORIZON = 40  # control periods
+WEIGHTS = {"position": 1.0, "orientation": 0.4, "joint displacement": 1.0, "joint angle": 1.0}
+WEIGHTS |= dict.fromkeys(("velocity", "rate", "joint speed", "joint rate"), 0.05)
+
+
+def from_mjcf(
+    path: str | Path,
+    *,
+    name: str = "",
+    actions: Mapping[str, str] | Sequence[str] | None = None,
+    state: Sequence[str] | None = None,
+    dt: float | None = None,
+    recipe: Recipe | None = None,
+    mppi: MPPISettings | None = None,
+    numbers: Mapping[str, float] | None = None,
+    rigid_body: Callable[[], Equations] | None = None,
+    title: str = "",
+) -> Robot:
+    """A robot from its MJCF alone.
+
+    It starts at the file's first keyframe, whose controls are its action at rest. A free joint makes touching
+    anything a crash; of other robots leaving a joint's range is one.
+
+    Args:
+        path: of the file; meshes and includes are looked for beside it.
+        name: key in the registry; by default the file's stem.
+        actions: actuators that are commanded, as ``{actuator: column}`` where columns are to be called otherwise; all
+            by default.
+        state: columns of the state (:mod:`sym2real.robots.mjcf_columns`); all by default.
+        dt: control period in s, a multiple of the file's time step; by default the one nearest to 20 ms.
+        recipe: how a model is learned; by default the task ``regulate`` from its start.
+        mppi: sampling; by default a horizon of 40 periods.
+        numbers: further ones, SI units.
+        rigid_body: makes the first-principles equations; by default those of
+            :func:`sym2real.robots.multibody.multibody`, for robots of hinges and slides.
+        title: what people call it.
+
+    Raises:
+        ModelError: for a file that MuJoCo does not open, or a joint, actuator or period that is not covered.
+        UnknownNameError: for an actuator or column that the file does not have.
+    """
+    file = str(Path(path).resolve())
+    model, data = columns.opened(file)
+    wanted = _named(columns.names_of(model, "actuator") if actions is None else actions)
+    known = columns.state_columns(model)
+    layouts = columns.layouts_of(model, _state(known, state), wanted)
+    actuators = [model.actuator(one).id for one in wanted]
+    places = [known[column][1] for column in layouts.state]
+    standing = np.concatenate([data.qpos, np.zeros(model.nv)])
+    coordinates = columns.Coordinates(places, standing, model.nq, actuators, model.nu)
+    low, high = columns.ranges_of(model, actuators)
+    masses = _inertias(model, data)
+    own = (
+        {"mass": float(model.body_subtreemass[0])} | _joint_numbers(model, masses) | _ranges(layouts.action, low, high)
+    )
+    return Robot(
+        name=name or Path(file).stem,
+        layouts=layouts,
+        dt=_period(model, dt),
+        limits=Limits(low, high, push=_pushes(layouts.inputs, own)),
+        description=Description(
+            mjcf=file,
+            physics_dt=float(model.opt.timestep),
+            start=coordinates.to_state(data.qpos, np.zeros(model.nv)),
+            rest=np.clip(data.ctrl[actuators], low, high),
+            to_state=coordinates.to_state,
+            to_coordinates=coordinates.to_coordinates,
+            to_control=coordinates.to_control,
+            body=_free_body(model),
+            crash=_crash(model),
+            quantities=columns.quantities_of(model),
+        ),
+        recipe=recipe or default_recipe(model, layouts.state, wanted, low, high),
+        numbers=own | dict(numbers or {}),
+        mppi=mppi or MPPISettings(horizon=HORIZON * _period(model, dt), noise=tuple(NOISE * (high - low))),
+        rigid_body=rigid_body or partial(_equations, file, layouts, wanted, _period(model, dt)),
+        title=title,
+    )
+
+
+def default_recipe(model: mujoco.MjModel, state: Layout, actions: Mapping[str, str], low: Array, high: Array) -> Recipe:
+    """Regulation about the start; every actuator must show in the rate of the joint that it moves."""
+    joints = [int(model.actuator_trnid[model.actuator(one).id, 0]) for one in actions]
+    moved = [(rate_column(model.joint(joint).name), told) for joint, told in zip(joints, actions.values(), strict=True)]
+    return Recipe(
+        tasks=(("regulate", {}),),
+        dither=tuple(DITHER * (high - low)),
+        dependencies=tuple((rate, told) for rate, told in moved if rate in state),
+        angles=tuple(column for column in state if state.units[column] == "rad"),
+        cost_weights=WEIGHTS,
+    )
+
+
+def _named(actions: Mapping[str, str] | Sequence[str]) -> dict[str, str]:
+    return dict(actions) if isinstance(actions, Mapping) else {one: one for one in actions}
+
+
+def _state(known: Mapping[str, Any], wanted: Sequence[str] | None) -> Layout:
+    for column in wanted or ():
+        if column not in known:
+            raise UnknownNameError("state column", column, known)
+    chosen = {column: field for column, (field, _) in known.items() if wanted is None or column in wanted}
+    speeds = ("velocity", "rate", "joint speed", "joint rate")  # behind where the robot is
+    return columns.layout_of(sorted(chosen.items(), key=lambda one: one[1].name in speeds))
+
+
+def _period(model: mujoco.MjModel, dt: float | None) -> float:
+    step = float(model.opt.timestep)
+    period = step * max(1, round(PERIOD / step)) if dt is None else dt
+    if not period > 0 or abs(period / step - round(period / step)) > 1e-6 or period < 0.99 * step:
+        raise ModelError(f"expected a control period of whole steps of {step:g} s, found {period!r}")
+    return period
+
+
+def _inertias(model: mujoco.MjModel, data: Any) -> Array:
+    """What a force along each degree of freedom moves there, kg or kg m² ``# (nv,)``."""
+    whole = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, whole)
+    moved: Array = whole.diagonal().copy()
+    return moved
+
+
+def _joint_numbers(model: mujoco.MjModel, masses: Array) -> dict[str, float]:
+    joints = range(model.njnt)
+    single = [one for one in joints if model.jnt_type[one] != columns.FREE]
+    return {f"{model.joint(one).name}_inertia": float(masses[model.jnt_dofadr[one]]) for one in single}
+
+
+def _ranges(action: Layout, low: Array, high: Array) -> dict[str, float]:
+    return {f"{column}_range": float(span) for column, span in zip(action, high - low, strict=True)}
+
+
+def _pushes(inputs: Layout, numbers: Mapping[str, float]) -> dict[str, float]:
+    weight = PUSHED_SHARE * GRAVITY * numbers["mass"]
+    wrench = {column: weight if column.startswith("f") else LEVER * weight for column in inputs}
+    along = {push_column(key.removesuffix("_inertia")): PUSHED * value for key, value in numbers.items()}
+    return {column: along.get(column, wrench[column]) for column in inputs}
+
+
+def _free_body(model: mujoco.MjModel) -> str:
+    free = np.flatnonzero(model.jnt_type == columns.FREE)
+    return str(model.body(model.jnt_bodyid[free[0]]).name) if len(free) else ""
+
+
+def _crash(model: mujoco.MjModel) -> Crash:
+    if _free_body(model):
+        return "contact"
+    return "joint range" if model.jnt_limited.any() else "never"
+
+
+def _equations(file: str, layouts: Any, actions: Mapping[str, str], dt: float) -> Equations:
+    from sym2real.robots.multibody import multibody  # noqa: PLC0415 — SymPy stays out of light imports
+
+    return multibody(columns.opened(file)[0], layouts, actions, dt)

@@ -1,0 +1,226 @@
+"""Columns of a robot from the joints and actuators of a compiled MJCF, and the way to MuJoCo's coordinates.
+
+A hinge or slide ``j`` gives the state columns ``j`` and ``j_rate`` and the input ``j_push``, a force in N or a torque
+in N m along it; a free joint gives position, attitude, velocity and body rates, and as inputs the wrench.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from sym2real.errors import ModelError, UnknownNameError
+from sym2real.layout import (
+    ATTITUDE,
+    JOINT_ANGLE,
+    JOINT_DISPLACEMENT,
+    JOINT_FORCE,
+    JOINT_RATE,
+    JOINT_SPEED,
+    JOINT_TORQUE,
+    POSITION,
+    RATE,
+    VELOCITY,
+    WRENCH,
+    Field,
+    Layout,
+    Layouts,
+    is_name,
+    push_column,
+    rate_column,
+)
+from sym2real.trajectory import Array
+
+FREE, BALL, SLIDE, HINGE = (
+    int(getattr(mujoco.mjtJoint, f"mjJNT_{name}")) for name in ("FREE", "BALL", "SLIDE", "HINGE")
+)
+GRAVITY = ("gravity_x", "gravity_y", "gravity_z")
+BY_JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
+# Field of the actions, and its unit, of an actuator on a slide and of one on a hinge, by what it is told.
+TOLD = {
+    "force": (("actuator force", "N"), ("actuator torque", "N m")),
+    "position": (("displacement target", "m"), ("angle target", "rad")),
+    "velocity": (("speed target", "m/s"), ("rate target", "rad/s")),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Coordinates:
+    """States in MuJoCo's coordinates, and back.
+
+    Args:
+        places: of every state column in qpos and qvel, one after the other ``# (state,)``.
+        standing: qpos and qvel of what the state does not say ``# (nq + nv,)``.
+        positions: length of qpos.
+        controls: place of every action among the actuators ``# (action,)``.
+        actuators: their number.
+    """
+
+    places: list[int]
+    standing: Array
+    positions: int
+    controls: list[int]
+    actuators: int
+
+    def to_state(self, qpos: Array, qvel: Array) -> Array:
+        """States ``# (..., state)``."""
+        velocities = len(self.standing) - self.positions
+        whole = np.concatenate([qpos[..., : self.positions], qvel[..., :velocities]], axis=-1)
+        state: Array = whole[..., self.places]
+        return state
+
+    def to_coordinates(self, state: Array) -> tuple[Array, Array]:
+        """qpos ``# (nq,)`` and qvel ``# (nv,)``."""
+        whole = self.standing.copy()
+        whole[self.places] = state
+        return whole[: self.positions], whole[self.positions :]
+
+    def to_control(self, actions: Array) -> Array:
+        """Controls of all actuators ``# (..., nu)``; those that are no action stay at zero."""
+        controls = np.zeros((*actions.shape[:-1], self.actuators))
+        controls[..., self.controls] = actions
+        return controls
+
+
+def names_of(model: mujoco.MjModel, kind: str) -> list[str]:
+    """Names of all joints or actuators, which must be fit for columns.
+
+    Raises:
+        ModelError: for one without a name, or with a name that is none.
+    """
+    names = [getattr(model, kind)(index).name for index in range(model.njnt if kind == "joint" else model.nu)]
+    for index, name in enumerate(names):
+        free = kind == "joint" and model.jnt_type[index] == FREE
+        if not free and not is_name(name):
+            raise ModelError(f"{kind} {index}: expected a name of letters, digits and _, found {name!r}")
+    return names
+
+
+def state_columns(model: mujoco.MjModel) -> dict[str, tuple[Field, int]]:
+    """Field, and place in qpos and qvel one after the other, of every column that the joints give.
+
+    Raises:
+        ModelError: for a ball joint, or a second free one.
+    """
+    kinds = model.jnt_type.tolist()
+    if BALL in kinds or kinds.count(FREE) > 1:
+        raise ModelError("expected hinges, slides and at most one free joint, found a ball or several free joints")
+    found: dict[str, tuple[Field, int]] = {}
+    places = zip(model.jnt_qposadr.tolist(), (model.nq + model.jnt_dofadr).tolist(), strict=True)
+    for name, kind, (at, dof) in zip(names_of(model, "joint"), kinds, places, strict=True):
+        if kind == FREE:
+            for field, first in ((POSITION, at), (ATTITUDE, at + 3), (VELOCITY, dof), (RATE, dof + 3)):
+                found |= {column: (field, first + place) for place, column in enumerate(field.columns)}
+        else:
+            place, speed = (JOINT_ANGLE, JOINT_RATE) if kind == HINGE else (JOINT_DISPLACEMENT, JOINT_SPEED)
+            found |= {name: (place, at), rate_column(name): (speed, dof)}
+    return found
+
+
+def layout_of(columns: Iterable[tuple[str, Field]]) -> Layout:
+    """Columns in the order in which fields are listed in the vocabulary of robots, each field once."""
+    grouped: dict[str, tuple[Field, list[str]]] = {}
+    for column, field in columns:
+        grouped.setdefault(field.name, (field, []))[1].append(column)
+    return Layout(tuple(Field(f.name, tuple(names), f.unit, f.frame, f.kind) for f, names in grouped.values()))
+
+
+def inputs_of(model: mujoco.MjModel) -> Layout:
+    """What may push: the wrench of a free body, and a force or torque along every hinge and slide."""
+    joints = zip(names_of(model, "joint"), model.jnt_type.tolist(), strict=True)
+    fields = [
+        (push_column(name), JOINT_TORQUE if kind == HINGE else JOINT_FORCE) for name, kind in joints if kind != FREE
+    ]
+    wrench = Layout.of(WRENCH) if FREE in model.jnt_type.tolist() else Layout()
+    return wrench + layout_of(fields)
+
+
+def quantities_of(model: mujoco.MjModel) -> tuple[str, ...]:
+    """Names of what effects may change in equations from the file: gravity, what joints have, loads at sites."""
+    joints = [name for name, kind in zip(names_of(model, "joint"), model.jnt_type, strict=True) if kind != FREE]
+    loads = [f"load_{model.site(one).name}" for one in loaded_sites(model)]
+    return (*GRAVITY, *(f"{of}_{name}" for of in ("armature", "damping", "friction") for name in joints), *loads)
+
+
+def loaded_sites(model: mujoco.MjModel) -> list[int]:
+    """Sites that something may hang at: those with a name, on a body that moves."""
+    moves = model.body_weldid[model.site_bodyid] != 0
+    return [site for site in range(model.nsite) if moves[site] and is_name(model.site(site).name)]
+
+
+def told(model: mujoco.MjModel, actuator: int) -> str:
+    """What an actuator is told: a force, a position or a velocity, by its gain and bias."""
+    gain, bias = model.actuator_gainprm[actuator, 0], model.actuator_biasprm[actuator]
+    if bias[1] and np.isclose(bias[1], -gain):
+        return "position"
+    return "velocity" if bias[2] and np.isclose(bias[2], -gain) else "force"
+
+
+def actions_of(model: mujoco.MjModel, wanted: Mapping[str, str]) -> Layout:
+    """One column per wanted actuator, with the unit of what it is told."""
+    known, columns = names_of(model, "actuator"), []
+    for name, column in wanted.items():
+        if name not in known:
+            raise UnknownNameError("actuator", name, known)
+        index = known.index(name)
+        joint = int(model.actuator_trnid[index, 0])
+        turns = model.actuator_trntype[index] == BY_JOINT and model.jnt_type[joint] == HINGE
+        field, unit = TOLD[told(model, index)][int(turns)]
+        columns.append((column, Field(field, (column,), unit, "body")))
+    return layout_of(columns)
+
+
+def ranges_of(model: mujoco.MjModel, actuators: Sequence[int]) -> tuple[Array, Array]:
+    """Least and largest control of each: its ctrlrange, the forcerange of a motor, the joint's range of a position.
+
+    Raises:
+        ModelError: for one that has none.
+    """
+    found = []
+    for index in actuators:
+        joint, gain = int(model.actuator_trnid[index, 0]), model.actuator_gainprm[index, 0]
+        on_joint = model.actuator_trntype[index] == BY_JOINT
+        if model.actuator_ctrllimited[index]:
+            found.append(model.actuator_ctrlrange[index])
+        elif told(model, index) == "force" and model.actuator_forcelimited[index]:
+            found.append(model.actuator_forcerange[index] / gain)
+        elif told(model, index) == "position" and on_joint and model.jnt_limited[joint]:
+            found.append(model.jnt_range[joint])
+        else:
+            name = model.actuator(index).name
+            raise ModelError(f"actuator {name!r}: expected a ctrlrange, or a forcerange of a motor, found neither")
+    ranges = np.array(found, dtype=np.float64)
+    return ranges[:, 0], ranges[:, 1]
+
+
+def opened(path: str) -> tuple[mujoco.MjModel, Any]:
+    """The compiled model, and data at its first keyframe, or where it starts without one.
+
+    Raises:
+        ModelError: when MuJoCo cannot read or compile it.
+    """
+    try:
+        model = mujoco.MjSpec.from_file(path).compile()
+    except (ValueError, OSError, mujoco.FatalError) as error:
+        raise ModelError(f"{path}: expected an MJCF that MuJoCo opens, found: {' '.join(str(error).split())}") from None
+    data = mujoco.MjData(model)
+    if model.nkey:
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_forward(model, data)
+    return model, data
+
+
+def layouts_of(model: mujoco.MjModel, state: Layout, actions: Mapping[str, str]) -> Layouts:
+    """All columns; an action that has a state column's name must be given another."""
+    action = actions_of(model, actions)
+    twice = [column for column in action if column in state]
+    if twice:
+        raise ModelError(
+            f"expected actuators named otherwise than joints, found {', '.join(twice)}: "
+            "name the columns, actions={'actuator': 'column'}"
+        )
+    return Layouts(state, action, inputs_of(model))

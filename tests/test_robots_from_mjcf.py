@@ -1,0 +1,283 @@
+"""Any MJCF is a robot: columns by its joints, equations by its bodies, and the whole way with a cart-pole."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from joint_robots import noisy_logs
+
+from sym2real.adaptation import StageOne
+from sym2real.cli import main
+from sym2real.diagnosis import compare, diagnose
+from sym2real.effects import applicable, effect
+from sym2real.errors import ModelError, ShapeError, UnknownNameError
+from sym2real.experiments.learning import learn_in_simulation
+from sym2real.experiments.models import open_model
+from sym2real.logs import read_logs, write_log
+from sym2real.plants import MujocoPlant
+from sym2real.robots import ROBOTS, Robot
+from sym2real.symbolic import Equations, compile_model, load_model, save_model
+from sym2real.tasks import make_task
+from sym2real.trajectory import Array
+
+CART_POLE = ROBOTS["cart_pole"]
+ARM = """
+<mujoco model="arm">
+  <option timestep="0.001" gravity="0 0 -9.81" integrator="RK4"/>
+  <worldbody>
+    <body name="base" pos="0.1 0 0.2" euler="0 0 30">
+      <joint name="waist" axis="0 0 1" damping="0.02" armature="0.01"/>
+      <joint name="shoulder" axis="0 1 0" pos="0 0 0.05" stiffness="0.4" springref="10"/>
+      <inertial pos="0.02 0.01 0.2" quat="0.9 0.1 0.3 0.2" mass="1.1" diaginertia="0.02 0.03 0.025"/>
+      <body name="fore" pos="0 0.02 0.4" quat="0.8 0.2 0 0.3">
+        <joint name="reach" type="slide" axis="0.6 0 0.8" range="-0.5 0.5"/>
+        <inertial pos="0 0.03 0.1" mass="0.6" diaginertia="0.004 0.005 0.003"/>
+        <body name="tool" pos="0 0 0.2"><inertial pos="0.01 0 0" mass="0.1" diaginertia="1e-4 1e-4 1e-4"/></body>
+        <site name="grip" pos="0 0.01 0.25"/>
+      </body>
+    </body>
+  </worldbody>
+  <actuator>
+    <position name="to_waist" joint="waist" kp="8" kv="0.5" ctrlrange="-2 2"/>
+    <motor name="lift" joint="shoulder" gear="3" ctrlrange="-5 5" forcerange="-2 2"/>
+    <velocity name="pull" joint="reach" kv="6" ctrlrange="-1 1"/>
+  </actuator>
+</mujoco>
+"""
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> Robot:
+    file = tmp_path_factory.mktemp("arm") / "arm.xml"
+    file.write_text(ARM)
+    return Robot.from_mjcf(file, dt=0.005)  # its waist is a stiff servo
+
+
+@pytest.fixture(scope="module")
+def equations(arm: Robot) -> dict[str, Equations]:
+    return {"arm": arm.nominal(), "cart_pole": CART_POLE.nominal()}
+
+
+@pytest.fixture(scope="module")
+def learned(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The one base of the cart-pole that these tests learn."""
+    folder = tmp_path_factory.mktemp("cart_pole")
+    settings = StageOne(2, 120, samples=64, until_settled=False)
+    learn_in_simulation(CART_POLE, "beam", settings, None, lambda _: None).save(folder)
+    return folder
+
+
+def drawn(robot: Robot, rng: np.random.Generator) -> tuple[Array, Array, Array]:
+    """A state, an action and a push that the robot may meet."""
+    state = robot.start + rng.uniform(-0.4, 0.4, robot.start.shape)
+    action = rng.uniform(robot.low, robot.high)
+    push = [rng.uniform(-1.0, 1.0) * robot.limits.push[column] for column in robot.layouts.inputs]
+    return state, action, np.array(push)
+
+
+def misses(robot: Robot, equations: Equations, plant: MujocoPlant, told: float = 1.0) -> tuple[Array, Array]:
+    """What the equations miss, and how far the simulator moves, root mean square over ten draws of one step.
+
+    Commands and pushes use so much of their range.
+    """
+    rng, missed, moved = np.random.default_rng(3), [], []
+    model = compile_model(equations, dtype=torch.float64)
+    for _ in range(10):
+        state, action, push = drawn(robot, rng)
+        action, push = robot.rest + told * (action - robot.rest), told * push
+        plant.reset(state)
+        plant.push(push)
+        after = plant.step(action)
+        missed.append(model(*map(torch.as_tensor, (state, action, push))).numpy() - after)
+        moved.append(after - state)
+    return np.sqrt(np.square(missed).mean(0)), np.sqrt(np.square(moved).mean(0))
+
+
+def test_columns_limits_and_units_are_those_of_the_file(arm: Robot) -> None:
+    state, action = arm.layouts.state, arm.layouts.action
+    assert set(state.joints) == {"waist", "shoulder", "reach"}
+    assert {one: state.units[one] for one in state} == {
+        "waist": "rad", "shoulder": "rad", "reach": "m", "waist_rate": "rad/s", "shoulder_rate": "rad/s",
+        "reach_rate": "m/s",
+    }  # fmt: skip
+    assert action.units == {"to_waist": "rad", "lift": "N m", "pull": "m/s"}
+    assert arm.layouts.inputs.units == {"waist_push": "N m", "shoulder_push": "N m", "reach_push": "N"}
+    np.testing.assert_array_equal(arm.high, [2.0, 5.0, 1.0])
+    assert arm.mass == pytest.approx(1.8)
+    assert arm.substeps == 5
+    assert Robot.from_mjcf(arm.description.mjcf).dt == pytest.approx(0.02)
+
+
+def test_a_reset_to_any_state_is_that_state(arm: Robot) -> None:
+    rng, plant = np.random.default_rng(0), MujocoPlant(arm)
+    for _ in range(3):
+        state = rng.normal(size=arm.layouts.state.size)
+        np.testing.assert_allclose(plant.reset(state), state, atol=1e-14)
+
+
+def test_columns_may_be_chosen_and_actions_named(arm: Robot) -> None:
+    chosen = Robot.from_mjcf(arm.description.mjcf, actions={"lift": "torque"}, state=["shoulder", "shoulder_rate"])
+    assert chosen.layouts.action.columns == ("torque",)
+    assert chosen.layouts.state.columns == ("shoulder", "shoulder_rate")
+    np.testing.assert_array_equal(chosen.description.to_control(np.array([2.0])), [0.0, 2.0, 0.0])
+    with pytest.raises(ModelError, match="no waist"):
+        chosen.nominal()
+
+
+@pytest.mark.parametrize("name", ["arm", "cart_pole"])
+def test_equations_of_a_file_are_its_simulator(name: str, arm: Robot, equations: dict[str, Equations]) -> None:
+    """Oblique axes, springs, gears, several joints of one body: a step is MuJoCo's but for the step's own error."""
+    robot = {"arm": arm, "cart_pole": CART_POLE}[name]
+    missed, moved = misses(robot, equations[name], MujocoPlant(robot))
+    assert (missed < 3e-3 * moved).all(), missed / moved
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "values"),
+    [
+        ("arm", "joint_damping:shoulder", {"value": 0.5}),
+        ("arm", "armature:shoulder", {"value": 0.1}),
+        ("arm", "gravity_tilt", {"roll": 0.2, "pitch": -0.1}),
+        ("arm", "load:grip", {"value": 0.4}),
+        ("arm", "gain:pull", {"value": 0.6}),
+        ("cart_pole", "joint_friction:slider", {"value": 1.0}),
+    ],
+)
+def test_an_effect_in_the_equations_is_the_effect_in_the_simulator(
+    name: str, key: str, values: dict[str, float], arm: Robot, equations: dict[str, Equations]
+) -> None:
+    """Joint damping, friction loss, armature, gravity and bodies are MuJoCo's own, and none of the formulas.
+
+    MuJoCo's dry friction is soft: where a joint decelerates much faster than in proportion to its rate, it pushes on.
+    So it is told little.
+    """
+    told = 0.05 if key.startswith("joint_friction") else 1.0
+    robot, base = {"arm": arm, "cart_pole": CART_POLE}[name], equations[name]
+    plant = MujocoPlant(robot, (effect(key, robot).inject(**values),))
+    without, _ = misses(robot, base, plant, told)
+    left, _ = misses(robot, effect(key, base).substitute(base, values), plant, told)
+    assert np.linalg.norm(left) < 0.15 * np.linalg.norm(without)
+
+
+def test_pushes_stand_in_for_effects_where_equations_were_learned(learned: Path) -> None:
+    """Damping needs no quantity of its own: the inputs that pushed episodes taught take it."""
+    base, key = load_model(learned), "joint_damping:slider"
+    found = effect(key, base).substitute(base, {"value": 1.5})
+    plant = MujocoPlant(CART_POLE, (effect(key, CART_POLE).inject(value=1.5),))
+    (before, _), (after, _) = misses(CART_POLE, base, plant), misses(CART_POLE, found, plant)
+    place = CART_POLE.layouts.state.index("slider_rate")
+    assert after[place] < 0.3 * before[place]
+    assert "armature:slider" not in {one.key for one in applicable(base)}
+    assert effect("armature:slider", base).why_not(base) == (
+        "armature:slider needs armature_slider, which is no column or quantity here"
+    )
+
+
+HIDDEN = [
+    ("gain:drive", {"value": 0.8}, {"armature:slider"}),
+    ("joint_friction:slider", {"value": 1.5}, set()),
+    ("gravity_tilt", {"pitch": 0.03}, set()),
+    ("lag:drive", {"value": 0.06}, {"lag"}),
+    ("delay:drive", {"value": 0.04}, {"delay"}),
+]
+
+
+@pytest.mark.parametrize(("key", "values", "alike"), HIDDEN, ids=[key for key, *_ in HIDDEN])
+def test_a_hidden_effect_of_the_cart_pole_is_named(
+    key: str, values: dict[str, float], alike: set[str], equations: dict[str, Equations]
+) -> None:
+    found = diagnose(equations["cart_pole"], noisy_logs(CART_POLE, ((key, values),), goal="slider", count=8, rows=400))
+    assert found.findings, found.summary
+    first = found.findings[0]
+    assert {first.effect, *first.group} & {key, *alike}, found.summary
+
+
+def test_a_plain_cart_pole_misses_nothing(equations: dict[str, Equations]) -> None:
+    found = diagnose(equations["cart_pole"], noisy_logs(CART_POLE, goal="slider"))
+    assert (found.verdict, found.findings) == ("NOTHING_MISSING", ())
+
+
+def test_the_whole_way_from_the_command_line(learned: Path, tmp_path: Path) -> None:
+    """learn → run → compare → diagnose → add → run, on a log with friction that nobody was told of."""
+    log, informed = tmp_path / "log.csv", tmp_path / "informed"
+    write_log(noisy_logs(CART_POLE, (("joint_friction:slider", {"value": 1.5}),), goal="slider", rows=400)[0], log)
+    main(["run", str(learned), "regulate", "--seconds", "1", "--samples", "64", "--out", str(tmp_path / "run")])
+    assert (tmp_path / "run" / "regulate.csv").exists()
+    main(["compare", str(learned), str(log), "--json", str(tmp_path / "compare.json")])
+    main(["diagnose", str(learned), str(log), "--no-calibrate", "--out", str(tmp_path / "found")])
+    main(["add", str(learned), "joint_friction:slider", "value=1.5", "--out", str(informed)])
+    before, after = (
+        compare(model, read_logs([log], layouts=model.layouts)).at(0.5)
+        for model in map(load_model, (learned, informed))
+    )
+    assert after.errors["joint displacement"].value < 0.7 * before.errors["joint displacement"].value
+    main(["run", str(informed), "regulate", "--seconds", "1", "--samples", "64"])
+
+
+def noisy(log: Path, model: Equations) -> object:
+    from sym2real.logs import read_logs
+
+    return read_logs([log], layouts=model.layouts)
+
+
+def test_a_pendulum_of_ones_own_is_compared_and_diagnosed() -> None:
+    """Equations from text with columns that no robot here has: an answer in words, no bare error of NumPy."""
+    named = Equations.parse(
+        CART_POLE.layouts,
+        {
+            "slider": "slider + 0.02*slider_rate",
+            "pole": "pole + 0.02*pole_rate",
+            "slider_rate": "slider_rate + 0.016*drive",
+            "pole_rate": "pole_rate + 0.5*sin(pole) - 0.04*drive",
+        },
+        0.02,
+    )
+    data = noisy_logs(CART_POLE, goal="slider", count=2, rows=200)
+    assert compare(named, data).at(0.5).errors["joint angle"].unit == "rad"
+    assert diagnose(named, data).verdict in {"EFFECT", "UNEXPLAINED", "CANNOT_TELL", "NOTHING_MISSING"}
+
+
+def test_what_does_not_apply_is_refused_in_words(tmp_path: Path) -> None:
+    with pytest.raises(ShapeError, match=r"hover.*needs a robot with the field 'attitude'"):
+        make_task("hover", CART_POLE)
+    with pytest.raises(ShapeError, match="'regulate' is for any robot"):
+        make_task("circle", CART_POLE)
+    with pytest.raises(UnknownNameError, match="effect"):
+        effect("joint_damping:elbow", CART_POLE)
+    assert effect("rotor_loss", CART_POLE).why_not(CART_POLE) == "rotor_loss is an effect of a quadrotor"
+    assert open_model(str(saved(CART_POLE.nominal(), tmp_path))).layouts == CART_POLE.layouts
+
+
+def saved(equations: Equations, folder: Path) -> Path:
+    save_model(equations, folder / "model")
+    return folder / "model"
+
+
+@pytest.mark.parametrize(
+    ("part", "instead", "match"),
+    [
+        ('type="slide" axis="0.6 0 0.8" range="-0.5 0.5"', 'type="ball"', "found a ball"),
+        (' ctrlrange="-1 1"', "", "'pull': expected a ctrlrange"),
+        ("reach", "the reach", "expected a name"),
+        ('name="to_waist"', 'name="waist"', "name the columns"),
+        ("<worldbody>", "<worldbudy>", "expected an MJCF that MuJoCo opens"),
+    ],
+)
+def test_a_file_that_is_no_robot_is_refused_with_the_reason(
+    part: str, instead: str, match: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "wrong.xml"
+    assert part in ARM
+    file.write_text(ARM.replace(part, instead))
+    with pytest.raises(ModelError, match=match):
+        Robot.from_mjcf(file)
+
+
+def test_a_period_is_whole_steps(arm: Robot) -> None:
+    with pytest.raises(ModelError, match="whole steps"):
+        Robot.from_mjcf(arm.description.mjcf, dt=0.0105)
+    with pytest.raises(UnknownNameError, match="actuator"):
+        Robot.from_mjcf(arm.description.mjcf, actions=["push"])

@@ -102,6 +102,8 @@ class Field:
 
 # Front right, rear right, rear left, front left.
 MOTORS = ("motor1", "motor2", "motor3", "motor4")
+# Of rotorcraft with any number of rotors.
+MOTOR_COLUMNS = tuple(f"motor{number}" for number in range(1, 13))
 # What the columns of a robot are for; code that is not of one robot asks these for its columns.
 POSITION = Field("position", ("x", "y", "z"), "m", "world")
 ATTITUDE = Field("attitude", ("qw", "qx", "qy", "qz"), "1", "world", "quaternion")
@@ -125,13 +127,18 @@ JOINT_FORCE, JOINT_TORQUE = Field("joint force", (), "N"), Field("joint torque",
 VOCABULARY: tuple[tuple[Group, Field], ...] = (
     *(("state", field) for field in (POSITION, ATTITUDE, HEADING, VELOCITY, RATE)),
     *(("action", field) for field in (THRUST, RATE_COMMAND, ATTITUDE_COMMAND)),
-    ("action", Field("motors", MOTORS, "1", "body")),
+    ("action", Field("motors", MOTOR_COLUMNS, "1", "body")),
     *(("action", field) for field in (STEERING, SPEED)),
     *(("inputs", field) for field in (FORCE, TORQUE, BATTERY, CLOCK)),
 )
 WRENCH = (*FORCE.columns, *TORQUE.columns)  # zero where nobody pushes
 HEIGHT = POSITION.columns[2]
 (THRUST_COLUMN,), (STEER_COLUMN,), (SPEED_COLUMN,) = THRUST.columns, STEERING.columns, SPEED.columns
+
+
+def motors_of(action: Layout) -> tuple[str, ...]:
+    """Columns of the rotors that are commanded; none of a robot that is commanded otherwise."""
+    return tuple(column for column in action if column in MOTOR_COLUMNS)
 
 
 def rate_column(coordinate: str) -> str:

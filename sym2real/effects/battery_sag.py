@@ -14,7 +14,7 @@ from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.thrust import scaled
 from sym2real.effects.voltage import VOLTAGE
-from sym2real.layout import MOTORS
+from sym2real.layout import motors_of
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 
@@ -44,7 +44,7 @@ def _inject(body: Body, values: Numbers) -> Change:
 
 def _why_not(body: Body) -> str:
     """A battery lets rotors turn more slowly; what a rotor of some speed gives is the air's."""
-    known = MOTORS[0] in body.layouts.action and "rotor_thrust" in body.numbers
+    known = motors_of(body.layouts.action) and "rotor_thrust" in body.numbers
     return "the rotors' speeds are in the logs, and the battery acts through these" if known else ""
 
 

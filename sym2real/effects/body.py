@@ -8,7 +8,7 @@ from math import sqrt
 from typing import Protocol
 
 from sym2real.errors import ModelError
-from sym2real.layout import MOTORS, Layouts
+from sym2real.layout import MOTOR_COLUMNS, Layouts, motors_of
 
 GRAVITY = 9.81  # m/s²
 
@@ -87,6 +87,11 @@ class Body:
         return "plane" if "x" in self.layouts.state else "joints"
 
     @property
+    def rotors(self) -> int:
+        """Number of rotors: as many as are commanded, four where a loop commands them."""
+        return len(motors_of(self.layouts.action)) or 4
+
+    @property
     def mass(self) -> float:
         """In kg."""
         return self.number("mass")
@@ -114,7 +119,7 @@ class Body:
     @property
     def _turning(self) -> bool:
         """Whether the column is a rotor's speed: of such motors the thrust per squared speed is known."""
-        return self.column in MOTORS and "rotor_thrust" in self.numbers
+        return self.column in MOTOR_COLUMNS and "rotor_thrust" in self.numbers
 
     @property
     def scale(self) -> float:
@@ -122,7 +127,7 @@ class Body:
         if self.unit == "N" and f"{self.column}_range" not in self.numbers:
             return 0.1 * GRAVITY * self.numbers.get("mass", 0.1)
         if self._turning:
-            return 0.1 * sqrt(GRAVITY * self.numbers.get("mass", 0.1) / 4.0 / self.numbers["rotor_thrust"])
+            return 0.1 * sqrt(GRAVITY * self.numbers.get("mass", 0.1) / self.rotors / self.numbers["rotor_thrust"])
         span = self.numbers.get(f"{self.column}_range")
         return SCALES.get(self.unit, 0.1) if span is None else SPAN_PART * span
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from sym2real.layout import MOTORS, VELOCITY, Layout
+from sym2real.layout import VELOCITY, Layout, motors_of
 from sym2real.trajectory import Array, Trajectory
 
 # Length of the mean heading vector above which yaw stays (standard deviation below 0.46 rad).
@@ -125,8 +125,8 @@ def one_circle(logs: Iterable[Trajectory]) -> bool:
 def _thrust(log: Trajectory) -> Array:
     if "thrust" in log.layouts.action:
         return log.column("thrust")
-    if _has(log, MOTORS):
-        total: Array = np.sum([log.column(name) for name in MOTORS], axis=0)
+    if motors := motors_of(log.layouts.action):
+        total: Array = np.sum([log.column(name) for name in motors], axis=0)
         return total
     return np.zeros(0)
 

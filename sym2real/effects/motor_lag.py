@@ -121,7 +121,7 @@ def _inject(body: Body, values: Numbers) -> Change:
             first = data.act[1:4].copy()
             data.act[FIRST_FEEDBACK : FIRST_FEEDBACK + 3] = first
 
-    return Change("", edit=edit, force=feed)
+    return Change("", edit=edit, force=feed if "wx_cmd" in body.layouts.action else None)
 
 
 MOTOR_LAG = Kind(

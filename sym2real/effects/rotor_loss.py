@@ -22,25 +22,30 @@ from sym2real.symbolic import Equations
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     return (
-        Parameter("rotor", "1", null=1.0, low=1.0, high=4.0, scale=1.0, fitted=False),
+        Parameter("rotor", "1", null=1.0, low=1.0, high=float(body.rotors), scale=1.0, fitted=False),
         Parameter("value", "1", null=0.0, low=0.0, high=1.0, scale=0.1, domain=Domain(high=1.0)),
     )
 
 
-def _number(value: Expr | float) -> int:
-    """Rotor 0 to 3.
+def _choices(body: Body) -> tuple[float, ...]:
+    return tuple(float(number) for number in range(1, body.rotors + 1))
+
+
+def _number(value: Expr | float, body: Body) -> int:
+    """Rotor, from 0.
 
     Raises:
-        ModelError: for anything but 1, 2, 3 or 4.
+        ModelError: for anything but the number of a rotor, from 1.
     """
     rotor = float(value) if getattr(value, "is_number", True) else 0.0
-    if rotor not in (1.0, 2.0, 3.0, 4.0):
-        raise ModelError(f"rotor_loss: rotor must be 1, 2, 3 or 4, found {value}")
+    if rotor not in _choices(body):
+        *first, last = (f"{one:g}" for one in _choices(body))
+        raise ModelError(f"rotor_loss: rotor must be {', '.join(first)} or {last}, found {value}")
     return int(rotor) - 1
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    rotor, loss = _number(values["rotor"]), values["value"]
+    rotor, loss = _number(values["rotor"], body), values["value"]
     if driven_by_motors(equations):
         sums = {
             name: equations.quantities[name] - loss * alone(equations, name, rotor) for name in motor_sums(equations)
@@ -54,10 +59,10 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
 
 def _inject(body: Body, values: Numbers) -> Change:
     """A push at the rotor against what it gives, from what all actuators give now."""
-    rotor = _number(values["rotor"])
-    place, reaction = simulated_rotors.places(body)[rotor], simulated_rotors.reactions(body)[rotor]
+    rotor = _number(values["rotor"], body)
 
     def lose(model: Any, data: Any) -> None:
+        place, reaction = (found(model, body)[rotor] for found in (simulated_rotors.places, simulated_rotors.reactions))
         lost = values["value"] * simulated_rotors.pushes(model, data, body)[rotor]
         truth.add_thrust(data, -lost, place)
         truth.add_torque(data, np.array([0.0, 0.0, -lost * reaction]))
@@ -79,5 +84,5 @@ ROTOR_LOSS = Kind(
     needs=("thrust", "wx", "wy", "wz"),
     numbers=("arm", "torque_per_thrust"),
     robot="quadrotor",
-    searching=Searching(choices=("rotor", (1.0, 2.0, 3.0, 4.0))),
+    searching=Searching(choices=lambda body: ("rotor", _choices(body))),
 )

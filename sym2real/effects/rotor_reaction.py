@@ -22,11 +22,11 @@ from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.hidden import with_hidden
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.rate_loop import other_torque, rate_loops
-from sym2real.effects.rotors import SPIN, driven_by_motors, motor_forces
+from sym2real.effects.rotors import driven_by_motors, motor_forces, spins
 from sym2real.effects.searching import ALONE, Searching
 from sym2real.effects.thrust import acting_thrust, defined, hover_thrust
 from sym2real.effects.wrench import push
-from sym2real.layout import MOTORS
+from sym2real.layout import motors_of
 from sym2real.protocols import Change, Filter
 from sym2real.symbolic import Equations, symbol
 
@@ -48,7 +48,9 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
 
 def _of_motors(equations: Equations, inertia: Expr, body: Body) -> Equations:
     speeds = [sqrt(Max(force, 0) / body.number("rotor_thrust")) for force in motor_forces(equations)]
-    equations = defined(equations, {SUM: sum(sign * speed for sign, speed in zip(SPIN, speeds, strict=True))})
+    equations = defined(
+        equations, {SUM: sum(sign * speed for sign, speed in zip(spins(equations), speeds, strict=True))}
+    )
     equations = with_hidden(equations, SUM_MEMORY, "rad/s", symbol(SUM), start=symbol(SUM))
     torque = inertia * (symbol(SUM) - symbol(SUM_MEMORY)) / equations.dt
     return push(equations, body, torque=(Integer(0), Integer(0), torque))
@@ -69,7 +71,6 @@ def _of_loop(equations: Equations, inertia: Expr, body: Body) -> Equations:
 
 def _inject(body: Body, values: Numbers) -> Change:
     """From what the actuators give at every physics step; ``command`` only tells that an episode begins."""
-    signs = np.sign(simulated_rotors.reactions(body))
     last: list[float] = []
 
     def begin() -> Filter:
@@ -78,6 +79,7 @@ def _inject(body: Body, values: Numbers) -> Change:
 
     def turn(model: Any, data: Any) -> None:
         pushes = np.maximum(simulated_rotors.pushes(model, data, body), 0.0)
+        signs = np.sign(simulated_rotors.reactions(model, body))
         total = float(signs @ np.sqrt(pushes / body.number("rotor_thrust")))
         change = (total - (last[0] if last else total)) / model.opt.timestep
         last[:] = [total]
@@ -101,5 +103,5 @@ ROTOR_REACTION = Kind(
     numbers=("rotor_thrust", "torque_per_thrust", "jz"),
     hidden=(SUM_MEMORY, COMMAND_MEMORY),
     robot="quadrotor",
-    searching=Searching(why_not=lambda body: "" if MOTORS[0] in body.layouts.action else ALONE),
+    searching=Searching(why_not=lambda body: "" if motors_of(body.layouts.action) else ALONE),
 )

@@ -1,7 +1,8 @@
-"""The four rotors behind a thrust and three torques: how much each pushes.
+"""The rotors of a rotorcraft: how much each pushes, told itself or behind a thrust and three torques.
 
-X configuration, motor1 to motor4 front right, back right, back left, front left; seen from above motor1 and motor3
-turn so that their reaction torque is negative (Crazyflie firmware, ``power_distribution_quadrotor.c``).
+Motors that are told may be any number, at any places. Those behind a thrust and torques are four in X configuration,
+motor1 to motor4 front right, back right, back left, front left; seen from above motor1 and motor3 turn so that their
+reaction torque is negative (Crazyflie firmware, ``power_distribution_quadrotor.c``).
 """
 
 from __future__ import annotations
@@ -9,12 +10,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from sympy import Expr, Integer
+from sympy import Expr, Float, Integer
 
 from sym2real.effects.body import Body
 from sym2real.effects.rate_loop import NUMBERS, rate_loops
 from sym2real.effects.thrust import MOTOR_TORQUES, acting, acting_thrust
-from sym2real.layout import MOTORS
+from sym2real.layout import motors_of
 from sym2real.symbolic import Equations
 
 FRONT, LEFT, SPIN = (1, -1, -1, 1), (-1, -1, 1, 1), (-1, 1, -1, 1)
@@ -40,7 +41,8 @@ def shares(equations: Equations, body: Body) -> tuple[Expr, ...]:
 
 def alone(equations: Equations, name: str, rotor: int) -> Expr:
     """What one motor adds to a quantity that is a sum over the motors."""
-    whole, motors = equations.quantities[name], [acting(equations, motor) for motor in MOTORS]
+    names = motors_of(equations.layouts.action)
+    whole, motors = equations.quantities[name], [acting(equations, motor) for motor in names]
     others = {motor: Integer(0) for number, motor in enumerate(motors) if number != rotor}
     nothing = dict.fromkeys(motors, Integer(0))
     return whole.xreplace(others) - whole.xreplace(nothing)
@@ -48,12 +50,22 @@ def alone(equations: Equations, name: str, rotor: int) -> Expr:
 
 def driven_by_motors(equations: Equations) -> bool:
     """Whether the actions are motors and thrust is their sum."""
-    return "thrust" in equations.quantities and MOTORS[0] in equations.layouts.action
+    return "thrust" in equations.quantities and bool(motors_of(equations.layouts.action))
 
 
 def motor_forces(equations: Equations) -> Sequence[Expr]:
     """Thrust of each motor in N."""
-    return [alone(equations, "thrust", rotor) for rotor in range(4)]
+    return [alone(equations, "thrust", rotor) for rotor in range(len(motors_of(equations.layouts.action)))]
+
+
+def spins(equations: Equations) -> tuple[int, ...]:
+    """Sign of every motor's reaction torque about body z, by the equations' torque of half a command."""
+    if "torque_z" not in equations.quantities:
+        return SPIN
+    names = motors_of(equations.layouts.action)
+    half = {acting(equations, motor): Float(0.5) for motor in names}
+    torques = [alone(equations, "torque_z", rotor).xreplace(half) for rotor in range(len(names))]
+    return tuple(1 if torque.is_number and float(torque) > 0 else -1 for torque in torques)
 
 
 def motor_sums(equations: Equations) -> list[str]:

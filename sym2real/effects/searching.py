@@ -69,7 +69,7 @@ class Searching:
     from_null: bool = True
     fixed: Callable[[Body, Array, Iterable[Trajectory]], tuple[str, ...]] = lambda _body, _values, _logs: ()
     shared: bool = True
-    choices: tuple[str, tuple[float, ...]] | None = None
+    choices: Callable[[Body], tuple[str, tuple[float, ...]]] | None = None
     given: Mapping[str, Expr | float] = field(default_factory=dict)
     varying: tuple[str, ...] = ()
     sizes: Callable[[Body, Array], tuple[float, ...]] = lambda _body, _values: ()

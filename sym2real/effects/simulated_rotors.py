@@ -1,4 +1,4 @@
-"""Rotors of a simulated quadrotor: actuators of their own, or what a thrust and three torques ask of four of them."""
+"""Rotors of a simulated rotorcraft: actuators of their own, or what a thrust and three torques ask of four of them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from sym2real.effects.body import Body
 from sym2real.errors import ModelError
-from sym2real.layout import MOTORS
+from sym2real.layout import MOTOR_COLUMNS, MOTORS
 from sym2real.trajectory import Array
 
 
@@ -18,31 +18,42 @@ def rotor_sites(spec: Any) -> list[tuple[Any, Any]]:
     Raises:
         ModelError: where the robot is described by a thrust and a rate loop.
     """
-    found = [actuator for actuator in spec.actuators if actuator.name in MOTORS]
-    if len(found) != len(MOTORS):
+    found = [actuator for actuator in spec.actuators if actuator.name in MOTOR_COLUMNS]
+    if len(found) < len(MOTORS):
         raise ModelError(f"the simulated robot has no actuators named {', '.join(MOTORS)}: it has a rate loop")
     return [(actuator, spec.site(actuator.target)) for actuator in found]
 
 
-def places(body: Body) -> Array:
-    """Rotors in the body frame in m, the first front right, the others clockwise from above ``# (4, 3)``."""
+def _rotors(model: Any) -> list[int]:
+    """Actuators that are rotors of their own; none of a robot with a rate loop."""
+    return [one for one in range(model.nu) if model.actuator(one).name in MOTOR_COLUMNS]
+
+
+def places(model: Any, body: Body) -> Array:
+    """Rotors in the body frame in m; behind a rate loop the first front right, clockwise from above ``# (n, 3)``."""
+    if rotors := _rotors(model):
+        own: Array = model.site_pos[model.actuator_trnid[rotors, 0]]
+        return own
     angle = np.deg2rad([-45.0, -135.0, 135.0, 45.0])
     found: Array = body.number("arm") * np.array([np.cos(angle), np.sin(angle), np.zeros(4)]).T
     return found
 
 
-def reactions(body: Body) -> Array:
-    """Torque about body z per thrust of every rotor in m ``# (4,)``."""
+def reactions(model: Any, body: Body) -> Array:
+    """Torque about body z per thrust of every rotor in m ``# (n,)``."""
+    if rotors := _rotors(model):
+        own: Array = model.actuator_gear[rotors, 5] / model.actuator_gear[rotors, 2]
+        return own
     found: Array = body.number("torque_per_thrust") * np.array([-1.0, 1.0, -1.0, 1.0])
     return found
 
 
 def pushes(model: Any, data: Any, body: Body) -> Array:
-    """What every rotor gives now, N ``# (4,)``: what its actuator does, or what all actuators together ask of it."""
-    if model.actuator(0).name == MOTORS[0]:
-        own: Array = np.array([float(data.actuator(name).force[0]) for name in MOTORS])
+    """What every rotor gives now, N ``# (n,)``: what its actuator does, or what all actuators together ask of it."""
+    if rotors := _rotors(model):
+        own: Array = np.array(data.actuator_force[rotors])
         return own
-    along = places(body)
-    mixer = np.stack([np.ones(4), along[:, 1], -along[:, 0], reactions(body)])
+    along = places(model, body)
+    mixer = np.stack([np.ones(4), along[:, 1], -along[:, 0], reactions(model, body)])
     asked: Array = np.linalg.solve(mixer, np.array(data.actuator_force[:4]))
     return asked

@@ -13,6 +13,7 @@ import numpy as np
 
 from sym2real.effects.body import Body
 from sym2real.errors import ModelError
+from sym2real.layout import MOTOR_COLUMNS
 from sym2real.protocols import Change, Filter
 from sym2real.trajectory import Array
 
@@ -40,8 +41,9 @@ def rates(data: Any) -> Array:
 
 
 def thrust(data: Any) -> float:
-    """What the thrust actuator gives now, N."""
-    return float(data.actuator_force[0])
+    """What the thrust actuator, or all rotors of their own together, give now, N."""
+    rotors = [one for one in range(len(data.actuator_force)) if data.actuator(one).name in MOTOR_COLUMNS]
+    return float(data.actuator_force[rotors or [0]].sum())
 
 
 def add_force(data: Any, force: Array) -> None:

@@ -8,13 +8,17 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from sym2real.adaptation import EpisodeReport, Progress, StageOne, stage_one
+from sym2real.control import Disturbed, geometric_controller
 from sym2real.errors import DataError, reason
+from sym2real.experiments.excitation import ColouredNoise
 from sym2real.experiments.flights import car_drives
 from sym2real.experiments.measured import Measured, step_of
 from sym2real.files import write_text
 from sym2real.logs import LogSpec, read_logs
-from sym2real.plants import MujocoPlant
+from sym2real.plants import MujocoPlant, run_episode
 from sym2real.regression import ENGINES, Dependence, dependence
 from sym2real.regression.wrench import FEWEST_ROWS
 from sym2real.robots import Robot
@@ -24,6 +28,7 @@ from sym2real.tasks import Task, make_task
 from sym2real.trajectory import Dataset
 
 DRIVES_SEED, PUSHED_DRIVES = 1, 3
+DITHER_TIME = 0.1  # s
 # What a model notes that has the robot's own faults in it already, so that no plain simulator can calibrate it.
 FROM_LOGS = "fitted to recorded logs: what was wrong with the robot there is in the equations"
 
@@ -88,15 +93,29 @@ def learn_in_simulation(
 ) -> Learned:
     """Stage I in the robot's plain simulator; ``folder`` keeps the episodes and lets an interrupted run go on.
 
+    Of a robot whose base is its nominal equations, these, with region and dependences of flights by a regulator.
+
     Raises:
         UnknownNameError: for an engine that does not exist.
         ModelError: when the equations miss a dependence that control needs.
     """
+    if robot.recipe.base == "nominal":
+        return from_description(robot)
     search = ENGINES[engine](angles=robot.recipe.angles)
     plant, tasks = MujocoPlant(robot), training_tasks(robot)
     base = stage_one(plant, tasks, search, settings, folder=folder, on_progress=on_progress)
     data = Dataset(base.episodes + base.pushed)
     return _learned(base.equations, data, robot.recipe.dependencies, base.reports)
+
+
+def from_description(robot: Robot) -> Learned:
+    """A robot's nominal equations, beside what its regulator's runs of the training tasks cover."""
+    runs = []
+    for number, task in enumerate(training_tasks(robot)):
+        noise = ColouredNoise(np.array(robot.recipe.dither), DITHER_TIME, robot.dt, np.random.default_rng(number))
+        sent = Disturbed(geometric_controller(robot, task.reference), noise.of_step, robot.low, robot.high)
+        runs.append(run_episode(MujocoPlant(robot), sent, task, seed=number, name=task.name))
+    return _learned(robot.nominal(), Dataset(runs), robot.recipe.dependencies, ())
 
 
 def learn_from_drives(robot: Robot, count: int) -> Learned:

@@ -55,7 +55,7 @@ def cached_base(robot: Robot, on_progress: Callable[[Progress], None] = lambda _
     folder = base_folder(robot)
     if not (folder / "equations.json").exists():
         count = robot.recipe.episodes
-        if robot.recipe.cached_from == "drives":
+        if robot.recipe.base == "drives":
             learned = learn_from_drives(robot, count)
         else:
             settings = StageOne(episodes=count, until_settled=False)
@@ -66,5 +66,5 @@ def cached_base(robot: Robot, on_progress: Callable[[Progress], None] = lambda _
 
 def base_folder(robot: Robot) -> Path:
     """Where a robot's base is cached, or will be."""
-    name = f"base-{robot.name}-{robot.recipe.episodes}-{robot.recipe.cached_from}"
+    name = f"base-{robot.name}-{robot.recipe.episodes}-{robot.recipe.base}"
     return Path(platformdirs.user_cache_dir("sym2real")) / __version__ / name

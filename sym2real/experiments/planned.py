@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import torch
 
-from sym2real.control import Disturbed, GeometricQuadrotor
+from sym2real.control import Disturbed, GeometricQuadrotor, geometric_controller
 from sym2real.diagnosis import AssumedNoise
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.experiments import standard_conditions as conditions
 from sym2real.experiments.excitation import ColouredNoise
 from sym2real.experiments.standard_set import DITHER_TIME, GAINS, AtItsPace
-from sym2real.layout import WRENCH
+from sym2real.layout import STEER_COLUMN, THRUST_COLUMN, WRENCH
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Controller
 from sym2real.robots import Robot
@@ -91,7 +91,9 @@ def planned_runs(
     for index, one in enumerate(manoeuvres or USUAL[motion(robot)]):
         reference = path_of(robot, one, 0.0, yaw_rate)
         controller: Controller
-        if flies(robot):
+        if not {THRUST_COLUMN, STEER_COLUMN} & {*robot.layouts.action}:
+            controller = geometric_controller(robot, reference)
+        elif flies(robot):
             controller = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference, gains=GAINS)
         else:
             controller = AtItsPace(robot, reference)

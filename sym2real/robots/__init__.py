@@ -19,7 +19,10 @@ from sym2real.robots.thrust_fit import fit_thrust_per_unit
 ROBOTS: Registry[Robot] = Registry(
     "robot",
     {"crazyflie": CRAZYFLIE, "mushr": MUSHR},
-    later={"cart_pole": "sym2real.robots.cart_pole:CART_POLE"},
+    later={
+        "cart_pole": "sym2real.robots.cart_pole:CART_POLE",
+        "hexarotor": "sym2real.robots.hexarotor:HEXAROTOR",
+    },
 )
 
 __all__ = [

@@ -108,8 +108,9 @@ def from_mjcf(
 
 def default_recipe(model: mujoco.MjModel, state: Layout, actions: Mapping[str, str], low: Array, high: Array) -> Recipe:
     """Regulation about the start; every actuator must show in the rate of the joint that it moves."""
-    joints = [int(model.actuator_trnid[model.actuator(one).id, 0]) for one in actions]
-    moved = [(rate_column(model.joint(joint).name), told) for joint, told in zip(joints, actions.values(), strict=True)]
+    found = {told: model.actuator(name).id for name, told in actions.items()}
+    by_joint = {told: one for told, one in found.items() if model.actuator_trntype[one] == columns.BY_JOINT}
+    moved = [(rate_column(model.joint(int(model.actuator_trnid[one, 0])).name), told) for told, one in by_joint.items()]
     return Recipe(
         tasks=(("regulate", {}),),
         dither=tuple(DITHER * (high - low)),

@@ -25,6 +25,7 @@ from sym2real.layout import (
     POSITION,
     RATE,
     VELOCITY,
+    VOCABULARY,
     WRENCH,
     Field,
     Layout,
@@ -161,7 +162,7 @@ def told(model: mujoco.MjModel, actuator: int) -> str:
 
 
 def actions_of(model: mujoco.MjModel, wanted: Mapping[str, str]) -> Layout:
-    """One column per wanted actuator, with the unit of what it is told."""
+    """One column per wanted actuator, with the unit of what it is told; motor1, motor2 … are rotors."""
     known, columns = names_of(model, "actuator"), []
     for name, column in wanted.items():
         if name not in known:
@@ -170,7 +171,8 @@ def actions_of(model: mujoco.MjModel, wanted: Mapping[str, str]) -> Layout:
         joint = int(model.actuator_trnid[index, 0])
         turns = model.actuator_trntype[index] == BY_JOINT and model.jnt_type[joint] == HINGE
         field, unit = TOLD[told(model, index)][int(turns)]
-        columns.append((column, Field(field, (column,), unit, "body")))
+        usual = next((one for group, one in VOCABULARY if group == "action" and column in one.columns), None)
+        columns.append((column, usual or Field(field, (column,), unit, "body")))
     return layout_of(columns)
 
 

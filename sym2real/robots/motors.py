@@ -1,7 +1,7 @@
-"""Four rotors: what they push and turn.
+"""Rotors of a rotorcraft: what they push and turn.
 
-Positions, directions and numbers as in the Crazyflie firmware's ``power_distribution_quadrotor.c``, seen from above
-with x forward and y left::
+By default four, with positions, directions and numbers as in the Crazyflie firmware's
+``power_distribution_quadrotor.c``, seen from above with x forward and y left::
 
     motor4 (front left)    x    motor1 (front right)
                            ↑
@@ -18,16 +18,14 @@ from typing import Literal
 from sympy import Expr
 
 from sym2real.errors import ModelError
+from sym2real.layout import MOTOR_COLUMNS
 
 MotorUnit = Literal["command", "rad/s"]
-# Sign of x and y of each rotor, in units of arm/√2.
-FRONT = (1, -1, -1, 1)
-LEFT = (-1, -1, 1, 1)
 
 
 @dataclass(frozen=True)
 class Motors:
-    """Rotors of a quadrotor in X configuration.
+    """Rotors in one plane, all pushing along body z.
 
     Args:
         unit: "command" for numbers 0–1, "rad/s" for speeds.
@@ -35,8 +33,12 @@ class Motors:
         quadratic: N per squared unit of command, added to the linear part; commands only.
         torque_per_thrust: reaction torque per thrust in m (k_m / k_f).
         arm: centre to rotor in m.
-        spin: sign of the reaction torque about body z, motor1 to motor4; a rotor that turns counter-clockwise seen
-            from above has -1.
+        spin: sign of the reaction torque about body z, motor1 first; a rotor that turns counter-clockwise seen from
+            above has -1.
+        angles: direction of every rotor from the centre, in degrees from x towards y.
+
+    Raises:
+        ModelError: for numbers that no rotors have.
     """
 
     thrust: float
@@ -44,7 +46,8 @@ class Motors:
     quadratic: float = 0.0
     torque_per_thrust: float = 0.00596  # m: Crazyflie firmware, thrustToTorque
     arm: float = 0.046  # m: Crazyflie 2.1
-    spin: tuple[int, int, int, int] = (-1, 1, -1, 1)
+    spin: tuple[int, ...] = (-1, 1, -1, 1)
+    angles: tuple[float, ...] = (-45.0, -135.0, 135.0, 45.0)
 
     def __post_init__(self) -> None:
         if self.unit == "rad/s" and self.quadratic:
@@ -55,6 +58,16 @@ class Motors:
             )
         if {abs(sign) for sign in self.spin} != {1}:
             raise ModelError(f"the spin of a rotor must be 1 or -1, found {self.spin}")
+        if not 0 < len(self.spin) == len(self.angles) <= len(MOTOR_COLUMNS):
+            raise ModelError(
+                f"expected a spin and an angle of each of at most {len(MOTOR_COLUMNS)} rotors, "
+                f"found {len(self.spin)} and {len(self.angles)}"
+            )
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Their columns, motor1 first."""
+        return MOTOR_COLUMNS[: len(self.spin)]
 
     def forces(self, motors: Sequence[Expr]) -> list[Expr]:
         """Thrust of each rotor in N."""
@@ -64,19 +77,23 @@ class Motors:
 
     def torques(self, forces: Sequence[Expr]) -> tuple[Expr, ...]:
         """Torque about the body axes in N m from the rotors' thrusts in N."""
-        lever = self.arm / math.sqrt(2.0)
         return (
-            lever * sum(left * force for left, force in zip(LEFT, forces, strict=True)),
-            -lever * sum(front * force for front, force in zip(FRONT, forces, strict=True)),
+            self.arm * sum(_sine(angle) * force for angle, force in zip(self.angles, forces, strict=True)),
+            -self.arm * sum(_sine(angle + 90.0) * force for angle, force in zip(self.angles, forces, strict=True)),
             self.torque_per_thrust * sum(sign * force for sign, force in zip(self.spin, forces, strict=True)),
         )
 
     def hover(self, weight: float) -> float:
         """What each motor must do to carry a weight in N, in the motors' unit."""
-        share = weight / 4.0
+        share = weight / len(self.spin)
         if self.unit == "rad/s":
             return math.sqrt(share / self.thrust)
         if not self.quadratic:
             return share / self.thrust
         # Root of quadratic·u² + thrust·u = share, in the form that stays exact for a small quadratic part.
         return 2.0 * share / (self.thrust + math.sqrt(self.thrust**2 + 4.0 * self.quadratic * share))
+
+
+def _sine(degrees: float) -> float:
+    """Sine of an angle, equal in size for equal places, and zero where it is."""
+    return round(math.sin(math.radians(degrees)), 15)

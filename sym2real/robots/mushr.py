@@ -122,7 +122,7 @@ MUSHR = Robot(
         episodes=5,
         most_episodes=20,  # the most that the paper's bases took
         # Over the standard drives the base of such drives has a thirteenth of the squared error of Stage I's.
-        cached_from="drives",
+        base="drives",
         dither=(0.03, 0.1),
         dependencies=(("vx", "speed"), ("vy", "speed"), ("wz", "steer")),
         angles=("steer",),

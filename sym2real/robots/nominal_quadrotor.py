@@ -92,7 +92,8 @@ def quadrotor(
     Args:
         mass: in kg; 1 where a log's thrust is mass-normalised (m/s²); None is 1 too, and ``notes`` says so.
         inertia: principal moments in kg m²; None scales the Crazyflie's by mass.
-        interface: actions are thrust in N and body rates in rad/s; thrust and attitude; or four motors.
+        interface: actions are thrust in N and body rates in rad/s; thrust and attitude; or motors, four or those of
+            ``motors``.
         attitude: "predicted", or "measured": the quaternion is then an input, known along a log and held over a
             horizon, the state is position and velocity, and only what pushes along body z remains of the actions.
         dt: time step in s.
@@ -125,11 +126,11 @@ def quadrotor(
         else:
             middle = _free_rotation(build, moments, torque, dt)
     _translation(build, mass, middle, dt)
-    return build.equations(_layouts(interface, attitude), dt, robot)
+    return build.equations(_layouts(interface, attitude, motors), dt, robot)
 
 
-def _layouts(interface: Interface, attitude: Attitude) -> Layouts:
-    commands = COMMANDS[interface]
+def _layouts(interface: Interface, attitude: Attitude, motors: Motors | None) -> Layouts:
+    commands = motors.columns if interface == "motors" and motors else COMMANDS[interface]
     if attitude == "measured":
         actions = commands if interface == "motors" else commands[:1]
         return Layouts(Layout.of(POSITION + VELOCITY), Layout.of(actions), Layout.of(FORCE + QUATERNION))
@@ -146,7 +147,7 @@ def _motors(build: _Build, motors: Motors | None, mass: float, attitude: Attitud
     build.numbers |= {"arm": motors.arm, "torque_per_thrust": motors.torque_per_thrust}
     if motors.unit == "rad/s":
         build.numbers["rotor_thrust"] = motors.thrust
-    forces = motors.forces(symbols(MOTORS))
+    forces = motors.forces(symbols(motors.columns))
     build.name(("thrust",), (sum(forces),))
     pushed = symbols(TORQUE)
     if attitude == "measured":

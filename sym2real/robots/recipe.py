@@ -15,7 +15,8 @@ class Recipe:
         tasks: that its base model is learned on, by name with their options.
         episodes: that a base is learned from when nobody says how many.
         most_episodes: that learning may take.
-        cached_from: what a cached base is learned from: episodes of Stage I, or drives by a geometric controller.
+        base: what its base is: learned from episodes of Stage I, or from drives by a geometric controller; or its
+            nominal equations, of a robot whose motion no short equation holds.
         dither: standard deviation of what is added to commands so that logs show delays and lags, in each action's
             unit; a fiftieth of the commands' range by default.
         dependencies: pairs (state column, action column): that action must show in that state's equation.
@@ -26,7 +27,7 @@ class Recipe:
     tasks: tuple[tuple[str, Mapping[str, Any]], ...]
     episodes: int = 3
     most_episodes: int = 10
-    cached_from: Literal["episodes", "drives"] = "episodes"
+    base: Literal["episodes", "drives", "nominal"] = "episodes"
     dither: tuple[float, ...] = ()
     dependencies: tuple[tuple[str, str], ...] = ()
     angles: tuple[str, ...] = ()

@@ -6,7 +6,7 @@ import numpy as np
 import torch
 
 from sym2real.errors import ModelError
-from sym2real.layout import MOTORS
+from sym2real.layout import motors_of
 from sym2real.robots.motors import MotorUnit
 from sym2real.robots.robot import GRAVITY
 from sym2real.rotation import rotate
@@ -43,9 +43,9 @@ def fit_thrust_per_unit(trajectory: Trajectory, seconds: float = 2.0, unit: Moto
 
 
 def _command(trajectory: Trajectory, unit: MotorUnit) -> Array:
-    if MOTORS[0] in trajectory.layouts.action:
+    if motors := motors_of(trajectory.layouts.action):
         power = 2 if unit == "rad/s" else 1
-        total: Array = np.sum([trajectory.column(name) ** power for name in MOTORS], axis=0)
+        total: Array = np.sum([trajectory.column(name) ** power for name in motors], axis=0)
         return total
     return trajectory.column("thrust")
 

@@ -31,7 +31,7 @@ from sym2real.trajectory import Dataset
 
 SECONDS, LONG = 8.0, 16.0
 # White dither on the commands of every manoeuvre: thrust N and rates rad/s; steering rad and speed m/s. And more of it.
-DITHER = {"flight": (0.005, 0.05, 0.05, 0.05), "drive": (0.01, 0.03)}
+DITHER = {"thrust": 0.005, "wx_cmd": 0.05, "wy_cmd": 0.05, "wz_cmd": 0.05, "steer": 0.01, "speed": 0.03}
 MORE = 6.0
 # Rivals of a finding that are tried, and the part of it that they may explain where no better manoeuvre is looked for.
 MOST_RIVALS, CLEAR = 2, 0.3
@@ -182,11 +182,13 @@ class _Flights:
                 yield trial, data
 
     def _fly(self, trial: Trial) -> Dataset | None:
-        dither, rows = np.array(DITHER[self._motion]), round(trial.seconds / self._plant.robot.dt)
+        robot = self._plant.robot
+        usual = zip(robot.layouts.action, robot.recipe.dither, strict=True)
+        dither, rows = np.array([DITHER.get(*one) for one in usual]), round(trial.seconds / robot.dt)
         logs = []
         for number, path in enumerate(trial.paths):
             noise = np.random.default_rng(number).standard_normal((rows, len(dither)))
-            reference = path_of(self._plant.robot, path, 0.0, trial.yaw_rate)
+            reference = path_of(robot, path, 0.0, trial.yaw_rate)
             logs.append(fly(self._plant, reference, trial.dither * dither * noise, name=f"{trial.words} {number}"))
         return Dataset(logs) if all(len(log) == rows for log in logs) else None
 

@@ -15,7 +15,7 @@ from sym2real.effects.filters import spelled_out
 from sym2real.effects.inputs import with_inputs
 from sym2real.effects.thrust import MOTOR_TORQUES
 from sym2real.effects.visible import VisibleModel, visible_state
-from sym2real.layout import MOTORS, RATE, THRUST_COLUMN
+from sym2real.layout import MOTORS, RATE, THRUST_COLUMN, motors_of
 from sym2real.logs.motor_order import ORDERS, MotorOrder, Turning, motor_order
 from sym2real.symbolic import Equations, compile_function
 from sym2real.symbolic.expressions import names_in
@@ -29,7 +29,7 @@ STEP, ROUNDS, MISSED = 1e-6, 8, 1e-6
 def order_of_motors(model: Equations, data: Dataset) -> MotorOrder | None:
     """The order in which the columns fit the equations, where it is beyond doubt that it is another one."""
     state, action = model.layouts.state, model.layouts.action
-    if not all(name in action for name in MOTORS) or not all(name in state for name in RATES):
+    if motors_of(action) != MOTORS or not all(name in state for name in RATES):
         return None
     known = with_inputs(model.layouts.inputs, data)
     if replace(model.layouts, state=visible_state(model)) != known.layouts:

@@ -75,7 +75,7 @@ class Library:
     def choice(self, name: str) -> dict[str, float]:
         """What is settled of an effect that is a choice among few, by parameter."""
         choices = self.effects[name].searching.choices if name in self.effects else None
-        return {} if choices is None else {choices[0]: float(name.partition(" ")[2])}
+        return {} if choices is None else {choices(self.effects[name].body)[0]: float(name.partition(" ")[2])}
 
     def key(self, name: str) -> str:
         """Of the effect that stands here under a name."""
@@ -159,7 +159,7 @@ def _settled(effect: Effect) -> list[tuple[str, dict[str, Expr | float]]]:
     """Names under which an effect is tried, with the values that it has there."""
     if effect.searching.choices is None:
         return [(effect.key, dict(effect.searching.given))]
-    parameter, numbers = effect.searching.choices
+    parameter, numbers = effect.searching.choices(effect.body)
     return [(f"{effect.key} {number:g}", {parameter: number}) for number in numbers]
 
 

@@ -13,6 +13,7 @@ from paper_robots import PAPER_ROBOTS
 from sym2real.diagnosis import data_report
 from sym2real.diagnosis.faults.mistakes import bad_rows, mistakes
 from sym2real.diagnosis.faults.mistakes.transformation import (
+    HEADING,
     QUATERNION,
     RATE_COMMANDS,
     Exchanged,
@@ -59,7 +60,9 @@ def listed(robot: str) -> Iterator[Transformation]:
         yield from (Late("rate", W, 4, dt), Late("attitude", QUATERNION, 5, dt), Late("position", P, 4, dt))
         yield Late("commands", ("thrust", *RATE_COMMANDS), 1, dt)
     else:
-        yield from (exchanged((vector,), *SWAPPED) for vector in (P[:2], V[:2]))
+        yield from (exchanged(vectors, *SWAPPED) for vectors in ((P[:2],), (V[:2],), (P[:2], V[:2])))
+        yield exchanged((P[:2], V[:2]), *MIRRORED)
+        yield Exchanged(HEADING, HEADING[::-1], (1, 1))
         yield OtherAxes(V[:2], "body")
         yield from (Turned("heading", angle), Turned("heading", np.pi))
         yield from (Late("position", P[:2], 3, dt), Late("commands", ("steer", "speed"), 1, dt))
@@ -89,6 +92,26 @@ def test_a_mistake_is_named_and_undone(robot: str, one: Transformation) -> None:
         assert found.transformation == one
     assert [fault.evidence for fault in check(model, broken).faults] == [found.evidence]
     assert data_report(broken, model).breaches == (found.evidence,)
+
+
+def test_a_quaternion_in_another_order_is_no_exchanged_world() -> None:
+    def scalar_last(log: Trajectory) -> Trajectory:
+        place, state = log.layouts.state.slice("attitude"), log.state.copy()
+        state[:, place] = np.roll(state[:, place], -1, axis=1)
+        return replace(log, state=state)
+
+    broken = Dataset(map(scalar_last, healthy("crazyflie")))
+    (fault,) = check(ROBOTS["crazyflie"].nominal(), broken).faults
+    assert fault.evidence.startswith("quaternions with the scalar last")
+    assert data_report(broken, ROBOTS["crazyflie"].nominal()).breaches == (fault.evidence,)
+
+
+def test_a_car_that_is_said_to_drive_backwards_has_its_speed_reversed() -> None:
+    def backwards(log: Trajectory) -> Trajectory:
+        return replace(log, action=log.action * [1.0, -1.0])
+
+    (fault,) = check(ROBOTS["mushr"].nominal(), Dataset(map(backwards, healthy("mushr")))).faults
+    assert fault.evidence.startswith("speed with the wrong sign")
 
 
 EFFECTS = (

@@ -41,7 +41,8 @@ ORDER = r"\b(swapped|exchanged|interchanged|another order|other order)\b"
 STALE = r"\b(repeats?|repeated|stale|duplicates?|frozen|stands? still)\b"
 JUMP = r"\b(jumps?|outliers?|spikes?)\b"
 LIMIT = r"\b(limit|clipped|saturated)\b"
-OFF_BY_AN_ANGLE = r"(yaw|heading|attitude|world|frame).*\b(off by|turned by|a zero of|180|bias)\b"
+OFF_BY_AN_ANGLE = r"(yaw|heading|attitude|world|frame).*\b(off by|turned by|turned frame|a zero of|180|bias)\b"
+OF_VELOCITY = r"\b(v[xy]|velocity)\b"
 MIRRORED = r"\b(mirrored|left-handed|other hand)\b"
 
 
@@ -115,7 +116,7 @@ FLIGHT = (
     Mistake("commands a row early", late(("thrust", *RATE_COMMANDS), -1, -1), WRITTEN_EARLY, ("delay",)),
     Mistake("positions late", late(POSITION, 2, 5), rf"\b([xyz]|position)\b.*{LATE}", ("time_shift:[xyz]",)),
     Mistake("attitude late", late(QUATERNION, 2, 5), rf"(attitude|quaternion|\bq[wxyz]\b).*{LATE}", ("time_shift:q?",)),
-    Mistake("rates late", late(RATES, 2, 5), rf"\bw[xyz]\b.*{LATE}", ("time_shift:w?", "sensor_lag:w?")),
+    Mistake("rates late", late(RATES, 2, 5), rf"\b(w[xyz]|rate)\b.*{LATE}", ("time_shift:w?", "sensor_lag:w?")),
     Mistake("position jumps", jumping, JUMP),
     Mistake("states repeat", repeating((*POSITION, *QUATERNION, *VELOCITY, *RATES)), STALE),
     Mistake("positions freeze", frozen(POSITION), STALE),
@@ -146,16 +147,23 @@ DRIVE = (
     Mistake("yaw + 180°", in_plane(half_turn, ("cos_yaw", "sin_yaw")), OFF_BY_AN_ANGLE, ("yaw_bias",)),
     Mistake("yaw + 90°", in_plane(quarter_turn, ("cos_yaw", "sin_yaw")), OFF_BY_AN_ANGLE, ("yaw_bias",)),
     Mistake("yaw off by an angle", in_plane(some_turn, ("cos_yaw", "sin_yaw")), OFF_BY_AN_ANGLE, ("yaw_bias",)),
-    Mistake("velocity in a turned frame", in_plane(some_turn, ("vx", "vy")), r"\bv[xy]\b.*(frame|turned by)"),
+    Mistake(
+        "velocity in a turned frame", in_plane(some_turn, ("vx", "vy")), r"\b(v[xy]|velocity)\b.*(frame|turned by)"
+    ),
     Mistake("commands a row late", late(("steer", "speed"), 1, 1), WRITTEN_LATE),
     Mistake("commands a row early", late(("steer", "speed"), -1, -1), WRITTEN_EARLY, ("delay",)),
     Mistake("positions late", late(("x", "y"), 2, 5), rf"\b([xy]|position)\b.*{LATE}", ("time_shift:[xy]",)),
     Mistake("yaw late", late(YAW, 2, 5), rf"(yaw|heading).*{LATE}", ("time_shift:*_yaw",)),
-    Mistake("velocities late", late(("vx", "vy"), 2, 5), rf"\bv[xy]\b.*{LATE}", ("time_shift:v?", "sensor_lag:v?")),
-    Mistake("wz late", late(("wz",), 2, 5), rf"\bwz\b.*{LATE}", ("time_shift:wz", "sensor_lag:wz")),
+    Mistake(
+        "velocities late",
+        late(("vx", "vy"), 2, 5),
+        rf"\b(v[xy]|velocity)\b.*{LATE}",
+        ("time_shift:v?", "sensor_lag:v?"),
+    ),
+    Mistake("wz late", late(("wz",), 2, 5), rf"\b(wz|rate)\b.*{LATE}", ("time_shift:wz", "sensor_lag:wz")),
     Mistake("position jumps", jumping, JUMP),
     Mistake("states repeat", repeating(("x", "y", *YAW, "vx", "vy", "wz")), STALE),
-    Mistake("yaw freezes", frozen(YAW), rf"(yaw|heading).*{STALE}"),
+    Mistake("yaw freezes", frozen(YAW), rf"(yaw|heading).*{STALE}|{STALE}.*(yaw|heading)"),
     Mistake("steering clipped", clipped("steer", 0.1, 0.2), rf"steer.*{LIMIT}", ("limit:steer",)),
     Mistake("speed clipped", clipped("speed", 0.8, 1.1), rf"speed.*{LIMIT}", ("limit:speed",)),
     Mistake("spikes in wz", spiked("wz", 5.0), rf"\bwz\b.*{JUMP}|{JUMP}.*\bwz\b"),

@@ -54,11 +54,11 @@ class Steps:
 
     @property
     def signed(self) -> list[str]:
-        """Commands that may be to both sides of zero: angles, their rates, and what has been there."""
+        """Commands that may lie below zero: angles, their rates, and what has been there."""
         sent = np.concatenate([one.action for one in self.data])
         turns = [self._action.units[name] in ("rad", "rad/s") for name in self._action]
-        sides = [column.min() < 0 < column.max() for column in sent.T]
-        return [name for name, *either in zip(self._action, turns, sides, strict=True) if any(either)]
+        below = sent.min(axis=0) < 0
+        return [name for name, *either in zip(self._action, turns, below, strict=True) if any(either)]
 
     def groups(self, settled: Sequence[str]) -> list[tuple[str, ...]]:
         """Columns that may share a unit: all that have one in common, and each by itself."""

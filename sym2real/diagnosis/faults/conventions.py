@@ -33,7 +33,8 @@ def breaches(data: Dataset, model: Equations | None = None) -> tuple[list[Breach
     looks: list[Look] = [bad_rows, scalar_last, foreign_positions, foreign_velocities, foreign_rates]
     if model is not None:
         judged: list[Callable[[Equations, Dataset], Sequence[Breach]]] = [foreign_commands, mistakes, reversed_commands]
-        looks = [bad_rows, partial(mistakes, model), *looks[1:], *(partial(look, model) for look in judged)]
+        # A quaternion in another order is no turned or mirrored world.
+        looks = [*looks[:2], partial(mistakes, model), *looks[2:], *(partial(look, model) for look in judged)]
     for look in looks:
         more = look(data)
         data, found = undone(more, data), [*found, *more]

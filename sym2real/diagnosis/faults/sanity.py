@@ -111,8 +111,8 @@ def check(model: Equations, data: Dataset) -> Checked:
     sensors = Sensors(model)
     data = through(sensors.state, data)
     steps: tuple[Callable[[Dataset], Settled], ...] = (
-        *(_breached(bad_rows), _breached(partial(mistakes, model))),
-        *(_breached(scalar_last), _attitude, _heading, _velocity_frame),
+        *(_breached(bad_rows), _breached(scalar_last), _breached(partial(mistakes, model))),
+        *(_attitude, _heading, _velocity_frame),
         *map(_breached, (foreign_positions, foreign_velocities, foreign_rates)),
         _signs,
         *(_breached(partial(judge, model)) for judge in (foreign_commands, mistakes, reversed_commands)),

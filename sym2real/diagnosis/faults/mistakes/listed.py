@@ -42,9 +42,10 @@ def transformations(data: Dataset, balance: Balance) -> Iterator[Transformation]
     rates, commands = present(data, RATES), present(data, RATE_COMMANDS)
     yield from _exchanged(balance, "position", (position,), of_measured=True)
     yield from _exchanged(balance, "position", (velocity,), of_measured=False)
-    # A mirrored world is a heading that turns against the path, which is judged by the path.
-    if len(position) == len(velocity) and not data.layouts.state.has_field("heading"):
+    if len(position) == len(velocity):
         yield from _exchanged(balance, "velocity", (position, velocity), of_measured=True)
+    if present(data, HEADING) == HEADING:
+        yield from _orders((HEADING,))
     yield from _exchanged(balance, "attitude", (rates,), of_measured=False)
     if len(commands) == len(rates) == 3:
         yield from _in_common(_followed(data, rates, commands), (commands,))

@@ -170,8 +170,9 @@ class Layout:
     Raises:
         ShapeError: when a column name stands twice.
 
-    >>> Layout.of(["x", "y", "vx"]).units
-    {'x': 'm', 'y': 'm', 'vx': 'm/s'}
+    Examples:
+        >>> Layout.of(["x", "y", "vx"]).units
+        {'x': 'm', 'y': 'm', 'vx': 'm/s'}
     """
 
     fields: tuple[Field, ...] = ()
@@ -349,8 +350,9 @@ def _retract(kind: Kind, start: Tensor, step: Tensor) -> Tensor:
 class Layouts:
     """The three column groups of a model, a plant or a log.
 
-    >>> Layouts.of(["x", "y", "vx", "vy", "steer"]).action.columns
-    ('steer',)
+    Examples:
+        >>> Layouts.of(["x", "y", "vx", "vy", "steer"]).action.columns
+        ('steer',)
     """
 
     state: Layout
@@ -361,8 +363,9 @@ class Layouts:
     def of(cls, columns: Iterable[str]) -> Layouts:
         """Layouts of standard columns, in the order and the groups of :data:`VOCABULARY`; other names are left out.
 
-        >>> Layouts.of(["speed", "steer", "vx", "vy", "x", "y"]).state.columns
-        ('x', 'y', 'vx', 'vy')
+        Examples:
+            >>> Layouts.of(["speed", "steer", "vx", "vy", "x", "y"]).state.columns
+            ('x', 'y', 'vx', 'vy')
         """
         present = set(columns)
         groups: dict[str, Layout] = {

@@ -50,12 +50,13 @@ class Trajectory:
     Raises:
         ShapeError: when shapes do not fit the layouts or stamps do not increase.
 
-    >>> layouts = Layouts.of(["x", "y", "vx", "vy", "steer", "speed"])
-    >>> log = Trajectory.from_arrays(np.zeros((5, 4)), np.zeros((5, 2)), layouts, dt=0.05, name="parked")
-    >>> log
-    <Trajectory 'parked': 5 rows of x y vx vy, sent steer speed>
-    >>> log.to_pandas().columns.tolist()
-    ['time', 'x', 'y', 'vx', 'vy', 'steer', 'speed']
+    Examples:
+        >>> layouts = Layouts.of(["x", "y", "vx", "vy", "steer", "speed"])
+        >>> log = Trajectory.from_arrays(np.zeros((5, 4)), np.zeros((5, 2)), layouts, dt=0.05, name="parked")
+        >>> log
+        <Trajectory 'parked': 5 rows of x y vx vy, sent steer speed>
+        >>> log.to_pandas().columns.tolist()
+        ['time', 'x', 'y', 'vx', 'vy', 'steer', 'speed']
     """
 
     time: Array
@@ -261,9 +262,10 @@ class Dataset:
     Raises:
         ShapeError: when the trajectories' layouts differ.
 
-    >>> log = Trajectory.from_arrays(np.zeros((5, 7)), np.zeros((5, 2)), car(wheelbase=0.3).layouts, dt=0.05)
-    >>> Dataset([log, log]).rows, len(Dataset([log, log]).transitions())
-    (10, 8)
+    Examples:
+        >>> log = Trajectory.from_arrays(np.zeros((5, 7)), np.zeros((5, 2)), car(wheelbase=0.3).layouts, dt=0.05)
+        >>> Dataset([log, log]).rows, len(Dataset([log, log]).transitions())
+        (10, 8)
     """
 
     trajectories: tuple[Trajectory, ...]

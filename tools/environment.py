@@ -15,7 +15,7 @@ OLDEST = (3, 11)
 
 
 def python_with(extra: str) -> Path:
-    """Path of a Python in ``.venv`` that has the project, editable, with one of its extras ("" for none).
+    """Path of a Python in ``.venv`` that has the project, editable, with extras ("" for none, several with commas).
 
     Installation is skipped when it was done before for the same setup.cfg and constraints.
     """

@@ -46,8 +46,9 @@ class Adapting:
     Raises:
         ModelError: without a round, or with an episode too short to learn from.
 
-    >>> Adapting(rounds=3, steps=200).until_settled
-    True
+    Examples:
+        >>> Adapting(rounds=3, steps=200).until_settled
+        True
     """
 
     rounds: int = 10
@@ -125,13 +126,14 @@ def adapt(
         ModelError: without a task to fly, with fewer than two recordings, or when the folder holds another run.
         DataError: when what the folder holds cannot be read, or nothing can be written there.
 
-    >>> robot = ROBOTS["mushr"]
-    >>> model, task = robot.nominal(), make_task("circle", robot)
-    >>> target = MujocoPlant(robot, [effect("offset:steer", robot).inject(value=0.05)])
-    >>> learner, settings = ResidualTraining(widths=(8,), steps=2, penalties=(0.1,)), Adapting(rounds=1, steps=60)
-    >>> adapted = adapt(model, target, task, learner, settings)
-    >>> len(adapted.models), adapted.best in (0, 1)
-    (2, True)
+    Examples:
+        >>> robot = ROBOTS["mushr"]
+        >>> model, task = robot.nominal(), make_task("circle", robot)
+        >>> target = MujocoPlant(robot, [effect("offset:steer", robot).inject(value=0.05)])
+        >>> learner, settings = ResidualTraining(widths=(8,), steps=2, penalties=(0.1,)), Adapting(rounds=1, steps=60)
+        >>> adapted = adapt(model, target, task, learner, settings)
+        >>> len(adapted.models), adapted.best in (0, 1)
+        (2, True)
     """
     settings = settings or Adapting()
     robot = robot or getattr(target, "robot", None)

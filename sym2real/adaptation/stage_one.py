@@ -50,8 +50,9 @@ class StageOne:
     Raises:
         ModelError: without an episode, or with one too short to learn from.
 
-    >>> StageOne(episodes=2, steps=100, pushed=False).until_settled
-    True
+    Examples:
+        >>> StageOne(episodes=2, steps=100, pushed=False).until_settled
+        True
     """
 
     episodes: int = 10
@@ -96,11 +97,12 @@ def learn_base(
 ) -> Equations:
     """The equations of :func:`stage_one`, for those who want nothing else.
 
-    >>> robot = ROBOTS["mushr"]
-    >>> tasks, engine = [make_task("circle", robot)], BeamSearch(angles=robot.recipe.angles)
-    >>> base = learn_base(MujocoPlant(robot), tasks, engine, StageOne(episodes=1, steps=100, pushed=False))
-    >>> base.depends("wz", "steer")
-    True
+    Examples:
+        >>> robot = ROBOTS["mushr"]
+        >>> tasks, engine = [make_task("circle", robot)], BeamSearch(angles=robot.recipe.angles)
+        >>> base = learn_base(MujocoPlant(robot), tasks, engine, StageOne(episodes=1, steps=100, pushed=False))
+        >>> base.depends("wz", "steer")
+        True
     """
     return stage_one(plant, tasks, engine, settings, folder=folder, on_progress=on_progress).equations
 

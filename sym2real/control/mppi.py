@@ -84,10 +84,11 @@ class MPPI:
         ShapeError: for noise of other actions, a period or a number of threads that is not positive.
         UnknownNameError: for a backend that does not exist.
 
-    >>> robot = ROBOTS["mushr"]
-    >>> controller = MPPI(compile_model(robot.nominal()), robot, make_task("circle", robot))
-    >>> controller.act(robot.start, step=0).shape
-    (2,)
+    Examples:
+        >>> robot = ROBOTS["mushr"]
+        >>> controller = MPPI(compile_model(robot.nominal()), robot, make_task("circle", robot))
+        >>> controller.act(robot.start, step=0).shape
+        (2,)
     """
 
     def __init__(

@@ -8,7 +8,8 @@ from pathlib import Path
 def example_flight() -> Path:
     """Path of a recorded figure-eight flight (CSV, log specification ``crazyflie_battery_drag``).
 
-    >>> example_flight().suffix
-    '.csv'
+    Examples:
+        >>> example_flight().suffix
+        '.csv'
     """
     return Path(__file__).parent / "flights" / "B3_figure8_fast_rep1.csv"

@@ -60,8 +60,9 @@ def add(
         UnknownNameError: for an effect or a parameter that does not exist.
         ModelError: when an effect does not apply, with the reason; when values are given and to be fitted.
 
-    >>> add(car(wheelbase=0.3), "offset:steer", {"value": 0.05})
-    <Equations: x y sin_yaw cos_yaw vx vy wz after 0.05 s, with offset:steer>
+    Examples:
+        >>> add(car(wheelbase=0.3), "offset:steer", {"value": 0.05})
+        <Equations: x y sin_yaw cos_yaw vx vy wz after 0.05 s, with offset:steer>
     """
     given: list[str | tuple[str, Values]] = [what] if isinstance(what, str) else list(what)
     if fit is None:
@@ -98,12 +99,13 @@ def try_effect(
             cannot tell apart.
         ShapeError: when no log is long enough, columns differ, or the horizon is no step long.
 
-    >>> robot = ROBOTS["mushr"]
-    >>> model, task = robot.nominal(), make_task("circle", robot)
-    >>> target = EquationsPlant(add(model, "offset:steer", {"value": 0.05}), robot)
-    >>> log = run_episode(target, MPPI(compile_model(model), robot, task), task, steps=300)
-    >>> round(try_effect(model, "offset:steer", log, exclude=["*"]).finding.values["value"], 2)
-    0.05
+    Examples:
+        >>> robot = ROBOTS["mushr"]
+        >>> model, task = robot.nominal(), make_task("circle", robot)
+        >>> target = EquationsPlant(add(model, "offset:steer", {"value": 0.05}), robot)
+        >>> log = run_episode(target, MPPI(compile_model(model), robot, task), task, steps=300)
+        >>> round(try_effect(model, "offset:steer", log, exclude=["*"]).finding.values["value"], 2)
+        0.05
     """
     started = time.perf_counter()
     keys = (keys,) if isinstance(keys, str) else tuple(keys)

@@ -67,13 +67,14 @@ def diagnose(
     Raises:
         ShapeError: when no log is long enough, columns differ, or the horizon is no step long.
 
-    >>> robot = ROBOTS["mushr"]
-    >>> model, task = robot.nominal(), make_task("circle", robot)
-    >>> target = MujocoPlant(robot, [effect("offset:steer", robot).inject(value=0.05)])
-    >>> log = run_episode(target, MPPI(compile_model(model), robot, task), task, steps=100)
-    >>> found = diagnose(model, log, exclude=["sensor_*", "*:speed"])
-    >>> found.verdict, found.findings[0].provisional  # five seconds leave too few independent pieces for a test
-    ('CANNOT_TELL', True)
+    Examples:
+        >>> robot = ROBOTS["mushr"]
+        >>> model, task = robot.nominal(), make_task("circle", robot)
+        >>> target = MujocoPlant(robot, [effect("offset:steer", robot).inject(value=0.05)])
+        >>> log = run_episode(target, MPPI(compile_model(model), robot, task), task, steps=100)
+        >>> found = diagnose(model, log, exclude=["sensor_*", "*:speed"])
+        >>> found.verdict, found.findings[0].provisional  # five seconds leave too few independent pieces for a test
+        ('CANNOT_TELL', True)
     """
     started, stages = time.perf_counter(), Stages(on_progress, finish=finish_on_interrupt)
     question = Question(model, data, plant, calibrate, held_out, exclude, horizon=horizon)

@@ -25,9 +25,10 @@ def effect(key: str, described: Describable) -> Effect:
     Raises:
         UnknownNameError: for a kind that does not exist, a column that the kind does not have, or one that is missing.
 
-    >>> wind = effect("wind", ROBOTS["crazyflie"])
-    >>> [f"{one.name} in {one.unit}" for one in wind.parameters]
-    ['fx in N', 'fy in N', 'fz in N']
+    Examples:
+        >>> wind = effect("wind", ROBOTS["crazyflie"])
+        >>> [f"{one.name} in {one.unit}" for one in wind.parameters]
+        ['fx in N', 'fy in N', 'fz in N']
     """
     name, colon, column = key.partition(":")
     kind = EFFECTS[name]

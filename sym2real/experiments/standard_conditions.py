@@ -116,10 +116,11 @@ def sensors(robot: Robot, rng: np.random.Generator, noise: SensorNoise = STANDAR
 
     Of a robot of joints alone: white noise on every coordinate, rates by differences of measured coordinates.
 
-    >>> robot = ROBOTS["mushr"]
-    >>> plant = MujocoPlant(robot, [sensors(robot, np.random.default_rng(0))])
-    >>> bool((plant.reset(robot.start) != robot.start).any())
-    True
+    Examples:
+        >>> robot = ROBOTS["mushr"]
+        >>> plant = MujocoPlant(robot, [sensors(robot, np.random.default_rng(0))])
+        >>> bool((plant.reset(robot.start) != robot.start).any())
+        True
     """
     if robot.layouts.state.joints and not robot.layouts.state.has_field(POSITION.name):
         return _encoders(robot, rng, noise)

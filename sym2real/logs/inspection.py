@@ -69,8 +69,9 @@ def inspect_logs(paths: str | Path | Iterable[str | Path], columns: Sequence[str
     Raises:
         DataError: when a file cannot be read, is too short, or has other columns than the first.
 
-    >>> inspect_logs(example_flight()).spec.time.column
-    't'
+    Examples:
+        >>> inspect_logs(example_flight()).spec.time.column
+        't'
     """
     logs = one_log_each(expand(paths), columns)
     tables = [read_parts(files, header=columns) for files in logs]

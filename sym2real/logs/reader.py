@@ -54,9 +54,10 @@ def read_log(
             where :func:`read_logs` makes two trajectories.
         UnknownNameError: when there is no such specification.
 
-    >>> log = read_log(example_flight(), "crazyflie_battery_drag")
-    >>> log.layouts.action.columns
-    ('motor1', 'motor2', 'motor3', 'motor4')
+    Examples:
+        >>> log = read_log(example_flight(), "crazyflie_battery_drag")
+        >>> log.layouts.action.columns
+        ('motor1', 'motor2', 'motor3', 'motor4')
     """
     files = (Path(path),) if isinstance(path, str | Path) else tuple(Path(part) for part in path)
     known = with_header(_loaded(spec), columns)
@@ -93,8 +94,9 @@ def read_logs(
     Arguments and errors are those of :func:`read_log`, but a log with gaps is split at them into trajectories named
     ``file#1``, ``file#2`` …; pieces of a single row are left out.
 
-    >>> len(read_logs([example_flight()], "crazyflie_battery_drag"))
-    1
+    Examples:
+        >>> len(read_logs([example_flight()], "crazyflie_battery_drag"))
+        1
     """
     trajectories: list[Trajectory] = []
     known = with_header(_loaded(spec), columns)

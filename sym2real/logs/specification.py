@@ -63,8 +63,9 @@ class LogSpec:
         mass: kg, multiplies a thrust that is logged per unit mass.
         header: names of the columns, in their order, of text files that have no header.
 
-    >>> LogSpec(name="mine", velocity_frame="body", derive=("rate",)).frames
-    'z_up'
+    Examples:
+        >>> LogSpec(name="mine", velocity_frame="body", derive=("rate",)).frames
+        'z_up'
     """
 
     name: str = "unnamed"

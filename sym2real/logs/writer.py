@@ -32,10 +32,11 @@ def write_log(trajectory: Trajectory, path: str | Path) -> None:
         ShapeError: when two columns have one name.
         MissingDependencyError: for MCAP, without the extra ``recordings``.
 
-    >>> log = read_log(example_flight(), "crazyflie_battery_drag").rows(0, 20)
-    >>> write_log(log, "flight.parquet")
-    >>> len(read_log("flight.parquet"))
-    20
+    Examples:
+        >>> log = read_log(example_flight(), "crazyflie_battery_drag").rows(0, 20)
+        >>> write_log(log, "flight.parquet")
+        >>> len(read_log("flight.parquet"))
+        20
     """
     target = Path(path)
     if target.suffix.lower() not in WRITTEN:

@@ -80,8 +80,9 @@ class ResidualTraining:
     Raises:
         ModelError: without a penalty above zero, or a step.
 
-    >>> ResidualTraining(commands=10).widths
-    (64, 64)
+    Examples:
+        >>> ResidualTraining(commands=10).widths
+        (64, 64)
     """
 
     widths: Sequence[int] = (64, 64)

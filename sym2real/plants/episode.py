@@ -51,10 +51,11 @@ def run_episode(
     Raises:
         ShapeError: without a step, or with fewer pushes than steps.
 
-    >>> robot = ROBOTS["mushr"]
-    >>> task = make_task("circle", robot)
-    >>> len(run_episode(MujocoPlant(robot), MPPI(compile_model(robot.nominal()), robot, task), task, steps=20))
-    20
+    Examples:
+        >>> robot = ROBOTS["mushr"]
+        >>> task = make_task("circle", robot)
+        >>> len(run_episode(MujocoPlant(robot), MPPI(compile_model(robot.nominal()), robot, task), task, steps=20))
+        20
     """
     if steps < 1 or (wrench is not None and len(wrench) < steps):
         said = "" if wrench is None else f" and {len(wrench)} pushes"

@@ -28,11 +28,12 @@ class EquationsPlant:
         ModelError: where what is measured depends on the past, an input is neither the robot's nor the time, or other
             columns than the robot's are measured or sent.
 
-    >>> robot = ROBOTS["mushr"]
-    >>> plant = EquationsPlant(add(robot.nominal(), "delay:speed", {"value": 0.1}), robot)
-    >>> start, standing = plant.reset(), plant.step([0.0, 0.0])
-    >>> bool(abs(plant.step([0.0, 1.0])[4]) < 1e-9)  # the command is on its way
-    True
+    Examples:
+        >>> robot = ROBOTS["mushr"]
+        >>> plant = EquationsPlant(add(robot.nominal(), "delay:speed", {"value": 0.1}), robot)
+        >>> start, standing = plant.reset(), plant.step([0.0, 0.0])
+        >>> bool(abs(plant.step([0.0, 1.0])[4]) < 1e-9)  # the command is on its way
+        True
     """
 
     def __init__(self, equations: Equations, robot: Robot) -> None:

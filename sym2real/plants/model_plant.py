@@ -31,10 +31,11 @@ class ModelPlant:
         ShapeError: when layouts are given without ``dt`` and ``start``, or a compiled model has other columns: hidden
             states and a time have to go on from step to step, as :class:`~sym2real.plants.EquationsPlant` lets them.
 
-    >>> robot = ROBOTS["mushr"]
-    >>> plant = ModelPlant(compile_model(robot.nominal()), robot)
-    >>> plant.reset().shape
-    (7,)
+    Examples:
+        >>> robot = ROBOTS["mushr"]
+        >>> plant = ModelPlant(compile_model(robot.nominal()), robot)
+        >>> plant.reset().shape
+        (7,)
     """
 
     def __init__(

@@ -58,9 +58,10 @@ class MujocoPlant:
         changes, description: as given.
         time: since the reset in s.
 
-    >>> plant = MujocoPlant(ROBOTS["crazyflie"])
-    >>> plant.reset(seed=0).shape, plant.dt
-    ((13,), 0.02)
+    Examples:
+        >>> plant = MujocoPlant(ROBOTS["crazyflie"])
+        >>> plant.reset(seed=0).shape, plant.dt
+        ((13,), 0.02)
     """
 
     def __init__(

@@ -46,12 +46,13 @@ class BeamSearch:
         search: how the search goes.
         on_equation: told the state column that is worked on next.
 
-    >>> robot = ROBOTS["mushr"]
-    >>> task = make_task("circle", robot)
-    >>> log = run_episode(MujocoPlant(robot), MPPI(compile_model(robot.nominal()), robot, task), task, steps=100)
-    >>> found = BeamSearch(angles=robot.recipe.angles).fit(Dataset([log]).transitions())
-    >>> max(found.complexity().values()) <= 85
-    True
+    Examples:
+        >>> robot = ROBOTS["mushr"]
+        >>> task = make_task("circle", robot)
+        >>> log = run_episode(MujocoPlant(robot), MPPI(compile_model(robot.nominal()), robot, task), task, steps=100)
+        >>> found = BeamSearch(angles=robot.recipe.angles).fit(Dataset([log]).transitions())
+        >>> max(found.complexity().values()) <= 85
+        True
     """
 
     angles: Sequence[str] = ()

@@ -58,8 +58,9 @@ class Operon:
         processes: workers; 0 for one per core.
         on_equation: told the state column that is finished next.
 
-    >>> Operon(population=500, generations=100, seed=1).nodes
-    85
+    Examples:
+        >>> Operon(population=500, generations=100, seed=1).nodes
+        85
     """
 
     angles: Sequence[str] = ()

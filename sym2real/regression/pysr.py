@@ -99,7 +99,8 @@ class PySR:
     Raises:
         MissingDependencyError: when PySR or Julia is not there, with the commands that install them.
 
-    >>> PySR(seed=1)  # doctest: +SKIP
+    Examples:
+        >>> PySR(seed=1)  # doctest: +SKIP
     """
 
     def __init__(

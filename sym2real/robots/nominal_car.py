@@ -53,8 +53,9 @@ def car(
     Raises:
         ModelError: for a wheelbase, mass or time step that is not positive, or a negative time constant.
 
-    >>> car(wheelbase=0.3).next["x"]
-    chord*(cos_yaw*cos(half_turn) - sin_yaw*sin(half_turn)) + x
+    Examples:
+        >>> car(wheelbase=0.3).next["x"]
+        chord*(cos_yaw*cos(half_turn) - sin_yaw*sin(half_turn)) + x
     """
     if not (0 < wheelbase < math.inf and 0 < mass < math.inf and 0 < dt < math.inf and 0 <= time_constant < math.inf):
         raise ModelError(

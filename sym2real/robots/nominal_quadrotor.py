@@ -105,8 +105,9 @@ def quadrotor(
     Raises:
         ModelError: for numbers that no quadrotor has.
 
-    >>> quadrotor(0.027).numbers["mass"]
-    0.027
+    Examples:
+        >>> quadrotor(0.027).numbers["mass"]
+        0.027
     """
     notes, mass = ([PER_KILOGRAM], 1.0) if mass is None else ([], mass)
     _check(mass, inertia, interface, attitude, dt)

@@ -109,10 +109,11 @@ class Robot:
     Raises:
         ShapeError: for limits or a start that do not fit the columns.
 
-    >>> isinstance(ROBOTS["crazyflie"], Robot)
-    True
-    >>> ROBOTS["crazyflie"].layouts.action.columns
-    ('thrust', 'wx_cmd', 'wy_cmd', 'wz_cmd')
+    Examples:
+        >>> isinstance(ROBOTS["crazyflie"], Robot)
+        True
+        >>> ROBOTS["crazyflie"].layouts.action.columns
+        ('thrust', 'wx_cmd', 'wy_cmd', 'wz_cmd')
     """
 
     name: str

@@ -77,9 +77,10 @@ def compile_model(
     Raises:
         ModelError: when a function is not supported, with its name.
 
-    >>> model = compile_model(car(wheelbase=0.3))
-    >>> model(torch.zeros(8, 7), torch.zeros(8, 2)).shape
-    torch.Size([8, 7])
+    Examples:
+        >>> model = compile_model(car(wheelbase=0.3))
+        >>> model(torch.zeros(8, 7), torch.zeros(8, 2)).shape
+        torch.Size([8, 7])
     """
     model = script(build_module(equations, trainable).to(device=device, dtype=dtype))
     model.equations = equations  # for those who can do better than call it; not saved with it
@@ -137,9 +138,10 @@ def rollout(
     Raises:
         ShapeError: where columns, steps or batches do not fit, and for parameters of a model that takes none.
 
-    >>> state, actions = torch.tensor([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]), torch.zeros(16, 2)
-    >>> rollout(compile_model(car(wheelbase=0.3)), state, actions).shape
-    torch.Size([16, 7])
+    Examples:
+        >>> state, actions = torch.tensor([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]), torch.zeros(16, 2)
+        >>> rollout(compile_model(car(wheelbase=0.3)), state, actions).shape
+        torch.Size([16, 7])
     """
     _require_fit(model, state, actions)
     whole = getattr(model, "rollout", None)

@@ -46,10 +46,12 @@ class Equations(Predicting):
         UnknownNameError: when an expression uses a name that is none of these.
         ModelError: when a state column has no equation, or an expression is no finite real one.
 
-    >>> layouts, equations = Layouts.of(["x", "vx", "speed"]), {"x": "x + 0.1*vx", "vx": "vx + 0.1*(speed - vx)/tau"}
-    >>> model = Equations.parse(layouts, equations, dt=0.1, parameters={"tau": 0.5})
-    >>> model.predict(np.array([0.0, 1.0]), np.array([2.0]))
-    array([0.1, 1.2])
+    Examples:
+        >>> layouts = Layouts.of(["x", "vx", "speed"])
+        >>> equations = {"x": "x + 0.1*vx", "vx": "vx + 0.1*(speed - vx)/tau"}
+        >>> model = Equations.parse(layouts, equations, dt=0.1, parameters={"tau": 0.5})
+        >>> model.predict(np.array([0.0, 1.0]), np.array([2.0]))
+        array([0.1, 1.2])
     """
 
     next: Mapping[str, Expr]

@@ -41,12 +41,13 @@ class Predicting:
         Raises:
             ShapeError: when columns or time steps differ, or the horizon is no step long.
 
-        >>> robot = ROBOTS["mushr"]
-        >>> model, task = robot.nominal(), make_task("circle", robot)
-        >>> log = run_episode(MujocoPlant(robot), MPPI(compile_model(model), robot, task), task, steps=60)
-        >>> error = model.simulate(log, horizon=0.5).column("x") - log.column("x")
-        >>> float(np.abs(error).max()) < 0.05
-        True
+        Examples:
+            >>> robot = ROBOTS["mushr"]
+            >>> model, task = robot.nominal(), make_task("circle", robot)
+            >>> log = run_episode(MujocoPlant(robot), MPPI(compile_model(model), robot, task), task, steps=60)
+            >>> error = model.simulate(log, horizon=0.5).column("x") - log.column("x")
+            >>> float(np.abs(error).max()) < 0.05
+            True
         """
         simulated: Trajectory = upward("simulate")(self, log, horizon)
         return simulated

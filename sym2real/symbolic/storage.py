@@ -43,8 +43,9 @@ def save_model(equations: Equations, folder: str | Path) -> Path:
         ModelError: when the equations cannot be compiled; nothing is written then.
         DataError: when there is no writing there.
 
-    >>> sorted(file.name for file in save_model(car(wheelbase=0.3), "bicycle").iterdir())
-    ['equations.json', 'module.pt', 'parameters.safetensors']
+    Examples:
+        >>> sorted(file.name for file in save_model(car(wheelbase=0.3), "bicycle").iterdir())
+        ['equations.json', 'module.pt', 'parameters.safetensors']
     """
     folder = Path(folder)
     write_files(folder, equation_files(equations, compile_model(equations)))
@@ -115,10 +116,11 @@ def load_model(folder: str | Path, *, below: bool = False) -> Equations:
         DataError: when a file is missing or cannot be read.
         ModelError: when the equations cannot be read or the weights belong to others.
 
-    >>> save_model(car(wheelbase=0.3), "bicycle").name
-    'bicycle'
-    >>> load_model("bicycle").numbers["wheelbase"]
-    0.3
+    Examples:
+        >>> save_model(car(wheelbase=0.3), "bicycle").name
+        'bicycle'
+        >>> load_model("bicycle").numbers["wheelbase"]
+        0.3
     """
     folder = Path(folder)
     if not (folder / EQUATIONS).exists():

@@ -40,8 +40,9 @@ def make_task(name: str, robot: Robot, **options: Any) -> Task:
         UnknownNameError: when there is no such task.
         ShapeError: when the robot cannot be given this task.
 
-    >>> make_task("hover", ROBOTS["crazyflie"]).name
-    'hover'
+    Examples:
+        >>> make_task("hover", ROBOTS["crazyflie"]).name
+        'hover'
     """
     return TASKS[name](robot, **options)
 

@@ -33,9 +33,10 @@ class Task:
         start: draws the state ``# (state,)`` that an episode starts from.
         duration: length of an episode, s.
 
-    >>> task = make_task("circle", ROBOTS["mushr"], radius=2.0)
-    >>> isinstance(task, Task), task.reference(torch.zeros(1)).shape
-    (True, torch.Size([1, 7]))
+    Examples:
+        >>> task = make_task("circle", ROBOTS["mushr"], radius=2.0)
+        >>> isinstance(task, Task), task.reference(torch.zeros(1)).shape
+        (True, torch.Size([1, 7]))
     """
 
     name: str

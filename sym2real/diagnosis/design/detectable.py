@@ -60,11 +60,12 @@ def plan(
     Raises:
         ShapeError: when no trajectory is long enough, or columns differ.
 
-    >>> robot = ROBOTS["mushr"]
-    >>> model, task = robot.nominal(), make_task("circle", robot)
-    >>> log = run_episode(MujocoPlant(robot), MPPI(compile_model(model), robot, task), task, steps=60)
-    >>> {row.effect for row in plan(model, log).visible} >= {"offset:steer", "gain:speed"}
-    True
+    Examples:
+        >>> robot = ROBOTS["mushr"]
+        >>> model, task = robot.nominal(), make_task("circle", robot)
+        >>> log = run_episode(MujocoPlant(robot), MPPI(compile_model(model), robot, task), task, steps=60)
+        >>> {row.effect for row in plan(model, log).visible} >= {"offset:steer", "gain:speed"}
+        True
     """
     dataset = with_filtered_commands(equations, long_enough(data))
     library = library_for(equations, dataset, exclude)

@@ -112,11 +112,12 @@ def compare(
     Raises:
         ShapeError: when columns or time steps differ, no log is long enough for a window, or a horizon is no step long.
 
-    >>> robot = ROBOTS["mushr"]
-    >>> model, task = robot.nominal(), make_task("circle", robot)
-    >>> log = run_episode(MujocoPlant(robot), MPPI(compile_model(model), robot, task), task, steps=60)
-    >>> compare(model, log).at(0.5).errors["position"].value < 0.05
-    True
+    Examples:
+        >>> robot = ROBOTS["mushr"]
+        >>> model, task = robot.nominal(), make_task("circle", robot)
+        >>> log = run_episode(MujocoPlant(robot), MPPI(compile_model(model), robot, task), task, steps=60)
+        >>> compare(model, log).at(0.5).errors["position"].value < 0.05
+        True
     """
     logs = long_enough(data)
     predictor, dataset = prepared(model, logs)

@@ -1,0 +1,34 @@
+"""# Fly the Crazyflie (fake)
+
+The launch script that flies a real Crazyflie flies a fake one with `--sim`: a process that speaks its radio protocol on
+UDP, with MuJoCo behind it. Check, arm, take off, task, land, compare: the order is that of a real flight.
+
+    python docs/tutorials/05_fly_the_crazyflie.py
+"""
+
+import subprocess
+import sys
+
+from sym2real import ROBOTS, read_log, save_model
+
+SHORT = "--short" in sys.argv
+
+# A model to fly with: first principles do.
+
+robot = ROBOTS["crazyflie"]
+save_model(robot.nominal(), "model")
+
+# `check_link --sim` asks first whether everything is there that a flight needs. Without `--sim` both commands talk to
+# the robot, and the flight asks for `--thrust-map`, its firmware's.
+
+seconds = "3" if SHORT else "10"
+command = ["-m", "hardware.fly_crazyflie", "model", "hover", "--sim", "--seconds", seconds, "--samples", "64"]
+# A busy machine may be late; a real flight keeps the limits as they are.
+patient = ["--limits.late", "5", "--limits.pose-age", "5", "--limits.attitude-age", "5", "--limits.overruns", "10000"]
+subprocess.run([sys.executable, *command, *patient, "--out", "flight"], check=True)
+
+# The folder holds the whole record and the part that MPPI flew, which is a log like any other.
+
+log = read_log("flight/hover.csv", layouts=robot.layouts)
+print(log, f"mean height {log.column('z').mean():.2f} m")
+assert 0.5 < log.column("z").mean() < 1.5

@@ -1,0 +1,28 @@
+"""# Drive the MuSHR (fake)
+
+The same for a car over ROS 1, without ROS on this machine: the fake has a master, a car with MuJoCo behind it, and a
+motion capture. Hold the button for autonomy on the real one.
+
+    python docs/tutorials/06_drive_the_mushr.py
+"""
+
+import subprocess
+import sys
+
+from sym2real import ROBOTS, read_log, save_model
+
+SHORT = "--short" in sys.argv
+
+# A model, a drive, a record. `--master URI` in place of `--sim` talks to the robot's own ROS.
+
+robot = ROBOTS["mushr"]
+save_model(robot.nominal(), "model")
+command = ["-m", "hardware.drive_mushr", "model", "circle", "--sim", "--samples", "64"]
+seconds = ["--seconds", "3" if SHORT else "10"]
+# A busy machine may be late; a real drive keeps the limits as they are.
+patient = ["--limits.late", "5", "--limits.pose-age", "5", "--limits.overruns", "10000"]
+subprocess.run([sys.executable, *command, *seconds, *patient, "--out", "drive"], check=True)
+
+log = read_log("drive/circle.csv", layouts=robot.layouts)
+print(log)
+assert abs(log.column("speed")).max() > 0.3

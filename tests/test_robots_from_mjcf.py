@@ -207,7 +207,7 @@ def test_the_whole_way_from_the_command_line(learned: Path, tmp_path: Path) -> N
     main(["run", str(learned), "regulate", "--seconds", "1", "--samples", "64", "--out", str(tmp_path / "run")])
     assert (tmp_path / "run" / "regulate.csv").exists()
     main(["compare", str(learned), str(log), "--json", str(tmp_path / "compare.json")])
-    main(["diagnose", str(learned), str(log), "--no-calibrate", "--out", str(tmp_path / "found")])
+    main(["diagnose", str(learned), str(log), "--out", str(tmp_path / "found")])
     main(["add", str(learned), "joint_friction:slider", "value=1.5", "--out", str(informed)])
     before, after = (
         compare(model, read_logs([log], layouts=model.layouts)).at(0.5)

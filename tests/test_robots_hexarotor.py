@@ -90,7 +90,7 @@ def test_the_whole_way_from_the_command_line(tmp_path: Path) -> None:
     main(["run", str(model), "hover", "--seconds", "0.4", "--samples", "64", "--out", str(tmp_path / "run")])
     assert (tmp_path / "run" / "hover.csv").exists()
     main(["compare", str(model), str(log), "--json", str(tmp_path / "compare.json")])
-    main(["diagnose", str(model), str(log), "--no-calibrate", "--out", str(tmp_path / "found")])
+    main(["diagnose", str(model), str(log), "--out", str(tmp_path / "found")])
     main(["add", str(model), "added_mass", "value=0.15", "--out", str(informed)])
     main(["run", str(informed), "hover", "--seconds", "0.4", "--samples", "64"])
 

@@ -17,72 +17,29 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import mujoco
 import numpy as np
-from sympy import Expr, Integer, Max, Min, count_ops, tanh
+from sympy import Expr, Integer, count_ops
 
 from sym2real.errors import ModelError
-from sym2real.layout import Layouts, push_column, rate_column
+from sym2real.layout import Layouts, rate_column
 from sym2real.robots import mjcf_columns as columns
+from sym2real.robots.joint_forces import SLOW, Forces
+from sym2real.robots.joint_tree import Link, as_expression, links_of
 from sym2real.robots.spatial import (
     Inertia,
     Motion,
     Transform,
     Values,
-    about,
     along,
-    exact,
     force_cross,
     motion_cross,
 )
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import names_in
 
-# m/s², rad/s²: what dry friction takes of a rate, about; within a period of it a joint is held rather than slides.
-SLOW = 0.3
 LONGEST = 4  # operations of an expression that needs no name
-
-
-@dataclass(frozen=True, eq=False)
-class Link:
-    """One joint, and what moves with it.
-
-    Args:
-        joint: its name.
-        parent: number of the link that carries it; -1 for the ground.
-        fixed: from the parent's axes to the joint's, with the joint at zero.
-        axis: of the joint in the link's axes ``# (3,)``.
-        turns: whether it is a hinge.
-        inertia: of the bodies that move with it, in the link's axes about its origin.
-        armature, damping, stiffness, rest: of the joint, SI units.
-        friction: its dry friction, N or N m.
-    """
-
-    joint: str
-    parent: int
-    fixed: Transform
-    axis: Values
-    turns: bool
-    inertia: Inertia
-    armature: float
-    damping: float
-    stiffness: float
-    rest: float
-    friction: float
-
-    def transform(self, coordinate: Expr) -> Transform:
-        """From the parent's axes to the link's where the joint stands."""
-        if not self.turns:
-            return Transform(self.fixed.turn, self.fixed.place + self.fixed.turn.T @ (self.axis * coordinate))
-        return Transform(about(self.axis, coordinate).T @ self.fixed.turn, self.fixed.place)
-
-    @property
-    def motion(self) -> Motion:
-        """Of a unit rate of the joint."""
-        zero = np.zeros(3, dtype=int).astype(object)
-        return (self.axis, zero) if self.turns else (zero, self.axis)
 
 
 @dataclass
@@ -122,12 +79,14 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     _require_covered(model, layouts)
     links = links_of(model)
     build = _Build()
-    build.quantities |= {name: _number(value) for name, value in zip(columns.GRAVITY, model.opt.gravity, strict=True)}
-    build.quantities |= {f"armature_{link.joint}": _number(link.armature) for link in links}
+    build.quantities |= {
+        name: as_expression(value) for name, value in zip(columns.GRAVITY, model.opt.gravity, strict=True)
+    }
+    build.quantities |= {f"armature_{link.joint}": as_expression(link.armature) for link in links}
     build.quantities |= {f"load_{model.site(one).name}": Integer(0) for one in columns.loaded_sites(model)}
-    build.quantities |= {f"damping_{link.joint}": _number(link.damping) for link in links}
-    build.quantities |= {f"friction_{link.joint}": _number(link.friction) for link in links}
-    forces = _Forces(model, links, actions, SLOW * dt)
+    build.quantities |= {f"damping_{link.joint}": as_expression(link.damping) for link in links}
+    build.quantities |= {f"friction_{link.joint}": as_expression(link.friction) for link in links}
+    forces = Forces(model, links, actions, SLOW * dt)
     names = [link.joint for link in links]
     place = np.array([symbol(name) for name in names], dtype=object)
     rate = np.array([symbol(rate_column(name)) for name in names], dtype=object)
@@ -241,118 +200,8 @@ def _solved(build: _Build, matrix: Values, wanted: Values) -> Values:
     return wanted
 
 
-@dataclass(frozen=True, eq=False)
-class _Forces:
-    """Along the joints: pushes, springs, dampers, dry friction and actuators.
-
-    Args:
-        model: the compiled file.
-        links: its joints.
-        actions: column of the action by actuator.
-        slow: rate below which dry friction holds rather than brakes, m/s or rad/s.
-    """
-
-    model: mujoco.MjModel
-    links: Sequence[Link]
-    actions: Mapping[str, str]
-    slow: float
-
-    def at(self, place: Values, rate: Values) -> Values:
-        """Where the joints are and how fast they move ``# (n,)``."""
-        force = np.array([symbol(push_column(link.joint)) for link in self.links], dtype=object)
-        for number, link in enumerate(self.links):
-            force[number] += -symbol(f"damping_{link.joint}") * rate[number]
-            force[number] += -symbol(f"friction_{link.joint}") * tanh(rate[number] / self.slow)
-            force[number] += -_number(link.stiffness) * (place[number] - _number(link.rest))
-        numbers = {link.joint: number for number, link in enumerate(self.links)}
-        for name, column in self.actions.items():
-            index = self.model.actuator(name).id
-            joint = numbers[self.model.joint(int(self.model.actuator_trnid[index, 0])).name]
-            force[joint] += self._given(index, symbol(column), place[joint], rate[joint])
-        return force
-
-    def _given(self, index: int, told: Expr, place: Expr, rate: Expr) -> Expr:
-        """By an actuator's gain and bias, within its limits."""
-        model = self.model
-        gear, gain = _number(model.actuator_gear[index, 0]), _number(model.actuator_gainprm[index, 0])
-        constant, by_place, by_rate = (_number(one) for one in model.actuator_biasprm[index, :3])
-        given = gain * told + constant + by_place * gear * place + by_rate * gear * rate
-        if model.actuator_forcelimited[index]:
-            low, high = model.actuator_forcerange[index]
-            given = Max(Min(given, float(high)), float(low))
-        return gear * given
-
-
-def links_of(model: mujoco.MjModel) -> list[Link]:
-    """Joints in MuJoCo's order, each with the bodies that move with it; several joints of a body follow each other."""
-    found: list[Link] = []
-    # Of every body: the link that carries it, and the way from that link's axes to the body's.
-    carried = {0: (-1, Transform(np.eye(3, dtype=int).astype(object), exact(np.zeros(3))))}
-    for body in range(1, model.nbody):
-        parent, frame = carried[int(model.body_parentid[body])]
-        here = _placed(frame, model.body_pos[body], _matrix(model.body_quat[body]))
-        for joint in range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body]):
-            turns = bool(model.jnt_type[joint] == columns.HINGE)
-            anchor = exact(model.jnt_pos[joint]) if turns else exact(np.zeros(3))
-            fixed = Transform(here.turn, here.place + here.turn.T @ anchor)
-            found.append(_link(model, joint, parent, fixed))
-            parent, here = len(found) - 1, Transform(np.eye(3, dtype=int).astype(object), -anchor)
-        carried[body] = (parent, here)
-        if parent >= 0:
-            link = found[parent]
-            added = _body_inertia(model, body, here)
-            found[parent] = Link(**{**vars(link), "inertia": link.inertia + added})
-    return found
-
-
-def _link(model: mujoco.MjModel, joint: int, parent: int, fixed: Transform) -> Link:
-    dof, nothing = int(model.jnt_dofadr[joint]), exact(np.zeros(3))
-    return Link(
-        joint=model.joint(joint).name,
-        parent=parent,
-        fixed=fixed,
-        axis=exact(model.jnt_axis[joint]),
-        turns=bool(model.jnt_type[joint] == columns.HINGE),
-        inertia=Inertia(0, nothing, exact(np.zeros((3, 3)))),
-        armature=float(model.dof_armature[dof]),
-        damping=float(model.dof_damping[dof]),
-        stiffness=float(model.jnt_stiffness[joint]),
-        rest=float(model.qpos_spring[model.jnt_qposadr[joint]]),
-        friction=float(model.dof_frictionloss[dof]),
-    )
-
-
-def _body_inertia(model: mujoco.MjModel, body: int, frame: Transform) -> Inertia:
-    """Of a body and the loads at its sites, in the axes of the link that carries it."""
-    to_link = np.array(frame.turn.T, dtype=object)
-    principal = _matrix(model.body_iquat[body])
-    about_centre = exact(principal @ np.diag(model.body_inertia[body]) @ principal.T)
-    centre = frame.place + to_link @ exact(model.body_ipos[body])
-    whole = Inertia.of_body(_number(model.body_mass[body]), centre, to_link @ about_centre @ to_link.T)
-    for site in columns.loaded_sites(model):
-        if model.site_bodyid[site] == body:
-            place = frame.place + to_link @ exact(model.site_pos[site])
-            whole += Inertia.of_body(symbol(f"load_{model.site(site).name}"), place, exact(np.zeros((3, 3))))
-    return whole
-
-
-def _placed(frame: Transform, place: Values, turn: Values) -> Transform:
-    """A frame in a frame: where it is, and the matrix from its axes to those of the other."""
-    return Transform(exact(turn).T @ frame.turn, frame.place + frame.turn.T @ exact(place))
-
-
-def _matrix(quaternion: Values) -> Values:
-    matrix = np.empty(9)
-    mujoco.mju_quat2Mat(matrix, np.asarray(quaternion, dtype=np.float64))
-    return matrix.reshape(3, 3)
-
-
 def _short_pair(build: _Build, name: str, pair: tuple[Values, Values]) -> tuple[Values, Values]:
     return build.each(f"{name}_w", pair[0]), build.each(f"{name}_v", pair[1])
-
-
-def _number(value: Any) -> Expr:
-    return exact(np.array([float(value)]))[0] + Integer(0)
 
 
 def _require_covered(model: mujoco.MjModel, layouts: Layouts) -> None:

@@ -64,13 +64,14 @@ def reference_of(log: Trajectory) -> Tensor:
     """Full reference state along a log ``# (rows, state)``: its columns ``ref_…``, the smoothed path for the others."""
     layout = log.layouts.state
     path = _smoothed(log.state, SMOOTHING)
-    if all(f"ref_{c}" in log.extra for c in layout.field("position").columns):
+    coordinate_of = {rate: coordinate for coordinate, rate in layout.rates.items()}
+    if all(f"ref_{column}" in log.extra for field in layout.placing for column in field.columns):
         for column in layout:
             place = layout.index(column)
             if f"ref_{column}" in log.extra:
                 path[:, place] = log.extra[f"ref_{column}"]
-            elif column[1:] in layout.field("position").columns and column.startswith("v"):
-                path[:, place] = np.gradient(log.extra[f"ref_{column[1:]}"], log.time)
+            elif f"ref_{coordinate_of.get(column)}" in log.extra:
+                path[:, place] = np.gradient(log.extra[f"ref_{coordinate_of[column]}"], log.time)
     return layout.normalise(torch.as_tensor(path))
 
 

@@ -1,0 +1,123 @@
+"""The tree of joints of a compiled MJCF: each with its frame, its numbers, and the inertia that moves with it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import mujoco
+import numpy as np
+from sympy import Expr, Integer
+
+from sym2real.robots import mjcf_columns as columns
+from sym2real.robots.spatial import Inertia, Motion, Transform, Values, about, exact
+from sym2real.symbolic import symbol
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """One joint, and what moves with it.
+
+    Args:
+        joint: its name.
+        parent: number of the link that carries it; -1 for the ground.
+        fixed: from the parent's axes to the joint's, with the joint at zero.
+        axis: of the joint in the link's axes ``# (3,)``.
+        turns: whether it is a hinge.
+        inertia: of the bodies that move with it, in the link's axes about its origin.
+        armature, damping, stiffness, rest: of the joint, SI units.
+        friction: its dry friction, N or N m.
+    """
+
+    joint: str
+    parent: int
+    fixed: Transform
+    axis: Values
+    turns: bool
+    inertia: Inertia
+    armature: float
+    damping: float
+    stiffness: float
+    rest: float
+    friction: float
+
+    def transform(self, coordinate: Expr) -> Transform:
+        """From the parent's axes to the link's where the joint stands."""
+        if not self.turns:
+            return Transform(self.fixed.turn, self.fixed.place + self.fixed.turn.T @ (self.axis * coordinate))
+        return Transform(about(self.axis, coordinate).T @ self.fixed.turn, self.fixed.place)
+
+    @property
+    def motion(self) -> Motion:
+        """Of a unit rate of the joint."""
+        zero = np.zeros(3, dtype=int).astype(object)
+        return (self.axis, zero) if self.turns else (zero, self.axis)
+
+
+def links_of(model: mujoco.MjModel) -> list[Link]:
+    """Joints in MuJoCo's order, each with the bodies that move with it; several joints of a body follow each other."""
+    found: list[Link] = []
+    # Of every body: the link that carries it, and the way from that link's axes to the body's.
+    carried = {0: (-1, Transform(np.eye(3, dtype=int).astype(object), exact(np.zeros(3))))}
+    for body in range(1, model.nbody):
+        parent, frame = carried[int(model.body_parentid[body])]
+        here = _placed(frame, model.body_pos[body], _matrix(model.body_quat[body]))
+        for joint in range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body]):
+            turns = bool(model.jnt_type[joint] == columns.HINGE)
+            anchor = exact(model.jnt_pos[joint]) if turns else exact(np.zeros(3))
+            fixed = Transform(here.turn, here.place + here.turn.T @ anchor)
+            found.append(_link(model, joint, parent, fixed))
+            parent, here = len(found) - 1, Transform(np.eye(3, dtype=int).astype(object), -anchor)
+        carried[body] = (parent, here)
+        if parent >= 0:
+            link = found[parent]
+            added = _body_inertia(model, body, here)
+            found[parent] = replace(link, inertia=link.inertia + added)
+    return found
+
+
+def _link(model: mujoco.MjModel, joint: int, parent: int, fixed: Transform) -> Link:
+    dof, nothing = int(model.jnt_dofadr[joint]), exact(np.zeros(3))
+    return Link(
+        joint=model.joint(joint).name,
+        parent=parent,
+        fixed=fixed,
+        axis=exact(model.jnt_axis[joint]),
+        turns=bool(model.jnt_type[joint] == columns.HINGE),
+        inertia=Inertia(0, nothing, exact(np.zeros((3, 3)))),
+        armature=float(model.dof_armature[dof]),
+        damping=float(model.dof_damping[dof]),
+        stiffness=float(model.jnt_stiffness[joint]),
+        rest=float(model.qpos_spring[model.jnt_qposadr[joint]]),
+        friction=float(model.dof_frictionloss[dof]),
+    )
+
+
+def _body_inertia(model: mujoco.MjModel, body: int, frame: Transform) -> Inertia:
+    """Of a body and the loads at its sites, in the axes of the link that carries it."""
+    to_link = np.array(frame.turn.T, dtype=object)
+    principal = _matrix(model.body_iquat[body])
+    about_centre = exact(principal @ np.diag(model.body_inertia[body]) @ principal.T)
+    centre = frame.place + to_link @ exact(model.body_ipos[body])
+    whole = Inertia.of_body(as_expression(model.body_mass[body]), centre, to_link @ about_centre @ to_link.T)
+    for site in columns.loaded_sites(model):
+        if model.site_bodyid[site] == body:
+            place = frame.place + to_link @ exact(model.site_pos[site])
+            whole += Inertia.of_body(symbol(f"load_{model.site(site).name}"), place, exact(np.zeros((3, 3))))
+    return whole
+
+
+def _placed(frame: Transform, place: Values, turn: Values) -> Transform:
+    """A frame in a frame: where it is, and the matrix from its axes to those of the other."""
+    return Transform(exact(turn).T @ frame.turn, frame.place + frame.turn.T @ exact(place))
+
+
+def _matrix(quaternion: Values) -> Values:
+    matrix = np.empty(9)
+    mujoco.mju_quat2Mat(matrix, np.asarray(quaternion, dtype=np.float64))
+    return matrix.reshape(3, 3)
+
+
+def as_expression(value: Any) -> Expr:
+    """A number as an expression, a whole one as an integer."""
+    return exact(np.array([float(value)]))[0] + Integer(0)

@@ -1,7 +1,7 @@
 """Robots: description files, limits, default weights, and rigid-body equations from numbers alone.
 
->>> list(ROBOTS)
-['crazyflie', 'mushr']
+>>> ROBOTS["crazyflie"].title
+'Crazyflie 2.1'
 """
 
 from sym2real.registry import Registry

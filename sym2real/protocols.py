@@ -113,5 +113,5 @@ class Learner(Protocol[Base_contra, Model]):
     """Fits what a frozen base leaves of transitions: SR*+NN, SR*+SR, NN*+NN and NN*+SR are two arguments."""
 
     def fit(self, transitions: Transitions, base: Base_contra, start: Model | None = None) -> Model:
-        """The base, which stays as it is, with what was learned; ``start`` is an earlier result to go on from."""
+        """The base, which stays as it is, with what was learned; warm-started from an earlier result."""
         ...

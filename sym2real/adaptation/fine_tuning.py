@@ -134,7 +134,7 @@ class Ridge:
         """For the named parameters of equations."""
         rows = leftover(transitions, lifted)
         blocks = Blocks.of(rows.runs, steps, seed)
-        scales = Scales.of(rows, blocks.starts, steps)
+        scales = Scales.of(rows, blocks.starts((*blocks.training, *blocks.validation)), steps)
         values = torch.tensor(list(lifted.parameters.values()), dtype=torch.float64)
         places = [list(lifted.parameters).index(name) for name in names]
         errors = errors_by_parameters(transitions, lifted)

@@ -65,21 +65,23 @@ class Training:
         self.on_progress(Progress(f"round {number}: learning from {data.rows} rows", 0, 0))
         if self.inform is not None and isinstance(base, Equations):
             base = unless_withdrawn(self.inform(data, base), models, reports)
-        model, penalty, refused = self._trained(data, base)
+        digest, before = digest_of(base), reports[-1].learned
+        warm = digest == before.base and digest_of(models[-1]) != digest
+        model, penalty, refused = self._trained(data, base, models[-1] if warm and number > 1 else None)
         seconds = time.perf_counter() - started
         if model is None:
-            return models[-1], replace(reports[-1].learned, rows=data.rows, seconds=seconds, refused=refused)
-        return model, Learned(data.rows, seconds, digest_of(base), effects_of(base), penalty)
+            return models[-1], replace(before, rows=data.rows, seconds=seconds, refused=refused)
+        return model, Learned(data.rows, seconds, digest, effects_of(base), penalty)
 
-    def _trained(self, data: Dataset, base: Base) -> tuple[Model | None, float, str]:
+    def _trained(self, data: Dataset, base: Base, start: Model | None) -> tuple[Model | None, float, str]:
         """What the learner makes of the logs, λ, and why it must not be flown."""
         fit = getattr(self.learner, "fit_reported", None)
         penalty = float("nan")
         try:
             if fit is None:
-                model = self.learner.fit(data.transitions(), base)
+                model = self.learner.fit(data.transitions(), base, start)
             else:
-                model, report = fit(data.transitions(), base)
+                model, report = fit(data.transitions(), base, start)
                 penalty = float("nan") if report.penalty is None else report.penalty
         except ModelError as error:
             return None, penalty, str(error)

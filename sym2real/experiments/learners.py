@@ -36,11 +36,12 @@ class Remembering:
     def fit_reported(
         self, transitions: Transitions, base: Base, start: Composed | None = None
     ) -> tuple[Composed, TrainingReport]:
-        """The base with a residual on top, and how that came about; a start has no part."""
+        """The base with a residual on top, and how that came about; a start that sees less or more is left aside."""
         commands = 0
         if isinstance(base, Equations) and len(transitions) >= FEWEST_ROWS:
             commands = memory_length(transitions, base).commands
-        return replace(self.training, commands=commands).fit_reported(transitions, base)
+        same = start is not None and start.past_rows == (commands, 0)
+        return replace(self.training, commands=commands).fit_reported(transitions, base, start if same else None)
 
 
 # What a learner is made by, from the seed of its first weights and the columns whose sine and cosine it may use.

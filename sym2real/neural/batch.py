@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from sym2real.neural.blocks import Blocks, rows_in, windows_in
+from sym2real.neural.blocks import Run, rows_in, windows_in
 from sym2real.neural.leftover import Leftover
 from sym2real.neural.multi_step import Scales, corrected_errors
 from sym2real.neural.networks import Networks
@@ -24,9 +24,8 @@ class Batch:
         error: the base's one-step errors ``# (rows, t, 1)``.
         moved: what a network's outputs add to them ``# (rows, t, n)``.
         carried: how errors go on ``# (rows, t, t)``.
-        fold: that a row belongs to ``# (rows,)``.
         starts: first rows of windows ``# (windows,)``.
-        block: which of these blocks a window lies in ``# (windows,)``.
+        block: which block a window lies in ``# (windows,)``.
         scale: of errors ``# (steps, 1, t, 1)``.
     """
 
@@ -34,62 +33,58 @@ class Batch:
     error: Tensor
     moved: Tensor
     carried: Tensor
-    fold: Tensor
     starts: Tensor
     block: Tensor
     scale: Tensor
 
     @classmethod
-    def of(cls, rows: Leftover, blocks: Blocks, places: Sequence[int], normal: Normal, scales: Scales) -> Batch:
-        """The rows of the blocks in these places."""
-        runs = [blocks.runs[place] for place in places]
-        chosen = rows_in(runs)
-        starts, block, fold, gone = list[Tensor](), list[Tensor](), list[Tensor](), 0
-        for number, (place, (first, end)) in enumerate(zip(places, runs, strict=True)):
-            starts.append(windows_in((gone, gone + end - first), blocks.steps))
+    def of(cls, rows: Leftover, blocks: Sequence[Run], normal: Normal, scales: Scales) -> Batch:
+        """The rows of some blocks."""
+        chosen = rows_in(blocks)
+        steps = len(scales.error)
+        starts, block, gone = list[Tensor](), list[Tensor](), 0
+        for number, (first, end) in enumerate(blocks):
+            starts.append(windows_in((gone, gone + end - first), steps))
             block.append(torch.full((len(starts[-1]),), number))
-            fold.append(torch.full((end - first,), blocks.fold[place]))
             gone += end - first
         return cls(
             normal(rows.seen[chosen]),
             rows.error[chosen, :, None],
             rows.moved[chosen] * normal.output,
             rows.carried[chosen],
-            torch.cat(fold),
             torch.cat(starts),
             torch.cat(block),
             scales.error,
         )
 
-    def errors(self, outputs: Tensor) -> Tensor:
-        """Mean squared error of each network by window ``# (windows, count)``; outputs ``# (count, rows, n)``."""
+    def loss(self, outputs: Tensor) -> Tensor:
+        """Mean squared error of each network, 1 for the base ``# (count,)``; outputs ``# (count, rows, n)``."""
         added = self.moved @ outputs.permute(1, 2, 0)
         rolled = corrected_errors(self.error, added, self.carried, self.starts, len(self.scale)) / self.scale
-        squares: Tensor = rolled.square().mean((0, 2))
-        return squares
+        mean: Tensor = rolled.square().mean((0, 1, 2))
+        return mean
 
-    def penalised(self, networks: Networks, penalties: Tensor, left_out: Tensor) -> Tensor:
-        """Error of each network outside the fold that it leaves out, and λ·mean squared output ``# (count,)``."""
+    def penalised(self, networks: Networks, penalties: Tensor) -> Tensor:
+        """Loss and λ·mean squared output of each network ``# (count,)``."""
         outputs = networks(self.seen)
-        taught = self.fold[self.starts, None] != left_out
         size: Tensor = penalties * outputs.square().mean((1, 2))
-        return (self.errors(outputs) * taught).sum(0) / taught.sum(0).clamp(min=1) + size
+        return self.loss(outputs) + size
 
 
 class Batches:
     """Batches of blocks in an order that the seed decides, every block once before any comes again.
 
     Args:
-        make: a batch of the blocks in some places.
+        make: a batch of some blocks.
         blocks: to draw from.
         size: rows of a batch, about; all blocks are one batch where they have no more.
         seed: of the order.
     """
 
-    def __init__(self, make: Callable[[Sequence[int]], Batch], blocks: Blocks, size: int, seed: int) -> None:
+    def __init__(self, make: Callable[[Sequence[Run]], Batch], blocks: Sequence[Run], size: int, seed: int) -> None:
         self._make = make
-        self._blocks, self._generator = len(blocks.runs), torch.Generator().manual_seed(seed)
-        total = sum(end - first for first, end in blocks.runs)
+        self._blocks, self._generator = list(blocks), torch.Generator().manual_seed(seed)
+        total = sum(end - first for first, end in blocks)
         self._count = max(1, round(total / size))
         self._batches: list[Batch] = []
 
@@ -97,6 +92,7 @@ class Batches:
         """The batch of a step, counted from 0."""
         place = step % self._count
         if place == 0 and (self._count > 1 or not self._batches):
-            order = torch.randperm(self._blocks, generator=self._generator).tolist()
-            self._batches = [self._make(order[part :: self._count]) for part in range(self._count)]
+            order = torch.randperm(len(self._blocks), generator=self._generator).tolist()
+            parts = [order[part :: self._count] for part in range(self._count)]
+            self._batches = [self._make([self._blocks[number] for number in part]) for part in parts]
         return self._batches[place]

@@ -27,3 +27,11 @@ def bounded(layers: Sequence[Layer], outputs: Tensor) -> list[Layer]:
     *below, (weight, bias) = layers
     unit = torch.eye(len(bias))
     return [*below, (weight.repeat(1, 2), torch.cat([bias - low, bias - high])), (torch.cat([unit, -unit]), low)]
+
+
+def unbounded(layers: Sequence[Layer]) -> list[Layer]:
+    """The layers below the bounds of :func:`bounded`, whose outputs may have been scaled since."""
+    *below, (weight, bias), (last, low) = layers
+    size = len(low)
+    scale = last[:size].diagonal()
+    return [*below, (weight[:, :size] * scale, bias[:size] * scale + low)]

@@ -5,12 +5,9 @@
     loss = mean over windows, steps and columns of (e / σ)² + λ · mean over rows and columns of (r / ρ)²
 
 e: error of a rollout from a measured row (:mod:`sym2real.neural.leftover`), one step or several; σ: root mean square of
-the base's own, so that the base's loss is 1; r: residual; ρ: what a step lacks, by σ. λ inside bounds, the number of
-descent steps, and which columns have a residual at all are chosen by cross-validation: beside the network that learns
-from all rows, one a fold learns from the others (:class:`~sym2real.neural.blocks.Blocks`), and what they say of their
-folds is judged together. Sources: the paper, "Residual learning"; T. Hastie, R. Tibshirani, J. Friedman, "The Elements
-of Statistical Learning", 2nd ed., section 7.10; AdamW: I. Loshchilov, F. Hutter, "Decoupled weight decay
-regularization", ICLR 2019.
+the base's own, so that the base's loss is 1; r: residual; ρ: what a step lacks, by σ. λ is chosen by validation inside
+bounds, and so is, column by column, whether there is a residual at all. Sources: the paper, "Residual learning";
+AdamW: I. Loshchilov, F. Hutter, "Decoupled weight decay regularization", ICLR 2019.
 """
 
 from __future__ import annotations
@@ -23,11 +20,11 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from sym2real.errors import ModelError
+from sym2real.errors import ModelError, ShapeError
 from sym2real.layout import Layouts
 from sym2real.neural.batch import Batch, Batches
-from sym2real.neural.blocks import TEACHES, Blocks
-from sym2real.neural.bounded import bounded
+from sym2real.neural.blocks import Blocks, Run
+from sym2real.neural.bounded import bounded, unbounded
 from sym2real.neural.composed import Base, Composed, state_of
 from sym2real.neural.descent import Descent, descend, one_thread
 from sym2real.neural.leftover import leftover
@@ -47,7 +44,7 @@ class TrainingReport:
 
     Args:
         penalty: λ that validated best; None where no residual did better than none.
-        error: mean squared error of rows that did not teach, over the base's.
+        error: mean squared error on the validation blocks over the base's.
         columns: state columns that have a residual.
         rows: transitions in all.
         seconds: on the clock.
@@ -74,7 +71,7 @@ class ResidualTraining:
         penalties: λ to choose from. The largest leaves half of what the data ask for, the smallest nearly all; no
             residual at all is always among the choices.
         commands, states: past rows that the residual sees.
-        seed: of the first weights, the order of rows, and the validation blocks of few trajectories.
+        seed: of the first weights, the validation blocks and the order of rows.
         descent: how weights are found.
 
     Raises:
@@ -111,60 +108,65 @@ class ResidualTraining:
         Args:
             transitions: of the target.
             base: frozen.
-            start: has no part: its weights know rows that are to validate.
+            start: an earlier result, whose weights training begins with.
 
         Raises:
             ModelError: for too few consecutive transitions.
-            ShapeError: for other columns than the base's.
+            ShapeError: for other columns than the base's, or a start of another shape.
         """
         began = time.perf_counter()
         with one_thread():
-            residual, penalty, error = self._trained(transitions, base)
+            residual, penalty, error = self._trained(transitions, base, start)
         on = tuple(c for c, size in zip(state_of(base), residual.output_scale.tolist(), strict=True) if size)
         seconds = time.perf_counter() - began
         return Composed(base, residual), TrainingReport(penalty if on else None, error, on, len(transitions), seconds)
 
-    def _trained(self, transitions: Transitions, base: Base) -> tuple[ResidualMLP, float, float]:
-        """The residual, its λ, and its error where it was not taught over the base's."""
+    def _trained(
+        self, transitions: Transitions, base: Base, start: Composed | None
+    ) -> tuple[ResidualMLP, float, float]:
+        """The residual, its λ, and its error on the validation blocks over the base's."""
         layouts = Layouts(state_of(base), base.layouts.action)
         rows = leftover(transitions, base, self.commands, self.states)
-        blocks = Blocks.by_trajectory(rows.runs, self.steps, self.seed)
-        scales = Scales.of(rows, blocks.starts, self.steps)
+        blocks = Blocks.of(rows.runs, self.steps, self.seed)
+        scales = Scales.of(rows, blocks.starts((*blocks.training, *blocks.validation)), self.steps)
         seen = [layouts.state, layouts.action, *[layouts.action] * self.commands, *[layouts.state] * self.states]
         normal = Normal.of(rows.seen, seen, scales.residual)
+        networks = Networks((len(normal.mean), *self.widths, len(layouts.state)), len(self.penalties))
+        normal.begin_with(networks, self._first(layouts, start))
 
-        def batch(places: Sequence[int]) -> Batch:
-            return Batch.of(rows, blocks, places, normal, scales)
+        def batch(chosen: Sequence[Run]) -> Batch:
+            return Batch.of(rows, chosen, normal, scales)
 
-        each, choices = blocks.folds + 1, len(self.penalties)
-        networks = Networks((len(normal.mean), *self.widths, len(layouts.state)), choices * each)
-        normal.begin_with(networks, self._residual(layouts, self.widths).layers())
-        batches = Batches(batch, blocks, self.descent.rows, self.seed)
-        held = batch([place for place, fold in enumerate(blocks.fold) if fold != TEACHES])
-        penalties, left_out = torch.tensor(self.penalties).repeat_interleave(each), torch.arange(each).repeat(choices)
-
-        def untaught() -> Tensor:
-            """What the networks of every λ say of the rows that they are not taught ``# (choices, rows, n)``."""
-            outputs: Tensor = networks(held.seen).unflatten(0, (choices, each))
-            return outputs[:, held.fold, torch.arange(len(held.seen))]
-
+        batches = Batches(batch, blocks.training, self.descent.rows, self.seed)
+        held, penalties = batch(blocks.validation), torch.tensor(self.penalties)
         errors = descend(
             networks,
-            lambda step: batches.at(step).penalised(networks, penalties, left_out),
-            lambda: held.errors(untaught()).mean(0).repeat_interleave(each),
+            lambda step: batches.at(step).penalised(networks, penalties),
+            lambda: held.loss(networks(held.seen)),
             self.descent,
         )
-        best = int(errors.argmin()) // each
-        whole = best * each + blocks.folds
+        best = int(errors.argmin())
         with torch.no_grad():
-            outputs = untaught()[best]
+            outputs = networks(held.seen)[best]
             on = columns_that_help(held, outputs, layouts.state)
-            error = held.errors(torch.stack([outputs * on, 0 * outputs])).mean(0)
-            layers = [(weight[whole], bias[whole, 0]) for weight, bias in networks.pairs()]
-            layers = bounded(layers, networks(normal(rows.seen))[whole])
+            error = held.loss(torch.stack([outputs * on, 0 * outputs]))
+            layers = [(weight[best], bias[best, 0]) for weight, bias in networks.pairs()]
+            layers = bounded(layers, networks(normal(rows.seen))[best])
         residual = self._residual(layouts, (*self.widths, 2 * len(on)))
         normal.write(layers, residual, on)
         return residual, self.penalties[best], float(error[0] / error[1])
 
     def _residual(self, layouts: Layouts, widths: Sequence[int]) -> ResidualMLP:
         return ResidualMLP(layouts, widths, self.seed, self.commands, self.states)
+
+    def _first(self, layouts: Layouts, start: Composed | None) -> list[tuple[Tensor, Tensor]]:
+        """Weights that every network begins with, over raw columns."""
+        if start is None:
+            return self._residual(layouts, self.widths).layers()
+        begin, widths = start.residual, (*self.widths, 2 * len(layouts.state))
+        wanted = f"a start of widths {widths} that sees {self.commands} past commands, {self.states} states"
+        if not isinstance(begin, ResidualMLP):
+            raise ShapeError(f"expected {wanted}, found one of expressions")
+        if (begin.widths, begin.commands, begin.states) != (widths, self.commands, self.states):
+            raise ShapeError(f"expected {wanted}; found {begin.widths}, {begin.commands}, {begin.states}")
+        return unbounded(begin.layers())

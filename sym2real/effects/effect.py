@@ -109,7 +109,8 @@ class Effect:
     def why_not(self, described: Describable) -> str:
         """Why the effect cannot be had on these equations, or this robot; "" where it can."""
         body = Body.of(described, self.column)
-        if not self.of.fits(body):
+        fits = self.of.fits(body)
+        if not fits and self.of.robot != "both":
             return f"{self.kind} is an effect of a {self.of.robot}"
         missing = [name for name in self._bound(self.of.needs) if name not in body.names]
         if missing:
@@ -117,6 +118,8 @@ class Effect:
         missing = [name for name in self._bound(self.of.numbers) if name not in body.numbers]
         if missing:
             return f"{self.key} needs the robot's {', '.join(missing)}, which is not among the numbers here"
+        if not fits:
+            return f"{self.kind} is an effect of a body that moves in space or in a plane"
         if any(name in body.names for name in self.of.hidden):
             return f"{self.key} is in these equations already, with a state of its own that they can have once"
         return ""

@@ -23,6 +23,7 @@ from sym2real.diagnosis.score.finding import Finding
 from sym2real.diagnosis.search.select import GAIN
 from sym2real.effects import effect
 from sym2real.effects.searching import Shown
+from sym2real.layout import RATE_COMMAND, SPEED_COLUMN, STEER_COLUMN, THRUST_COLUMN
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
 from sym2real.tasks.standard_paths import Manoeuvre, path_of
@@ -31,7 +32,7 @@ from sym2real.trajectory import Dataset
 
 SECONDS, LONG = 8.0, 16.0
 # White dither on the commands of every manoeuvre: thrust N and rates rad/s; steering rad and speed m/s. And more of it.
-DITHER = {"thrust": 0.005, "wx_cmd": 0.05, "wy_cmd": 0.05, "wz_cmd": 0.05, "steer": 0.01, "speed": 0.03}
+DITHER = {THRUST_COLUMN: 0.005, **dict.fromkeys(RATE_COMMAND.columns, 0.05), STEER_COLUMN: 0.01, SPEED_COLUMN: 0.03}
 MORE = 6.0
 # Rivals of a finding that are tried, and the part of it that they may explain where no better manoeuvre is looked for.
 MOST_RIVALS, CLEAR = 2, 0.3

@@ -22,6 +22,21 @@ Breach = ForeignUnit | ScalarLast | ReversedCommand | BadRows | Undoing
 Look = Callable[[Dataset], Sequence[Breach]]
 
 
+def unless_healthy(look: Look) -> Look:
+    """The look, which is not repeated at logs that it has found nothing in."""
+    healthy: list[Dataset] = []
+
+    def looked(data: Dataset) -> Sequence[Breach]:
+        if any(data is one for one in healthy):
+            return ()
+        found = look(data)
+        if not found:
+            healthy.append(data)
+        return found
+
+    return looked
+
+
 def breaches(data: Dataset, model: Equations | None = None) -> tuple[list[Breach], Dataset]:
     """What is wrong, and the logs without it; commands are judged only with a model that says what they do.
 
@@ -32,9 +47,10 @@ def breaches(data: Dataset, model: Equations | None = None) -> tuple[list[Breach
     found: list[Breach] = []
     looks: list[Look] = [bad_rows, scalar_last, foreign_positions, foreign_velocities, foreign_rates]
     if model is not None:
-        judged: list[Callable[[Equations, Dataset], Sequence[Breach]]] = [foreign_commands, mistakes, reversed_commands]
+        mistaken = unless_healthy(partial(mistakes, model))
+        commands = (partial(foreign_commands, model), mistaken, partial(reversed_commands, model))
         # A quaternion in another order is no turned or mirrored world.
-        looks = [*looks[:2], partial(mistakes, model), *looks[2:], *(partial(look, model) for look in judged)]
+        looks = [*looks[:2], mistaken, *looks[2:], *commands]
     for look in looks:
         more = look(data)
         data, found = undone(more, data), [*found, *more]

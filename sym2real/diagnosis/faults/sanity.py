@@ -24,7 +24,7 @@ from sym2real.diagnosis.data.preparation import DT_TOLERANCE
 from sym2real.diagnosis.data.scaled import divided
 from sym2real.diagnosis.faults.command_signs import reversed_commands
 from sym2real.diagnosis.faults.command_units import foreign_commands
-from sym2real.diagnosis.faults.conventions import Breach, Look, through, undone
+from sym2real.diagnosis.faults.conventions import Breach, Look, through, undone, unless_healthy
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit, foreign_positions, foreign_rates, foreign_velocities
 from sym2real.diagnosis.faults.mistakes import bad_rows, mistakes
 from sym2real.diagnosis.faults.motor_columns import (
@@ -110,12 +110,14 @@ def check(model: Equations, data: Dataset) -> Checked:
     found: list[Fault] = []
     sensors = Sensors(model)
     data = through(sensors.state, data)
+    mistaken = unless_healthy(partial(mistakes, model))
     steps: tuple[Callable[[Dataset], Settled], ...] = (
-        *(_breached(bad_rows), _breached(scalar_last), _breached(partial(mistakes, model))),
+        *(_breached(bad_rows), _breached(scalar_last), _breached(mistaken)),
         *(_attitude, _heading, _velocity_frame),
         *map(_breached, (foreign_positions, foreign_velocities, foreign_rates)),
         _signs,
-        *(_breached(partial(judge, model)) for judge in (foreign_commands, mistakes, reversed_commands)),
+        *(_breached(partial(foreign_commands, model)), _breached(mistaken)),
+        _breached(partial(reversed_commands, model)),
         _sensors,
         partial(_motors, model),
     )
@@ -214,7 +216,8 @@ def _velocity_frame(data: Dataset) -> Settled:
 
 def _signs(data: Dataset) -> Settled:
     faults = wrong_signs(data)
-    return faults, divided(data, [fault.effect.partition(":")[2] for fault in faults], -1.0)
+    columns = [fault.effect.partition(":")[2] for fault in faults]
+    return faults, divided(data, columns, -1.0) if columns else data
 
 
 def wrong_signs(data: Dataset) -> tuple[Fault, ...]:

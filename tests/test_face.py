@@ -31,7 +31,7 @@ from sym2real import (
 )
 from sym2real.errors import DataError, ModelError, ShapeError
 from sym2real.registry import Registry
-from sym2real.robots import Motors, fit_thrust_per_unit
+from sym2real.robots import ROBOTS, Motors, fit_thrust_per_unit
 from sym2real.upward import OWNERS, upward
 
 SPEC = "crazyflie_battery_drag"
@@ -87,6 +87,15 @@ def test_every_public_name_has_an_example_that_runs(name: str, tmp_path: Path, m
 def test_work_of_rooms_above_is_where_it_is_listed() -> None:
     for name in OWNERS:
         assert callable(upward(name))
+
+
+@pytest.mark.parametrize("robot", ["cart_pole", "mushr", "crazyflie"])
+def test_inputs_that_are_not_given_are_zero(robot: str) -> None:
+    model, start = ROBOTS[robot].nominal(), np.asarray(ROBOTS[robot].start)
+    action, none = np.zeros(len(model.layouts.action)), np.zeros(model.layouts.inputs.size)
+    np.testing.assert_array_equal(model.predict(start, action), model.predict(start, action, none))
+    rows = model.predict(np.stack([start] * 3), np.stack([action] * 3))
+    np.testing.assert_allclose(rows[2], model.predict(start, action))
 
 
 def test_numpy_gives_numpy_and_tensors_give_tensors(flight: Trajectory, equations: Equations) -> None:

@@ -29,11 +29,11 @@ class Simulate:
     OUT_IS_LOG: ClassVar[bool] = True
 
     robot: RobotPlace
-    """Name of the robot (crazyflie, mushr, cart_pole), or the folder of a simulator."""
+    """Name of the robot (crazyflie, mushr, hexarotor, cart_pole), or the folder of a simulator."""
     task: TaskName
     """hover, circle, lemniscate, track, park, reverse_circle or, of any robot, regulate."""
     out: Path
-    """The log to write, .csv or .parquet."""
+    """The log to write, .csv, .parquet or .mcap."""
     controller: Literal["geometric", "random"] = "geometric"
     """Geometric tracking (of joints a linear-quadratic regulator), or the random commands that Stage I starts with."""
     seconds: OptionalSeconds = None

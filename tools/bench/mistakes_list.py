@@ -147,9 +147,7 @@ DRIVE = (
     Mistake("yaw + 180°", in_plane(half_turn, ("cos_yaw", "sin_yaw")), OFF_BY_AN_ANGLE, ("yaw_bias",)),
     Mistake("yaw + 90°", in_plane(quarter_turn, ("cos_yaw", "sin_yaw")), OFF_BY_AN_ANGLE, ("yaw_bias",)),
     Mistake("yaw off by an angle", in_plane(some_turn, ("cos_yaw", "sin_yaw")), OFF_BY_AN_ANGLE, ("yaw_bias",)),
-    Mistake(
-        "velocity in a turned frame", in_plane(some_turn, ("vx", "vy")), r"\b(v[xy]|velocity)\b.*(frame|turned by)"
-    ),
+    Mistake("velocity in a turned frame", in_plane(some_turn, ("vx", "vy")), rf"{OF_VELOCITY}.*(frame|turned by)"),
     Mistake("commands a row late", late(("steer", "speed"), 1, 1), WRITTEN_LATE),
     Mistake("commands a row early", late(("steer", "speed"), -1, -1), WRITTEN_EARLY, ("delay",)),
     Mistake("positions late", late(("x", "y"), 2, 5), rf"\b([xy]|position)\b.*{LATE}", ("time_shift:[xy]",)),
@@ -157,7 +155,7 @@ DRIVE = (
     Mistake(
         "velocities late",
         late(("vx", "vy"), 2, 5),
-        rf"\b(v[xy]|velocity)\b.*{LATE}",
+        rf"{OF_VELOCITY}.*{LATE}",
         ("time_shift:v?", "sensor_lag:v?"),
     ),
     Mistake("wz late", late(("wz",), 2, 5), rf"\b(wz|rate)\b.*{LATE}", ("time_shift:wz", "sensor_lag:wz")),

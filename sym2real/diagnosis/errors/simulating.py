@@ -31,10 +31,11 @@ def _model(equations: Equations) -> MeasuredModel:
 def predict(equations: Equations, state: Values, action: Values, inputs: Values | None = None) -> Values:
     """See :meth:`~sym2real.Equations.predict`."""
     if isinstance(state, Tensor):
-        return _model(equations)(state, action, inputs)
+        none = state.new_zeros((*state.shape[:-1], equations.layouts.inputs.size))
+        return _model(equations)(state, action, none if inputs is None else inputs)
     given = [_tensor(values) for values in (state, action)] + ([] if inputs is None else [_tensor(inputs)])
     with torch.no_grad():
-        return _model(equations)(*given).numpy()
+        return predict(equations, *given).numpy()
 
 
 def _tensor(values: ArrayLike) -> Tensor:

@@ -56,6 +56,8 @@ class Run(Generic[Kind]):
     """Of the samples and of where the task starts."""
     dry_run: bool = False
     """Everything but arming and sending: MPPI plans for the robot where it stands."""
+    mcap: bool = False
+    """Write the task's log as TASK.mcap too, for Foxglove and PlotJuggler; needs the extra recordings."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
 
@@ -134,11 +136,13 @@ class Run(Generic[Kind]):
         from sym2real.neural.model_folder import below  # noqa: PLC0415
         from sym2real.report.comparison import comparison_report  # noqa: PLC0415
 
-        log = self.out / f"{self.task}.csv"
-        write_log(task_of(self.record, self.laboratory.ROBOT, self.task), log)
+        log, trajectory = self.out / f"{self.task}.csv", task_of(self.record, self.laboratory.ROBOT, self.task)
+        write_log(trajectory, log)
         comparison = compare(in_double(model), logs_for(below(model), (log,), None))
         console.print(comparison_report(comparison))
         console.print(f"the task's log is {log}: sym2real diagnose {self.model} {log}")
+        if self.mcap:
+            write_log(trajectory, log.with_suffix(".mcap"))
         return {"log": log, "comparison": comparison.to_dict()}
 
 

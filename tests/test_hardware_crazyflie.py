@@ -41,7 +41,7 @@ from sym2real.trajectory import Array
 
 MAP = THRUST_MAPS["2025.02"]
 HOVER = CRAZYFLIE.rest[0]
-PATIENCE = 20.0  # s
+PATIENCE = 60.0  # s
 # On a machine that others use, data may come late: a test of what happens is not one of how fast.
 PATIENT = Limits(pose_age=2.0, attitude_age=2.0, late=2.0, overruns=1000)
 

@@ -29,7 +29,7 @@ from hardware.ros1 import Node
 from hardware.ros1.capture import RosCapture, Topic
 from hardware.run import Run
 from sym2real.errors import DataError, ModelError
-from sym2real.logs import read_log
+from sym2real.logs.table import read_table
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic.storage import save_model
 
@@ -56,22 +56,24 @@ def test_a_drive_from_check_to_comparison(model: str, tmp_path: Path) -> None:
     """Hidden in the fake: its steering is off by 0.1 rad. The model predicts less yaw to the left than there is."""
     out, said = tmp_path / "run", Console(record=True, width=120)
     laboratory = MushrLaboratory(sim=True, effects=("offset:steer", "value=0.1"), limits=PATIENT)
-    driven = Run(model, "circle", out, laboratory, seconds=4.0, samples=64)
+    driven = Run(model, "circle", out, laboratory, seconds=4.0, samples=64, mcap=True)
     result = driven.run(said)
     words = said.export_text()
     order = ["warming", "waiting for", "measuring", "the car listens", "driving to", "braking", "record in", "ahead"]
     assert [words.index(word) for word in order] == sorted(words.index(word) for word in order)
     assert (result["completed"], result["ended"]) == (True, "the task is over")
-    record = read_log(out / "drive.parquet", layouts=MUSHR.layouts)
-    assert {"asked_steer", "age_pose", "pose_stamp", "late"} <= set(record.extra)
-    assert not {"vbat", "age_attitude", "thrust_count"} & set(record.extra)
-    assert np.all(np.abs(record.action) <= np.array([0.38, 0.93]) + 1e-6), "what was sent the stock drivers take"
-    np.testing.assert_array_equal(record.action[-1], 0.0)
-    task = read_log(out / "circle.csv", layouts=MUSHR.layouts)
-    assert len(task) == 80
-    turned = task.state[40:, 6] - np.hypot(task.state[40:, 4], task.state[40:, 5]) * (
-        np.tan(task.action[40:, 0]) / MUSHR.numbers["wheelbase"]
-    )
+    record = read_table(out / "drive.parquet").columns
+    assert {"asked_steer", "age_pose", "pose_stamp", "late"} <= set(record)
+    assert not {"vbat", "age_attitude", "thrust_count"} & set(record)
+    sent = np.stack([record[column] for column in MUSHR.layouts.action], axis=1)
+    assert np.all(np.abs(sent) <= np.array([0.38, 0.93]) + 1e-6), "what was sent the stock drivers take"
+    np.testing.assert_array_equal(sent[-1], 0.0)
+    task, recording = read_table(out / "circle.csv").columns, read_table(out / "circle.mcap").columns
+    assert len(task["time"]) == 80
+    for column in MUSHR.layouts.state:
+        np.testing.assert_array_equal(recording[column], task[column])
+    late = {column: task[column][40:] for column in task}
+    turned = late["wz"] - np.hypot(late["vx"], late["vy"]) * np.tan(late["steer"]) / MUSHR.numbers["wheelbase"]
     assert turned.mean() > 0.1, "the car turns to the left by more than it was told"
     about = yaml.safe_load((out / "drive.yaml").read_text())
     assert about["limits"]["high"] == [9.0, 9.0]
@@ -116,7 +118,7 @@ def started(model: str, out: Path, fake: FakeMushr) -> subprocess.Popen[bytes]:
 def stage_on_disk(path: Path) -> float:
     """Of the newest row of a growing record; NaN before there is one."""
     try:
-        return float(read_log(path, layouts=MUSHR.layouts).extra["stage"][-1])
+        return float(read_table(path).columns["stage"][-1])
     except DataError:
         return float("nan")
 
@@ -139,9 +141,9 @@ def test_a_script_that_is_killed_leaves_a_car_that_stops_and_a_record(
     # 0.2 s until the multiplexer gives up, then braking at 2.5 m/s²: 0.36 m from 0.93 m/s.
     way = np.array(driving)[:, :2]
     assert np.linalg.norm(np.diff(way, axis=0), axis=1).sum() < 0.5
-    record = read_log(out / "drive.arrow", layouts=MUSHR.layouts)
-    assert record.extra["stage"][-1] == 1.0
-    assert record.action[-1, 1] > 0.3
+    record = read_table(out / "drive.arrow").columns
+    assert record["stage"][-1] == 1.0
+    assert record["speed"][-1] > 0.3
     assert "killed" in yaml.safe_load((out / "drive.yaml").read_text())["ended"]
 
 
@@ -154,8 +156,8 @@ def test_ctrl_c_brakes_and_closes_the_record(
     script.send_signal(number)
     assert script.wait(60.0) == 130
     wait_for(lambda: stands(fake))
-    record = read_log(out / "drive.parquet", layouts=MUSHR.layouts)
-    braking = record.action[record.extra["verdict"] > 0, 1]
+    record = read_table(out / "drive.parquet").columns
+    braking = record["speed"][record["verdict"] > 0]
     assert len(braking) >= 2
     assert np.all(np.diff(np.abs(braking)) <= 0.0) and braking[-1] == 0.0
     assert "KeyboardInterrupt" in yaml.safe_load((out / "drive.yaml").read_text())["ended"]

@@ -245,7 +245,7 @@ def test_a_peer_that_talks_nonsense_is_left(uri: str, reply: bytes, caplog: pyte
         with socket.create_connection((host, port)) as peer:
             peer.sendall(reply)
             peer.shutdown(socket.SHUT_WR)
-            peer.settimeout(5.0)
+            peer.settimeout(60.0)
             with contextlib.suppress(ConnectionResetError):
                 while peer.recv(100):
                     pass

@@ -10,13 +10,13 @@ from hardware.pilot import FlightPilot
 from hardware.plant import HardwarePlant
 from hardware.recorder import Recorder, task_of
 from sym2real.control import mppi_controller
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, diagnose
 from sym2real.effects import effect
 from sym2real.experiments.flying import Flight, fly
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import Equations
 from sym2real.tasks import make_task
-from sym2real.trajectory import Dataset
 from tests.hardware_link import SimulatedLink, TestClock
 
 HIDDEN = {"added_mass": 0.005, "gain:thrust": 0.79}

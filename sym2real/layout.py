@@ -7,133 +7,28 @@ know that they are not.
 
 from __future__ import annotations
 
-import keyword
-import unicodedata
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal, get_args
+from typing import get_args
 
 import torch
 from torch import Tensor
 
 from sym2real import rotation
 from sym2real.errors import ShapeError, UnknownNameError
-
-Kind = Literal["vector", "quaternion", "circle"]
-Group = Literal["state", "action", "inputs"]
-
-KINDS: tuple[Kind, ...] = get_args(Kind)
-TANGENT_SIZE = {"quaternion": 3, "circle": 1}
-COLUMNS_OF_KIND = {"quaternion": 4, "circle": 2}
-
-
-def is_name(name: object) -> bool:
-    """Whether a text can be a variable of generated Python and C: letters, digits and _, and no other spelling of it.
-
-    Such names come from files and go into source, so this is where anything else ends.
-    """
-    return (
-        isinstance(name, str)
-        and name.isidentifier()
-        and not keyword.iskeyword(name)
-        and unicodedata.normalize("NFKC", name) == name
-    )
-
-
-@dataclass(frozen=True)
-class Field:
-    """Columns that belong together.
-
-    Args:
-        name: what they are together ("position").
-        columns: one name per column.
-        unit: SI unit of every column ("m", "rad/s", "1").
-        frame: "world", "body" or "" where no frame applies.
-        kind: "quaternion" (4 columns, w x y z), "circle" (2 columns, sine then cosine) or "vector".
-        hidden: true for states that a log does not hold (motor lag); scores and costs never see them.
-
-    Raises:
-        ShapeError: for a kind that does not exist, a column that cannot be named in an expression, or too few of them.
-    """
-
-    name: str
-    columns: tuple[str, ...]
-    unit: str = "1"
-    frame: str = ""
-    kind: Kind = "vector"
-    hidden: bool = False
-
-    def __post_init__(self) -> None:
-        if self.kind not in KINDS:
-            raise ShapeError(f"field {self.name!r}: expected the kind {' or '.join(KINDS)}, found {self.kind!r}")
-        for column in self.columns:
-            if not is_name(column):
-                raise ShapeError(f"field {self.name!r}: expected columns of letters, digits and _, found {column!r}")
-        wanted = COLUMNS_OF_KIND.get(self.kind, len(self.columns))
-        if len(self.columns) != wanted:
-            raise ShapeError(f"field {self.name!r}: expected {wanted} columns of a {self.kind}, found {self.columns}")
-
-    @classmethod
-    def read(cls, entry: Any) -> Field:
-        """The field that an object of a JSON file describes.
-
-        Raises:
-            ShapeError: where it is none, saying which entry is wrong.
-        """
-        kinds = {"name": str, "columns": list, "unit": str, "frame": str, "kind": str, "hidden": bool}
-        if not isinstance(entry, dict):
-            raise ShapeError(f"expected a field with its columns, found {entry!r:.80}")
-        for key, value in entry.items():
-            if key not in kinds:
-                raise UnknownNameError("entry of a field", str(key), kinds)
-            if not isinstance(value, kinds[key]):
-                raise ShapeError(f"field, {key}: expected a value of type {kinds[key].__name__}, found {value!r:.80}")
-        for key in ("name", "columns"):
-            if key not in entry:
-                raise ShapeError(f"expected {key!r} of a field, found {', '.join(entry) or 'nothing'}")
-        return cls(**{**entry, "columns": tuple(entry["columns"])})
-
-    @property
-    def tangent_size(self) -> int:
-        """Degrees of freedom: 3 for a quaternion, 1 for a circle, one per column else."""
-        return TANGENT_SIZE.get(self.kind, len(self.columns))
-
-
-# Front right, rear right, rear left, front left.
-MOTORS = ("motor1", "motor2", "motor3", "motor4")
-# Of rotorcraft with any number of rotors.
-MOTOR_COLUMNS = tuple(f"motor{number}" for number in range(1, 13))
-# What the columns of a robot are for; code that is not of one robot asks these for its columns.
-POSITION = Field("position", ("x", "y", "z"), "m", "world")
-ATTITUDE = Field("attitude", ("qw", "qx", "qy", "qz"), "1", "world", "quaternion")
-HEADING = Field("heading", ("sin_yaw", "cos_yaw"), "1", "world", "circle")
-VELOCITY = Field("velocity", ("vx", "vy", "vz"), "m/s", "world")
-RATE = Field("rate", ("wx", "wy", "wz"), "rad/s", "body")
-THRUST = Field("thrust", ("thrust",), "N", "body")
-RATE_COMMAND = Field("rate command", ("wx_cmd", "wy_cmd", "wz_cmd"), "rad/s", "body")
-ATTITUDE_COMMAND = Field("attitude command", ("qw_cmd", "qx_cmd", "qy_cmd", "qz_cmd"), "1", "world", "quaternion")
-STEERING = Field("steering", ("steer",), "rad", "body")
-SPEED = Field("speed", ("speed",), "m/s", "body")
-FORCE = Field("force", ("fx", "fy", "fz"), "N", "world")
-TORQUE = Field("torque", ("tx", "ty", "tz"), "N m", "body")
-BATTERY = Field("battery", ("vbat",), "V")
-CLOCK = Field("time", ("t",), "s")
-# Of the joints of any robot, whose columns are called after them.
-JOINT_DISPLACEMENT, JOINT_ANGLE = Field("joint displacement", (), "m"), Field("joint angle", (), "rad")
-JOINT_SPEED, JOINT_RATE = Field("joint speed", (), "m/s"), Field("joint rate", (), "rad/s")
-JOINT_FORCE, JOINT_TORQUE = Field("joint force", (), "N"), Field("joint torque", (), "N m")
-# The group says where a column of a file goes when no log specification does.
-VOCABULARY: tuple[tuple[Group, Field], ...] = (
-    *(("state", field) for field in (POSITION, ATTITUDE, HEADING, VELOCITY, RATE)),
-    *(("action", field) for field in (THRUST, RATE_COMMAND, ATTITUDE_COMMAND)),
-    ("action", Field("motors", MOTOR_COLUMNS, "1", "body")),
-    *(("action", field) for field in (STEERING, SPEED)),
-    *(("inputs", field) for field in (FORCE, TORQUE, BATTERY, CLOCK)),
+from sym2real.field import Field, Group, Kind
+from sym2real.vocabulary import (
+    FORCE,
+    JOINT_FORCE,
+    JOINT_TORQUE,
+    MOTOR_COLUMNS,
+    POSITION,
+    TORQUE,
+    VOCABULARY,
+    known_field,
+    rate_column,
 )
-WRENCH = (*FORCE.columns, *TORQUE.columns)  # zero where nobody pushes
-HEIGHT = POSITION.columns[2]
-(THRUST_COLUMN,), (STEER_COLUMN,), (SPEED_COLUMN,) = THRUST.columns, STEERING.columns, SPEED.columns
 
 
 def motors_of(action: Layout) -> tuple[str, ...]:
@@ -141,26 +36,9 @@ def motors_of(action: Layout) -> tuple[str, ...]:
     return tuple(column for column in action if column in MOTOR_COLUMNS)
 
 
-def rate_column(coordinate: str) -> str:
-    """Column of the rate at which a coordinate of a body or a joint changes."""
-    return f"v{coordinate}" if coordinate in POSITION.columns else f"{coordinate}_rate"
-
-
-def push_column(joint: str) -> str:
-    """Input of the force in N or torque in N m along a joint."""
-    return f"{joint}_push"
-
-
 def unit_of_place(state: Layout) -> str:
     """Unit of a distance between where robots with this state are; several units as they come."""
     return ", ".join(dict.fromkeys(field.unit for field in state.placing))
-
-
-def _known_field(column: str) -> Field:
-    for _, field in VOCABULARY:
-        if column in field.columns:
-            return field
-    return Field(column, (column,))
 
 
 @dataclass(frozen=True)
@@ -190,7 +68,7 @@ class Layout:
         """
         groups: list[tuple[Field, list[str]]] = []
         for column in columns:
-            field = _known_field(column)
+            field = known_field(column)
             if groups and groups[-1][0] == field:
                 groups[-1][1].append(column)
             else:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from sym2real.adaptation import StageOne
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare, diagnose
 from sym2real.effects import effect
 from sym2real.errors import ModelError
@@ -16,7 +17,6 @@ from sym2real.experiments.measured import measured
 from sym2real.experiments.models import base_folder
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
-from sym2real.trajectory import Dataset
 
 KEY, FACTOR = "gain:thrust", {"value": 0.9}
 

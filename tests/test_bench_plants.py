@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,10 +18,13 @@ from motor_quadrotor import Rotors, robot
 from short_drives import at_rate, drives
 from sysid_parameters import FREE
 
+from sym2real.dataset import Dataset
+from sym2real.diagnosis.faults.mistakes import mistakes
 from sym2real.errors import ModelError
+from sym2real.experiments.standard_set import standard_run
 from sym2real.plants import MujocoPlant
 from sym2real.plants.mujoco_plant import edited
-from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
+from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot, car
 from sym2real.robots.crazyflie import INERTIA, MASS
 
 ROTOR_INERTIA = 4e-9
@@ -134,3 +138,13 @@ def simulated(robot: Robot, spec: mujoco.MjSpec) -> np.ndarray:
     data.ctrl[:] = robot.description.to_control(action)
     mujoco.mj_step(model, data, 100)
     return np.concatenate([data.qpos, data.qvel])
+
+
+def test_a_foreign_car_that_hears_its_commands_late_has_no_late_sensor() -> None:
+    """Its yaw rate alone asks for as many rows as its commands do; its heading and its path tell which it is."""
+    pytest.importorskip("vehiclemodels", reason="CommonRoad's cars are in the extra bench: pip install '.[bench]'")
+    from single_track_plant import WHEELBASE, Car, SingleTrackPlant
+
+    plant = partial(SingleTrackPlant, Car(late=3))
+    data = Dataset([standard_run(MUSHR, plant, 7, index, yaw=index % 2 > 0) for index in (0, 1, 6, 7)])
+    assert mistakes(car(WHEELBASE), data) == []

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.effects import effect
 from sym2real.effects.groups import holding, others_of
@@ -21,7 +22,7 @@ from sym2real.effects.manoeuvres import (
 )
 from sym2real.effects.trim import TRIM, is_trim
 from sym2real.robots import CRAZYFLIE, MUSHR
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
 
 ROWS = 300
 

@@ -10,6 +10,7 @@ import pytest
 import torch
 from effects_cases import nominal
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
 from sym2real.effects import effect
 from sym2real.effects.visible import VisibleModel
@@ -19,7 +20,7 @@ from sym2real.plants import MujocoPlant
 from sym2real.protocols import Change
 from sym2real.robots import MUSHR
 from sym2real.symbolic import compile_model
-from sym2real.trajectory import Array, Dataset
+from sym2real.trajectory import Array
 
 WHEELBASE = MUSHR.numbers["wheelbase"]
 SETTLED = 80  # steps, 4 s
@@ -184,6 +185,38 @@ def test_a_turn_begins_over_a_distance_that_no_speed_changes(speed: float) -> No
     # The rate that a step reports is of its mean turn.
     middle = length / (abs(speed) * MUSHR.dt) * -np.diff(np.exp(-np.concatenate([[0.0], rolled]) / length))
     np.testing.assert_allclose(rates / steady, 1 - middle, atol=0.01)
+
+
+@pytest.mark.parametrize(("steer", "speed", "value"), [(0.3, 1.6, 0.3), (0.25, 2.2, 0.3), (0.35, 1.6, 0.4)])
+def test_on_slippery_ground_a_turn_begins_late(steer: float, speed: float, value: float) -> None:
+    """Step by step like that of simulated wheels: of the rate that it reaches, the car has a third after one step."""
+    found = effect("tyre_friction", MUSHR)
+    slippery = MujocoPlant(MUSHR, [found.inject(value=value)])
+    slippery.reset(start(0.0, speed))
+    model = compile_model(found.substitute(nominal(MUSHR), {"value": value}), dtype=torch.float64)
+    state, simulated, rates = torch.as_tensor(start(0.0, speed)), list[float](), list[float]()
+    for command in ([0.0, speed], *[[steer, speed]] * 10):
+        simulated.append(slippery.step(np.array(command))[6])
+        state = MUSHR.layouts.state.normalise(model(state, torch.tensor(command, dtype=torch.float64)))
+        rates.append(float(state[6]))
+    np.testing.assert_allclose(rates, simulated, atol=0.08 * max(simulated))
+    assert 0.2 * rates[-1] < rates[1] < 0.45 * rates[-1]
+
+
+def test_tyres_that_slide_in_a_turn_have_less_left_for_the_drive() -> None:
+    """What a speed command of 1 m/s more brings in a step, straight ahead and in a turn beyond the tyres' limit."""
+    found = effect("tyre_friction", MUSHR)
+    slippery = MujocoPlant(MUSHR, [found.inject(value=0.3)])
+    model = compile_model(found.substitute(nominal(MUSHR), {"value": 0.3}), dtype=torch.float64)
+    simulated, expected = list[float](), list[float]()
+    for steer in (0.0, 0.3):
+        state = circled(slippery, steer, 1.6)
+        command = np.array([steer, 2.6])
+        following = model(torch.as_tensor(state), torch.as_tensor(command)).numpy()
+        simulated.append(turn(slippery.step(command))[0] - turn(state)[0])
+        expected.append(turn(following)[0] - turn(state)[0])
+    assert simulated[1] < 0.9 * simulated[0]
+    np.testing.assert_allclose(expected, simulated, rtol=0.2)
 
 
 def test_tyres_of_a_car_that_stands_keep_their_turn() -> None:

@@ -11,7 +11,8 @@ from torch import Tensor
 
 from sym2real import rotation
 from sym2real.errors import ShapeError, UnknownNameError
-from sym2real.layout import Field, Layout
+from sym2real.field import Field
+from sym2real.layout import Layout
 from sym2real.registry import Registry
 
 QUADROTOR = Layout.of(["x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"])

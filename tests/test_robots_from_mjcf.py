@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from joint_robots import noisy_logs
+import whole_way
 
 from sym2real.adaptation import StageOne
-from sym2real.cli import main
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare, diagnose
 from sym2real.effects import applicable, effect
 from sym2real.errors import ModelError, ShapeError, UnknownNameError
 from sym2real.experiments.learning import learn_in_simulation
 from sym2real.experiments.models import open_model
-from sym2real.logs import read_logs, write_log
+from sym2real.experiments.noisy_runs import Effects, noisy_runs
 from sym2real.plants import MujocoPlant
 from sym2real.robots import ROBOTS, Robot
 from sym2real.symbolic import Equations, compile_model, load_model, save_model
@@ -68,6 +68,12 @@ def learned(tmp_path_factory: pytest.TempPathFactory) -> Path:
     settings = StageOne(2, 120, samples=64, until_settled=False)
     learn_in_simulation(CART_POLE, "beam", settings, None, lambda _: None).save(folder)
     return folder
+
+
+def to_and_fro(effects: Effects = (), count: int = 4, rows: int = 300) -> Dataset:
+    """Noisy runs of the cart-pole between two places."""
+    tasks = [make_task("regulate", CART_POLE, goal={"slider": place}) for place in (0.3, -0.3)]
+    return noisy_runs(CART_POLE, tasks, effects, count=count, rows=rows, dither=2.5, seed=7)
 
 
 def drawn(robot: Robot, rng: np.random.Generator) -> tuple[Array, Array, Array]:
@@ -125,6 +131,13 @@ def test_columns_may_be_chosen_and_actions_named(arm: Robot) -> None:
     np.testing.assert_array_equal(chosen.description.to_control(np.array([2.0])), [0.0, 2.0, 0.0])
     with pytest.raises(ModelError, match="no waist"):
         chosen.nominal()
+
+
+def test_actuators_that_are_no_action_hold_their_joints_at_control_zero(arm: Robot) -> None:
+    """A stiff servo beside the commanded ones: without it a step would be another."""
+    chosen = Robot.from_mjcf(arm.description.mjcf, actions=["lift"], dt=arm.dt)
+    missed, moved = misses(chosen, chosen.nominal(), MujocoPlant(chosen))
+    assert (missed < 1e-3 * moved).all()
 
 
 @pytest.mark.parametrize("name", ["arm", "cart_pole"])
@@ -189,38 +202,22 @@ HIDDEN = [
 def test_a_hidden_effect_of_the_cart_pole_is_named(
     key: str, values: dict[str, float], alike: set[str], equations: dict[str, Equations]
 ) -> None:
-    found = diagnose(equations["cart_pole"], noisy_logs(CART_POLE, ((key, values),), goal="slider", count=8, rows=400))
+    found = diagnose(equations["cart_pole"], to_and_fro([(key, values)], count=8, rows=400))
     assert found.findings, found.summary
     first = found.findings[0]
     assert {first.effect, *first.group} & {key, *alike}, found.summary
 
 
 def test_a_plain_cart_pole_misses_nothing(equations: dict[str, Equations]) -> None:
-    found = diagnose(equations["cart_pole"], noisy_logs(CART_POLE, goal="slider"))
+    found = diagnose(equations["cart_pole"], to_and_fro())
     assert (found.verdict, found.findings) == ("NOTHING_MISSING", ())
 
 
 def test_the_whole_way_from_the_command_line(learned: Path, tmp_path: Path) -> None:
-    """learn → run → compare → diagnose → add → run, on a log with friction that nobody was told of."""
-    log, informed = tmp_path / "log.csv", tmp_path / "informed"
-    write_log(noisy_logs(CART_POLE, (("joint_friction:slider", {"value": 1.5}),), goal="slider", rows=400)[0], log)
-    main(["run", str(learned), "regulate", "--seconds", "1", "--samples", "64", "--out", str(tmp_path / "run")])
-    assert (tmp_path / "run" / "regulate.csv").exists()
-    main(["compare", str(learned), str(log), "--json", str(tmp_path / "compare.json")])
-    main(["diagnose", str(learned), str(log), "--out", str(tmp_path / "found")])
-    main(["add", str(learned), "joint_friction:slider", "value=1.5", "--out", str(informed)])
-    before, after = (
-        compare(model, read_logs([log], layouts=model.layouts)).at(0.5)
-        for model in map(load_model, (learned, informed))
-    )
-    assert after.errors["joint displacement"].value < 0.7 * before.errors["joint displacement"].value
-    main(["run", str(informed), "regulate", "--seconds", "1", "--samples", "64"])
-
-
-def noisy(log: Path, model: Equations) -> object:
-    from sym2real.logs import read_logs
-
-    return read_logs([log], layouts=model.layouts)
+    """On a log with friction that nobody was told of."""
+    log = to_and_fro([("joint_friction:slider", {"value": 1.5})], rows=400)[0]
+    added = ["joint_friction:slider", "value=1.5"]
+    whole_way.go(learned, log, "regulate", added, channel="joint displacement", folder=tmp_path, seconds=1.0)
 
 
 def test_a_pendulum_of_ones_own_is_compared_and_diagnosed() -> None:
@@ -235,7 +232,7 @@ def test_a_pendulum_of_ones_own_is_compared_and_diagnosed() -> None:
         },
         0.02,
     )
-    data = noisy_logs(CART_POLE, goal="slider", count=2, rows=200)
+    data = to_and_fro(count=2, rows=200)
     assert compare(named, data).at(0.5).errors["joint angle"].unit == "rad"
     assert diagnose(named, data).verdict in {"EFFECT", "UNEXPLAINED", "CANNOT_TELL", "NOTHING_MISSING"}
 

@@ -7,20 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+import whole_way
 
 from sym2real.cli import main
-from sym2real.control import Disturbed, geometric_controller
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
 from sym2real.effects import effect
 from sym2real.errors import ModelError
-from sym2real.experiments.excitation import ColouredNoise
-from sym2real.experiments.standard_conditions import sensors
-from sym2real.logs import write_log
-from sym2real.plants import MujocoPlant, run_episode
+from sym2real.experiments.noisy_runs import noisy_runs
+from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE, ROBOTS, Motors
 from sym2real.symbolic import Equations, compile_model, symbol
 from sym2real.tasks import make_task
-from sym2real.trajectory import Dataset
 
 HEXAROTOR = ROBOTS["hexarotor"]
 HIDDEN = [
@@ -38,17 +36,8 @@ def base() -> Equations:
 
 
 def noisy_flights(key: str = "", values: dict[str, float] | None = None, count: int = 4) -> Dataset:
-    flights = []
-    for number in range(count):
-        rng = np.random.default_rng([5, number])
-        task = make_task(("circle", "lemniscate")[number % 2], HEXAROTOR)
-        dither = ColouredNoise(2.0 * np.array(HEXAROTOR.recipe.dither), 0.1, HEXAROTOR.dt, rng)
-        controller = geometric_controller(HEXAROTOR, task.reference)
-        sent = Disturbed(controller, dither.of_step, HEXAROTOR.low, HEXAROTOR.high)
-        changes = [sensors(HEXAROTOR, rng), *([effect(key, HEXAROTOR).inject(**(values or {}))] if key else [])]
-        plant = MujocoPlant(HEXAROTOR, changes)
-        flights.append(run_episode(plant, sent, task, seed=number, steps=250, name=f"flight_{number}"))
-    return Dataset(flights)
+    tasks = [make_task(name, HEXAROTOR) for name in ("circle", "lemniscate")]
+    return noisy_runs(HEXAROTOR, tasks, [(key, values or {})] if key else [], count=count, rows=250, seed=5)
 
 
 def test_equations_of_six_rotors_are_the_simulator(base: Equations) -> None:
@@ -83,16 +72,9 @@ def test_a_plain_hexarotor_misses_nothing(base: Equations) -> None:
 
 
 def test_the_whole_way_from_the_command_line(tmp_path: Path) -> None:
-    """learn → run → compare → diagnose → add → run."""
-    model, log, informed = tmp_path / "base", tmp_path / "log.csv", tmp_path / "informed"
-    write_log(noisy_flights("added_mass", {"value": 0.15}, count=1)[0], log)
-    main(["learn", "hexarotor", "--out", str(model)])
-    main(["run", str(model), "hover", "--seconds", "0.4", "--samples", "64", "--out", str(tmp_path / "run")])
-    assert (tmp_path / "run" / "hover.csv").exists()
-    main(["compare", str(model), str(log), "--json", str(tmp_path / "compare.json")])
-    main(["diagnose", str(model), str(log), "--out", str(tmp_path / "found")])
-    main(["add", str(model), "added_mass", "value=0.15", "--out", str(informed)])
-    main(["run", str(informed), "hover", "--seconds", "0.4", "--samples", "64"])
+    main(["learn", "hexarotor", "--out", str(tmp_path / "base")])
+    log = noisy_flights("added_mass", {"value": 0.15}, count=1)[0]
+    whole_way.go(tmp_path / "base", log, "hover", ["added_mass", "value=0.15"], channel="position", folder=tmp_path)
 
 
 def test_a_rotor_that_a_robot_has_not_is_refused(base: Equations) -> None:

@@ -45,7 +45,7 @@ def mppi_controller(
     settings = robot.mppi if samples is None else replace(robot.mppi, samples=samples)
     if equations is None:
         return MPPI(flown, robot, task, settings=settings, seed=seed, period=period)
-    late = [one.key for one, _ in measurement_filters(equations)]
+    late = [effect.key for effect, _ in measurement_filters(equations)]
     if late:
         raise ModelError(f"{', '.join(late)} cannot be undone step by step: control needs the present state")
     filters = FilterState(equations) if command_filters(equations) else None

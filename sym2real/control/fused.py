@@ -107,8 +107,8 @@ class FusedStep:
         self._library.shifted(self._address, before, steps, plan.mean)
         waiting = [self._others.submit(self._run, i) for i in range(1, self.threads)]
         self._run(0)
-        for one in waiting:
-            one.result()
+        for future in waiting:
+            future.result()
         shares = ctypes.addressof(self._shares)
         return following, costs, self._library.finish(self._address, self.threads, self._at[0][1], shares, plan.mean)
 

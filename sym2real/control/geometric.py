@@ -11,18 +11,19 @@ from numpy.typing import ArrayLike
 from sym2real.control.geometric_quadrotor import GeometricQuadrotor
 from sym2real.control.linear_quadratic import LinearQuadratic
 from sym2real.control.pure_pursuit import PurePursuit
-from sym2real.layout import RATE_COMMAND, SPEED_COLUMN, STEER_COLUMN, THRUST_COLUMN
+from sym2real.control.rolling_wheels import WheelPursuit, rolls
 from sym2real.protocols import Controller
 from sym2real.robots import Robot
 from sym2real.tasks.task import Reference
 from sym2real.trajectory import Array
+from sym2real.vocabulary import RATE_COMMAND, SPEED_COLUMN, STEER_COLUMN, THRUST_COLUMN
 
 
 def geometric_controller(robot: Robot, reference: Reference) -> Controller:
     """Tracks a reference ``# (..., state)`` in time (s) with the nominal robot's numbers.
 
-    By what is commanded: thrust and rates, or steering and speed; of any other robot, a linear-quadratic regulator on
-    its nominal equations.
+    By what is commanded: thrust and rates, steering and speed, or the rates of wheels that roll; of any other robot, a
+    linear-quadratic regulator on its nominal equations.
 
     Raises:
         ModelError: for another robot that has no such equations, or that they cannot hold.
@@ -32,7 +33,7 @@ def geometric_controller(robot: Robot, reference: Reference) -> Controller:
         return GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference)
     if STEER_COLUMN in action and SPEED_COLUMN in action:
         return PurePursuit(robot.numbers["wheelbase"], robot.low, robot.high, robot.dt, reference)
-    return LinearQuadratic(robot, reference)
+    return WheelPursuit(robot, reference) if rolls(robot) else LinearQuadratic(robot, reference)
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
+from sym2real.protocols import Memoryless
 from sym2real.robots.robot import GRAVITY
 from sym2real.rotation import yaw
 from sym2real.trajectory import Array
@@ -56,7 +57,7 @@ class Gains:
 
 
 @dataclass(frozen=True)
-class GeometricQuadrotor:
+class GeometricQuadrotor(Memoryless):
     """Controller of test flights, take-off and landing. It knows a mass, not a model.
 
     Args:
@@ -77,12 +78,6 @@ class GeometricQuadrotor:
     yaw_rate: float = 0.0
     gains: Gains = Gains()
     _goals: dict[int, ReferencePoint] = field(init=False, repr=False, compare=False, default_factory=dict)
-
-    def reset(self) -> None:
-        """Nothing to forget: the action depends on the state and the time alone."""
-
-    def remember(self, sent: ArrayLike) -> None:
-        """Nothing to note: what was sent does not alter the next action."""
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Thrust in N and body rates in rad/s ``# (4,)`` for a state ``# (13,)`` at time ``step · dt``."""

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from scipy.linalg import solve_discrete_are
 
 from sym2real.errors import ModelError
+from sym2real.protocols import Memoryless
 from sym2real.robots import Robot
 from sym2real.symbolic import Equations, compile_model
 from sym2real.tasks.task import Reference
@@ -25,7 +26,7 @@ PLACE, SPEED, EFFORT = 1.0, 0.1, 0.1
 
 
 @dataclass
-class LinearQuadratic:
+class LinearQuadratic(Memoryless):
     """A :class:`~sym2real.protocols.Controller`.
 
     Args:
@@ -45,7 +46,7 @@ class LinearQuadratic:
     def __post_init__(self) -> None:
         slope, effect = linearised(self.equations or self.robot.nominal(), self.robot)
         layout, span = self.robot.layouts.state, self.robot.high - self.robot.low
-        units = [one.unit for one in layout.fields for _ in range(one.tangent_size)]
+        units = [field.unit for field in layout.fields for _ in range(field.tangent_size)]
         weight = np.diag([SPEED if unit.endswith("/s") else PLACE for unit in units])
         try:
             cost = solve_discrete_are(slope, effect, weight, np.diag(EFFORT / span**2))
@@ -53,12 +54,6 @@ class LinearQuadratic:
             raise ModelError(f"{self.robot.name}: expected a robot that can be held at its start: {error}") from None
         inner = np.diag(EFFORT / span**2) + effect.T @ cost @ effect
         self.gain = np.asarray(np.linalg.solve(inner, effect.T @ cost @ slope), dtype=np.float64)
-
-    def reset(self) -> None:
-        """Nothing to forget."""
-
-    def remember(self, sent: ArrayLike) -> None:
-        """What was sent changes nothing."""
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Action ``# (action,)`` for a measured state ``# (state,)``, within the limits."""
@@ -75,9 +70,9 @@ def linearised(equations: Equations, robot: Robot) -> tuple[Array, Array]:
     start, rest = torch.as_tensor(robot.start), torch.as_tensor(robot.rest)
     held = torch.zeros(equations.layouts.inputs.size, dtype=torch.float64)
 
-    def after(moves: torch.Tensor, told: torch.Tensor) -> torch.Tensor:
+    def after(moves: torch.Tensor, action: torch.Tensor) -> torch.Tensor:
         states = layout.retract(start.expand(len(moves), -1), moves)
-        following: torch.Tensor = model(states, rest + told, held.expand(len(moves), -1))
+        following: torch.Tensor = model(states, rest + action, held.expand(len(moves), -1))
         return following
 
     def slope(of_state: bool, size: int) -> Array:

@@ -20,13 +20,14 @@ import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
+from sym2real.protocols import Memoryless
 from sym2real.trajectory import Array
 
 STANDING = 0.05  # m/s: a reference slower than this is a place to park at, not a path to follow
 
 
 @dataclass(frozen=True)
-class PurePursuit:
+class PurePursuit(Memoryless):
     """Controller of test drives; it knows a wheelbase, not a model.
 
     Args:
@@ -48,12 +49,6 @@ class PurePursuit:
     lookahead: float = 0.5
     gain: float = 1.5
     tolerance: float = 0.03
-
-    def reset(self) -> None:
-        """Nothing to forget: the action depends on the state and the time alone."""
-
-    def remember(self, sent: ArrayLike) -> None:
-        """Nothing to note: what was sent does not alter the next action."""
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Steering in rad and speed in m/s ``# (2,)`` for a state ``# (7,)`` at time ``step · dt``."""

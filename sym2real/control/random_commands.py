@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sym2real.protocols import Memoryless
 from sym2real.robots.robot import Robot
 from sym2real.trajectory import Array
 
 
 @dataclass(frozen=True)
-class RandomCommands:
+class RandomCommands(Memoryless):
     """Actions uniform over ``robot.limits.random_low`` … ``robot.limits.random_high``, each held for a while.
 
     Args:
@@ -24,12 +25,6 @@ class RandomCommands:
     robot: Robot
     hold: float = 0.2
     seed: int = 0
-
-    def reset(self) -> None:
-        """Nothing to forget: the action depends on the seed and the step alone."""
-
-    def remember(self, sent: ArrayLike) -> None:
-        """Nothing to note: what was sent does not alter the next action."""
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Action ``# (action,)`` of this step, whatever the state."""

@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from sym2real.effects.body import Body
-from sym2real.effects.joint_push import inertia
+from sym2real.effects.joint_push import inertia, raised
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.protocols import Change
-from sym2real.symbolic import Equations, symbol
+from sym2real.symbolic import Equations
+from sym2real.vocabulary import armature_quantity
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
@@ -17,8 +18,7 @@ def _parameters(body: Body) -> tuple[Parameter, ...]:
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    name = f"armature_{body.column}"
-    return equations.substitute({name: symbol(name) + values["value"]})
+    return raised(equations, armature_quantity(body.column), values["value"])
 
 
 def _inject(body: Body, values: Numbers) -> Change:
@@ -41,7 +41,7 @@ ARMATURE = Kind(
     fix="put the rotor's inertia times the squared gear ratio into the model",
     inject=_inject,
     substitute=_substitute,
-    needs=("armature_{column}",),
+    needs=(armature_quantity("{column}"),),
     robot="robot with joints",
     columns="joint",
 )

@@ -8,7 +8,8 @@ from math import sqrt
 from typing import Protocol
 
 from sym2real.errors import ModelError
-from sym2real.layout import MOTOR_COLUMNS, Layouts, motors_of
+from sym2real.layout import Layouts, motors_of
+from sym2real.vocabulary import MOTOR_COLUMNS, push_column, rate_column
 
 GRAVITY = 9.81  # m/s²
 
@@ -18,6 +19,8 @@ SCALES = {"rad/s": 0.5, "rad": 0.05, "m/s": 0.1, "m": 0.05, "1": 0.05}
 
 # The same of an actuator whose range is known: a part of it.
 SPAN_PART = 0.03
+# Unit of a joint that the state does not hold, by that of what pushes along it.
+OF_PUSHED = {"N": "m", "N m": "rad"}
 
 
 class Describable(Protocol):
@@ -48,7 +51,8 @@ class Body:
         numbers: SI units, by name: ``mass``, inertia ``jx jy jz`` (car: ``jz`` about the centre of mass), gains of the
             rate loop ``kx ky kz``; rotors: ``arm``, ``torque_per_thrust`` (m), ``rotor_thrust`` (N s²/rad²); car:
             ``wheelbase``, ``track``, ``centre`` (of mass, ahead of the rear axle), ``wheel_drive`` (N s/m); joint J:
-            ``J_inertia`` (what a force along it moves, kg or kg m²); action A of an MJCF: ``A_range``, in its unit.
+            ``J_inertia`` (what a force along it moves, kg or kg m²); action A of an MJCF: ``A_range``, in its unit;
+            rate A of a wheel that rolls: ``A_per_speed`` (rad/m), ``A_per_turn`` (rad per rad of heading).
         quantities: names that equations derive (thrust of four motors).
         column: that an effect is bound to, or "".
         dt: control period in s.
@@ -73,6 +77,13 @@ class Body:
         """Columns and quantities."""
         groups = (self.layouts.state, self.layouts.action, self.layouts.inputs)
         return (*(column for group in groups for column in group), *self.quantities)
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Joints whose rate is a column of the state, or a quantity beside the joint's number ``J_inertia``."""
+        numbered = (name.removesuffix("_inertia") for name in self.numbers if name.endswith("_inertia"))
+        derived = (joint for joint in numbered if rate_column(joint) in self.quantities)
+        return (*self.layouts.state.joints, *derived)
 
     @property
     def planar(self) -> bool:
@@ -114,7 +125,7 @@ class Body:
         for group in (self.layouts.action, self.layouts.state):
             if self.column in group:
                 return group.units[self.column]
-        return "1"
+        return OF_PUSHED.get(self.layouts.inputs.units.get(push_column(self.column), ""), "1")
 
     @property
     def _turning(self) -> bool:

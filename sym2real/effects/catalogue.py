@@ -10,9 +10,9 @@ from sym2real.effects.effect import Effect
 from sym2real.effects.groups import equivalents
 from sym2real.effects.kind import Kind
 from sym2real.effects.kinds import EFFECTS
-from sym2real.effects.load import LOAD
 from sym2real.errors import UnknownNameError
 from sym2real.symbolic import Equations
+from sym2real.vocabulary import load_quantity
 
 
 def effect(key: str, described: Describable) -> Effect:
@@ -37,7 +37,11 @@ def effect(key: str, described: Describable) -> Effect:
     if bound and column not in columns:
         raise UnknownNameError("effect", key, [f"{name}:{known}" for known in columns] or [name])
     body = Body.of(described, column)
-    return Effect(kind, body, tuple(one for one in equivalents(key) if EFFECTS[one.partition(":")[0]].fits(body)))
+    return Effect(
+        kind,
+        body,
+        tuple(equivalent for equivalent in equivalents(key) if EFFECTS[equivalent.partition(":")[0]].fits(body)),
+    )
 
 
 def known(equations: Equations) -> Iterator[Effect]:
@@ -53,12 +57,12 @@ def known(equations: Equations) -> Iterator[Effect]:
 
 def applicable(equations: Equations) -> tuple[Effect, ...]:
     """Every effect that the equations can be given."""
-    return tuple(one for one in known(equations) if one.applies(equations))
+    return tuple(effect for effect in known(equations) if effect.applies(equations))
 
 
 def always_alike(key: str, equations: Equations) -> tuple[str, ...]:
     """Effects of these equations that an effect stands for on every flight."""
-    return tuple(one.key for one in applicable(equations) if one.stood_for_by == key)
+    return tuple(effect.key for effect in applicable(equations) if effect.stood_for_by == key)
 
 
 def require_patterns(patterns: Iterable[str]) -> None:
@@ -82,10 +86,11 @@ def columns_of(kind: Kind, described: Describable) -> tuple[str, ...]:
         derived = ("thrust",) if "thrust" in getattr(described, "quantities", ()) and kind.substitute else ()
         return (*described.layouts.action, *derived)
     if kind.columns == "joint":
-        return described.layouts.state.joints
+        return Body.of(described).joints
     if kind.columns == "site":
         quantities = getattr(described, "quantities", ())
-        return tuple(name.removeprefix(LOAD) for name in quantities if name.startswith(LOAD))
+        prefix = load_quantity("")
+        return tuple(name.removeprefix(prefix) for name in quantities if name.startswith(prefix))
     if kind.columns == "state":
         fields = described.layouts.state.fields
         return tuple(column for field in fields if not field.hidden for column in field.columns)

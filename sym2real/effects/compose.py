@@ -66,7 +66,7 @@ def _acts(effect: Effect, given: Mapping[str, Expr | float]) -> bool:
     """Whether all values are numbers, and not all of them null."""
     values = effect.values(given)
     numbers = all(value.is_number for value in values.values())
-    return numbers and any(not _is(values[one.name], one.null) for one in effect.parameters)
+    return numbers and any(not _is(values[parameter.name], parameter.null) for parameter in effect.parameters)
 
 
 def _is(value: Expr, number: float) -> bool:
@@ -97,9 +97,9 @@ def _with_parameters(equations: Equations, effect: Effect, values: Mapping[str, 
     new: dict[str, float] = {}
     for parameter in effect.parameters:
         value = values[parameter.name]
-        for found in value.free_symbols:
-            if found.name not in equations.names:
-                new.setdefault(found.name, parameter.null if value == found else 0.0)
+        for symbol in value.free_symbols:
+            if symbol.name not in equations.names:
+                new.setdefault(symbol.name, parameter.null if value == symbol else 0.0)
     return replace(equations, parameters={**equations.parameters, **new}) if new else equations
 
 
@@ -107,7 +107,7 @@ def _put_in(equations: Equations, effect: Effect, values: Mapping[str, Expr]) ->
     if effect.of.substitute is not None:
         return effect.of.substitute(equations, values, Body.of(equations, effect.column))
     filters = (*equations.filters, (effect.key, values))
-    return replace(equations, filters=tuple(sorted(filters, key=lambda one: _place(one[0]))))
+    return replace(equations, filters=tuple(sorted(filters, key=lambda change: _place(change[0]))))
 
 
 def _place(key: str) -> int:

@@ -94,7 +94,9 @@ class Effect:
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """Its numbers, with units, bounds and null values for this robot."""
-        return tuple(replace(one, unit=unit_for(self.body, one.unit)) for one in self.of.parameters(self.body))
+        return tuple(
+            replace(parameter, unit=unit_for(self.body, parameter.unit)) for parameter in self.of.parameters(self.body)
+        )
 
     @property
     def null(self) -> dict[str, float]:

@@ -43,8 +43,8 @@ def filter_commands(equations: Equations, actions: Tensor, parameters: Tensor | 
         actions: ``# (..., T, action)``.
         parameters: values of ``equations.parameters`` in their order ``# (..., P)``; None for the equations' own.
     """
-    for found, values in command_filters(equations):
-        actions = found.filter(actions, equations.dt, numbers(equations, values, parameters))
+    for command_filter, values in command_filters(equations):
+        actions = command_filter.filter(actions, equations.dt, numbers(equations, values, parameters))
     return actions
 
 
@@ -76,7 +76,7 @@ class FilterState:
 
     def __init__(self, equations: Equations) -> None:
         self.dt = equations.dt
-        self.filters = [(found, numbers(equations, values, None)) for found, values in command_filters(equations)]
+        self.filters = [(effect, numbers(equations, values, None)) for effect, values in command_filters(equations)]
         self.reset()
 
     def reset(self) -> None:
@@ -94,14 +94,14 @@ class FilterState:
 
     def _run(self, actions: Tensor) -> tuple[list[Tensor], Tensor]:
         memories = []
-        for position, (found, values) in enumerate(self.filters):
-            given, columns = as_given(values, actions), found.filtered_columns
+        for position, (command_filter, values) in enumerate(self.filters):
+            given, columns = as_given(values, actions), command_filter.filtered_columns
             rows = actions[..., columns]
             if self.memories:
                 memory = self.memories[position].to(actions)
             else:
-                memory = found.memory.begin(rows[..., 0, :], self.dt, given)
-            memory, output = found.memory.run(memory, rows, self.dt, given)
+                memory = command_filter.memory.begin(rows[..., 0, :], self.dt, given)
+            memory, output = command_filter.memory.run(memory, rows, self.dt, given)
             memories.append(memory)
             actions = replaced(actions, columns, output)
         return memories, actions

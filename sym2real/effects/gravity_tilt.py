@@ -11,8 +11,7 @@ from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
-
-NAMES = ("gravity_x", "gravity_y", "gravity_z")
+from sym2real.vocabulary import GRAVITY_COMPONENTS
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
@@ -21,12 +20,12 @@ def _parameters(body: Body) -> tuple[Parameter, ...]:
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     """Gravity in the axes of a base that is rolled, then pitched."""
-    x, y, z = (symbol(name) for name in NAMES)
+    x, y, z = (symbol(name) for name in GRAVITY_COMPONENTS)
     roll, pitch = values["roll"], values["pitch"]
     level = x * cos(pitch) - z * sin(pitch)
     down = x * sin(pitch) + z * cos(pitch)
     turned = (level, y * cos(roll) + down * sin(roll), down * cos(roll) - y * sin(roll))
-    return equations.substitute(dict(zip(NAMES, turned, strict=True)))
+    return equations.substitute(dict(zip(GRAVITY_COMPONENTS, turned, strict=True)))
 
 
 def _inject(body: Body, values: Numbers) -> Change:
@@ -51,6 +50,6 @@ GRAVITY_TILT = Kind(
     fix="level the base, or tell the model how it stands",
     inject=_inject,
     substitute=_substitute,
-    needs=NAMES,
+    needs=GRAVITY_COMPONENTS,
     robot="robot with joints",
 )

@@ -27,7 +27,9 @@ class Group:
     @classmethod
     def collected(cls, of: Alike) -> Group:
         """All effects that say they belong to it."""
-        found = [(one.place, name, one.on) for name in EFFECTS for one in EFFECTS[name].alike if one.of is of]
+        found = [
+            (member.place, name, member.on) for name in EFFECTS for member in EFFECTS[name].alike if member.of is of
+        ]
         return cls(tuple(f"{name}:{on}" if on else name for _, name, on in sorted(found)), of)
 
     def holds(self, logs: Iterable[Trajectory]) -> bool:
@@ -35,8 +37,8 @@ class Group:
         return self.of.holds is not None and self.of.holds(logs)
 
 
-GROUPS = tuple(Group.collected(one) for one in alike.ALL if one.counts)
-NAMED = tuple(Group.collected(one) for one in alike.ALL if not one.counts)
+GROUPS = tuple(Group.collected(likeness) for likeness in alike.ALL if likeness.counts)
+NAMED = tuple(Group.collected(likeness) for likeness in alike.ALL if not likeness.counts)
 
 
 def equivalents(key: str) -> tuple[str, ...]:
@@ -50,7 +52,7 @@ def holding(logs: Iterable[Trajectory]) -> tuple[Group, ...]:
     Where physics cannot separate two effects, a fit that does so leans on what neither of them models.
     """
     logs = list(logs)
-    return tuple(one for one in (*GROUPS, *NAMED) if one.holds(logs))
+    return tuple(group for group in (*GROUPS, *NAMED) if group.holds(logs))
 
 
 def others_of(key: str, groups: Iterable[Group]) -> tuple[str, ...]:
@@ -68,9 +70,9 @@ def unnamed(keys: Collection[str], logs: Iterable[Trajectory]) -> dict[str, tupl
     return {member: (group.members[0], group.of.while_) for group in found for member in group.members[1:]}
 
 
-def same_group(one: str, other: str) -> bool:
+def same_group(key: str, other: str) -> bool:
     """Whether two keys may stand for each other."""
-    return one == other or any(
-        any(fnmatch(one, own) for own in group.members) and any(fnmatch(other, own) for own in group.members)
+    return key == other or any(
+        any(fnmatch(key, own) for own in group.members) and any(fnmatch(other, own) for own in group.members)
         for group in GROUPS
     )

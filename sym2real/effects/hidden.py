@@ -6,7 +6,8 @@ from dataclasses import replace
 
 from sympy import Expr
 
-from sym2real.layout import Field, Layout
+from sym2real.field import Field
+from sym2real.layout import Layout
 from sym2real.symbolic import Equations
 
 

@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from sym2real.dataset import Dataset
 from sym2real.effects.voltage import VOLTAGE, settled
-from sym2real.layout import CLOCK, WRENCH, Layout
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.layout import Layout
+from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import CLOCK, WRENCH
 
 (TIME,) = CLOCK.columns
 # Of a force that swings, in the middle of the step after a row, rad; what swings in no log has it at zero.

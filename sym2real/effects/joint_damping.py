@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from sym2real.effects.body import Body
-from sym2real.effects.joint_push import INERTIA, inertia, push_along
+from sym2real.effects.joint_push import INERTIA, braked, inertia
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
-from sym2real.layout import rate_column
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
+from sym2real.vocabulary import damping_quantity, rate_column
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
@@ -20,10 +20,8 @@ def _parameters(body: Body) -> tuple[Parameter, ...]:
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    name = f"damping_{body.column}"
-    if name in equations.quantities:
-        return equations.substitute({name: symbol(name) + values["value"]})
-    return push_along(equations, body, -values["value"] * symbol(rate_column(body.column)))
+    joint, damping = body.column, values["value"]
+    return braked(equations, body, damping_quantity(joint), damping, -damping * symbol(rate_column(joint)))
 
 
 def _inject(body: Body, values: Numbers) -> Change:

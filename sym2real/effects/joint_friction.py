@@ -4,30 +4,24 @@ from __future__ import annotations
 
 from typing import Any
 
-from sympy import tanh
-
 from sym2real.effects.body import Body
-from sym2real.effects.joint_push import INERTIA, inertia, push_along, unit_of_push
+from sym2real.effects.joint_push import INERTIA, braked, inertia, unit_of_push
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
-from sym2real.layout import rate_column
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
-
-USUAL = 0.3  # m/s², rad/s²: deceleration of a scale
+from sym2real.symbolic.dry_friction import USUAL_DECELERATION, dry_friction
+from sym2real.vocabulary import friction_quantity, rate_column
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
-    scale = USUAL * inertia(body)
+    scale = USUAL_DECELERATION * inertia(body)
     return (Parameter("value", unit_of_push(body)[0], null=0.0, low=0.0, high=30 * scale, scale=scale),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    name = f"friction_{body.column}"
-    if name in equations.quantities:
-        return equations.substitute({name: symbol(name) + values["value"]})
-    # Within the rate that a usual friction takes away in one period it holds rather than slides.
-    slow = USUAL * equations.dt
-    return push_along(equations, body, -values["value"] * tanh(symbol(rate_column(body.column)) / slow))
+    joint, friction = body.column, values["value"]
+    force = dry_friction(friction, symbol(rate_column(joint)), equations.dt)
+    return braked(equations, body, friction_quantity(joint), friction, force)
 
 
 def _inject(body: Body, values: Numbers) -> Change:

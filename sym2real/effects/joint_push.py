@@ -8,8 +8,8 @@ from sympy import Expr
 
 from sym2real.effects.body import Body
 from sym2real.effects.wrench import uses
-from sym2real.layout import push_column, rate_column
 from sym2real.symbolic import Equations, symbol
+from sym2real.vocabulary import push_column, rate_column
 
 INERTIA = "{column}_inertia"  # the number of a joint that its effects need
 
@@ -22,6 +22,18 @@ def inertia(body: Body) -> float:
 def unit_of_push(body: Body) -> tuple[str, str]:
     """Unit of a force along the bound joint, and of its rate."""
     return ("N m", "rad/s") if body.unit == "rad" else ("N", "m/s")
+
+
+def raised(equations: Equations, quantity: str, value: Expr) -> Equations:
+    """The equations with more of a quantity."""
+    return equations.substitute({quantity: symbol(quantity) + value})
+
+
+def braked(equations: Equations, body: Body, quantity: str, value: Expr, force: Expr) -> Equations:
+    """The equations with more of what brakes the bound joint, or with its force along the joint where they lack it."""
+    if quantity in equations.quantities:
+        return raised(equations, quantity, value)
+    return push_along(equations, body, force)
 
 
 def push_along(equations: Equations, body: Body, force: Expr) -> Equations:

@@ -126,5 +126,5 @@ class Kind:
         if self.robot == "both":
             return body.moves != "joints" or bool(self.columns)
         if self.robot == "robot with joints":
-            return bool(body.layouts.state.joints)
+            return bool(body.joints)
         return self.robot == {"space": "quadrotor", "plane": "car"}.get(body.moves)

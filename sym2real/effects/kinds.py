@@ -53,56 +53,16 @@ from sym2real.effects.yaw_bias import YAW_BIAS
 from sym2real.effects.yaw_drag import YAW_DRAG
 from sym2real.registry import Registry
 
-EFFECTS: Registry[Kind] = Registry(
-    "effect",
-    {
-        "gain": GAIN,
-        "offset": OFFSET,
-        "limit": LIMIT,
-        "rate_limit": RATE_LIMIT,
-        "delay": DELAY,
-        "lag": LAG,
-        "dead_band": DEAD_BAND,
-        "added_mass": ADDED_MASS,
-        "payload": PAYLOAD,
-        "thrust_curve": THRUST_CURVE,
-        "battery_sag": BATTERY_SAG,
-        "com_offset": COM_OFFSET,
-        "rotor_loss": ROTOR_LOSS,
-        "ground_effect": GROUND_EFFECT,
-        "torque_bias": TORQUE_BIAS,
-        "torque_scale": TORQUE_SCALE,
-        "motor_lag": MOTOR_LAG,
-        "rate_loop_gain": RATE_LOOP_GAIN,
-        "rate_damping": RATE_DAMPING,
-        "flapping_moment": FLAPPING_MOMENT,
-        "translational_lift": TRANSLATIONAL_LIFT,
-        "rotor_reaction": ROTOR_REACTION,
-        "tyre_friction": TYRE_FRICTION,
-        "tyre_slip": TYRE_SLIP,
-        "relaxation_length": RELAXATION_LENGTH,
-        "understeer": UNDERSTEER,
-        "lateral_slip": LATERAL_SLIP,
-        "rolling_resistance": ROLLING_RESISTANCE,
-        "slope": SLOPE,
-        "wheelbase": WHEELBASE,
-        "yaw_drag": YAW_DRAG,
-        "joint_damping": JOINT_DAMPING,
-        "joint_friction": JOINT_FRICTION,
-        "armature": ARMATURE,
-        "gravity_tilt": GRAVITY_TILT,
-        "load": AT_SITE,
-        "wind": WIND,
-        "linear_drag": LINEAR_DRAG,
-        "quadratic_drag": QUADRATIC_DRAG,
-        "periodic_force": PERIODIC_FORCE,
-        "mounting_tilt": MOUNTING_TILT,
-        "yaw_bias": YAW_BIAS,
-        "lever_arm": LEVER_ARM,
-        "sensor_sign": SENSOR_SIGN,
-        "sensor_bias": SENSOR_BIAS,
-        "sensor_scale": SENSOR_SCALE,
-        "sensor_lag": SENSOR_LAG,
-        "time_shift": TIME_SHIFT,
-    },
-)
+COMMANDS = (GAIN, OFFSET, LIMIT, RATE_LIMIT, DELAY, LAG, DEAD_BAND)
+THRUST = (ADDED_MASS, PAYLOAD, THRUST_CURVE, BATTERY_SAG, COM_OFFSET, ROTOR_LOSS, GROUND_EFFECT)
+TURNING = (TORQUE_BIAS, TORQUE_SCALE, MOTOR_LAG, RATE_LOOP_GAIN, RATE_DAMPING, FLAPPING_MOMENT)
+ROTORS = (TRANSLATIONAL_LIFT, ROTOR_REACTION)
+TYRES = (TYRE_FRICTION, TYRE_SLIP, RELAXATION_LENGTH, UNDERSTEER, LATERAL_SLIP)
+DRIVING = (ROLLING_RESISTANCE, SLOPE, WHEELBASE, YAW_DRAG)
+JOINTS = (JOINT_DAMPING, JOINT_FRICTION, ARMATURE, GRAVITY_TILT, AT_SITE)
+FORCES = (WIND, LINEAR_DRAG, QUADRATIC_DRAG, PERIODIC_FORCE)
+SENSORS = (MOUNTING_TILT, YAW_BIAS, LEVER_ARM, SENSOR_SIGN, SENSOR_BIAS, SENSOR_SCALE, SENSOR_LAG, TIME_SHIFT)
+
+# In the order of the catalogue.
+_ALL = (*COMMANDS, *THRUST, *TURNING, *ROTORS, *TYRES, *DRIVING, *JOINTS, *FORCES, *SENSORS)
+EFFECTS: Registry[Kind] = Registry("effect", {kind.name: kind for kind in _ALL})

@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from sym2real.effects.body import Body
+from sym2real.effects.joint_push import raised
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.protocols import Change
-from sym2real.symbolic import Equations, symbol
+from sym2real.symbolic import Equations
+from sym2real.vocabulary import load_quantity
 
-LOAD = "load_"  # begins the quantity of a site's load
 POINT = 1e-9  # m²: squared radius of gyration of what MuJoCo takes for a point
 
 
@@ -19,8 +20,7 @@ def _parameters(body: Body) -> tuple[Parameter, ...]:
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    name = LOAD + body.column
-    return equations.substitute({name: symbol(name) + values["value"]})
+    return raised(equations, load_quantity(body.column), values["value"])
 
 
 def _inject(body: Body, values: Numbers) -> Change:
@@ -45,7 +45,7 @@ AT_SITE = Kind(
     fix="put the tool or the part into the description, with its mass where it hangs",
     inject=_inject,
     substitute=_substitute,
-    needs=("load_{column}",),
+    needs=(load_quantity("{column}"),),
     robot="robot with joints",
     columns="site",
 )

@@ -6,8 +6,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from sym2real.layout import VELOCITY, Layout, motors_of
+from sym2real.layout import Layout, motors_of
 from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import VELOCITY
 
 # Length of the mean heading vector above which yaw stays (standard deviation below 0.46 rad).
 STEADY_YAW = 0.9
@@ -60,7 +61,7 @@ def steady_yaw(logs: Iterable[Trajectory]) -> bool:
 def steady_thrust(logs: Iterable[Trajectory]) -> bool:
     """Whether the thrust command hardly varies."""
     values = [_thrust(log) for log in logs]
-    if not values or any(len(one) == 0 for one in values):
+    if not values or any(len(value) == 0 for value in values):
         return False
     together = np.concatenate(values)
     return bool(together.std() < STEADY_THRUST * abs(together.mean()))
@@ -116,7 +117,7 @@ def one_circle(logs: Iterable[Trajectory]) -> bool:
         speed = log.column("vx") * log.column("cos_yaw") + log.column("vy") * log.column("sin_yaw")
         speeds.append(speed[abs(speed) > MOVING])
         rates.append(log.column("wz")[abs(speed) > MOVING])
-    if not speeds or not sum(len(one) for one in speeds):
+    if not speeds or not sum(len(part) for part in speeds):
         return False
     speed, rate = np.concatenate(speeds), np.concatenate(rates)
     return bool((speed @ rate) ** 2 > ONE_CIRCLE * (speed @ speed) * (rate @ rate))

@@ -24,13 +24,15 @@ Known = tuple[tuple[str, Mapping[str, float]], ...]
 
 def noted(equations: Equations) -> tuple[str, ...]:
     """The effects that equations have, each as ``KEY PARAMETER=VALUE UNIT, …``, the first one first; without terms."""
-    said = []
+    notes = []
     for key, values in equations.effects:
         if not key.startswith(TERM):
-            known = [one for one in effect(key, equations).parameters if one.name in values]
-            told = (f"{one.name}={with_unit(values[one.name], one.unit, 4)}" for one in known)
-            said.append(f"{key} {', '.join(told)}")
-    return tuple(said)
+            known = [parameter for parameter in effect(key, equations).parameters if parameter.name in values]
+            numbers = (
+                f"{parameter.name}={with_unit(values[parameter.name], parameter.unit, 4)}" for parameter in known
+            )
+            notes.append(f"{key} {', '.join(numbers)}")
+    return tuple(notes)
 
 
 def as_simulated(equations: Equations) -> Known:
@@ -44,13 +46,13 @@ def as_simulated(equations: Equations) -> Known:
     """
     _require_counterparts(equations)
     found = [(effect(key, equations), values) for key, values in equations.effects]
-    filters = sorted((one for one in found if one[0].of.memory is not None), key=_place)
-    static = [one for one in found if one[0].of.memory is None]
-    moving = [one for one in reversed(static) if one[0].stage != "measurement"]
-    measured = [one for one in static if one[0].stage == "measurement"]
-    before = [one for one in filters if one[0].stage != "measurement"]
-    after = [one for one in filters if one[0].stage == "measurement"]
-    return tuple((one.key, values) for one, values in (*before, *moving, *measured, *after))
+    filters = sorted((change for change in found if change[0].of.memory is not None), key=_place)
+    static = [change for change in found if change[0].of.memory is None]
+    moving = [change for change in reversed(static) if change[0].stage != "measurement"]
+    measured = [change for change in static if change[0].stage == "measurement"]
+    before = [change for change in filters if change[0].stage != "measurement"]
+    after = [change for change in filters if change[0].stage == "measurement"]
+    return tuple((change.key, values) for change, values in (*before, *moving, *measured, *after))
 
 
 def injected(equations: Equations, robot: Describable) -> tuple[Change, ...]:
@@ -58,8 +60,8 @@ def injected(equations: Equations, robot: Describable) -> tuple[Change, ...]:
     return tuple(effect(key, robot).inject(**values) for key, values in as_simulated(equations))
 
 
-def _place(one: tuple[Effect, Mapping[str, float]]) -> int:
-    return FILTER_ORDER.index(one[0].kind)
+def _place(change: tuple[Effect, Mapping[str, float]]) -> int:
+    return FILTER_ORDER.index(change[0].kind)
 
 
 def _require_counterparts(equations: Equations) -> None:

@@ -35,7 +35,9 @@ def _parameters(body: Body) -> tuple[Parameter, ...]:
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     dampings = [values[name] for name in NAMES]
     if not all(name in body.numbers and f"w{name[1]}_cmd" in body.names for name in NUMBERS):
-        return push(equations, body, torque=[_held(equations, body, *one) for one in zip(AXES, dampings, strict=True)])
+        return push(
+            equations, body, torque=[_held(equations, body, *pair) for pair in zip(AXES, dampings, strict=True)]
+        )
     torque = []
     for loop, damping in zip(rate_loops(body, equations.dt), dampings, strict=True):
         factor = 1 + damping / (loop.inertia * loop.gain)

@@ -39,7 +39,7 @@ def _number(value: Expr | float, body: Body) -> int:
     """
     rotor = float(value) if getattr(value, "is_number", True) else 0.0
     if rotor not in _choices(body):
-        *first, last = (f"{one:g}" for one in _choices(body))
+        *first, last = (f"{choice:g}" for choice in _choices(body))
         raise ModelError(f"rotor_loss: rotor must be {', '.join(first)} or {last}, found {value}")
     return int(rotor) - 1
 

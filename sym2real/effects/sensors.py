@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from sym2real.effects.filters import spelled_out
-from sym2real.effects.visible import VisibleModel, visible_state
+from sym2real.effects.visible import visible_in_double, visible_state
 from sym2real.past import past_rows
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations, compile_function, rollout, symbol
@@ -78,15 +78,12 @@ class MeasuredModel:
     """A model of what is measured: starts and predictions are as the sensors report them.
 
     Args:
-        equations: their command filters are not applied here.
-        dtype: of the rollouts.
+        equations: predict in float64; their command filters are not applied here.
         model: predicts instead of the equations that it has below, in its own precision.
     """
 
-    def __init__(
-        self, equations: Equations, dtype: torch.dtype = torch.float64, model: DynamicsModel | None = None
-    ) -> None:
-        self._sensors, self._visible = Sensors(equations), model or VisibleModel(equations, dtype)
+    def __init__(self, equations: Equations, model: DynamicsModel | None = None) -> None:
+        self._sensors, self._visible = Sensors(equations), model or visible_in_double(equations)
         self.past_rows = past_rows(model)
         self._sent = self.past_rows[0] * len(equations.layouts.action)
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from sym2real.effects.body import Body
 from sym2real.errors import ModelError
-from sym2real.layout import MOTOR_COLUMNS, MOTORS
 from sym2real.trajectory import Array
+from sym2real.vocabulary import MOTOR_COLUMNS, MOTORS
 
 
 def rotor_sites(spec: Any) -> list[tuple[Any, Any]]:
@@ -26,7 +26,7 @@ def rotor_sites(spec: Any) -> list[tuple[Any, Any]]:
 
 def _rotors(model: Any) -> list[int]:
     """Actuators that are rotors of their own; none of a robot with a rate loop."""
-    return [one for one in range(model.nu) if model.actuator(one).name in MOTOR_COLUMNS]
+    return [index for index in range(model.nu) if model.actuator(index).name in MOTOR_COLUMNS]
 
 
 def places(model: Any, body: Body) -> Array:

@@ -14,17 +14,17 @@ from sym2real.trajectory import Trajectory
 TRIM = 0.06
 
 
-def is_trim(found: Effect, values: Mapping[str, float], logs: Iterable[Trajectory]) -> bool:
+def is_trim(effect: Effect, values: Mapping[str, float], logs: Iterable[Trajectory]) -> bool:
     """Whether an effect of this size may be gone in the next run: a tilt of few degrees, or a force that looks so.
 
     Args:
-        found: the effect.
+        effect: which one.
         values: by parameter name.
         logs: what it was found in.
     """
-    if found.kind == "mounting_tilt":
+    if effect.kind == "mounting_tilt":
         return hypot(values.get("roll", 0.0), values.get("pitch", 0.0)) <= TRIM
-    if found.kind == "wind" and not found.body.planar and "mass" in found.body.numbers:
+    if effect.kind == "wind" and not effect.body.planar and "mass" in effect.body.numbers:
         side = hypot(values.get("fx", 0.0), values.get("fy", 0.0))
-        return side <= TRIM * found.body.mass * GRAVITY and steady_yaw(logs)
+        return side <= TRIM * effect.body.mass * GRAVITY and steady_yaw(logs)
     return False

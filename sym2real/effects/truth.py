@@ -13,9 +13,9 @@ import numpy as np
 
 from sym2real.effects.body import Body
 from sym2real.errors import ModelError
-from sym2real.layout import MOTOR_COLUMNS
 from sym2real.protocols import Change, Filter
 from sym2real.trajectory import Array
+from sym2real.vocabulary import MOTOR_COLUMNS
 
 ROBOT = 1
 FILTER, FILTER_EXACT = 2, 3  # mujoco.mjtDyn: for integrators of higher order, and for those of first order
@@ -42,7 +42,7 @@ def rates(data: Any) -> Array:
 
 def thrust(data: Any) -> float:
     """What the thrust actuator, or all rotors of their own together, give now, N."""
-    rotors = [one for one in range(len(data.actuator_force)) if data.actuator(one).name in MOTOR_COLUMNS]
+    rotors = [index for index in range(len(data.actuator_force)) if data.actuator(index).name in MOTOR_COLUMNS]
     return float(data.actuator_force[rotors or [0]].sum())
 
 
@@ -166,6 +166,7 @@ def following(body: Body, follow: Callable[[float, float], tuple[float, float]])
     column = body.layouts.action.index(body.column)
 
     def begin() -> Filter:
+        """An episode's actuator: it stands where the first command puts it."""
         last: list[float] = []
 
         def apply(action: Array) -> Array:

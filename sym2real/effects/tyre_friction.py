@@ -1,16 +1,22 @@
 """Tyres that hold less: the force on the ground is limited to μ·m·g.
 
-Across the motion it limits the yaw rate: |ω_z| ≤ μ g / (|u| + u₀). Wheels that are driven alike resist a turn, which
-the front tyres must overcome as well: u₀ = 2 k w²/(L m), k the drive's N s/m a wheel, w the track; front tyres that
-slide sideways with v_s resist less, by 1/(1 + 4 k v_s/(μ m g)). Along the motion the drive is limited:
-4 k |u_cmd - u| ≤ μ m g. The plain robot has μ = 1.
+Across the motion it limits the turn. Front tyres at their limit turn the car about its rear axle, c = L/2 behind its
+centre, against the lateral acceleration of that centre and against wheels that are driven alike::
+
+    (J + m c²) dω/dt = ± μ m g c - m c (|u| + u₀) ω,   u₀ = 2 k w²/(L m)
+
+k: the drive's N s/m a wheel, w: the track. Front tyres that slide sideways with v_s resist less, by
+1/(1 + 4 k v_s/(μ m g)). After a step the yaw rate lies between the two solutions: where tyres slide it follows late.
+
+A tyre that slides has one force, against its slip (Coulomb): of μ m g the drive gets the share that its demand
+4 k (u_cmd - u) has beside the turn's, m u² tan(δ)/L. The plain robot has μ = 1.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from sympy import Abs, Max, Min, Piecewise, atan, tan
+from sympy import Abs, Expr, Max, Min, Piecewise, atan, exp, sqrt, tan
 
 from sym2real.effects.body import GRAVITY, Body
 from sym2real.effects.car_turning import FORWARD, forward_speed
@@ -33,17 +39,28 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     drive, forward = 4 * body.numbers.get("wheel_drive", 0.0) / body.mass, forward_speed(body)
     grip = friction * GRAVITY
     changes = {}
-    if drive > 0 and "speed" in body.layouts.action:
-        wanted = Max(-grip, Min(grip, drive * (command - forward)))
-        changes["speed"] = Piecewise((forward + wanted / drive, friction < PLAIN), (command, True))
     wheelbase, track = body.number("wheelbase"), body.numbers.get("track", 0.0)
+    if drive > 0 and "speed" in body.layouts.action:
+        ahead, across = (1 - exp(-drive * body.dt)) / body.dt * (command - forward), forward**2 * tan(steer) / wheelbase
+        held = grip / Max(grip, sqrt(ahead**2 + across**2))
+        changes["speed"] = Piecewise((forward + held * (command - forward), friction < PLAIN), (command, True))
     speed, resisting = Max(Abs(forward), SLOWEST), drive * track**2 / (2 * wheelbase)
     sliding = Max(speed * Abs(tan(steer)) - wheelbase * grip / (speed + resisting), 0)
-    resisting = resisting / 2 * (1 + grip / (grip + drive * sliding))
-    steepest = grip * wheelbase / (speed * (speed + resisting))
-    limited = atan(Max(-steepest, Min(steepest, tan(steer))))
+    resisting = speed + resisting / 2 * (1 + grip / (grip + drive * sliding))
+    going, kept = Piecewise((speed, forward >= 0), (-speed, True)), _kept(body, resisting)
+    middle, reach = kept * symbol("wz") if kept else 0, (1 - kept) * grip / resisting
+    turn = Max(middle - reach, Min(middle + reach, going * tan(steer) / wheelbase))
+    limited = atan(turn * wheelbase / going)
     changes["steer"] = Piecewise((limited, friction < PLAIN), (steer, True))
     return equations.substitute(changes)
+
+
+def _kept(body: Body, resisting: Expr) -> Expr | float:
+    """Share of the yaw rate that is left after a step against |u| + u₀; none where nobody told the inertia."""
+    if "jz" not in body.numbers or "wz" not in body.layouts.state:
+        return 0
+    centre = body.number("wheelbase") / 2
+    return exp(-body.dt * resisting / (body.number("jz") / (body.mass * centre) + centre))
 
 
 def _inject(body: Body, values: Numbers) -> Change:

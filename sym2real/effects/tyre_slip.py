@@ -61,7 +61,7 @@ TYRE_SLIP = Kind(
     fix="fit stiffer tyres or lighten the car, or keep the term in the model",
     inject=_inject,
     substitute=_substitute,
-    needs=("x", "y", *FORWARD, "wz"),
+    needs=("steer", "x", "y", *FORWARD, "wz"),
     robot="car",
     alike=(Member(ONE_ARM, 1),),
     searching=Searching(shown_in=lambda _: (Shown.SPEEDS,)),

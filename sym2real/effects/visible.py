@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import torch
 from torch import Tensor
 
@@ -43,3 +45,9 @@ class VisibleModel:
             first = inputs[..., 0, :]
         start = with_hidden_start(self.equations, state, actions[..., 0, :], first)
         return rollout(self.compiled, start, actions, inputs, parameters)[..., : self.columns]
+
+
+@lru_cache(maxsize=32)
+def visible_in_double(equations: Equations) -> VisibleModel:
+    """The model in float64; kept, because logs are held against the same equations again and again."""
+    return VisibleModel(equations, torch.float64)

@@ -58,8 +58,8 @@ def run_episode(
         20
     """
     if steps < 1 or (wrench is not None and len(wrench) < steps):
-        said = "" if wrench is None else f" and {len(wrench)} pushes"
-        raise ShapeError(f"an episode needs at least one step, and pushes for all of them; found {steps} steps{said}")
+        beside = "" if wrench is None else f" and {len(wrench)} pushes"
+        raise ShapeError(f"an episode needs at least one step, and pushes for all of them; found {steps} steps{beside}")
     if start is None and task is not None:
         start = task.start(np.random.default_rng(seed))
     state = plant.reset(start, seed)

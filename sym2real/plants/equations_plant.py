@@ -106,7 +106,7 @@ class EquationsPlant:
 
 
 def _require_steps(equations: Equations, robot: Robot) -> None:
-    late = [found.key for found, _ in measurement_filters(equations)]
+    late = [effect.key for effect, _ in measurement_filters(equations)]
     unknown = sorted({*equations.layouts.inputs} - {*robot.layouts.inputs, "t"})
     if late or unknown:
         raise ModelError(f"a model with {', '.join(late or unknown)} cannot be stepped as a plant")

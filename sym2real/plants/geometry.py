@@ -45,12 +45,12 @@ def geometries(plant: MujocoPlant) -> list[Geometry]:
     """The geometries of the first body and of all that hangs on it, joints at rest."""
     model, rest = plant.mj_model, mujoco.MjData(plant.mj_model)
     mujoco.mj_kinematics(model, rest)
-    axes, found = rest.xmat[ROOT].reshape(3, 3), []
+    axes, geometries = rest.xmat[ROOT].reshape(3, 3), []
     for number in np.flatnonzero(model.body_rootid[model.geom_bodyid] == ROOT):
         attitude, turn = np.empty(4), axes.T @ rest.geom_xmat[number].reshape(3, 3)
         mujoco.mju_mat2Quat(attitude, turn.ravel())
         centre, half_sizes = np.split(model.geom_aabb[number], 2)
-        found.append(
+        geometries.append(
             Geometry(
                 name=model.geom(number).name or f"geometry {number}",
                 shape=ROUND.get(int(model.geom_type[number]), "box"),
@@ -60,4 +60,4 @@ def geometries(plant: MujocoPlant) -> list[Geometry]:
                 colour=model.geom_rgba[number].astype(np.float64),
             )
         )
-    return found
+    return geometries

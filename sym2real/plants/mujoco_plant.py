@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import mujoco
@@ -9,15 +10,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sym2real.errors import ModelError, ShapeError
-from sym2real.layout import WRENCH, Layouts, push_column
+from sym2real.layout import Layouts
 from sym2real.protocols import Change, Filter
 from sym2real.robots import Robot
 from sym2real.trajectory import Array
+from sym2real.vocabulary import WRENCH, push_column
 
 FULL_STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 ROLL_OVER = np.deg2rad(60.0)
 WITHOUT_REST = (int(mujoco.mjtDyn.mjDYN_NONE), int(mujoco.mjtDyn.mjDYN_INTEGRATOR))
-OUT_OF_MEASURE = tuple(getattr(mujoco.mjtWarning, f"mjWARN_BAD{name}") for name in ("QPOS", "QVEL", "QACC"))
+OUT_OF_MEASURE = [int(getattr(mujoco.mjtWarning, f"mjWARN_BAD{name}")) for name in ("QPOS", "QVEL", "QACC")]
 # MuJoCo prints its warnings and leaves MUJOCO_LOG.TXT where a user works; those that matter are errors here.
 mujoco.set_mju_user_warning(lambda _: None)
 
@@ -78,7 +80,7 @@ class MujocoPlant:
             _require_same_robot(robot, self.mj_model)
         self.mj_data = mujoco.MjData(self.mj_model)
         self._body = mujoco.mj_name2id(self.mj_model, mujoco.mjtObj.mjOBJ_BODY, robot.description.body)
-        self._wrench_places = [WRENCH.index(one) if one in WRENCH else -1 for one in robot.layouts.inputs]
+        self._wrench_places = [WRENCH.index(column) if column in WRENCH else -1 for column in robot.layouts.inputs]
         self._joint_places = _pushed_joints(robot, self.mj_model)
         self._initial_wrench = np.zeros(robot.layouts.inputs.size) if wrench is None else wrench
         self._forces = [change.force for change in self.changes if change.force is not None]
@@ -155,6 +157,7 @@ class MujocoPlant:
         for place, value in zip(self._wrench_places, values, strict=True):
             if place >= 0:
                 self._wrench[place] = value
+        self._pushes = bool(self._wrench.any())
         for place, dof in self._joint_places.items():
             self.mj_data.qfrc_applied[dof] = values[place]
 
@@ -197,8 +200,9 @@ class MujocoPlant:
         for _ in range(self.robot.substeps):
             self._apply_forces()
             mujoco.mj_step(self.mj_model, self.mj_data)
-            self._require_finite()
             self._crashed = self._crashed or self._has_crashed()
+        self._require_finite()
+        self._crashed = self._crashed or not np.isfinite(self.mj_data.qpos).all()
         return self._measured()
 
     def _settle(self, control: Array) -> None:
@@ -223,7 +227,7 @@ class MujocoPlant:
         if self._forces:
             # A physics step leaves positions and velocities of its beginning behind; the callbacks read the present.
             mujoco.mj_forward(self.mj_model, self.mj_data)
-        if self._wrench.any():
+        if self._pushes:
             torque = np.empty(3)
             mujoco.mju_rotVecQuat(torque, self._wrench[3:], self.mj_data.qpos[3:7])
             self.mj_data.xfrc_applied[self._body] = [*self._wrench[:3], *torque]
@@ -231,16 +235,17 @@ class MujocoPlant:
             force(self.mj_model, self.mj_data)
 
     def _require_finite(self) -> None:
-        """Refuse what MuJoCo has set back to the model's start, which would be read as a flight that goes on."""
-        if any(self.mj_data.warning[kind].number for kind in OUT_OF_MEASURE):
+        """Refuse what MuJoCo has set back to the model's start, which would be read as a flight that goes on.
+
+        It counts how often it did.
+        """
+        if self.mj_data.warning.number[OUT_OF_MEASURE].any():
             names = ", ".join(change.name for change in self.changes) or "the plain robot"
             raise ModelError(
                 f"{names}: expected a {self.robot.name} that can be simulated, found accelerations beyond all measure"
             )
 
     def _has_crashed(self) -> bool:
-        if not np.isfinite(self.mj_data.qpos).all():
-            return True
         crash = self.robot.description.crash
         if crash == "contact":
             return bool(self.mj_data.ncon)
@@ -249,24 +254,24 @@ class MujocoPlant:
         if crash == "never":
             return False
         x, y = self.mj_data.qpos[4:6]
-        return bool(2.0 * np.arcsin(min(1.0, np.hypot(x, y))) > ROLL_OVER)
+        return bool(2.0 * math.asin(min(1.0, math.hypot(x, y))) > ROLL_OVER)
 
 
-def _require_same_robot(robot: Robot, found: mujoco.MjModel) -> None:
+def _require_same_robot(robot: Robot, other: mujoco.MjModel) -> None:
     """Body, coordinates and actuators as the robot reads and writes them; changes may have appended actuators."""
     plain = compile_robot(robot)
     body = robot.description.body
-    named = not body or mujoco.mj_name2id(found, mujoco.mjtObj.mjOBJ_BODY, body) >= 0
-    if not named or not np.array_equal(plain.jnt_type, found.jnt_type) or found.nu < plain.nu:
+    named = not body or mujoco.mj_name2id(other, mujoco.mjtObj.mjOBJ_BODY, body) >= 0
+    if not named or not np.array_equal(plain.jnt_type, other.jnt_type) or other.nu < plain.nu:
         raise ShapeError(
-            f"another robot: {'a' if named else 'no'} body named {body}, {found.njnt} joints and {found.nu} actuators "
+            f"another robot: {'a' if named else 'no'} body named {body}, {other.njnt} joints and {other.nu} actuators "
             f"where a {robot.name} has {plain.njnt} and {plain.nu}"
         )
 
 
 def _pushed_joints(robot: Robot, model: mujoco.MjModel) -> dict[int, int]:
     """Degree of freedom of every input that pushes along a joint."""
-    names = {push_column(model.joint(one).name): int(model.jnt_dofadr[one]) for one in range(model.njnt)}
+    names = {push_column(model.joint(index).name): int(model.jnt_dofadr[index]) for index in range(model.njnt)}
     return {place: names[column] for place, column in enumerate(robot.layouts.inputs) if column in names}
 
 

@@ -73,7 +73,7 @@ def load_plant(folder: str | Path) -> MujocoPlant:
     table = read_toml(file, what)
     try:
         robot, description = ROBOTS[table["robot"]], file.parent / table["description"]
-        chosen = [(str(one.pop("effect")), one) for one in table.get("effects", [])]
+        chosen = [(str(entry.pop("effect")), entry) for entry in table.get("effects", [])]
     except (KeyError, AttributeError, TypeError) as error:
         raise DataError(file, what, reason(error)) from error
     if description.parent != file.parent:

@@ -20,7 +20,9 @@ ROBOTS: Registry[Robot] = Registry(
     "robot",
     {"crazyflie": CRAZYFLIE, "mushr": MUSHR},
     later={
+        "arm": "sym2real.robots.arm:ARM",
         "cart_pole": "sym2real.robots.cart_pole:CART_POLE",
+        "differential_drive": "sym2real.robots.differential_drive:DIFFERENTIAL_DRIVE",
         "hexarotor": "sym2real.robots.hexarotor:HEXAROTOR",
     },
 )

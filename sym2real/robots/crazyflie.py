@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sym2real.layout import WRENCH, Layout, Layouts
+from sym2real.layout import Layout, Layouts
 from sym2real.robots.description import Description
 from sym2real.robots.recipe import Recipe
 from sym2real.robots.robot import GRAVITY, Limits, MPPISettings, Robot
 from sym2real.trajectory import Array
+from sym2real.vocabulary import WRENCH
 
 if TYPE_CHECKING:
     from sym2real.symbolic import Equations

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from dataclasses import replace
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,12 +12,14 @@ import mujoco
 import numpy as np
 
 from sym2real.errors import ModelError, UnknownNameError
-from sym2real.layout import Layout, push_column, rate_column
+from sym2real.layout import Layout, Layouts
 from sym2real.robots import mjcf_columns as columns
+from sym2real.robots import planar
 from sym2real.robots.description import Crash, Description
 from sym2real.robots.recipe import Recipe
 from sym2real.robots.robot import GRAVITY, Limits, MPPISettings, Robot
 from sym2real.trajectory import Array
+from sym2real.vocabulary import HEADING, RATE, push_column, rate_column
 
 if TYPE_CHECKING:
     from sym2real.symbolic import Equations
@@ -54,13 +57,15 @@ def from_mjcf(
         name: key in the registry; by default the file's stem.
         actions: actuators that are commanded, as ``{actuator: column}`` where columns are to be called otherwise; all
             by default.
-        state: columns of the state (:mod:`sym2real.robots.mjcf_columns`); all by default.
+        state: columns of the state (:mod:`sym2real.robots.mjcf_columns`); all by default. With ``sin_yaw`` the robot
+            is one of the plane (:mod:`sym2real.robots.planar`).
         dt: control period in s, a multiple of the file's time step; by default the one nearest to 20 ms.
         recipe: how a model is learned; by default the task ``regulate`` from its start.
         mppi: sampling; by default a horizon of 40 periods.
         numbers: further ones, SI units.
         rigid_body: makes the first-principles equations; by default those of
-            :func:`sym2real.robots.multibody.multibody`, for robots of hinges and slides.
+            :func:`sym2real.robots.multibody.multibody`, for robots of hinges and slides, or of
+            :func:`sym2real.robots.rolling.rolling`, for robots of the plane on wheels of one axle.
         title: what people call it.
 
     Raises:
@@ -71,16 +76,21 @@ def from_mjcf(
     model, data = columns.opened(file)
     wanted = _named(columns.names_of(model, "actuator") if actions is None else actions)
     known = columns.state_columns(model)
-    layouts = columns.layouts_of(model, _state(known, state), wanted)
-    actuators = [model.actuator(one).id for one in wanted]
-    places = [known[column][1] for column in layouts.state]
+    wheels = planar.Wheels.of(model, data) if planar.asked(state) else None
+    chosen = _state(known, state) if wheels is None else Layout.of(planar.STATE)
+    layouts = columns.layouts_of(model, chosen, wanted)
+    actuators = [model.actuator(actuator_name).id for actuator_name in wanted]
+    places = [known[column][1] for column in layouts.state if column in known]
     standing = np.concatenate([data.qpos, np.zeros(model.nv)])
-    coordinates = columns.Coordinates(places, standing, model.nq, actuators, model.nu)
+    simulated = columns.Coordinates(places, standing, model.nq, actuators, model.nu)
+    coordinates: columns.Coordinates | planar.PlanarCoordinates = simulated
     low, high = columns.ranges_of(model, actuators)
-    masses = _inertias(model, data)
-    own = (
-        {"mass": float(model.body_subtreemass[0])} | _joint_numbers(model, masses) | _ranges(layouts.action, low, high)
-    )
+    own = {"mass": float(model.body_subtreemass[0])} | _joint_numbers(model, columns.inertias(model, data).diagonal())
+    own |= _ranges(layouts.action, low, high)
+    if wheels is not None:
+        layouts = replace(layouts, inputs=planar.inputs_of(model))
+        coordinates = planar.PlanarCoordinates(wheels, data.qpos.copy(), model.nv)
+        own |= wheels.numbers(model, data, wanted)
     return Robot(
         name=name or Path(file).stem,
         layouts=layouts,
@@ -93,35 +103,47 @@ def from_mjcf(
             rest=np.clip(data.ctrl[actuators], low, high),
             to_state=coordinates.to_state,
             to_coordinates=coordinates.to_coordinates,
-            to_control=coordinates.to_control,
+            to_control=simulated.to_control,
             body=_free_body(model),
-            crash=_crash(model),
-            quantities=columns.quantities_of(model),
+            crash=_crash(model) if wheels is None else "rolled over",
+            quantities=columns.quantities_of(model) + _derived_rates(model, layouts.state),
         ),
         recipe=recipe or default_recipe(model, layouts.state, wanted, low, high),
         numbers=own | dict(numbers or {}),
         mppi=mppi or MPPISettings(horizon=HORIZON * _period(model, dt), noise=tuple(NOISE * (high - low))),
-        rigid_body=rigid_body or partial(_equations, file, layouts, wanted, _period(model, dt)),
+        rigid_body=rigid_body or cache(partial(_equations, file, layouts, wanted, _period(model, dt))),
         title=title,
     )
 
 
 def default_recipe(model: mujoco.MjModel, state: Layout, actions: Mapping[str, str], low: Array, high: Array) -> Recipe:
-    """Regulation about the start; every actuator must show in the rate of the joint that it moves."""
-    found = {told: model.actuator(name).id for name, told in actions.items()}
-    by_joint = {told: one for told, one in found.items() if model.actuator_trntype[one] == columns.BY_JOINT}
-    moved = [(rate_column(model.joint(int(model.actuator_trnid[one, 0])).name), told) for told, one in by_joint.items()]
+    """Regulation about the start; every actuator must show in the rate of the joint that it moves.
+
+    Of a robot in a plane paths from its nominal equations, and its turning rate: contacts are no short equations.
+    """
+    found = {column: model.actuator(name).id for name, column in actions.items()}
+    by_joint = {
+        column: actuator for column, actuator in found.items() if model.actuator_trntype[actuator] == columns.BY_JOINT
+    }
+    moved = [
+        (rate_column(model.joint(int(model.actuator_trnid[actuator, 0])).name), column)
+        for column, actuator in by_joint.items()
+    ]
+    on_paths = HEADING.columns[0] in state
+    if on_paths:
+        moved = [(RATE.columns[2], column) for column in found]
     return Recipe(
-        tasks=(("regulate", {}),),
+        tasks=(("circle", {}), ("lemniscate", {})) if on_paths else (("regulate", {}),),
+        base="nominal" if on_paths else "episodes",
         dither=tuple(DITHER * (high - low)),
-        dependencies=tuple((rate, told) for rate, told in moved if rate in state),
+        dependencies=tuple((rate, column) for rate, column in moved if rate in state),
         angles=tuple(column for column in state if state.units[column] == "rad"),
         cost_weights=WEIGHTS,
     )
 
 
 def _named(actions: Mapping[str, str] | Sequence[str]) -> dict[str, str]:
-    return dict(actions) if isinstance(actions, Mapping) else {one: one for one in actions}
+    return dict(actions) if isinstance(actions, Mapping) else {action: action for action in actions}
 
 
 def _state(known: Mapping[str, Any], wanted: Sequence[str] | None) -> Layout:
@@ -130,7 +152,7 @@ def _state(known: Mapping[str, Any], wanted: Sequence[str] | None) -> Layout:
             raise UnknownNameError("state column", column, known)
     chosen = {column: field for column, (field, _) in known.items() if wanted is None or column in wanted}
     speeds = ("velocity", "rate", "joint speed", "joint rate")  # behind where the robot is
-    return columns.layout_of(sorted(chosen.items(), key=lambda one: one[1].name in speeds))
+    return columns.layout_of(sorted(chosen.items(), key=lambda entry: entry[1].name in speeds))
 
 
 def _period(model: mujoco.MjModel, dt: float | None) -> float:
@@ -141,18 +163,10 @@ def _period(model: mujoco.MjModel, dt: float | None) -> float:
     return period
 
 
-def _inertias(model: mujoco.MjModel, data: Any) -> Array:
-    """What a force along each degree of freedom moves there, kg or kg m² ``# (nv,)``."""
-    whole = np.zeros((model.nv, model.nv))
-    mujoco.mj_fullM(model, data, whole)
-    moved: Array = whole.diagonal().copy()
-    return moved
-
-
 def _joint_numbers(model: mujoco.MjModel, masses: Array) -> dict[str, float]:
     joints = range(model.njnt)
-    single = [one for one in joints if model.jnt_type[one] != columns.FREE]
-    return {f"{model.joint(one).name}_inertia": float(masses[model.jnt_dofadr[one]]) for one in single}
+    single = [joint for joint in joints if model.jnt_type[joint] != columns.FREE]
+    return {f"{model.joint(joint).name}_inertia": float(masses[model.jnt_dofadr[joint]]) for joint in single}
 
 
 def _ranges(action: Layout, low: Array, high: Array) -> dict[str, float]:
@@ -177,7 +191,18 @@ def _crash(model: mujoco.MjModel) -> Crash:
     return "joint range" if model.jnt_limited.any() else "never"
 
 
-def _equations(file: str, layouts: Any, actions: Mapping[str, str], dt: float) -> Equations:
-    from sym2real.robots.multibody import multibody  # noqa: PLC0415 — SymPy stays out of light imports
+def _derived_rates(model: mujoco.MjModel, state: Layout) -> tuple[str, ...]:
+    """Rates of joints that the state does not hold, which equations may derive."""
+    names = columns.names_of(model, "joint")
+    single = (name for name, kind in zip(names, model.jnt_type, strict=True) if kind != columns.FREE)
+    return tuple(rate_column(name) for name in single if rate_column(name) not in state)
 
-    return multibody(columns.opened(file)[0], layouts, actions, dt)
+
+def _equations(file: str, layouts: Layouts, actions: Mapping[str, str], dt: float) -> Equations:
+    from sym2real.robots.multibody import multibody  # noqa: PLC0415 — SymPy stays out of light imports
+    from sym2real.robots.rolling import rolling  # noqa: PLC0415
+
+    model, data = columns.opened(file)
+    if planar.asked(layouts.state):
+        return rolling(model, data, layouts, actions, dt)
+    return multibody(model, layouts, actions, dt)

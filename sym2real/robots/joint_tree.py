@@ -12,6 +12,7 @@ from sympy import Expr, Integer
 from sym2real.robots import mjcf_columns as columns
 from sym2real.robots.spatial import Inertia, Motion, Transform, Values, about, exact
 from sym2real.symbolic import symbol
+from sym2real.vocabulary import load_quantity
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +104,7 @@ def _body_inertia(model: mujoco.MjModel, body: int, frame: Transform) -> Inertia
     for site in columns.loaded_sites(model):
         if model.site_bodyid[site] == body:
             place = frame.place + to_link @ exact(model.site_pos[site])
-            whole += Inertia.of_body(symbol(f"load_{model.site(site).name}"), place, exact(np.zeros((3, 3))))
+            whole += Inertia.of_body(symbol(load_quantity(model.site(site).name)), place, exact(np.zeros((3, 3))))
     return whole
 
 

@@ -14,8 +14,12 @@ import mujoco
 import numpy as np
 
 from sym2real.errors import ModelError, UnknownNameError
-from sym2real.layout import (
+from sym2real.field import Field, is_name
+from sym2real.layout import Layout, Layouts
+from sym2real.trajectory import Array
+from sym2real.vocabulary import (
     ATTITUDE,
+    GRAVITY_COMPONENTS,
     JOINT_ANGLE,
     JOINT_DISPLACEMENT,
     JOINT_FORCE,
@@ -27,19 +31,17 @@ from sym2real.layout import (
     VELOCITY,
     VOCABULARY,
     WRENCH,
-    Field,
-    Layout,
-    Layouts,
-    is_name,
+    armature_quantity,
+    damping_quantity,
+    friction_quantity,
+    load_quantity,
     push_column,
     rate_column,
 )
-from sym2real.trajectory import Array
 
 FREE, BALL, SLIDE, HINGE = (
     int(getattr(mujoco.mjtJoint, f"mjJNT_{name}")) for name in ("FREE", "BALL", "SLIDE", "HINGE")
 )
-GRAVITY = ("gravity_x", "gravity_y", "gravity_z")
 BY_JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
 # Field of the actions, and its unit, of an actuator on a slide and of one on a hinge, by what it is told.
 TOLD = {
@@ -143,8 +145,9 @@ def inputs_of(model: mujoco.MjModel) -> Layout:
 def quantities_of(model: mujoco.MjModel) -> tuple[str, ...]:
     """Names of what effects may change in equations from the file: gravity, what joints have, loads at sites."""
     joints = [name for name, kind in zip(names_of(model, "joint"), model.jnt_type, strict=True) if kind != FREE]
-    loads = [f"load_{model.site(one).name}" for one in loaded_sites(model)]
-    return (*GRAVITY, *(f"{of}_{name}" for of in ("armature", "damping", "friction") for name in joints), *loads)
+    loads = [load_quantity(model.site(site).name) for site in loaded_sites(model)]
+    kinds = (armature_quantity, damping_quantity, friction_quantity)
+    return (*GRAVITY_COMPONENTS, *(quantity(name) for quantity in kinds for name in joints), *loads)
 
 
 def loaded_sites(model: mujoco.MjModel) -> list[int]:
@@ -171,7 +174,9 @@ def actions_of(model: mujoco.MjModel, wanted: Mapping[str, str]) -> Layout:
         joint = int(model.actuator_trnid[index, 0])
         turns = model.actuator_trntype[index] == BY_JOINT and model.jnt_type[joint] == HINGE
         field, unit = TOLD[told(model, index)][int(turns)]
-        usual = next((one for group, one in VOCABULARY if group == "action" and column in one.columns), None)
+        usual = next(
+            (standard for group, standard in VOCABULARY if group == "action" and column in standard.columns), None
+        )
         columns.append((column, usual or Field(field, (column,), unit, "body")))
     return layout_of(columns)
 
@@ -214,6 +219,13 @@ def opened(path: str) -> tuple[mujoco.MjModel, Any]:
         mujoco.mj_resetDataKeyframe(model, data, 0)
     mujoco.mj_forward(model, data)
     return model, data
+
+
+def inertias(model: mujoco.MjModel, data: Any) -> Array:
+    """What accelerates with every degree of freedom, kg, kg m and kg m² ``# (nv, nv)``."""
+    whole = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, whole)
+    return whole
 
 
 def layouts_of(model: mujoco.MjModel, state: Layout, actions: Mapping[str, str]) -> Layouts:

@@ -18,7 +18,7 @@ from typing import Literal
 from sympy import Expr
 
 from sym2real.errors import ModelError
-from sym2real.layout import MOTOR_COLUMNS
+from sym2real.vocabulary import MOTOR_COLUMNS
 
 MotorUnit = Literal["command", "rad/s"]
 

@@ -23,9 +23,9 @@ import numpy as np
 from sympy import Expr, Integer, count_ops
 
 from sym2real.errors import ModelError
-from sym2real.layout import Layouts, rate_column
+from sym2real.layout import Layouts
 from sym2real.robots import mjcf_columns as columns
-from sym2real.robots.joint_forces import SLOW, Forces
+from sym2real.robots.joint_forces import Forces
 from sym2real.robots.joint_tree import Link, as_expression, links_of
 from sym2real.robots.spatial import (
     Inertia,
@@ -38,6 +38,14 @@ from sym2real.robots.spatial import (
 )
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import names_in
+from sym2real.vocabulary import (
+    GRAVITY_COMPONENTS,
+    armature_quantity,
+    damping_quantity,
+    friction_quantity,
+    load_quantity,
+    rate_column,
+)
 
 LONGEST = 4  # operations of an expression that needs no name
 
@@ -80,13 +88,13 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     links = links_of(model)
     build = _Build()
     build.quantities |= {
-        name: as_expression(value) for name, value in zip(columns.GRAVITY, model.opt.gravity, strict=True)
+        name: as_expression(value) for name, value in zip(GRAVITY_COMPONENTS, model.opt.gravity, strict=True)
     }
-    build.quantities |= {f"armature_{link.joint}": as_expression(link.armature) for link in links}
-    build.quantities |= {f"load_{model.site(one).name}": Integer(0) for one in columns.loaded_sites(model)}
-    build.quantities |= {f"damping_{link.joint}": as_expression(link.damping) for link in links}
-    build.quantities |= {f"friction_{link.joint}": as_expression(link.friction) for link in links}
-    forces = Forces(model, links, actions, SLOW * dt)
+    build.quantities |= {armature_quantity(link.joint): as_expression(link.armature) for link in links}
+    build.quantities |= {load_quantity(model.site(site).name): Integer(0) for site in columns.loaded_sites(model)}
+    build.quantities |= {damping_quantity(link.joint): as_expression(link.damping) for link in links}
+    build.quantities |= {friction_quantity(link.joint): as_expression(link.friction) for link in links}
+    forces = Forces(model, links, actions, dt)
     names = [link.joint for link in links]
     place = np.array([symbol(name) for name in names], dtype=object)
     rate = np.array([symbol(rate_column(name)) for name in names], dtype=object)
@@ -106,7 +114,7 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
 
 
 def _accelerations(build: _Build, links: Sequence[Link], place: Values, rate: Values, force: Values) -> Values:
-    transforms = [_named(build, link, one) for link, one in zip(links, place, strict=True)]
+    transforms = [_named(build, link, coordinate) for link, coordinate in zip(links, place, strict=True)]
     bias = _bias(build, links, transforms, rate)
     wanted = build.each("drive", force - bias)
     return _solved(build, _mass_matrix(build, links, transforms), wanted)
@@ -130,7 +138,7 @@ def _named(build: _Build, link: Link, coordinate: Expr) -> Transform:
 def _bias(build: _Build, links: Sequence[Link], transforms: Sequence[Transform], rate: Values) -> Values:
     """Forces along the joints that keep every acceleration at zero, by recursive Newton–Euler."""
     still = np.zeros(3, dtype=int).astype(object)
-    upwards = -np.array([symbol(name) for name in columns.GRAVITY], dtype=object)
+    upwards = -np.array([symbol(name) for name in GRAVITY_COMPONENTS], dtype=object)
     velocities: list[Motion] = []
     accelerations: list[Motion] = []
     forces = []
@@ -173,7 +181,7 @@ def _mass_matrix(build: _Build, links: Sequence[Link], transforms: Sequence[Tran
         if link.parent >= 0:
             whole[link.parent] += whole[number].in_parent(transforms[number])
         force, at = whole[number].times(link.motion), number
-        matrix[number, number] = along(link.motion, force) + symbol(f"armature_{link.joint}")
+        matrix[number, number] = along(link.motion, force) + symbol(armature_quantity(link.joint))
         while links[at].parent >= 0:
             force = _short_pair(build, f"reach_{link.joint}_{links[at].joint}", transforms[at].force_back(force))
             at = links[at].parent
@@ -206,7 +214,7 @@ def _short_pair(build: _Build, name: str, pair: tuple[Values, Values]) -> tuple[
 
 def _require_covered(model: mujoco.MjModel, layouts: Layouts) -> None:
     names = columns.names_of(model, "joint")
-    missing = [one for name in names for one in (name, rate_column(name)) if one not in layouts.state]
+    missing = [column for name in names for column in (name, rate_column(name)) if column not in layouts.state]
     by_joint = (model.actuator_trntype == columns.BY_JOINT).all() and not model.actuator_dyntype.any()
     wrong = {
         "a free joint": columns.FREE in model.jnt_type.tolist(),

@@ -71,7 +71,7 @@ def car(
     loop = FirstOrder(1.0 / time_constant if time_constant > 0 else math.inf, dt)
     speed, mean = loop.end(forward, symbol("speed"), pull), loop.mean(forward, symbol("speed"), pull)
     return Equations(
-        next=_along_the_arc(curvature),
+        next=along_the_arc(symbol("next_speed") * curvature),
         layouts=LAYOUTS,
         dt=dt,
         quantities={
@@ -86,8 +86,8 @@ def car(
     )
 
 
-def _along_the_arc(curvature: Expr) -> dict[str, Expr]:
-    """Next states by the quantities of the step."""
+def along_the_arc(turning: Expr) -> dict[str, Expr]:
+    """Next states by the quantities ``chord`` (m), ``half_turn`` (rad), ``next_speed`` (m/s), and the rate reached."""
     speed, chord = symbol("next_speed"), symbol("chord")
     (sine_between, cosine_between), (sine, cosine) = (_heading(times * symbol("half_turn")) for times in (1, 2))
     return {
@@ -97,7 +97,7 @@ def _along_the_arc(curvature: Expr) -> dict[str, Expr]:
         "cos_yaw": cosine,
         "vx": speed * cosine,
         "vy": speed * sine,
-        "wz": speed * curvature,
+        "wz": turning,
     }
 
 

@@ -18,12 +18,13 @@ from typing import Literal
 from sympy import Expr, sign, sqrt
 
 from sym2real.errors import ModelError
-from sym2real.layout import MOTORS, Layout, Layouts
+from sym2real.layout import Layout, Layouts
 from sym2real.robots.motors import Motors
 from sym2real.robots.rigid_body import FirstOrder, Vector, body_z, free_fall, gyroscopic, increment, multiply, symbols
 from sym2real.robots.robot import GRAVITY
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.mass_normalised import PER_KILOGRAM
+from sym2real.vocabulary import MOTORS
 
 Interface = Literal["thrust_rates", "thrust_attitude", "motors"]
 Attitude = Literal["predicted", "measured"]

@@ -21,7 +21,9 @@ TINY = 1e-12
 def exact(values: Any) -> Values:
     """Numbers as expressions, with what is zero but for rounding left out."""
     rounded = np.where(np.abs(values) < TINY, 0.0, values)
-    return np.vectorize(lambda one: int(one) if float(one).is_integer() else float(one), otypes=[object])(rounded)
+    return np.vectorize(lambda number: int(number) if float(number).is_integer() else float(number), otypes=[object])(
+        rounded
+    )
 
 
 def cross(a: Values, b: Values) -> Values:

@@ -12,9 +12,9 @@ import sympy
 from torch import Tensor
 
 from sym2real.errors import ShapeError
-from sym2real.layout import ATTITUDE, HEADING, POSITION
 from sym2real.robots.robot import Robot
 from sym2real.trajectory import Array
+from sym2real.vocabulary import ATTITUDE, HEADING, POSITION
 
 Reference = Callable[[Tensor], Tensor]
 Cost: TypeAlias = sympy.Expr | Callable[[Tensor, Tensor, Tensor], Tensor]

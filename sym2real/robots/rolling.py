@@ -1,0 +1,150 @@
+"""First-principles equations of a robot in a plane on wheels that roll without slip, all on one axle.
+
+Two degrees of freedom, the speed u along the heading and the turning rate ω; the wheels turn with them at W (u, ω)
+(:mod:`sym2real.robots.planar`). With m and its moments m c about the origin, from the MJCF::
+
+    M (u̇, ω̇) + (-m c_x ω², m c_x u ω) = Wᵀ τ + pushes
+
+Lagrange's equations of a body in a plane, M with all that turns with a wheel; e.g. Y. Yamamoto, X. Yun, "Coordinating
+locomotion and manipulation of a mobile manipulator", 1994. Discrete time: the midpoint rule, moved along the arc of the
+mean rates. Contacts hold here: a robot that slips, tips or lifts a wheel is not described.
+
+Effects bind to the rate ``J_rate`` of wheel J, which is a quantity, to ``damping_J``, ``friction_J`` and ``armature_J``
+as of :mod:`sym2real.robots.multibody`, and to the pushes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+from sympy import Expr
+
+from sym2real.errors import ModelError
+from sym2real.layout import Layouts
+from sym2real.robots import mjcf_columns as columns
+from sym2real.robots.joint_forces import Forces
+from sym2real.robots.joint_tree import Link, as_expression, links_of
+from sym2real.robots.nominal_car import along_the_arc
+from sym2real.robots.planar import OF_FREE, Wheels
+from sym2real.robots.spatial import exact
+from sym2real.symbolic import Equations, symbol
+from sym2real.trajectory import Array
+from sym2real.vocabulary import armature_quantity, damping_quantity, friction_quantity, rate_column
+
+MASSES = ("mass_ahead", "mass_both", "mass_turning")  # kg, kg m, kg m²
+
+
+@dataclass(frozen=True, eq=False)
+class _Body:
+    """What accelerates how.
+
+    Args:
+        wheels: on the axle.
+        forces: along their joints.
+        moment: m c_x in kg m.
+        lever: where pushes act, in the body's axes, m ``# (2,)``.
+    """
+
+    wheels: Wheels
+    forces: Forces
+    moment: float
+    lever: Sequence[float]
+
+    def accelerations(self, prefix: str, speed: Expr, turning: Expr) -> dict[str, Expr]:
+        """Quantities that lead to ``ahead`` (m/s²) and ``turning`` (rad/s²), each name with its prefix."""
+        names, ways = self.wheels.names, self.wheels.ways.tolist()
+        found = {prefix + rate_column(name): a * speed + b * turning for name, (a, b) in zip(names, ways, strict=True)}
+        rates = np.array([symbol(name) for name in found], dtype=object)
+        along = self.forces.at(exact(np.zeros(len(names))), rates)
+        torques = [symbol(f"{prefix}torque_{name}") for name in names]
+        found |= {str(torque): value for torque, value in zip(torques, along, strict=True)}
+        pushed, aside, (x, y) = symbol("push_ahead"), symbol("push_left"), self.lever
+        by_wheels = [sum(way[of] * torque for way, torque in zip(ways, torques, strict=True)) for of in (0, 1)]
+        ahead, turn = symbol(f"{prefix}force"), symbol(f"{prefix}moment")
+        found[str(ahead)] = by_wheels[0] + pushed + self.moment * turning**2
+        found[str(turn)] = by_wheels[1] + symbol("tz") + x * aside - y * pushed - self.moment * speed * turning
+        whole, mixed, spun = (symbol(name) for name in MASSES)
+        span = whole * spun - mixed**2
+        found[f"{prefix}ahead"] = (spun * ahead - mixed * turn) / span
+        found[f"{prefix}turning"] = (whole * turn - mixed * ahead) / span
+        return found
+
+
+def rolling(model: mujoco.MjModel, data: Any, layouts: Layouts, actions: Mapping[str, str], dt: float) -> Equations:
+    """Equations of a compiled MJCF.
+
+    Args:
+        model: the compiled file.
+        data: where the robot stands on its wheels.
+        layouts: of the robot.
+        actions: column of the action by actuator.
+        dt: control period in s.
+
+    Raises:
+        ModelError: for what these equations do not cover, naming it.
+    """
+    wheels = Wheels.of(model, data)
+    _require_covered(model, wheels)
+    links = [link for link in links_of(model) if link.joint in wheels.names]
+    aside, turn = (wheels.first + dof for dof in OF_FREE[1:])
+    moment, lever = float(columns.inertias(model, data)[aside, turn]), model.body_ipos[wheels.body, :2].tolist()
+    described = _Body(wheels, Forces(model, links, actions, dt), moment, lever)
+    sine, cosine, turning = symbol("sin_yaw"), symbol("cos_yaw"), symbol("wz")
+    speed = symbol("speed_ahead")
+    quantities = _numbers(links, wheels, wheels.inertia(model, data)) | {
+        "speed_ahead": symbol("vx") * cosine + symbol("vy") * sine,
+        "push_ahead": symbol("fx") * cosine + symbol("fy") * sine,
+        "push_left": symbol("fy") * cosine - symbol("fx") * sine,
+    }
+    quantities |= described.accelerations("", speed, turning)
+    quantities |= {
+        "mid_speed": speed + dt / 2 * symbol("ahead"),
+        "mid_rate": turning + dt / 2 * symbol("turning"),
+    }
+    quantities |= described.accelerations("mid_", symbol("mid_speed"), symbol("mid_rate"))
+    # Exact where the acceleration changes linearly over the step, as of trees of joints.
+    mean_speed, mean_rate = (
+        start + dt / 6 * (symbol(name) + 2 * symbol(f"mid_{name}"))
+        for start, name in ((speed, "ahead"), (turning, "turning"))
+    )
+    quantities |= {
+        "next_speed": speed + dt * symbol("mid_ahead"),
+        "half_turn": dt / 2 * mean_rate,
+        # sin(h)/h by its series, as of a car.
+        "chord": dt * mean_speed * (1 - symbol("half_turn") ** 2 / 6),
+    }
+    return Equations(along_the_arc(turning + dt * symbol("mid_turning")), layouts, dt, quantities=quantities)
+
+
+def _numbers(links: Sequence[Link], wheels: Wheels, inertia: Array) -> dict[str, Expr]:
+    """What joints have, by the names of :mod:`sym2real.robots.multibody`, and the matrix of masses with them."""
+    found: dict[str, Expr] = {}
+    for link in links:
+        found[armature_quantity(link.joint)] = as_expression(link.armature)
+        found[damping_quantity(link.joint)] = as_expression(link.damping)
+        found[friction_quantity(link.joint)] = as_expression(link.friction)
+    for name, (row, column) in zip(MASSES, ((0, 0), (0, 1), (1, 1)), strict=True):
+        parts = [(link, float(way[row] * way[column])) for link, way in zip(links, wheels.ways, strict=True)]
+        plain = float(inertia[row, column]) - sum(link.armature * part for link, part in parts)
+        found[name] = plain + sum(part * symbol(armature_quantity(link.joint)) for link, part in parts)
+    return found
+
+
+def _require_covered(model: mujoco.MjModel, wheels: Wheels) -> None:
+    by_joint = (model.actuator_trntype == columns.BY_JOINT).all() and not model.actuator_dyntype.any()
+    wrong = {
+        "wheels that do not leave it a way ahead and a turn alone": not wheels.steers_by_itself,
+        "joints that do not roll with it": not wheels.ways.any(axis=1).all(),
+        "springs or servos of position on wheels": model.jnt_stiffness.any() or model.actuator_biasprm[:, 1].any(),
+        "an actuator with a filter, or on no joint": not by_joint,
+    }
+    found = [what for what, holds in wrong.items() if holds]
+    if found:
+        raise ModelError(
+            f"expected wheels of one axle that roll with the robot, found {' and '.join(found)}: "
+            "learn its equations from the simulator"
+        )

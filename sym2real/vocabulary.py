@@ -1,0 +1,90 @@
+"""Names of the columns and quantities that robots have in common, and what they mean."""
+
+from __future__ import annotations
+
+from sym2real.field import Field, Group
+
+# Front right, rear right, rear left, front left.
+MOTORS = ("motor1", "motor2", "motor3", "motor4")
+# Of rotorcraft with any number of rotors.
+MOTOR_COLUMNS = tuple(f"motor{number}" for number in range(1, 13))
+# What the columns of a robot are for; code that is not of one robot asks these for its columns.
+POSITION = Field("position", ("x", "y", "z"), "m", "world")
+ATTITUDE = Field("attitude", ("qw", "qx", "qy", "qz"), "1", "world", "quaternion")
+HEADING = Field("heading", ("sin_yaw", "cos_yaw"), "1", "world", "circle")
+VELOCITY = Field("velocity", ("vx", "vy", "vz"), "m/s", "world")
+RATE = Field("rate", ("wx", "wy", "wz"), "rad/s", "body")
+THRUST = Field("thrust", ("thrust",), "N", "body")
+RATE_COMMAND = Field("rate command", ("wx_cmd", "wy_cmd", "wz_cmd"), "rad/s", "body")
+ATTITUDE_COMMAND = Field("attitude command", ("qw_cmd", "qx_cmd", "qy_cmd", "qz_cmd"), "1", "world", "quaternion")
+STEERING = Field("steering", ("steer",), "rad", "body")
+SPEED = Field("speed", ("speed",), "m/s", "body")
+FORCE = Field("force", ("fx", "fy", "fz"), "N", "world")
+TORQUE = Field("torque", ("tx", "ty", "tz"), "N m", "body")
+BATTERY = Field("battery", ("vbat",), "V")
+CLOCK = Field("time", ("t",), "s")
+# Of the joints of any robot, whose columns are called after them.
+JOINT_DISPLACEMENT, JOINT_ANGLE = Field("joint displacement", (), "m"), Field("joint angle", (), "rad")
+JOINT_SPEED, JOINT_RATE = Field("joint speed", (), "m/s"), Field("joint rate", (), "rad/s")
+JOINT_FORCE, JOINT_TORQUE = Field("joint force", (), "N"), Field("joint torque", (), "N m")
+# The group says where a column of a file goes when no log specification does.
+VOCABULARY: tuple[tuple[Group, Field], ...] = (
+    *(("state", field) for field in (POSITION, ATTITUDE, HEADING, VELOCITY, RATE)),
+    *(("action", field) for field in (THRUST, RATE_COMMAND, ATTITUDE_COMMAND)),
+    ("action", Field("motors", MOTOR_COLUMNS, "1", "body")),
+    *(("action", field) for field in (STEERING, SPEED)),
+    *(("inputs", field) for field in (FORCE, TORQUE, BATTERY, CLOCK)),
+)
+# Quantities of equations that effects change: gravity in m/s², world axes.
+GRAVITY_COMPONENTS = ("gravity_x", "gravity_y", "gravity_z")
+WRENCH = (*FORCE.columns, *TORQUE.columns)  # zero where nobody pushes
+HEIGHT = POSITION.columns[2]
+(THRUST_COLUMN,), (STEER_COLUMN,), (SPEED_COLUMN,) = THRUST.columns, STEERING.columns, SPEED.columns
+
+
+def rate_column(coordinate: str) -> str:
+    """Column of the rate at which a coordinate of a body or a joint changes."""
+    return f"v{coordinate}" if coordinate in POSITION.columns else f"{coordinate}_rate"
+
+
+def push_column(joint: str) -> str:
+    """Input of the force in N or torque in N m along a joint."""
+    return f"{joint}_push"
+
+
+def known_field(column: str) -> Field:
+    """The field of a standard column; any other name is a dimensionless field of its own."""
+    for _, field in VOCABULARY:
+        if column in field.columns:
+            return field
+    return Field(column, (column,))
+
+
+def rate_per_speed(action: str) -> str:
+    """Number of a command that is the rate of a rolling wheel: that rate per speed of the robot, rad/m."""
+    return f"{action}_per_speed"
+
+
+def rate_per_turn(action: str) -> str:
+    """The same per turning rate of the robot, 1."""
+    return f"{action}_per_turn"
+
+
+def armature_quantity(joint: str) -> str:
+    """Inertia that turns or slides with a joint's motor, kg m² or kg."""
+    return f"armature_{joint}"
+
+
+def damping_quantity(joint: str) -> str:
+    """Damping of a joint, N m s or N s/m."""
+    return f"damping_{joint}"
+
+
+def friction_quantity(joint: str) -> str:
+    """Dry friction of a joint, N m or N."""
+    return f"friction_{joint}"
+
+
+def load_quantity(site: str) -> str:
+    """Mass that hangs at a site, kg."""
+    return f"load_{site}"

@@ -1,0 +1,148 @@
+"""Wheels that roll on a floor: equations from the contacts, effects on wheels, the whole way, five hidden effects."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+import whole_way
+
+from sym2real.cli import main
+from sym2real.dataset import Dataset
+from sym2real.diagnosis import diagnose
+from sym2real.effects import effect
+from sym2real.errors import ModelError
+from sym2real.experiments.noisy_runs import Effects, noisy_runs
+from sym2real.plants import MujocoPlant
+from sym2real.robots import ROBOTS, Robot
+from sym2real.robots.planar import STATE
+from sym2real.symbolic import Equations, compile_model
+from sym2real.tasks import make_task
+from sym2real.trajectory import Array
+
+DRIVE = ROBOTS["differential_drive"]
+XML = Path(DRIVE.description.mjcf).read_text()
+HIDDEN = [
+    ("gain:right", {"value": 0.98}, {"joint_damping:right_wheel"}),
+    ("joint_friction:left_wheel", {"value": 0.01}, {"offset:left"}),
+    ("armature:left_wheel", {"value": 0.001}, set()),
+    ("rolling_resistance", {"value": 0.1}, set()),
+    ("delay", {"value": 0.04}, set()),
+]
+
+
+@pytest.fixture(scope="module")
+def base() -> Equations:
+    return DRIVE.nominal()
+
+
+def drives(effects: Effects = (), count: int = 4) -> Dataset:
+    paths = [("circle", {}), ("lemniscate", {"period": 12.0}), ("circle", {"clockwise": True, "radius": 0.8})]
+    return noisy_runs(DRIVE, [make_task(name, DRIVE, **options) for name, options in paths], effects, count=count)
+
+
+def missed(equations: Equations, plant: MujocoPlant) -> tuple[Array, Array]:
+    """What the equations miss of a step in the plane, and how far the simulator moves, root mean square of 20 draws."""
+    model, rng, errors, moves = compile_model(equations, dtype=torch.float64), np.random.default_rng(1), [], []
+    for _ in range(20):
+        yaw, speed, turning = rng.uniform((-3.0, -0.8, -1.5), (3.0, 0.8, 1.5))
+        state = np.array([0.3, -0.2, np.sin(yaw), np.cos(yaw), speed * np.cos(yaw), speed * np.sin(yaw), turning])
+        push = np.array([0.3 * rng.uniform(-1.0, 1.0) * DRIVE.limits.push[one] for one in DRIVE.layouts.inputs])
+        action = np.array([speed - 0.15 * turning, speed + 0.15 * turning]) / 0.05 + rng.uniform(-4.0, 4.0, 2)
+        plant.reset(state)
+        plant.push(push)
+        before = plant.step(action)  # contacts have taken up what pushes
+        after = plant.step(action)
+        errors.append(model(*map(torch.as_tensor, (before, action, push))).numpy() - after)
+        moves.append(after - before)
+    return np.sqrt(np.square(errors).mean(0)), np.sqrt(np.square(moves).mean(0))
+
+
+def test_equations_are_the_simulator_but_for_the_give_of_its_contacts(base: Equations) -> None:
+    errors, moves = missed(base, MujocoPlant(DRIVE))
+    assert (errors < 0.07 * moves).all(), errors / moves
+
+
+@pytest.mark.parametrize(
+    ("key", "values"),
+    [
+        ("armature:left_wheel", {"value": 0.01}),
+        ("joint_damping:right_wheel", {"value": 0.005}),
+        ("joint_friction:left_wheel", {"value": 0.05}),
+        ("linear_drag", {"cx": 10.0}),
+        ("wind", {"fx": 5.0, "fy": -3.0}),
+    ],
+)
+def test_an_effect_in_the_equations_is_the_effect_in_the_simulator(
+    key: str, values: dict[str, float], base: Equations
+) -> None:
+    """Armature, damping and friction loss are those of MuJoCo's wheels, and none of the formulas."""
+    plant = MujocoPlant(DRIVE, (effect(key, DRIVE).inject(**values),))
+    (without, _), (left, _) = missed(base, plant), missed(effect(key, base).substitute(base, values), plant)
+    assert np.linalg.norm(left[4:]) < 0.25 * np.linalg.norm(without[4:])
+
+
+def test_at_a_reset_the_wheels_roll() -> None:
+    """No contact slides: a radius of 5 cm and a track of 30 cm, to the depth of the contacts."""
+    plant = MujocoPlant(DRIVE)
+    plant.reset([0.0, 0.0, 1.0, 0.0, 0.0, 0.5, 0.8])
+    np.testing.assert_allclose(plant.mj_data.qvel[6:] * 0.05, [0.5 - 0.12, 0.5 + 0.12], rtol=5e-3)
+
+
+@pytest.mark.parametrize(("key", "values", "alike"), HIDDEN, ids=[key for key, *_ in HIDDEN])
+def test_a_hidden_effect_is_named(key: str, values: dict[str, float], alike: set[str], base: Equations) -> None:
+    found = diagnose(base, drives([(key, values)]))
+    assert found.findings, found.summary
+    assert {found.findings[0].effect, *found.findings[0].group} & {key, *alike}, found.summary
+
+
+def test_a_plain_robot_misses_nothing(base: Equations) -> None:
+    found = diagnose(base, drives())
+    assert (found.verdict, found.findings) == ("NOTHING_MISSING", ())
+
+
+def test_the_whole_way_from_the_command_line(tmp_path: Path) -> None:
+    main(["learn", "differential_drive", "--out", str(tmp_path / "base")])
+    log = drives([("joint_friction:left_wheel", {"value": 0.03})], count=1)[0]
+    added = ["joint_friction:left_wheel", "value=0.03"]
+    whole_way.go(tmp_path / "base", log, "circle", added, channel="yaw", folder=tmp_path, seconds=0.6)
+
+
+def test_what_does_not_apply_is_refused_in_words(base: Equations) -> None:
+    for key in ("understeer", "wheelbase", "tyre_slip", "lateral_slip"):
+        assert effect(key, base).why_not(base) == f"{key} needs steer, which is no column or quantity here"
+    assert effect("rotor_loss", base).why_not(base) == "rotor_loss is an effect of a quadrotor"
+
+
+@pytest.mark.parametrize(
+    ("part", "instead", "match"),
+    [
+        (
+            '<velocity name="left" joint="left_wheel"/>',
+            '<position name="left" joint="left_wheel"/>',
+            "position on wheels",
+        ),
+        ('condim="1"', 'condim="3"', "a way ahead and a turn"),
+        (
+            '<joint name="left_wheel" axis="0 1 0"/>',
+            '<joint name="left_wheel" axis="1 0 0"/>',
+            "a way ahead and a turn",
+        ),
+        ('<freejoint name="root"/>', '<joint name="root" type="slide" axis="1 0 0"/>', "expected a free joint"),
+    ],
+)
+def test_a_robot_that_does_not_roll_like_that_is_refused(part: str, instead: str, match: str, tmp_path: Path) -> None:
+    file = tmp_path / "wrong.xml"
+    assert part in XML
+    text = XML.replace(part, instead)
+    file.write_text(text if "free" in text.partition("</worldbody>")[0] else re.sub("<key .*/>", "<key/>", text))
+    with pytest.raises(ModelError, match=match):
+        Robot.from_mjcf(file, state=STATE).nominal()
+
+
+def test_a_heading_beside_other_columns_is_refused() -> None:
+    with pytest.raises(ModelError, match="of a robot in a plane, found x, sin_yaw"):
+        Robot.from_mjcf(DRIVE.description.mjcf, state=["x", "sin_yaw"])

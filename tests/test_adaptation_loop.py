@@ -16,21 +16,22 @@ import pytest
 import torch
 from adaptation_runs import NARROW, SMALL, adapted_to_wind, windy
 
-from sym2real.adaptation import Adaptation, Adapting, Improvement, NoResidual, adapt, improvement, undo
+from sym2real.adaptation import Adaptation, Adapting, Improvement, adapt, improvement, undo
 from sym2real.adaptation.episode_report import episode_cost
 from sym2real.adaptation.predictions import horizon_errors, one_step_error
 from sym2real.adaptation.round_report import Learned, RoundReport, best_of, settled
-from sym2real.adaptation.rounds import Rounds
+from sym2real.adaptation.rounds import Rounds, report_of
 from sym2real.control import geometric_controller
+from sym2real.dataset import Dataset, Transitions
 from sym2real.effects import compose, effect
 from sym2real.errors import DataError, ModelError
+from sym2real.experiments.learners import NoResidual
 from sym2real.logs import read_log, read_logs
 from sym2real.neural import Composed, ResidualMLP
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic import Equations
 from sym2real.tasks import make_task
-from sym2real.trajectory import Dataset, Transitions
 
 
 @pytest.fixture(scope="module")
@@ -311,19 +312,25 @@ def test_the_loop_stops_when_nothing_gets_better() -> None:
     assert not settled([*rounds[:3], round_of(3)])
     assert not settled([*rounds[:3], round_of(3, tracking=Improvement())])  # a crash says nothing
     assert settled([round_of(number, flown=False, gain=still) for number in range(3)])
-    assert RoundReport.from_dict(json.loads(json.dumps(rounds[2].to_dict())), "here") == rounds[2]
-    with pytest.raises(DataError, match=r"here: expected a round of an adaptation"):
-        RoundReport.from_dict({"number": 1}, "here")
+
+
+def test_the_report_of_a_round_survives_its_file(tmp_path: Path) -> None:
+    file = tmp_path / "round.json"
+    for report in (round_of(2), round_of(3, gain=Improvement(), tracking=Improvement(0.1))):
+        file.write_text(json.dumps(report.to_dict()))
+        assert report_of(file).to_dict() == report.to_dict()
+    assert report_of(file).gain.high == math.inf
+    file.write_text('{"number": 1}')
+    with pytest.raises(DataError, match=r"round\.json: expected a round of an adaptation, found .*missing"):
+        report_of(file)
 
 
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"rows": "many"}, "rows as int, found 'many'"),
-        ({"seconds": None}, "seconds as float, found None"),
-        ({"effects": 3}, "effects as list, found 3"),
-        ({"refused": True}, "refused as str, found True"),
-        ({"more": 1}, "the fields rows, seconds, base, effects, penalty, refused, found"),
+        ({"rows": "many"}, r"`int`, got `str` - at `\$.rows`"),
+        ({"effects": 3}, r"`array`, got `int` - at `\$.effects`"),
+        ({"refused": True}, r"`str`, got `bool` - at `\$.refused`"),
     ],
 )
 def test_a_broken_round_is_one_clear_error(tmp_path: Path, changes: dict[str, Any], said: str) -> None:
@@ -332,7 +339,7 @@ def test_a_broken_round_is_one_clear_error(tmp_path: Path, changes: dict[str, An
     assert rounds.model(1, lambda: (plain, Learned(rows=3, effects=("wind",))))[1].effects == ("wind",)
     file = tmp_path / "rounds" / "01" / "learned.json"
     file.write_text(json.dumps({**json.loads(file.read_text()), **changes}))
-    with pytest.raises(DataError, match=f"learned.json: expected how a model was learned: {said}"):
+    with pytest.raises(DataError, match=f"learned.json: expected how a model was learned, found Expected {said}"):
         rounds.model(1, lambda: (plain, Learned()))
     file.write_text("[]")
     with pytest.raises(DataError, match=r"learned.json: expected how a model was learned"):

@@ -8,12 +8,13 @@ import torch
 from numpy.typing import NDArray
 
 from sym2real.adaptation.predictions import Predictor
+from sym2real.dataset import Dataset
 from sym2real.effects import compose, effect
 from sym2real.neural import Composed, ResidualMLP
 from sym2real.neural.leftover import leftover
 from sym2real.robots import MUSHR
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Trajectory
 
 COMMANDS, STATES = 3, 2
 AHEAD = 4

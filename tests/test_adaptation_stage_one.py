@@ -11,13 +11,13 @@ import pytest
 from sym2real.adaptation import EpisodeReport, Progress, StageOne, episode_error, stage_one, tracking_error
 from sym2real.adaptation.episode_report import settled
 from sym2real.adaptation.predictions import one_step_error
+from sym2real.dataset import Transitions
 from sym2real.errors import DataError, ModelError
 from sym2real.experiments.learning import training_tasks
 from sym2real.plants import MujocoPlant
 from sym2real.regression import BeamSearch
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic import Equations, symbol
-from sym2real.trajectory import Transitions
 
 QUICK = StageOne(episodes=2, steps=80, samples=32, pushed=False, until_settled=False, seed=3)
 

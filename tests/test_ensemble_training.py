@@ -7,11 +7,11 @@ import pytest
 import torch
 
 from sym2real.control import RandomCommands
+from sym2real.dataset import Dataset, Transitions
 from sym2real.errors import ShapeError
 from sym2real.neural import Composed, Descent, Ensemble, EnsembleTraining, ResidualTraining
 from sym2real.plants import EquationsPlant, run_episode
 from sym2real.robots import MUSHR
-from sym2real.trajectory import Dataset, Transitions
 
 SMALL = EnsembleTraining(members=3, widths=(32, 32), robot="mushr", descent=Descent(400, 3e-3, rows=128))
 

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 import torch
 
+from sym2real.dataset import Dataset
 from sym2real.effects import effect
 from sym2real.experiments.excitation import ColouredNoise
 from sym2real.experiments.flights import car_drives, quadrotor_flights, reverse_drives
 from sym2real.robots import CRAZYFLIE
 from sym2real.rotation import tilt
-from sym2real.trajectory import Array, Dataset
+from sym2real.trajectory import Array
 
 
 def quadrotor_spread(flights: Dataset) -> tuple[float, float, float]:

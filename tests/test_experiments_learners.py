@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from sym2real.control import RandomCommands, geometric_controller
+from sym2real.dataset import Dataset
 from sym2real.effects import effect
 from sym2real.errors import UnknownNameError
 from sym2real.experiments.learners import LEARNERS, Remembering, make_learner
@@ -16,7 +17,7 @@ from sym2real.neural import Descent, ResidualTraining
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.tasks import make_task
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Trajectory
 
 QUICK = Remembering(ResidualTraining(widths=(16,), steps=2, penalties=(1e-3,), descent=Descent(steps=50)))
 

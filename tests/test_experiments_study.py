@@ -12,6 +12,7 @@ import pytest
 
 from sym2real.cli import main
 from sym2real.control import RandomCommands
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import add
 from sym2real.experiments.models import cached_base
 from sym2real.experiments.study import effort as efforts
@@ -30,9 +31,8 @@ from sym2real.experiments.study.scratch import FromScratch, trajectories_to_conv
 from sym2real.experiments.study.suites import contestants_of, suite_outcome
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.report.experiment import outcome_figure, outcome_table
-from sym2real.report.figures import save
+from sym2real.report.style import save
 from sym2real.robots import CRAZYFLIE
-from sym2real.trajectory import Dataset
 
 SMALL = replace(
     QUICK,
@@ -127,7 +127,7 @@ def test_the_paper_s_other_pairs_adapt_too(contestant: str, tmp_path: Path, monk
 
 
 def test_an_effect_that_the_logs_name_goes_into_the_base() -> None:
-    effort = replace(SMALL, rows=400)
+    effort = replace(SMALL, rows=250)
     answer = Adapted(case("mass-26"), "sr-effect", 1, effort, cached_base(CRAZYFLIE).to_json()).run(silent)
     before, after = answer["rounds"]
     assert before["effects"] == [] and "added_mass" in after["effects"]
@@ -204,7 +204,7 @@ def test_a_suite_becomes_a_table_and_a_figure(tmp_path: Path) -> None:
     assert outcome_table(outcome).row_count == len(outcome.rows)
     assert outcome.panels[0].level == pytest.approx(0.2)
     assert any("cannot tell SR*+effect" in note for note in outcome.notes)
-    assert save(outcome_figure(outcome), tmp_path / "figure.png").stat().st_size > 10_000
+    assert save(outcome_figure(outcome), tmp_path, "figure").stat().st_size > 10_000
     part = {name: record for name, record in records(QUICK).items() if name.startswith("windup")}
     assert {row[0] for row in suite_outcome(load_suite("uncovered"), QUICK, part).rows} == {
         "motor controller winds up",
@@ -213,7 +213,7 @@ def test_a_suite_becomes_a_table_and_a_figure(tmp_path: Path) -> None:
 
 
 def test_from_scratch_every_trajectory_is_judged() -> None:
-    errors = np.array(FromScratch("crazyflie", "sr", 1, SMALL).run(silent)["errors"])
+    errors = np.array(FromScratch("crazyflie", "sr", 1, replace(SMALL, rows=60)).run(silent)["errors"])
     assert errors.shape == (3, 6)
     assert errors[-1].mean() < errors[0].mean()
 
@@ -230,7 +230,7 @@ def test_noise_costs_dependences() -> None:
     base = cached_base(CRAZYFLIE).to_json()
     scores = {}
     for clean in (True, False):
-        rows = NoisyFit(case("cf-plain"), clean, 1, SMALL, base).run(silent)["dependence"]
+        rows = NoisyFit(case("cf-plain"), clean, 1, replace(SMALL, rows=60), base).run(silent)["dependence"]
         scores[clean] = {(row["state"], row["action"], row["meaning"]): row["score"] for row in rows}
     assert scores[True].keys() == scores[False].keys()
     assert scores[True] != scores[False]
@@ -272,7 +272,9 @@ def test_the_command_line_runs_cases_of_ones_own(
     monkeypatch.setattr(efforts, "QUICK", SMALL)
     file, out = tmp_path / "mine.toml", tmp_path / "out"
     file.write_text(MINE)
+    page = tmp_path / "page.html"
     arguments = ["experiment", str(file), "--out", str(out), "--jobs", "1", "--contestants", "sr-nn"]
+    arguments += ["--report", str(page)]
     code, said = typed(arguments, capsys)
     assert code == 0 and "SR*+NN" in said and "2/2 heavy_sr-nn_1" in said
     assert sorted(path.name for path in out.iterdir()) == ["answers", "figure.png", "outcome.json", "running"]
@@ -280,6 +282,7 @@ def test_the_command_line_runs_cases_of_ones_own(
     assert code == 0 and "2 of 2 were answered before" in said
     rows = json.loads((out / "outcome.json").read_text())["rows"]
     assert [row["model"] for row in rows] == ["SR*+NN"]
+    assert "What happens when it is added?" in page.read_text()
     code, said = typed([*arguments, "--full"], capsys)
     assert code == 2 and "another setting" in said
 

@@ -8,6 +8,7 @@ import torch
 
 from sym2real.adaptation.fine_tuning import FineTuning
 from sym2real.control import geometric_controller
+from sym2real.dataset import Dataset, Transitions
 from sym2real.effects import effect
 from sym2real.errors import ModelError, ShapeError
 from sym2real.experiments.standard_conditions import sensors
@@ -18,7 +19,6 @@ from sym2real.protocols import Change, Plant
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic import Equations, compile_model, lift_constants, rollout
 from sym2real.tasks import make_task
-from sym2real.trajectory import Dataset, Transitions
 
 HEAVY = effect("added_mass", CRAZYFLIE).inject(value=0.259 * CRAZYFLIE.numbers["mass"])
 NOISE = sensors(CRAZYFLIE, np.random.default_rng(2))

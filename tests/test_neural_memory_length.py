@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from sym2real.control import MPPI
+from sym2real.dataset import Dataset, Transitions
 from sym2real.effects import compose, effect
 from sym2real.errors import ModelError
 from sym2real.experiments.standard_conditions import sensors
@@ -18,7 +19,6 @@ from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import compile_model
 from sym2real.tasks import make_task
-from sym2real.trajectory import Dataset, Transitions
 
 both_robots = pytest.mark.parametrize("robot", [CRAZYFLIE, MUSHR], ids=lambda robot: robot.name)
 Effects = tuple[tuple[str, tuple[tuple[str, float], ...]], ...]

@@ -9,6 +9,7 @@ import pytest
 import torch
 
 from sym2real.control import geometric_controller
+from sym2real.dataset import Dataset, Transitions
 from sym2real.effects import effect
 from sym2real.errors import ModelError, ShapeError
 from sym2real.experiments.standard_conditions import sensors
@@ -23,7 +24,6 @@ from sym2real.protocols import Plant
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import Equations, compile_model, rollout
 from sym2real.tasks import make_task
-from sym2real.trajectory import Dataset, Transitions
 
 QUICK = Descent(steps=150)
 WIND = 0.02  # N along x

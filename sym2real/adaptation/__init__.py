@@ -3,7 +3,6 @@
 from sym2real.adaptation.adapt import Adaptation, Adapting, adapt, rounds_to_continue
 from sym2real.adaptation.episode_report import EpisodeReport, episode_cost, episode_error, tracking_error
 from sym2real.adaptation.improvement import Improvement, improvement
-from sym2real.adaptation.no_residual import NoResidual
 from sym2real.adaptation.progress import Progress
 from sym2real.adaptation.round_report import RoundReport, settled
 from sym2real.adaptation.rounds import undo
@@ -15,7 +14,6 @@ __all__ = [
     "BaseModel",
     "EpisodeReport",
     "Improvement",
-    "NoResidual",
     "Progress",
     "RoundReport",
     "StageOne",

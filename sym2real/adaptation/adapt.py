@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, is_dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sym2real.adaptation.improvement import Improvement, improvement
 from sym2real.adaptation.predictions import STRIDE, horizon_errors, one_step_error
@@ -22,12 +22,16 @@ from sym2real.adaptation.rounds import Rounds, rounds_in
 from sym2real.adaptation.target import Flights, MakeController, Recordings, Target, reference_errors
 from sym2real.adaptation.training import Inform, Training, digest_of
 from sym2real.control import mppi_controller
+from sym2real.dataset import Dataset
 from sym2real.errors import ModelError
 from sym2real.neural.model_folder import Model
 from sym2real.protocols import Learner, Plant
 from sym2real.robots import Robot
 from sym2real.tasks import Task
-from sym2real.trajectory import Dataset
+from sym2real.upward import upward
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 HORIZON = 0.8  # s, over which predictions of a robot that MPPI has no settings for are scored
 
@@ -92,6 +96,11 @@ class Adaptation:
     def settled(self) -> bool:
         """Whether further trajectories brought no improvement."""
         return settled(self.reports)
+
+    def plot(self) -> Figure:
+        """Error of the episodes and of the predictions by round: a figure of matplotlib."""
+        figure: Figure = upward("adaptation_plot")(self)
+        return figure
 
 
 def adapt(

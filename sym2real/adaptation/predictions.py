@@ -18,7 +18,7 @@ from sym2real.control.backend import equations_of
 from sym2real.effects.filters import filter_commands
 from sym2real.effects.inputs import inputs_along
 from sym2real.effects.sensors import Sensors
-from sym2real.effects.visible import VisibleModel
+from sym2real.effects.visible import visible_in_double
 from sym2real.neural.model_folder import Model
 from sym2real.past import past_rows
 from sym2real.symbolic import Equations, rollout
@@ -53,7 +53,7 @@ class Predictor:
     """
 
     def __init__(self, model: Model) -> None:
-        self._model = VisibleModel(model, torch.float64) if isinstance(model, Equations) else model
+        self._model = visible_in_double(model) if isinstance(model, Equations) else model
         self._equations = equations_of(self._model)
         self._sensors = None if self._equations is None else Sensors(self._equations)
         weights = model.parameters() if isinstance(model, nn.Module) else iter(())

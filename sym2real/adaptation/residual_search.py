@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import torch
+from sympy import Expr
 
+from sym2real.dataset import Transitions
 from sym2real.layout import Layouts
 from sym2real.neural import Composed, SymbolicResidual
 from sym2real.neural.composed import Base, state_of
 from sym2real.neural.leftover import leftover
 from sym2real.regression.residual_terms import ResidualSettings, residual_terms
 from sym2real.symbolic import Equations
-from sym2real.symbolic.sums import with_added
-from sym2real.trajectory import Array, Transitions
+from sym2real.trajectory import Array
 
 
 @dataclass(frozen=True)
@@ -62,3 +63,18 @@ class ResidualSearch:
         if isinstance(base, Equations):
             return with_added(base, found)
         return Composed(base, SymbolicResidual(layouts, found))
+
+
+def with_added(equations: Equations, expressions: Mapping[str, Expr]) -> Equations:
+    """Equations whose next states have expressions added, before they are put back on the manifold.
+
+    Args:
+        equations: stay as they are.
+        expressions: state column → what is added to its next value.
+
+    Raises:
+        UnknownNameError: for a column that is no state, or a name in an expression that the equations do not have.
+    """
+    for column in expressions:
+        equations.layouts.state.index(column)
+    return replace(equations, next={c: value + expressions.get(c, 0) for c, value in equations.next.items()})

@@ -3,22 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from sym2real.adaptation.improvement import Improvement
-from sym2real.errors import DataError
 
-# What JSON holds of :class:`Learned`.
-KINDS: dict[str, tuple[type, ...]] = {
-    "rows": (int,),
-    "seconds": (float, int),
-    "base": (str,),
-    "effects": (list, tuple),
-    "penalty": (float, int, type(None)),
-    "refused": (str,),
-}
 PATIENCE = 2  # rounds without an improvement: a single one may be bad luck of its trajectory
 
 
@@ -43,7 +33,7 @@ class Learned:
     refused: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class RoundReport:
     """One round: its model was trained on the logs of all rounds before, so its own log is held out to it.
 
@@ -69,11 +59,11 @@ class RoundReport:
     rows: int
     flown: bool
     crashed: bool
-    error: float
-    cost: float
-    one_step: float
+    error: float = math.nan
+    cost: float = math.nan
+    one_step: float = math.nan
     horizon: float
-    prediction: float
+    prediction: float = math.nan
     best_before: int
     gain: Improvement
     tracking: Improvement
@@ -95,38 +85,6 @@ class RoundReport:
             name: plain(value if not isinstance(value, Improvement | Learned) else asdict(value))
             for name, value in self.__dict__.items()
         }
-
-    @classmethod
-    def from_dict(cls, found: Mapping[str, Any], file: str) -> RoundReport:
-        """Inverse of :meth:`to_dict`.
-
-        Raises:
-            DataError: naming the file, for anything else.
-        """
-        try:
-            given: dict[str, Any] = {name: math.nan if value is None else value for name, value in found.items()}
-            for name in ("gain", "tracking"):
-                given[name] = Improvement(**{end: value for end, value in found[name].items() if value is not None})
-            given["learned"] = learned_from(found["learned"], file)
-            return cls(**given)
-        except (KeyError, TypeError, AttributeError) as error:
-            raise DataError(file, "a round of an adaptation", str(error)) from error
-
-
-def learned_from(found: Any, file: str) -> Learned:
-    """How a model came about, as JSON holds it.
-
-    Raises:
-        DataError: naming the file, for anything else.
-    """
-    what = "how a model was learned"
-    if not isinstance(found, dict) or found.keys() != KINDS.keys():
-        raise DataError(file, f"{what}: the fields {', '.join(KINDS)}", f"{found!r:.80}")
-    for name, kinds in KINDS.items():
-        if not isinstance(found[name], kinds) or isinstance(found[name], bool):
-            raise DataError(file, f"{what}: {name} as {kinds[0].__name__}", f"{found[name]!r:.80}")
-    penalty = math.nan if found["penalty"] is None else found["penalty"]
-    return replace(Learned(**found), effects=tuple(map(str, found["effects"])), penalty=penalty)
 
 
 def plain(value: Any) -> Any:

@@ -13,14 +13,14 @@ from pathlib import Path
 from typing import Any
 
 from sym2real.adaptation.record import Record
-from sym2real.adaptation.round_report import Learned, RoundReport, best_of, learned_from, plain, settled
+from sym2real.adaptation.round_report import Learned, RoundReport, best_of, plain, settled
+from sym2real.dataset import Dataset
 from sym2real.errors import DataError, ModelError
-from sym2real.files import make_folder, read_object, whole, write_text
+from sym2real.files import make_folder, read_as, whole, write_text
 from sym2real.layout import Layouts
 from sym2real.logs import read_log, write_log
 from sym2real.neural.model_folder import Model, open_model, save_model
 from sym2real.symbolic.storage import ENSEMBLE, EQUATIONS
-from sym2real.trajectory import Dataset
 
 ROUNDS, ANSWER = "rounds", "adaptation.json"
 LEARNED, LOG, REPORT = "learned.json", "log.parquet", "round.json"
@@ -68,8 +68,7 @@ class Rounds:
             with whole(place) as beside:
                 save_model(model, beside)
                 write_text(beside / LEARNED, json.dumps(plain(asdict(learned)), indent=1))
-        kept = place / LEARNED
-        return open_model(place), learned_from(read_object(kept, "how a model was learned"), str(kept))
+        return open_model(place), read_as(place / LEARNED, Learned, "how a model was learned")
 
     def log(self, number: int, fly: Callable[[], Dataset]) -> Dataset:
         """The log of a round: as kept, or flown and kept."""
@@ -113,7 +112,7 @@ def report_of(path: Path) -> RoundReport:
     Raises:
         DataError: when it cannot be read.
     """
-    return RoundReport.from_dict(read_object(path, "a round of an adaptation"), str(path))
+    return read_as(path, RoundReport, "a round of an adaptation")
 
 
 def write_answer(folder: Path, reports: Sequence[RoundReport], on_top: int) -> None:

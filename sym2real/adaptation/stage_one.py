@@ -20,14 +20,15 @@ from sym2real.adaptation.episode_report import EpisodeReport, settled, tracking_
 from sym2real.adaptation.predictions import one_step_error
 from sym2real.adaptation.progress import OnProgress, Progress, silent
 from sym2real.adaptation.record import Record
-from sym2real.control import MPPI, RandomCommands
+from sym2real.control import RandomCommands, mppi_controller
+from sym2real.dataset import Dataset
 from sym2real.errors import ModelError
 from sym2real.plants import MujocoPlant, random_push, run_episode
 from sym2real.protocols import Controller, SymbolicRegressor
 from sym2real.regression import require_dependence
-from sym2real.symbolic import Equations, compile_model
+from sym2real.symbolic import Equations
 from sym2real.tasks import Task
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Trajectory
 
 KINDS = ("episode", "pushed")
 RANDOM_COMMANDS = "random commands"
@@ -221,10 +222,7 @@ class _Loop:
     def _controller(self, task: Task | None, equations: Equations | None, seed: int) -> Controller:
         if task is None or equations is None:
             return RandomCommands(self.plant.robot, seed=seed)
-        sampling = self.plant.robot.mppi
-        if self.settings.samples is not None:
-            sampling = replace(sampling, samples=self.settings.samples)
-        return MPPI(compile_model(equations), self.plant.robot, task, settings=sampling, seed=seed)
+        return mppi_controller(equations, self.plant.robot, task, samples=self.settings.samples, seed=seed)
 
     def _report(
         self, number: int, newest: Sequence[Trajectory], flown_by: Equations | None, seconds: float, fitted: float

@@ -12,13 +12,14 @@ import numpy as np
 
 from sym2real.adaptation.episode_report import episode_cost, episode_error, position_errors
 from sym2real.adaptation.progress import OnProgress, Progress
+from sym2real.dataset import Dataset
 from sym2real.layout import Layouts
 from sym2real.neural.model_folder import Model
 from sym2real.plants import run_episode
 from sym2real.protocols import Controller, Plant
 from sym2real.robots import Robot
 from sym2real.tasks import Task
-from sym2real.trajectory import Array, Dataset
+from sym2real.trajectory import Array
 
 
 class Target(Protocol):

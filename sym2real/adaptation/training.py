@@ -14,13 +14,13 @@ from torch import Tensor
 from sym2real.adaptation.model_limits import beyond_limits
 from sym2real.adaptation.progress import OnProgress, Progress
 from sym2real.adaptation.round_report import Learned, RoundReport, best_of
+from sym2real.dataset import Dataset
 from sym2real.errors import ModelError
 from sym2real.neural.composed import Base
 from sym2real.neural.model_folder import Model, below
 from sym2real.protocols import Learner
 from sym2real.robots import Robot
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset
 
 Inform = Callable[[Dataset, Equations], Equations]
 

@@ -8,9 +8,12 @@ import numpy as np
 import torch
 from numpy.typing import ArrayLike
 
+from sym2real.protocols import Memoryless
 from sym2real.robots import Robot
 from sym2real.rotation import to_matrix
 from sym2real.trajectory import Array
+
+DITHER_TIME = 0.1  # s
 
 
 @dataclass
@@ -45,8 +48,13 @@ class ColouredNoise:
         return self.next()
 
 
+def dither_of(robot: Robot, rng: np.random.Generator, factor: float = 1.0) -> ColouredNoise:
+    """The dither of a robot's recipe on its commands, by a factor."""
+    return ColouredNoise(factor * np.array(robot.recipe.dither), DITHER_TIME, robot.dt, rng)
+
+
 @dataclass
-class RandomRates:
+class RandomRates(Memoryless):
     """A quadrotor's random thrust and body rates, each held for a while.
 
     Args:
@@ -65,12 +73,6 @@ class RandomRates:
     _drawn: Array = field(init=False, default_factory=lambda: np.zeros(4))
     _height: float = field(init=False, default=0.0)
 
-    def reset(self) -> None:
-        """Nothing to forget: the first step draws anew."""
-
-    def remember(self, sent: ArrayLike) -> None:
-        """What was sent changes nothing."""
-
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Action ``# (action,)`` for a measured state ``# (state,)``."""
         measured = np.asarray(state, dtype=np.float64)
@@ -88,7 +90,7 @@ class RandomRates:
 
 
 @dataclass
-class RandomDriving:
+class RandomDriving(Memoryless):
     """A car's random steering about straight on and random speed about 1 m/s, forward only.
 
     Args:
@@ -101,12 +103,6 @@ class RandomDriving:
     noise: ColouredNoise
     fastest: float
 
-    def reset(self) -> None:
-        """Nothing to forget: the noise goes on."""
-
-    def remember(self, sent: ArrayLike) -> None:
-        """What was sent changes nothing."""
-
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Steering and speed ``# (2,)``, whatever the state."""
         steer, change = self.noise.next()
@@ -115,7 +111,7 @@ class RandomDriving:
 
 
 @dataclass
-class GoalAfterGoal:
+class GoalAfterGoal(Memoryless):
     """A car drives forward to random goals, a new one on arrival or after a while.
 
     Args:
@@ -137,9 +133,6 @@ class GoalAfterGoal:
     def reset(self) -> None:
         """The next step draws a new goal."""
         self._left = 0
-
-    def remember(self, sent: ArrayLike) -> None:
-        """What was sent changes nothing."""
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Action ``# (action,)`` for a measured state ``# (state,)``."""

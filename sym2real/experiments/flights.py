@@ -16,13 +16,14 @@ import torch
 from torch import Tensor
 
 from sym2real.control import Disturbed, GeometricQuadrotor, PurePursuit
+from sym2real.dataset import Dataset
 from sym2real.experiments.excitation import ColouredNoise, GoalAfterGoal, RandomDriving, RandomRates, unlimited
 from sym2real.plants import MujocoPlant, random_push, run_episode
 from sym2real.protocols import Change, Controller
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.rotation import exponential
 from sym2real.tasks import make_task
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
 
 Setting = tuple[Controller, Array]
 Draw = Callable[[Robot, np.random.Generator], Setting]

@@ -14,11 +14,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import ROWS, diagnose
 from sym2real.errors import ShapeError
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset
 
 
 def informing(
@@ -36,10 +36,10 @@ def informing(
         if all(len(log) <= ROWS for log in logs):
             return base
         try:
-            found = diagnose(base, logs, plant, on_progress=on_progress)
+            diagnosis = diagnose(base, logs, plant, on_progress=on_progress)
         except ShapeError:  # every episode crashed before a window was complete
             return base
-        better = found.gate.best is not None and found.gate.passed
-        return found.apply(base) if found.findings and better else base
+        better = diagnosis.gate.best is not None and diagnosis.gate.passed
+        return diagnosis.apply(base) if diagnosis.findings and better else base
 
     return inform

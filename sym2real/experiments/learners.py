@@ -6,15 +6,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from sym2real.adaptation import NoResidual
 from sym2real.adaptation.fine_tuning import FineTuning
 from sym2real.adaptation.residual_search import ResidualSearch
+from sym2real.dataset import Transitions
 from sym2real.neural import PAPER, Composed, ResidualTraining, TrainingReport, memory_length
 from sym2real.neural.composed import Base
 from sym2real.protocols import Learner
 from sym2real.registry import Registry
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Transitions
 
 FEWEST_ROWS = 100  # that tell how long a memory is
 
@@ -42,6 +41,15 @@ class Remembering:
             commands = memory_length(transitions, base).commands
         same = start is not None and start.past_rows == (commands, 0)
         return replace(self.training, commands=commands).fit_reported(transitions, base, start if same else None)
+
+
+@dataclass(frozen=True)
+class NoResidual:
+    """A :class:`~sym2real.protocols.Learner` that gives back its base."""
+
+    def fit(self, transitions: Transitions, base: Any, start: Any = None) -> Any:
+        """The base."""
+        return base
 
 
 # What a learner is made by, from the seed of its first weights and the columns whose sine and cosine it may use.

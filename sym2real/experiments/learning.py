@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from sym2real.adaptation import EpisodeReport, Progress, StageOne, stage_one
 from sym2real.control import Disturbed, geometric_controller
-from sym2real.errors import DataError, reason
-from sym2real.experiments.excitation import ColouredNoise
+from sym2real.dataset import Dataset
+from sym2real.errors import DataError
+from sym2real.experiments.excitation import dither_of
 from sym2real.experiments.flights import car_drives
 from sym2real.experiments.measured import Measured, step_of
 from sym2real.files import write_text
@@ -25,10 +25,8 @@ from sym2real.robots import Robot
 from sym2real.symbolic import Equations, save_model
 from sym2real.symbolic.storage import TRAINING, training_of
 from sym2real.tasks import Task, make_task
-from sym2real.trajectory import Dataset
 
 DRIVES_SEED, PUSHED_DRIVES = 1, 3
-DITHER_TIME = 0.1  # s
 # What a model notes that has the robot's own faults in it already, so that no plain simulator can calibrate it.
 FROM_LOGS = "fitted to recorded logs: what was wrong with the robot there is in the equations"
 
@@ -60,23 +58,20 @@ class Learned:
         write_text(folder / TRAINING, json.dumps(training, indent=1))
 
 
+@dataclass(frozen=True)
+class Trained:
+    """What ``training.json`` says of dependence."""
+
+    dependence: list[Dependence] = field(default_factory=list)
+
+
 def trained_dependence(folder: Path) -> list[Dependence]:
     """How strongly each action reaches the states, as ``training.json`` of a model folder has it; empty without.
 
     Raises:
         DataError: when it cannot be read.
     """
-    rows = training_of(folder).get("dependence", [])
-    try:
-        return [_dependence(row) for row in rows]
-    except (TypeError, ValueError, KeyError, OverflowError) as error:
-        wanted = "a JSON list of rows under 'dependence', each with state, action, score, bar and holds"
-        raise DataError(folder / TRAINING, wanted, reason(error)) from None
-
-
-def _dependence(row: Mapping[str, Any]) -> Dependence:
-    texts = {key: str(row[key]) for key in ("state", "action", "meaning")}
-    return Dependence(**texts, score=float(row["score"]), bar=float(row["bar"]), holds=bool(row["holds"]))
+    return training_of(folder, Trained).dependence
 
 
 def training_tasks(robot: Robot) -> list[Task]:
@@ -112,7 +107,7 @@ def from_description(robot: Robot) -> Learned:
     """A robot's nominal equations, beside what its regulator's runs of the training tasks cover."""
     runs = []
     for number, task in enumerate(training_tasks(robot)):
-        noise = ColouredNoise(np.array(robot.recipe.dither), DITHER_TIME, robot.dt, np.random.default_rng(number))
+        noise = dither_of(robot, np.random.default_rng(number))
         sent = Disturbed(geometric_controller(robot, task.reference), noise.of_step, robot.low, robot.high)
         runs.append(run_episode(MujocoPlant(robot), sent, task, seed=number, name=task.name))
     return _learned(robot.nominal(), Dataset(runs), robot.recipe.dependencies, ())

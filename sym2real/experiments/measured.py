@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
+from sym2real.dataset import Dataset
 from sym2real.errors import UnknownNameError
 from sym2real.layout import Layouts
 from sym2real.logs import LogSpec, read_logs
 from sym2real.logs.inspect_time import nice_period
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
-from sym2real.trajectory import Dataset
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,18 +11,19 @@ import numpy as np
 import torch
 
 from sym2real.control import Disturbed, GeometricQuadrotor, geometric_controller
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import AssumedNoise
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.experiments import standard_conditions as conditions
-from sym2real.experiments.excitation import ColouredNoise
-from sym2real.experiments.standard_set import DITHER_TIME, GAINS, AtItsPace
-from sym2real.layout import STEER_COLUMN, THRUST_COLUMN, WRENCH
+from sym2real.experiments.excitation import dither_of
+from sym2real.experiments.standard_set import GAINS, AtItsPace
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Controller
 from sym2real.robots import Robot
 from sym2real.tasks.standard_paths import Manoeuvre, path_of
 from sym2real.tasks.task import flies, motion
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Trajectory
+from sym2real.vocabulary import STEER_COLUMN, THRUST_COLUMN, WRENCH
 
 SHAPES = {"flight": ("hover", "circle", "eight"), "drive": ("circle", "eight")}
 USUAL = {
@@ -55,14 +56,17 @@ def manoeuvre(robot: Robot, shape: str, options: Mapping[str, float]) -> Manoeuv
         if name not in known:
             raise UnknownNameError(f"option of {shape}", name, known)
     given: dict[str, Any] = {**({"height": 0.6} if shape == "hover" else DEFAULTS[kind]), **options}
-    found = Manoeuvre(shape, **{**given, "clockwise": bool(given.get("clockwise", False))})
-    if not (0 < found.size < inf and 0 <= found.speed < inf):
-        raise ModelError(f"{shape}: expected size > 0 m and speed >= 0 m/s, found {found.size:g} and {found.speed:g}")
-    if kind == "flight" and not 0 < found.height - abs(found.swing) < inf:
+    manoeuvre = Manoeuvre(shape, **{**given, "clockwise": bool(given.get("clockwise", False))})
+    if not (0 < manoeuvre.size < inf and 0 <= manoeuvre.speed < inf):
         raise ModelError(
-            f"{shape}: expected a height above the swing of the height, m, found {found.height:g} and {found.swing:g}"
+            f"{shape}: expected size > 0 m and speed >= 0 m/s, found {manoeuvre.size:g} and {manoeuvre.speed:g}"
         )
-    return found
+    if kind == "flight" and not 0 < manoeuvre.height - abs(manoeuvre.swing) < inf:
+        raise ModelError(
+            f"{shape}: expected a height above the swing of the height, m, "
+            f"found {manoeuvre.height:g} and {manoeuvre.swing:g}"
+        )
+    return manoeuvre
 
 
 def planned_runs(
@@ -88,8 +92,8 @@ def planned_runs(
         ModelError: for a manoeuvre that ends in a crash.
     """
     steps, runs = round(seconds / robot.dt), list[Trajectory]()
-    for index, one in enumerate(manoeuvres or USUAL[motion(robot)]):
-        reference = path_of(robot, one, 0.0, yaw_rate)
+    for index, manoeuvre in enumerate(manoeuvres or USUAL[motion(robot)]):
+        reference = path_of(robot, manoeuvre, 0.0, yaw_rate)
         controller: Controller
         if not {THRUST_COLUMN, STEER_COLUMN} & {*robot.layouts.action}:
             controller = geometric_controller(robot, reference)
@@ -97,15 +101,14 @@ def planned_runs(
             controller = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference, gains=GAINS)
         else:
             controller = AtItsPace(robot, reference)
-        noise = ColouredNoise(
-            dither * np.array(robot.recipe.dither), DITHER_TIME, robot.dt, np.random.default_rng([seed, index])
-        )
+        noise = dither_of(robot, np.random.default_rng([seed, index]), dither)
         sent = Disturbed(controller, noise.of_step, robot.low, robot.high)
         start = reference(torch.zeros((), dtype=torch.float64)).numpy()
-        run = run_episode(MujocoPlant(robot), sent, start=start, steps=steps, name=f"{one.shape}_{index + 1}")
+        run = run_episode(MujocoPlant(robot), sent, start=start, steps=steps, name=f"{manoeuvre.shape}_{index + 1}")
         if len(run) < steps:
             raise ModelError(
-                f"{one.shape}: the simulated {robot.title} crashed after {len(run) * robot.dt:g} of {seconds:g} s; "
+                f"{manoeuvre.shape}: the simulated {robot.title} crashed after "
+                f"{len(run) * robot.dt:g} of {seconds:g} s; "
                 "plan a slower, larger or higher one"
             )
         runs.append(run)

@@ -14,11 +14,12 @@ import numpy as np
 
 from sym2real.effects import effect
 from sym2real.experiments.excitation import ColouredNoise
-from sym2real.layout import POSITION, Layout
+from sym2real.layout import Layout
 from sym2real.protocols import Change, Filter
 from sym2real.robots import Robot
 from sym2real.tasks.task import flies
 from sym2real.trajectory import Array
+from sym2real.vocabulary import POSITION
 
 POSITION_NOISE = 0.5e-3  # m
 ANGLE_NOISE = float(np.deg2rad(0.3))
@@ -65,9 +66,9 @@ def trim(robot: Robot, rng: np.random.Generator) -> tuple[Change, ...]:
     table = FLIGHT_TRIM if flies(robot) else DRIVE_TRIM
     changes = []
     for key, widths in table.items():
-        one = effect(key, robot)
-        drawn = {name: one.null[name] + rng.uniform(-width, width) for name, width in widths.items()}
-        changes.append(one.inject(**drawn))
+        trimmed = effect(key, robot)
+        drawn = {name: trimmed.null[name] + rng.uniform(-width, width) for name, width in widths.items()}
+        changes.append(trimmed.inject(**drawn))
     return tuple(changes)
 
 
@@ -151,8 +152,8 @@ def sensors(robot: Robot, rng: np.random.Generator, noise: SensorNoise = STANDAR
 def _encoders(robot: Robot, rng: np.random.Generator, noise: SensorNoise) -> Change:
     """Sensors of joints; a rate is known from the second row on, before which it is the true one."""
     layout = robot.layouts.state
-    places, rates = layout.indices(layout.joints), layout.indices(layout.rates[one] for one in layout.joints)
-    deviations = np.array([noise.position if layout.units[one] == "m" else noise.joint for one in layout.joints])
+    places, rates = layout.indices(layout.joints), layout.indices(layout.rates[joint] for joint in layout.joints)
+    deviations = np.array([noise.position if layout.units[joint] == "m" else noise.joint for joint in layout.joints])
 
     def begin() -> Filter:
         """Sensors that have measured nothing yet."""

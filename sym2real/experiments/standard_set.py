@@ -17,19 +17,19 @@ from torch import Tensor
 
 from sym2real.control import Disturbed, GeometricQuadrotor, PurePursuit
 from sym2real.control.geometric_quadrotor import Gains
+from sym2real.dataset import Dataset
 from sym2real.effects import effect
 from sym2real.errors import ModelError
 from sym2real.experiments import standard_conditions as conditions
-from sym2real.experiments.excitation import ColouredNoise, unlimited
+from sym2real.experiments.excitation import dither_of, unlimited
 from sym2real.plants import MujocoPlant, run_episode
-from sym2real.protocols import Controller, Plant
+from sym2real.protocols import Controller, Memoryless, Plant
 from sym2real.robots import ROBOTS, Robot
 from sym2real.tasks.cost import tracking_cost
 from sym2real.tasks.standard_paths import DRIVES, FLIGHTS, MODULATION_PERIOD, path_of
 from sym2real.tasks.task import Reference, Task, flies, motion
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
 
-DITHER_TIME = 0.1  # s
 YAW_RATES = (0.5, 0.8)  # rad/s
 # Slow enough for a delay of three periods and rotors that lag by 70 ms.
 GAINS = Gains(position=5.0, velocity=3.6, attitude=7.0)
@@ -126,7 +126,7 @@ def standard_run(
     controller = _controller(robot, plant, reference, wanted)
     place = robot.layouts.state.slice("position")
     start[place] += rng.uniform(-1, 1, place.stop - place.start) * START_SPREAD[motion(robot)]
-    dither = ColouredNoise(np.array(robot.recipe.dither), DITHER_TIME, robot.dt, rng)
+    dither = dither_of(robot, rng)
     task = Task("standard", reference, tracking_cost(robot), lambda _: start, rows * robot.dt)
     sent = Disturbed(controller, dither.of_step, robot.low, robot.high)
     run = run_episode(plant, sent, task, steps=rows, name=f"run_{index + 1}")
@@ -151,7 +151,7 @@ def _controller(robot: Robot, plant: Plant, reference: Reference, wanted: Array)
 
 
 @dataclass
-class LevelFlight:
+class LevelFlight(Memoryless):
     """Geometric flight whose thrust also holds the height in the mean.
 
     The integral outlives a reset, as it does on a robot between take-off and the start of a log.
@@ -166,14 +166,6 @@ class LevelFlight:
     heights: Array
     missing: float = 0.0
 
-    def reset(self) -> None:
-        """Begin an episode; the integral stays."""
-        self.inner.reset()
-
-    def remember(self, sent: ArrayLike) -> None:
-        """Tell the inner controller what was sent."""
-        self.inner.remember(sent)
-
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """The inner controller's action with the integral's thrust, within the limits ``# (4,)``."""
         self.missing += self.inner.dt * float(self.heights[step] - np.asarray(state)[2])
@@ -183,7 +175,7 @@ class LevelFlight:
         return clipped
 
 
-class AtItsPace:
+class AtItsPace(Memoryless):
     """Pure pursuit of a path that waits for a car which cannot keep up (sliding, delays).
 
     Args:
@@ -204,9 +196,6 @@ class AtItsPace:
     def reset(self) -> None:
         """Start the path anew."""
         self.times = [0.0]
-
-    def remember(self, sent: ArrayLike) -> None:
-        """What was sent changes nothing."""
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Steering and speed ``# (2,)`` for a measured state ``# (state,)``."""

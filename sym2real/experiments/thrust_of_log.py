@@ -9,13 +9,13 @@ import numpy as np
 
 from sym2real.errors import DataError
 from sym2real.experiments.measured import step_of
-from sym2real.layout import MOTORS
 from sym2real.logs import LogSpec, read_logs
 from sym2real.logs.reader import logs_of
 from sym2real.logs.units import UNITS
 from sym2real.robots import fit_thrust_per_unit, quadrotor
 from sym2real.robots.motors import MotorUnit
 from sym2real.trajectory import Trajectory
+from sym2real.vocabulary import MOTORS
 
 CALIBRATION_SECONDS = 2.0
 # Commands go from 0 to 1, with what a mixer may add; rotors in the air turn far faster than a radian a second.

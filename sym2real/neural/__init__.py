@@ -10,7 +10,7 @@ from sym2real.neural.model_folder import Model, open_model, save_model
 from sym2real.neural.particles import particle_rollouts
 from sym2real.neural.residual_mlp import ResidualMLP
 from sym2real.neural.residual_training import PAPER, ResidualTraining, TrainingReport
-from sym2real.neural.storage import load_residual, save_residual
+from sym2real.neural.storage import load_residual
 from sym2real.neural.symbolic_residual import SymbolicResidual
 
 __all__ = [
@@ -31,5 +31,4 @@ __all__ = [
     "open_model",
     "particle_rollouts",
     "save_model",
-    "save_residual",
 ]

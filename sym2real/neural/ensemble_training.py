@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import torch
 from torch import Tensor
 
+from sym2real.dataset import Transitions
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout, Layouts
 from sym2real.neural.blocks import Blocks, rows_in
@@ -21,7 +22,6 @@ from sym2real.neural.descent import Descent, descend, one_thread
 from sym2real.neural.ensemble import Ensemble
 from sym2real.neural.leftover import runs_of
 from sym2real.neural.normal import Normal
-from sym2real.trajectory import Transitions
 
 PAPER = (200, 200, 200, 200)
 BOUNDS = 0.01  # weight of the width between the variance's bounds (PETS, A.1)
@@ -111,6 +111,7 @@ class _Rows:
 
     @classmethod
     def of(cls, transitions: Transitions, ensemble: Ensemble, seed: int) -> _Rows:
+        """Blocks of time for training and validation, and the bootstrap of every member."""
         blocks = Blocks.of(runs_of(transitions), 1, seed)
         generator = torch.Generator().manual_seed(seed)
         own = rows_in(blocks.training)
@@ -157,9 +158,9 @@ def _change(transitions: Transitions) -> Tensor:
 
 def _nearer(layout: Layout, following: Tensor, state: Tensor) -> Tensor:
     nearer = following.clone()
-    for one in layout.fields:
-        if one.kind == "quaternion":
-            place = layout.slice(one.name)
+    for part in layout.fields:
+        if part.kind == "quaternion":
+            place = layout.slice(part.name)
             along = (following[:, place] * state[:, place]).sum(-1, keepdim=True)
             nearer[:, place] = torch.where(along < 0, -following[:, place], following[:, place])
     return nearer

@@ -20,14 +20,16 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from sym2real.dataset import Transitions
 from sym2real.effects.filters import command_filters, filter_commands, with_hidden_start
 from sym2real.effects.sensors import Sensors
 from sym2real.errors import ShapeError
-from sym2real.layout import WRENCH, Layout
+from sym2real.layout import Layout
 from sym2real.neural.composed import Base, state_of
 from sym2real.neural.ensemble import Ensemble
 from sym2real.symbolic import Equations, build_module
-from sym2real.trajectory import Array, Transitions
+from sym2real.trajectory import Array
+from sym2real.vocabulary import WRENCH
 
 STEP = 1e-5  # of central differences, in the columns' units: error about 1e-10 relative
 TIME = "t"

@@ -20,12 +20,13 @@ from itertools import pairwise
 import numpy as np
 import torch
 
+from sym2real.dataset import Transitions
 from sym2real.errors import ModelError
 from sym2real.neural.leftover import Leftover, leftover
 from sym2real.neural.multi_step import FLOOR
 from sym2real.neural.paired import simplest
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Array, Transitions
+from sym2real.trajectory import Array
 
 LONGEST = 0.5  # s, of past commands: the longest delay among the effects
 STATES = 3  # past states

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
 
 import torch
@@ -22,31 +22,39 @@ class Normal:
     Args:
         mean, scale: of what is seen ``# (seen,)``.
         output: ``# (n,)``.
+        kept: places of what is seen among raw columns ``# (seen,)``.
     """
 
     mean: Tensor
     scale: Tensor
     output: Tensor
+    kept: Tensor
 
     @classmethod
-    def of(cls, seen: Tensor, layouts: Sequence[Layout], output: Tensor) -> Normal:
-        """Mean and size of rows ``# (rows, seen)`` whose columns are those of the layouts, one after the other.
+    def of(cls, raw: Tensor, layouts: Sequence[Layout], output: Tensor, unseen: Container[str] = ()) -> Normal:
+        """Mean and size of rows ``# (rows, raw)`` whose columns are those of the layouts, one after the other.
 
         The columns of a field have one scale, their root mean square, and not what they deviate from their mean: a
         height that was held, or a steering that hardly varied on a circle, is not blown up until its noise looks like
         motion and what a planner tries looks like nothing that was ever seen.
-        """
-        squares, parts, place = seen.square().mean(0), list[Tensor](), 0
-        for field in (field for layout in layouts for field in layout.fields):
-            own = squares[place : place + len(field.columns)]
-            place += len(field.columns)
-            parts.append(own.mean().sqrt().expand(len(own)))
-        scale = torch.cat(parts)
-        return cls(seen.mean(0), torch.where(scale > 0, scale, 1.0), output)
 
-    def __call__(self, seen: Tensor) -> Tensor:
+        Args:
+            raw, layouts: rows and what their columns are.
+            output: what outputs are scaled by ``# (n,)``.
+            unseen: columns that networks do not see.
+        """
+        squares, parts, kept, place = raw.square().mean(0), list[Tensor](), list[int](), 0
+        for field in (field for layout in layouts for field in layout.fields):
+            own = [place + number for number, column in enumerate(field.columns) if column not in unseen]
+            place += len(field.columns)
+            kept += own
+            parts.append(squares[own].mean().sqrt().expand(len(own)))
+        scale = torch.cat(parts)
+        return cls(raw[:, kept].mean(0), torch.where(scale > 0, scale, 1.0), output, torch.tensor(kept))
+
+    def __call__(self, raw: Tensor) -> Tensor:
         """Inputs as networks take them."""
-        return (seen - self.mean) / self.scale
+        return (raw[:, self.kept] - self.mean) / self.scale
 
     @torch.no_grad()
     def begin_with(self, networks: Networks, raw: Sequence[Layer]) -> None:
@@ -58,6 +66,7 @@ class Normal:
         """
         layers = list(raw)
         weight, bias = layers[0]
+        weight = weight[self.kept]
         layers[0] = (weight * self.scale[:, None], bias + self.mean @ weight)
         weight, bias = layers[-1]
         layers[-1] = (weight / self.output, bias / self.output)
@@ -67,9 +76,19 @@ class Normal:
 
     @torch.no_grad()
     def write(self, layers: Sequence[Layer], residual: ResidualMLP, on: Tensor) -> None:
-        """Give a residual the layers of a network over normalised columns; zero where ``on`` ``# (n,)`` is false."""
+        """Give a residual the layers of a network over normalised columns; zero where ``on`` ``# (n,)`` is false.
+
+        Its weights of columns that the network does not see are zero.
+        """
         output = torch.where(on, self.output, 0.0)
-        values = {"input_mean": self.mean, "input_scale": self.scale, "output_scale": output}
-        for place, (weight, bias) in enumerate(layers):
+        mean, scale = torch.zeros_like(residual.input_mean), torch.ones_like(residual.input_scale)
+        values = {
+            "input_mean": mean.index_copy(0, self.kept, self.mean),
+            "input_scale": scale.index_copy(0, self.kept, self.scale),
+            "output_scale": output,
+        }
+        first = layers[0][0]
+        whole = first.new_zeros(len(mean), first.shape[1]).index_copy(0, self.kept, first)
+        for place, (weight, bias) in enumerate([(whole, layers[0][1]), *layers[1:]]):
             values |= {f"linears.{place}.weight": weight.T, f"linears.{place}.bias": bias}
         residual.load_state_dict(values)

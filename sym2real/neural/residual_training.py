@@ -20,12 +20,14 @@ from typing import Any
 import torch
 from torch import Tensor
 
+from sym2real.dataset import Transitions
 from sym2real.errors import ModelError, ShapeError
 from sym2real.layout import Layouts
 from sym2real.neural.batch import Batch, Batches
 from sym2real.neural.blocks import Blocks, Run
 from sym2real.neural.bounded import bounded, unbounded
 from sym2real.neural.composed import Base, Composed, state_of
+from sym2real.neural.cyclic import cyclic_coordinates
 from sym2real.neural.descent import Descent, descend, one_thread
 from sym2real.neural.leftover import leftover
 from sym2real.neural.multi_step import Scales
@@ -33,7 +35,6 @@ from sym2real.neural.networks import Networks
 from sym2real.neural.normal import Normal
 from sym2real.neural.residual_mlp import ResidualMLP
 from sym2real.neural.switches import columns_that_help
-from sym2real.trajectory import Transitions
 
 PAPER = (200, 200, 200, 200)
 
@@ -130,7 +131,7 @@ class ResidualTraining:
         blocks = Blocks.of(rows.runs, self.steps, self.seed)
         scales = Scales.of(rows, blocks.starts((*blocks.training, *blocks.validation)), self.steps)
         seen = [layouts.state, layouts.action, *[layouts.action] * self.commands, *[layouts.state] * self.states]
-        normal = Normal.of(rows.seen, seen, scales.residual)
+        normal = Normal.of(rows.seen, seen, scales.residual, cyclic_coordinates(base))
         networks = Networks((len(normal.mean), *self.widths, len(layouts.state)), len(self.penalties))
         normal.begin_with(networks, self._first(layouts, start))
 

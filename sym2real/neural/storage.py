@@ -14,7 +14,7 @@ from safetensors.torch import save
 from torch import Tensor, nn
 
 from sym2real.errors import DataError, Sym2RealError, reason
-from sym2real.files import read_object, refuse_pipe, whole
+from sym2real.files import read_object, refuse_pipe
 from sym2real.layout import Layout, Layouts
 from sym2real.neural.ensemble import Ensemble
 from sym2real.neural.residual_mlp import ResidualMLP
@@ -23,18 +23,6 @@ from sym2real.symbolic import parse_expression, text
 
 FILE = "residual.safetensors"
 BROKEN = (OSError, SafetensorError, AttributeError, KeyError, TypeError, ValueError, RuntimeError, Sym2RealError)
-
-
-def save_residual(residual: ResidualMLP, folder: str | Path) -> Path:
-    """Write the weights of a residual into a folder, whole or not at all.
-
-    Raises:
-        DataError: when there is no writing there.
-    """
-    target = Path(folder) / FILE
-    with whole(target) as beside:
-        write_residual(residual, beside)
-    return target
 
 
 def write_residual(residual: ResidualMLP, path: Path) -> None:

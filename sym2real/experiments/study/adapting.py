@@ -9,12 +9,12 @@ from dataclasses import asdict, dataclass
 from torch import nn
 
 from sym2real.adaptation import Adaptation, Adapting, Progress, adapt
+from sym2real.experiments.learners import make_learner
 from sym2real.experiments.study.case import Case
 from sym2real.experiments.study.contestants import CONTESTANTS
 from sym2real.experiments.study.effects_first import informing
 from sym2real.experiments.study.effort import Effort
 from sym2real.experiments.study.judged import Judged, judge, planning_with
-from sym2real.experiments.study.learners import learner_of
 from sym2real.experiments.study.neural_base import cached_ensemble
 from sym2real.experiments.study.sweep import Record, Tell
 from sym2real.symbolic import Equations
@@ -61,7 +61,7 @@ class Adapted:
         judged = self._judged(adaptation, tell)
         rounds = [
             {
-                **one.to_dict(),
+                **outcome.to_dict(),
                 "flown": report.error,
                 "crashed": report.crashed,
                 "prediction": report.prediction,
@@ -69,7 +69,7 @@ class Adapted:
                 "refused": report.learned.refused,
                 "learning": report.learned.seconds,
             }
-            for one, report in zip(judged, adaptation.reports, strict=True)
+            for outcome, report in zip(judged, adaptation.reports, strict=True)
         ]
         spent = {"adapting": adapted, "judging": time.perf_counter() - began - adapted}
         return {"rounds": rounds, "best": adaptation.best, "spent": spent}
@@ -88,7 +88,7 @@ class Adapted:
             equations if contestant.base == "sr" else cached_ensemble(robot, self.effort),
             self.case.plant(self.seed),
             self.case.of_task(),
-            learner_of(contestant, robot, self.seed),
+            make_learner(contestant.learner, self.seed, memory=contestant.commands, angles=robot.recipe.angles),
             settings,
             inform=informing(contestant, robot, self.case.truth, tell),
             on_progress=_lines(tell),
@@ -99,9 +99,9 @@ class Adapted:
         judged: list[Judged] = []
         before: Equations | nn.Module | None = None
         for number, model in enumerate(adaptation.models):
-            said = f"round {number} of {self.effort.rounds}"
+            message = f"round {number} of {self.effort.rounds}"
             make = planning_with(model, self.effort)
-            judged.append(judged[-1] if model is before else judge(self.case, make, self.effort, _told(tell, said)))
+            judged.append(judged[-1] if model is before else judge(self.case, make, self.effort, _told(tell, message)))
             before = model
         return judged
 

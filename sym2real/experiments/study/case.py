@@ -142,26 +142,26 @@ def _suite(file: Path, table: Mapping[str, Any]) -> Suite:
 
 
 def _case(file: Path, row: Mapping[str, Any]) -> Case:
-    said = f"case {row.get('name', '')!r}"
-    _require_fields(file, said, row, FIELDS, OPTIONAL)
+    where = f"case {row.get('name', '')!r}"
+    _require_fields(file, where, row, FIELDS, OPTIONAL)
     for key in sorted(FIELDS | {"paper"}):
-        _require(file, f"{said}, {key}", "a text", isinstance(row.get(key, ""), str), row.get(key))
+        _require(file, f"{where}, {key}", "a text", isinstance(row.get(key, ""), str), row.get(key))
     plain = row["name"].replace("-", "").isalnum()
-    _require(file, f"{said}, name", "letters, digits and hyphens: it names files", plain, row["name"])
-    effects = _parts(file, said, row, "effect")
+    _require(file, f"{where}, name", "letters, digits and hyphens: it names files", plain, row["name"])
+    effects = _parts(file, where, row, "effect")
     truth = row.get("truth", [key for key, _ in effects])
-    _require(file, f"{said}, truth", "a list of effects", _texts(truth), truth)
+    _require(file, f"{where}, truth", "a list of effects", _texts(truth), truth)
     ensemble = row.get("ensemble", False)
-    _require(file, f"{said}, ensemble", "true or false", isinstance(ensemble, bool), ensemble)
+    _require(file, f"{where}, ensemble", "true or false", isinstance(ensemble, bool), ensemble)
     options = row.get("options", {})
-    _require(file, f"{said}, options", "a table", isinstance(options, dict), options)
+    _require(file, f"{where}, options", "a table", isinstance(options, dict), options)
     text = {key: row.get(key, "") for key in (*FIELDS, "paper")}
-    mechanisms = _parts(file, said, row, "mechanism")
+    mechanisms = _parts(file, where, row, "mechanism")
     case = Case(**text, options=options, effects=effects, mechanisms=mechanisms, truth=tuple(truth), ensemble=ensemble)
     try:
         require_possible(case)
     except (Sym2RealError, TypeError, OverflowError) as error:
-        raise DataError(file, f"{said} that its robot can have", str(error)) from error
+        raise DataError(file, f"{where} that its robot can have", str(error)) from error
     return case
 
 
@@ -183,15 +183,19 @@ def require_possible(case: Case) -> None:
         effect(key, robot)
 
 
-def _parts(file: Path, said: str, row: Mapping[str, Any], kind: str) -> Parts:
+def _parts(file: Path, where: str, row: Mapping[str, Any], kind: str) -> Parts:
     """``effects`` or ``mechanisms`` of a case."""
     given = row.get(f"{kind}s", [])
-    good = isinstance(given, list) and all(isinstance(one, dict) and isinstance(one.get(kind), str) for one in given)
-    _require(file, f"{said}, {kind}s", f"a list of {{ {kind} = NAME, number = … }}", good, given)
-    for one in given:
-        for name, value in one.items():
-            _require(file, f"{said}, {one[kind]}, {name}", "a finite number", name == kind or _finite(value), value)
-    return tuple((one[kind], {name: float(value) for name, value in one.items() if name != kind}) for one in given)
+    good = isinstance(given, list) and all(
+        isinstance(entry, dict) and isinstance(entry.get(kind), str) for entry in given
+    )
+    _require(file, f"{where}, {kind}s", f"a list of {{ {kind} = NAME, number = … }}", good, given)
+    for entry in given:
+        for name, value in entry.items():
+            _require(file, f"{where}, {entry[kind]}, {name}", "a finite number", name == kind or _finite(value), value)
+    return tuple(
+        (entry[kind], {name: float(value) for name, value in entry.items() if name != kind}) for entry in given
+    )
 
 
 def _finite(value: Any) -> bool:
@@ -205,14 +209,14 @@ def _finite(value: Any) -> bool:
 
 
 def _texts(value: Any) -> bool:
-    return isinstance(value, Sequence) and not isinstance(value, str) and all(isinstance(one, str) for one in value)
+    return isinstance(value, Sequence) and not isinstance(value, str) and all(isinstance(text, str) for text in value)
 
 
-def _require_fields(file: Path, said: str, table: Mapping[str, Any], needed: set[str], allowed: set[str]) -> None:
+def _require_fields(file: Path, where: str, table: Mapping[str, Any], needed: set[str], allowed: set[str]) -> None:
     missing, strange = sorted(needed - table.keys()), sorted(table.keys() - needed - allowed)
-    _require(file, said, f"the fields {', '.join(sorted(needed))}", not missing, f"no {', '.join(missing)}")
+    _require(file, where, f"the fields {', '.join(sorted(needed))}", not missing, f"no {', '.join(missing)}")
     if strange:
-        raise DataError(file, f"in {said} known fields", str(UnknownNameError("field", strange[0], needed | allowed)))
+        raise DataError(file, f"in {where} known fields", str(UnknownNameError("field", strange[0], needed | allowed)))
 
 
 def _require(file: Path, where: str, expected: str, holds: bool, found: Any) -> None:

@@ -7,6 +7,9 @@ from typing import Literal
 
 from sym2real.registry import Registry
 
+# Past commands that a residual with memory sees: half a second of a car's, a fifth of a quadrotor's.
+COMMANDS = 10
+
 
 @dataclass(frozen=True)
 class Contestant:
@@ -15,8 +18,9 @@ class Contestant:
     Args:
         title: as the paper writes it.
         base: equations that Stage I found, or an ensemble of networks.
-        residual: what is learned on top: nothing, a network, a network that sees past commands, or equations;
-            tuned where the base is not frozen and its own numbers are fitted.
+        learner: of what is learned on top, or of the base's own numbers: a key of
+            :data:`~sym2real.experiments.learners.LEARNERS`.
+        commands: past ones that a network sees.
         effects: what goes into the base before: nothing, what the diagnosis establishes from the target's logs, or the
             target's own effects, fitted to them.
         judged: False of one that is shown to compare with: it knows what nobody is told.
@@ -24,7 +28,8 @@ class Contestant:
 
     title: str
     base: Literal["sr", "nn"] = "sr"
-    residual: Literal["none", "nn", "memory", "sr", "tuned"] = "none"
+    learner: str = "none"
+    commands: int = 0
     effects: Literal["none", "diagnosed", "true"] = "none"
     judged: bool = True
 
@@ -32,15 +37,17 @@ class Contestant:
 CONTESTANTS = Registry(
     "contestant",
     {
-        "sr-nn": Contestant("SR*+NN", residual="nn"),
-        "sr-sr": Contestant("SR*+SR", residual="sr"),
-        "sr-tuned": Contestant("SR fine-tuned", residual="tuned"),
-        "nn-nn": Contestant("NN*+NN", base="nn", residual="nn"),
-        "nn-sr": Contestant("NN*+SR", base="nn", residual="sr"),
+        "sr-nn": Contestant("SR*+NN", learner="residual"),
+        "sr-sr": Contestant("SR*+SR", learner="residual-search"),
+        "sr-tuned": Contestant("SR fine-tuned", learner="fine-tune"),
+        "nn-nn": Contestant("NN*+NN", base="nn", learner="residual"),
+        "nn-sr": Contestant("NN*+SR", base="nn", learner="residual-search"),
         "sr-effect": Contestant("SR*+effect", effects="diagnosed"),
-        "sr-effect-nn": Contestant("SR*+effect+NN", residual="nn", effects="diagnosed"),
+        "sr-effect-nn": Contestant("SR*+effect+NN", learner="residual", effects="diagnosed"),
         "sr-true": Contestant("SR*+true effect", effects="true", judged=False),
-        "sr-memory": Contestant("SR*+memory NN", residual="memory"),
-        "sr-effect-memory": Contestant("SR*+effect+memory NN", residual="memory", effects="diagnosed"),
+        "sr-memory": Contestant("SR*+memory NN", learner="residual", commands=COMMANDS),
+        "sr-effect-memory": Contestant(
+            "SR*+effect+memory NN", learner="residual", commands=COMMANDS, effects="diagnosed"
+        ),
     },
 )

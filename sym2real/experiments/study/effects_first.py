@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from sym2real.adaptation.training import Inform
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import try_effect
 from sym2real.experiments.informing import informing as diagnosing
 from sym2real.experiments.study.contestants import Contestant
 from sym2real.plants import MujocoPlant
 from sym2real.robots import Robot
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset
 
 # A diagnosis is asked again when the logs have doubled, and no more beyond so many.
 MOST_LOGS = 4

@@ -9,6 +9,7 @@ from filelock import FileLock
 from torch import nn
 
 from sym2real.control import RandomCommands, mppi_controller
+from sym2real.dataset import Dataset
 from sym2real.experiments.flights import car_drives, quadrotor_flights
 from sym2real.experiments.models import base_folder
 from sym2real.experiments.study.effort import Effort
@@ -20,7 +21,7 @@ from sym2real.protocols import Controller
 from sym2real.robots import Robot
 from sym2real.tasks import Task
 from sym2real.tasks.task import flies
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Trajectory
 
 SEED = 1
 

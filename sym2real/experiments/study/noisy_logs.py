@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from sym2real.control import mppi_controller
+from sym2real.dataset import Dataset
 from sym2real.experiments.models import cached_base
 from sym2real.experiments.study.case import Case, load_suite
 from sym2real.experiments.study.effort import Effort
@@ -14,7 +15,6 @@ from sym2real.experiments.study.sweep import Job, Record, Tell
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.regression import BeamSearch, dependence
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset
 
 CASES = ("cf-plain", "car-plain")
 TRAJECTORIES = 3

@@ -22,6 +22,7 @@ from sym2real.experiments.study.judged import judge, planning_with
 from sym2real.experiments.study.outcome import Outcome
 from sym2real.experiments.study.sweep import Job, Record, Tell
 from sym2real.plants import MujocoPlant
+from sym2real.protocols import Memoryless
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import Equations
 from sym2real.tasks import Task
@@ -35,16 +36,10 @@ TOLD_EVERY = 2048
 
 
 @dataclass(frozen=True)
-class Policy:
+class Policy(Memoryless):
     """A controller that asks a trained policy; it has nothing to remember."""
 
     predict: Callable[..., tuple[Array, Any]]
-
-    def reset(self) -> None:
-        """An episode begins."""
-
-    def remember(self, sent: ArrayLike) -> None:
-        """What was sent changes nothing."""
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """The policy's mean action ``# (action,)``."""
@@ -140,8 +135,8 @@ def policy_outcome(effort: Effort, records: Mapping[str, Record]) -> Outcome:
         cells = []
         for who in ("policy", "mppi"):
             found = [run["targets"][case.name][who] for run in runs]
-            crashes = sum(one["crashes"] for one in found)
-            cells += [f"{np.mean([one['errors'] for one in found]):.4f}", str(crashes)]
+            crashes = sum(outcome["crashes"] for outcome in found)
+            cells += [f"{np.mean([outcome['errors'] for outcome in found]):.4f}", str(crashes)]
         rows.append((case.title, *cells))
     columns = ("target", "PPO, m", "PPO crashes", "MPPI, m", "MPPI crashes")
     notes = (PAPER,) if effort.policy_steps else (PAPER, "training a policy takes --full")

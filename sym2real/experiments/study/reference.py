@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
 
+import torch
+from torch import Tensor
+
 from sym2real.control import MPPI
-from sym2real.experiments.simulated_model import MujocoModel
 from sym2real.experiments.study.case import Case
 from sym2real.experiments.study.effort import Effort
 from sym2real.experiments.study.judged import Make, judge
 from sym2real.experiments.study.sweep import Record, Tell
-from sym2real.plants import MujocoPlant
+from sym2real.plants import MujocoPlant, rollout_mujoco
 from sym2real.protocols import Controller
 from sym2real.robots import Robot
 from sym2real.symbolic import compile_model
@@ -65,3 +67,31 @@ def planning_with_mujoco(effort: Effort) -> Make:
         return MPPI(MujocoModel(plant), robot, task, settings=settings, seed=seed, draws=draws)
 
     return make
+
+
+class MujocoModel:
+    """Rolls actions out from the plant's present physics state, not from the measured state that it is given.
+
+    Forces that act now are held over the horizon: exact for a steady wind.
+
+    Args:
+        plant: the plant that the controller flies; it must have no command filters.
+        substeps: physics steps per control period; by default the plant's own, or fewer where that changes nothing.
+    """
+
+    def __init__(self, plant: MujocoPlant, substeps: int | None = None) -> None:
+        self.plant, self.substeps = plant, substeps or plant.robot.description.coarse_substeps or None
+        self._pushed = plant.inputs.any() or any(change.force for change in plant.changes)
+
+    def __call__(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
+        """State ``# (N, state)`` after one action ``# (N, action)``."""
+        return self.rollout(state, action[:, None], inputs)[:, 0]
+
+    def rollout(
+        self, state: Tensor, actions: Tensor, inputs: Tensor | None = None, parameters: Tensor | None = None
+    ) -> Tensor:
+        """States ``# (N, H, state)`` after each action ``# (N, H, action)``."""
+        commands, start = actions.double().cpu().numpy(), self.plant.full_state
+        forces = self.plant.forces if self._pushed else None
+        states = rollout_mujoco(self.plant, start, commands, forces=forces, substeps=self.substeps)
+        return torch.as_tensor(states).to(actions)

@@ -90,7 +90,12 @@ def _equations(robot: Robot, tasks: Sequence[Task], effort: Effort, seed: int, t
     with tempfile.TemporaryDirectory() as folder:
         engine = BeamSearch(angles=robot.recipe.angles)
         stage_one(
-            MujocoPlant(robot), tasks, engine, settings, folder=Path(folder), on_progress=lambda one: tell(one.what)
+            MujocoPlant(robot),
+            tasks,
+            engine,
+            settings,
+            folder=Path(folder),
+            on_progress=lambda progress: tell(progress.what),
         )
         files = sorted(Path(folder).glob("equations_*.json"))
         return [Equations.from_json(file.read_text(encoding="utf-8")) for file in files]
@@ -124,7 +129,7 @@ def scratch_outcome(effort: Effort, records: Mapping[str, Record]) -> Outcome:
             errors = [np.array(run["errors"]).mean(axis=1) for run in runs if run is not None]
             if not errors:
                 continue
-            needed = [trajectories_to_converge(one) for one in errors]
+            needed = [trajectories_to_converge(error) for error in errors]
             by_seed = np.array(errors)
             x = np.arange(1.0, by_seed.shape[1] + 1)
             lines[title] = Line(x, by_seed.mean(axis=0), by_seed.std(axis=0))

@@ -45,7 +45,7 @@ def contestants_of(case: Case, suite: Suite, effort: Effort) -> list[str]:
 
 def _cheap(contestant: Contestant, case: Case) -> bool:
     """Whether even a quick study asks a contestant on a case."""
-    return contestant.residual != "tuned" and (contestant.base == "sr" or case.ensemble)
+    return contestant.learner != "fine-tune" and (contestant.base == "sr" or case.ensemble)
 
 
 def suite_outcome(suite: Suite, effort: Effort, records: Mapping[str, Record]) -> Outcome:
@@ -112,13 +112,13 @@ def _panel(case: Case, curves: Mapping[str, Curve], records: Mapping[str, Record
 def _undecided(case: Case, curves: Mapping[str, Curve]) -> list[str]:
     """Pairs with SR*+NN that so many seeds do not tell apart."""
     first, *others = curves.items()
-    said = []
+    sentences = []
     for label, curve in others:
         compared = ratio(curve.final, first[1].final)
         if compared.undecided(1.0):
             seeds = f"{len(curve.errors)} seed{'s' if len(curve.errors) > 1 else ''}"
-            said.append(f"{case.title}: {seeds} cannot tell {label} from {first[0]} ({compared} of its error)")
-    return said
+            sentences.append(f"{case.title}: {seeds} cannot tell {label} from {first[0]} ({compared} of its error)")
+    return sentences
 
 
 def _not_asked(suite: Suite, effort: Effort) -> list[str]:

@@ -99,8 +99,8 @@ def run_sweep(
         answers[name] = record
         on_progress(Progress(len(answers), len(jobs), name, record["seconds"]))
     if failed:
-        said = "; ".join(f"{name}: {error}" for name, error in sorted(failed.items()))
-        raise ModelError(f"{len(failed)} of {len(jobs)} jobs failed ({said}); all other answers are in {folder}")
+        failures = "; ".join(f"{name}: {error}" for name, error in sorted(failed.items()))
+        raise ModelError(f"{len(failed)} of {len(jobs)} jobs failed ({failures}); all other answers are in {folder}")
     return answers
 
 
@@ -135,11 +135,11 @@ def answer_file(folder: Path, name: str) -> Path:
 
 def running(folder: Path) -> tuple[str, ...]:
     """What the jobs that run say of themselves now."""
-    said = []
+    words = []
     for file in sorted((folder / RUNNING).glob("*.txt")):
         with suppress(OSError):  # it has just ended
-            said.append(f"{file.stem}: {file.read_text(encoding='utf-8')}")
-    return tuple(said)
+            words.append(f"{file.stem}: {file.read_text(encoding='utf-8')}")
+    return tuple(words)
 
 
 def answered(job: Job, status: Path | None) -> tuple[str, Record]:

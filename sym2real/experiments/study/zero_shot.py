@@ -79,7 +79,7 @@ class ZeroShot:
             return list(networks(robot, tasks, self.effort, seed, tell))[-1]
         settings = StageOne(episodes, self.effort.rows, pushed=False, until_settled=False, seed=seed)
         engine = BeamSearch(angles=robot.recipe.angles)
-        return learn_base(MujocoPlant(robot), tasks, engine, settings, on_progress=lambda one: tell(one.what))
+        return learn_base(MujocoPlant(robot), tasks, engine, settings, on_progress=lambda progress: tell(progress.what))
 
     def _reaches(self, model: Equations | nn.Module, run: int, *, unseen: bool) -> bool:
         robot = ROBOTS[self.robot]
@@ -99,9 +99,9 @@ def task_of(robot: Robot, run: int, *, unseen: bool) -> Task:
 
 def zero_shot_jobs(effort: Effort) -> list[Job]:
     """Equations for both robots, and networks where the effort allows them."""
-    one = replace(effort, seeds=effort.seeds[:1])
+    single = replace(effort, seeds=effort.seeds[:1])
     models = ["sr", *(["nn"] if effort.neural_episodes else [])]
-    return [ZeroShot(robot, model, one) for model in models for robot in effort.samples]
+    return [ZeroShot(robot, model, single) for model in models for robot in effort.samples]
 
 
 def zero_shot_outcome(effort: Effort, records: Mapping[str, Record]) -> Outcome:

@@ -1,0 +1,49 @@
+"""Noisy runs of any robot in its simulator: its controller, dither on the commands, noise on what is measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from sym2real.control import Disturbed, geometric_controller
+from sym2real.dataset import Dataset
+from sym2real.effects import effect
+from sym2real.experiments.excitation import dither_of
+from sym2real.experiments.standard_conditions import sensors
+from sym2real.plants import MujocoPlant, run_episode
+from sym2real.robots import Robot
+from sym2real.tasks.task import Task
+
+Effects = Sequence[tuple[str, Mapping[str, float]]]
+
+
+def noisy_runs(
+    robot: Robot,
+    tasks: Sequence[Task],
+    effects: Effects = (),
+    *,
+    count: int = 8,
+    rows: int = 400,
+    dither: float = 2.0,
+    seed: int = 0,
+) -> Dataset:
+    """Logs of a robot with effects that nothing in them names.
+
+    Args:
+        robot: what runs.
+        tasks: gone through again and again.
+        effects: key and values of each that the plant has.
+        count: of runs.
+        rows: of a run; fewer where it ends in a crash.
+        dither: factor on the usual one of the robot.
+        seed: of noise and dither.
+    """
+    runs, changes = [], tuple(effect(key, robot).inject(**values) for key, values in effects)
+    for number in range(count):
+        rng, task = np.random.default_rng([seed, number]), tasks[number % len(tasks)]
+        noise = dither_of(robot, rng, dither)
+        sent = Disturbed(geometric_controller(robot, task.reference), noise.of_step, robot.low, robot.high)
+        plant = MujocoPlant(robot, (sensors(robot, rng), *changes))
+        runs.append(run_episode(plant, sent, task, seed=number, steps=rows, name=f"run_{number + 1}"))
+    return Dataset(runs)

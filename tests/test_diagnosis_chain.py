@@ -10,6 +10,7 @@ import torch
 from noisy_flights import LEFT_OUT, flights, flights_with
 
 from sym2real import rotation
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, diagnose
 from sym2real.diagnosis.data.segments import cut
 from sym2real.diagnosis.estimate.whitening import Spread, estimate
@@ -19,7 +20,6 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import effect
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import symbol
-from sym2real.trajectory import Dataset
 
 # Wind, linear drag, mass, centre of mass, delay, mounting tilt and rotors compete.
 OTHERS = (*LEFT_OUT, "rate_loop_gain")
@@ -84,11 +84,11 @@ def test_whitening_recovers_the_variances_that_made_the_residual() -> None:
     made *= noise.repeat(problem.segments.length)
     strength = torch.tensor([3.0, 2.0, 1.0, 1.0, 2.0, 1.0], dtype=torch.float64)
     pushes = torch.randn(len(made), 6, 5, generator=generator, dtype=torch.float64) * strength[:, None]
-    made += torch.einsum("srdp,sdp->sr", spread.pushes, pushes)
+    made += torch.einsum("srdp,sdp->sr", spread.disturbances, pushes)
     found = estimate(spread, made, 2 * problem.segments.noise, problem.segments.channel)
     assert float(found.loss(made[None]).sum()) / found.freedom == pytest.approx(1.0, abs=0.05)
     for name, size, wanted in zip(spread.names, spread.sizes, strength, strict=True):
-        assert found.pushes[name] == pytest.approx(float(size * wanted), rel=0.35)
+        assert found.disturbances[name] == pytest.approx(float(size * wanted), rel=0.35)
 
 
 def test_predictions_with_an_effect_are_those_of_the_composed_equations() -> None:

@@ -12,6 +12,7 @@ from noisy_flights import flights
 from sympy import sqrt
 
 from sym2real.data import example_flight
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import ROWS, compare, diagnose, predict_windows
 from sym2real.diagnosis.data.start import noise_level, start_states
 from sym2real.diagnosis.errors.skill import off_the_mean
@@ -22,7 +23,7 @@ from sym2real.logs import read_log
 from sym2real.plants import ModelPlant, run_episode
 from sym2real.robots import ROBOTS
 from sym2real.symbolic import Equations, compile_model, symbol
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
 
 LINE = Layouts(Layout.of(["x", "vx"]), Layout.of(["speed"]))
 DT = 0.02

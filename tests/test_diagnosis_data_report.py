@@ -11,6 +11,7 @@ import torch
 
 from sym2real.control import RandomCommands, geometric_controller
 from sym2real.data import example_flight
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import rate_agreement, velocity_agreement
 from sym2real.diagnosis.faults.report import data_report
 from sym2real.diagnosis.faults.sanity import check
@@ -22,7 +23,7 @@ from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.rotation import conjugate, rotate
 from sym2real.tasks import make_task
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
 
 
 @pytest.fixture(scope="module")

@@ -16,8 +16,8 @@ from sym2real.diagnosis.predict.nuisance import Nuisance
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.unexplained.dependence import Terms, find_dependence
+from sym2real.diagnosis.unexplained.disturbance_terms import features_in
 from sym2real.diagnosis.unexplained.leftover import Leftover
-from sym2real.diagnosis.unexplained.push_terms import features_in
 from sym2real.effects import effect
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import ROBOTS

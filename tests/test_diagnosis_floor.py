@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import torch
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare
 from sym2real.diagnosis.errors.floor import Floor, floor_of_explained, no_higher_than_reached
 from sym2real.diagnosis.errors.rungs import Stage, StageError, horizons_for, ladder
@@ -16,7 +17,6 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.experiments.standard_conditions import ANGLE_NOISE, POSITION_NOISE
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE
-from sym2real.trajectory import Dataset
 
 
 @pytest.fixture(scope="module")

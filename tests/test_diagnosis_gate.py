@@ -6,25 +6,26 @@ import pytest
 import torch
 from noisy_flights import LEFT_OUT, flights_with
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import Fall, Finding, Gate, diagnose
 from sym2real.diagnosis.conclusion import summary, verdict
 from sym2real.diagnosis.errors.rungs import Stage, StageError, windows_of
 from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.significance import FEWEST_BLOCKS
 from sym2real.diagnosis.estimate.whitening import Spread
-from sym2real.diagnosis.faults.sanity import Fault
+from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.search.beam import Beam
 from sym2real.diagnosis.search.groups import groups_of
 from sym2real.diagnosis.search.near import Near
 from sym2real.diagnosis.search.needed import LAST_THIRD
 from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.leftover import Leftover, find_misfit
 from sym2real.effects import effect
 from sym2real.report.diagnosis import gate_line
 from sym2real.robots import CRAZYFLIE
-from sym2real.trajectory import Dataset
 
 
 def stage(name: str, position: float, attitude: float) -> Stage:
@@ -96,7 +97,7 @@ def test_fewer_than_ten_pieces_are_no_answer_whatever_was_found(faults: tuple[Fa
     gate = Gate(stage("base", 1.0, 1.0), stage("+ wind", 0.5, 1.0))
     found = (Finding("wind", {}, 1.0, provisional=True),)
     few = problems_of(300)
-    assert few.block_count < FEWEST_BLOCKS
+    assert few.block_count < SETTINGS.fewest_pieces
     assert verdict(faults, found, (), gate, few) == "CANNOT_TELL"
     said = summary("CANNOT_TELL", faults, found, (), gate=gate, stages=())
     assert "erhaps missing: wind" in said
@@ -133,7 +134,7 @@ def test_asking_for_rivals_changes_no_answer() -> None:
     selection.put([wrong], scored.fit)
     assert "wind" in groups_of(Near.of(selection))["linear_drag"]
     assert selection.chosen == [wrong]
-    selection.swap()
+    Beam(selection).search()
     assert [one.name for one in selection.chosen] == ["wind"]
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 import torch
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import Estimate
 from sym2real.diagnosis.adding import try_effect
 from sym2real.diagnosis.data.segments import cut, with_velocities
@@ -24,7 +25,6 @@ from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic import Equations, symbol
-from sym2real.trajectory import Dataset
 
 LOGS, ROWS, OWN = 8, 130, 0.002  # N, constant force that the wrong base has
 
@@ -38,13 +38,13 @@ def _fit(base: Equations, data: Dataset, key: str) -> tuple[Problems, Fit, calib
     """One effect fitted, with a calibration that knows no effect of the base's own."""
     library = Library.of(base, [effect(key, base)])
     problem = Problem(library, data)
-    _, whitening, _ = whiten(problem, candidates(library, data))
-    problems = Problems.of(problem, whitening)
+    whitened = whiten(problem, candidates(library, data))
+    problems = Problems.of(whitened.problem, whitened.whitening)
     free = tuple((slot,) for slot in range(len(library.slots)))
     (fit,) = problems.fit([Hypothesis(free, library.null)], 4)
     flown = calibrate.simulated(MujocoPlant(CRAZYFLIE), data)
     assert flown is not None
-    return problems, fit, calibrate.calibrated(library, [], flown, whitening)
+    return problems, fit, calibrate.calibrated(library, [], flown, whitened.whitening)
 
 
 def test_a_push_that_the_base_alone_has_is_not_the_robots() -> None:
@@ -64,8 +64,8 @@ def test_intervals_hold_a_value_that_trim_scatters_from_run_to_run(drives: Datas
     base = MUSHR.nominal()
     library = library_for(base, drives, ("*",), ("gain:speed", "offset:steer"))
     problem = Problem(library, drives)
-    _, whitening, _ = whiten(problem, ())
-    problems, free = Problems.of(problem, whitening), ((0,), (1,))
+    whitened = whiten(problem, ())
+    problems, free = Problems.of(whitened.problem, whitened.whitening), ((0,), (1,))
     (fit,) = problems.quadratics([Hypothesis(free, library.null)])
     generator = torch.Generator().manual_seed(0)
     log, whole, inside = torch.as_tensor(problem.segments.log), fit.curvature.sum(0), []

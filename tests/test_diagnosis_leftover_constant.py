@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from noisy_flights import flights_with
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, diagnose
 from sym2real.diagnosis.estimate.whitening import Spread, estimate
 from sym2real.diagnosis.predict.library import Library
@@ -16,7 +17,6 @@ from sym2real.diagnosis.unexplained.constant import Constants
 from sym2real.diagnosis.unexplained.leftover import find_misfit
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
-from sym2real.trajectory import Dataset
 
 # The wind and what stands for it; and, to keep the tests short, much else: mass, drag and centre of mass compete.
 OUT = (

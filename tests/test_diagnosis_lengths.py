@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from noisy_flights import flights
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare, data_report, diagnose, plan, try_effect
 from sym2real.diagnosis.data.segments import cut
 from sym2real.diagnosis.errors.rungs import cut_said
 from sym2real.diagnosis.faults.checking import check_and_filter
 from sym2real.errors import ShapeError
 from sym2real.robots import CRAZYFLIE
-from sym2real.trajectory import Dataset
 
 BASE = CRAZYFLIE.nominal()
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
 from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
@@ -14,7 +15,6 @@ from sym2real.diagnosis.search.deviations import reported
 from sym2real.effects import applicable, effect
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import MUSHR
-from sym2real.trajectory import Dataset
 
 TRAVEL = 0.15
 # What the nominal car lacks of MuJoCo's, and what a limit is taken for.

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare
 from sym2real.diagnosis.data.conditions import features, over_windows, training_range
 from sym2real.diagnosis.errors.by_window import WindowErrors, window_errors
@@ -16,7 +17,6 @@ from sym2real.diagnosis.errors.regions import locate, training_region, where_of,
 from sym2real.errors import DataError, ShapeError
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE
-from sym2real.trajectory import Dataset
 
 
 def planted(factor: float = 4.0, logs: int = 4, seed: int = 0) -> WindowErrors:

@@ -9,6 +9,7 @@ import pytest
 import torch
 from noisy_flights import flights_with
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.candidate import candidates
@@ -23,9 +24,10 @@ from sym2real.robots import CRAZYFLIE
 WIND = {"fx": 0.02, "fy": -0.01}
 
 
-def chosen(keys: tuple[str, ...], *names: str) -> Selection:
-    """Some of the effects put into a selection for flights in wind, whatever they gain."""
-    base, data = CRAZYFLIE.nominal(), flights_with("wind", WIND)
+def chosen(keys: tuple[str, ...], *names: str, times: int = 1) -> Selection:
+    """Some of the effects put into a selection for flights in wind, so many times four, whatever they gain."""
+    base, logs = CRAZYFLIE.nominal(), list(flights_with("wind", WIND))
+    data = Dataset([replace(log, name=f"{log.name} {time}") for time in range(times) for log in logs])
     library = Library.of(base, [effect(key, base) for key in keys])
     problem, tried = Problem(library, data), candidates(library, data)
     spread = Spread.of(problem, library.null)
@@ -41,7 +43,7 @@ def chosen(keys: tuple[str, ...], *names: str) -> Selection:
 def test_an_effect_that_is_there_outweighs_drag_and_nothing() -> None:
     near = Near.of(chosen(("wind", "linear_drag"), "wind"))
     assert near.probabilities()["wind"] > 0.99
-    assert near.variances(near.places[0].one).tolist() == [0.0, 0.0]  # nothing stands beside it
+    assert near.variances(near.places[0].candidate).tolist() == [0.0, 0.0]  # nothing stands beside it
 
 
 def test_an_effect_that_is_not_there_weighs_little_against_the_one_that_is() -> None:
@@ -64,6 +66,18 @@ def test_what_no_prediction_needs_is_dropped_and_what_it_needs_stays() -> None:
     assert [one.name for one in selection.chosen] == ["wind"]
     wind = selection.fit.values[selection.chosen[0].slots]
     assert wind.tolist() == pytest.approx([WIND["fx"], WIND["fy"]], rel=0.1)
+
+
+@pytest.mark.parametrize(("value", "times"), [(1e-6, 1), (-0.02, 2)], ids=["tiny, in few logs", "wrong"])
+def test_what_is_not_needed_goes_where_few_logs_show_it_or_predictions_are_worse(value: float, times: int) -> None:
+    """A wind at a value that no fit corrects."""
+    selection = chosen(("wind", "linear_drag"), "wind", times=times)
+    values = selection.fit.values.clone()
+    values[selection.chosen[0].slots] = value
+    selection.put(selection.chosen, replace(selection.fit, values=values, gradient=0 * selection.fit.gradient))
+    problem = selection.problems.problem
+    keep_needed(selection, problem.library, problem.data)
+    assert not selection.chosen
 
 
 def test_the_end_of_what_is_likely_is_a_bound_and_none_of_an_effect_is_not() -> None:

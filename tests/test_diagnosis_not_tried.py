@@ -12,6 +12,7 @@ from noisy_flights import flights
 from test_effects_groups import ROWS, drive
 
 from sym2real.cli import main
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.diagnosis.predict.competitors import EXCLUDED, NotTried, competing, not_tried_said
 from sym2real.effects.catalogue import known
@@ -20,7 +21,7 @@ from sym2real.layout import Layouts
 from sym2real.logs import write_log
 from sym2real.robots import CRAZYFLIE, MUSHR, Motors, quadrotor
 from sym2real.symbolic import Equations, load_model
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Trajectory
 
 BASE = CRAZYFLIE.nominal()
 

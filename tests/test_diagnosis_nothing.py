@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from sym2real.control import geometric_controller
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
 from sym2real.experiments import standard_conditions
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.tasks import make_task
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Trajectory
 
 
 @pytest.mark.parametrize("robot", [CRAZYFLIE, MUSHR], ids=lambda robot: robot.name)

@@ -41,8 +41,8 @@ def test_variances_do_not_depend_on_an_effect_that_is_there() -> None:
     deviations = []
     for data in (flights(), flights_with("wind", {"fx": 0.02, "fy": -0.01})):
         library = library_for(base, data, OTHERS)
-        _, whitening, _ = whiten(Problem(library, data), candidates(library, data))
-        deviations.append(whitening.pushes)
+        whitening = whiten(Problem(library, data), candidates(library, data)).whitening
+        deviations.append(whitening.disturbances)
     for name in ("fx", "fy", "fz"):
         assert deviations[1][name] == pytest.approx(deviations[0][name], rel=0.2)
 

@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare, one_step_residuals
 from sym2real.diagnosis.errors.one_step import residual_of, tangent_units
 from sym2real.diagnosis.errors.residuals import Residual, Residuals
-from sym2real.diagnosis.errors.serial import autocorrelation, centred, cross_correlation, cross_deviation, summed_lags
+from sym2real.diagnosis.errors.serial import autocorrelation, centred, cross_correlations, cross_deviation, summed_lags
 from sym2real.layout import Layout, Layouts
 from sym2real.robots import ROBOTS
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
 
 LINE = Layouts(Layout.of(["x", "vx"]), Layout.of(["speed"]))
 DT = 0.02
@@ -53,7 +54,7 @@ def test_independent_series_with_memory_stay_within_the_bands() -> None:
         one, other = (centred([memory(rng, 500, 0.9)]) for _ in range(2))
         far = summed_lags(one)
         deviation = cross_deviation(500, autocorrelation(one, far), autocorrelation(other, far))
-        size = np.abs([cross_correlation(one, other, lag) for lag in (-10, 0, 10, 20)])
+        size = np.abs(cross_correlations(one, other, 20)[[10, 20, 30, 40]])
         inside += list(size < 1.96 * deviation)
         naive += list(size < 1.96 / np.sqrt(500))
     assert 0.92 < np.mean(inside) < 0.98
@@ -63,9 +64,20 @@ def test_independent_series_with_memory_stay_within_the_bands() -> None:
 def test_autocorrelation_is_the_sum_of_products() -> None:
     rng = np.random.default_rng(0)
     pieces = centred([rng.normal(size=60), rng.normal(size=8), rng.normal(size=31)])
-    expected = [cross_correlation(pieces, pieces, lag) for lag in range(1, 13)]
-    np.testing.assert_allclose(autocorrelation(pieces, 12), expected, atol=1e-12)
-    assert cross_correlation(pieces, pieces, 0) == pytest.approx(1.0)
+    expected = cross_correlations(pieces, pieces, 12)
+    np.testing.assert_allclose(autocorrelation(pieces, 12), expected[13:], atol=1e-12)
+    assert expected[12] == pytest.approx(1.0)
+
+
+def test_a_series_follows_one_that_it_repeats_later() -> None:
+    earlier = np.random.default_rng(0).normal(size=40)
+    later = np.concatenate([np.zeros(3), earlier[:-3]])
+    short = np.array([1.0, -1.0])  # shorter than the lags
+    found = cross_correlations([later, short], [earlier, short], 5)
+    assert found.argmax() == 5 + 3
+    sizes = np.sqrt((later @ later + 2.0) * (earlier @ earlier + 2.0))
+    assert found[5 + 3] == pytest.approx(float(later[3:] @ earlier[:-3]) / sizes)
+    assert found[5 - 1] == pytest.approx((float(later[:-1] @ earlier[1:]) - 1.0) / sizes)
 
 
 @pytest.mark.parametrize("differenced", [False, True], ids=["white", "sensor noise"])

@@ -12,6 +12,7 @@ from noisy_flights import flights_with
 
 from sym2real import rotation
 from sym2real.control import geometric_controller
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, add, compare
 from sym2real.diagnosis.data.segments import component_noise
 from sym2real.diagnosis.faults.sanity import check
@@ -25,7 +26,7 @@ from sym2real.layout import Layout
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.tasks import make_task
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
 
 
 def changed(data: Dataset, column: str, change: Callable[[Array], Array]) -> Dataset:

@@ -26,7 +26,7 @@ def whitening(robot: Robot) -> Whitening:
     data = flights() if robot is CRAZYFLIE else simulate_case(Case("mushr", (), seed=11), rows=180)
     key = "wind" if robot is CRAZYFLIE else "gain:steer"
     library = Library.of(robot.nominal(), [effect(key, robot.nominal())])
-    return whiten(Problem(library, data), candidates(library, data))[1]
+    return whiten(Problem(library, data), candidates(library, data)).whitening
 
 
 def advice(robot: Robot, key: str, values: dict[str, float], *rivals: str, plant: bool = True) -> str:

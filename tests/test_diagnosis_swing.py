@@ -7,6 +7,7 @@ import pytest
 import torch
 from noisy_flights import LEFT_OUT, flights_with
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.swing import Swing, find_swing
@@ -15,7 +16,6 @@ from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import effect
 from sym2real.robots import CRAZYFLIE
-from sym2real.trajectory import Dataset
 
 OTHERS = (*LEFT_OUT, "rate_loop_gain", "mounting_tilt")
 FORCE = {"fx": 0.012, "fy": 0.006, "omega": 7.0}
@@ -24,8 +24,8 @@ FORCE = {"fx": 0.012, "fy": 0.006, "omega": 7.0}
 def found_in(data: Dataset) -> Swing | None:
     library = library_for(CRAZYFLIE.nominal(), data, OTHERS)
     problem, tried = Problem(library, data), candidates(library, data)
-    _, whitening, values = whiten(problem, tried)
-    return find_swing(Problems.of(problem, whitening), values, len(tried))
+    whitened = whiten(problem, tried)
+    return find_swing(Problems.of(whitened.problem, whitened.whitening), whitened.values, len(tried))
 
 
 def test_no_swing_is_found_in_flights_on_periodic_paths() -> None:

@@ -11,12 +11,13 @@ import pytest
 import sympy
 
 from sym2real.cli import main
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import add_term, compare, diagnose
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import load_model, save_model
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Trajectory
 
 # Everything that a drag could be taken for, and much else to keep the test short: mass, thrust's offset and motor lag
 # compete.

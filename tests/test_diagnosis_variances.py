@@ -35,9 +35,11 @@ def by_the_whole_covariance(terms: Drawn, sensor: Tensor, power: Tensor) -> tupl
         weighted = (inverse @ residuals[..., None])[..., 0]
         diagonal = inverse.diagonal(dim1=1, dim2=2)
         of_channels = [weighted[:, channel == c].square().sum() / diagonal[:, channel == c].sum() for c in (0, 1)]
-        of_pushes = [torch.einsum("sr,srq,sq->", weighted, part, weighted) / (inverse * part).sum() for part in parts]
+        of_disturbances = [
+            torch.einsum("sr,srq,sq->", weighted, part, weighted) / (inverse * part).sum() for part in parts
+        ]
         sensor = sensor * torch.stack(of_channels).sqrt()
-        power = (power * torch.stack(of_pushes).sqrt()).clamp(LEAST, MOST)
+        power = (power * torch.stack(of_disturbances).sqrt()).clamp(LEAST, MOST)
     return sensor, power
 
 

@@ -31,7 +31,7 @@ def spread() -> Spread:
     pushes = torch.einsum("tp,cd->tcdp", pieces, eye).reshape(ROWS * COMPONENTS, COMPONENTS, PIECES)
     return Spread(
         start=start.double().expand(SEGMENTS, -1, -1),
-        pushes=pushes.expand(SEGMENTS, -1, -1, -1),
+        disturbances=pushes.expand(SEGMENTS, -1, -1, -1),
         names=("fx", "fy", "fz"),
         sizes=torch.ones(COMPONENTS, dtype=torch.float64),
         components=COMPONENTS,
@@ -45,7 +45,7 @@ def drawn(spread: Spread, seed: int) -> Tensor:
     push = torch.as_tensor(rng.standard_normal((SEGMENTS, COMPONENTS * PIECES))) * PUSH
     noise = torch.as_tensor(rng.standard_normal((SEGMENTS, ROWS * COMPONENTS))) * SENSOR
     moved = torch.einsum("srn,sn->sr", spread.start, start)
-    return moved + torch.einsum("srp,sp->sr", spread.pushes.flatten(-2), push) + noise
+    return moved + torch.einsum("srp,sp->sr", spread.disturbances.flatten(-2), push) + noise
 
 
 def estimated(spread: Spread, residuals: Tensor) -> Whitening:
@@ -57,7 +57,7 @@ def test_variances_are_recovered_and_every_piece_of_gaussian_data_is_trusted(spr
         residuals = drawn(spread, seed)
         found = estimated(spread, residuals)
         assert found.sensor.tolist() == pytest.approx([SENSOR] * COMPONENTS, rel=0.05)
-        assert list(found.pushes.values()) == pytest.approx([PUSH] * COMPONENTS, rel=0.25)
+        assert list(found.disturbances.values()) == pytest.approx([PUSH] * COMPONENTS, rel=0.25)
         assert bool((found.trust == 1).all())
         assert float(found.loss(residuals[None]).sum()) == pytest.approx(found.freedom, rel=0.05)
 

@@ -20,8 +20,8 @@ from sym2real.diagnosis.errors.regions import (
 )
 from sym2real.diagnosis.errors.residuals import Residuals
 from sym2real.diagnosis.errors.skill import ChannelError, HorizonErrors
+from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.faults.report import DataReport, data_report
-from sym2real.diagnosis.faults.sanity import Fault
 from sym2real.diagnosis.pipeline import diagnose
 from sym2real.diagnosis.score.finding import Estimate, Finding
 from sym2real.diagnosis.score.held_out import Fall, Gate

@@ -11,6 +11,7 @@ from __future__ import annotations
 import time
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.design.separation import with_advice
 from sym2real.diagnosis.errors.floor import floor_of_explained, no_higher_than_reached
 from sym2real.diagnosis.errors.rungs import cut_said
@@ -24,18 +25,18 @@ from sym2real.diagnosis.score.finding import Finding, findings
 from sym2real.diagnosis.score.held_out import Steps
 from sym2real.diagnosis.score.tried import Rival, Tried
 from sym2real.diagnosis.search.groups import as_good
-from sym2real.diagnosis.search.select import GAIN, Selection
+from sym2real.diagnosis.search.near import Near
+from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.stages import OnProgress, Stages
 from sym2real.effects import Effect, compose, effect
 from sym2real.effects.catalogue import always_alike
 from sym2real.errors import ModelError
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Trajectory
 
 Values = Mapping[str, float]
-# Of the hypothesis's gain: from here on a rival is worth a line.
-WORTH_A_LINE = 0.5
 MOST_RIVALS = 5
 
 
@@ -66,9 +67,9 @@ def add(
     """
     given: list[str | tuple[str, Values]] = [what] if isinstance(what, str) else list(what)
     if fit is None:
-        chosen = [(one, values or {}) if isinstance(one, str) else one for one in given]
+        chosen = [(entry, values or {}) if isinstance(entry, str) else entry for entry in given]
         return compose(equations, [(effect(key, equations), known) for key, known in chosen])
-    keys = [one for one in given if isinstance(one, str)]
+    keys = [entry for entry in given if isinstance(entry, str)]
     if values is not None or len(keys) < len(given):
         raise ModelError("expected values or logs to fit them to, found both")
     return try_effect(equations, keys, fit, plant).apply(equations)
@@ -115,19 +116,19 @@ def try_effect(
     prepared = prepare(question, Stages(on_progress))
     on_progress(f"fitting {', '.join(keys)}")
     selection, gain = _fitted(prepared, keys)
-    beside = {one.name: _beside(selection, one) for one in selection.chosen}
-    supported = tuple(key for key in keys if beside[key] > GAIN and _significant(selection, key))
+    beside = {candidate.name: _beside(selection, candidate) for candidate in selection.chosen}
+    supported = tuple(key for key in keys if beside[key] > SETTINGS.gain and _significant(selection, key))
     on_progress("trying other effects in its place")
-    others = [one for one in prepared.tried if not set(keys) & set(one.keys)]
-    rivals = {one.name: _rivals(selection, one, others) for one in selection.chosen}
+    others = [candidate for candidate in prepared.tried if not set(keys) & set(candidate.keys)]
+    rivals = {candidate.name: _rivals(selection, candidate, others) for candidate in selection.chosen}
     on_progress("scoring on held-out data")
     steps = Steps.of(prepared.library, selection, same=held_out is None)
     horizons = steps.horizons(prepared.scored, horizon)
-    found = _findings(selection, {key: rivals[key] if key in supported else () for key in keys}, prepared.calibration)
+    fitted = _findings(selection, {key: rivals[key] if key in supported else () for key in keys}, prepared.calibration)
     stages = steps.ladder(prepared.library, prepared.scored, horizons)
     floor = floor_of_explained(prepared.library, prepared.scored, selection.fit.values, prepared.whitening, horizons)
     return Tried(
-        findings=with_advice(found, prepared.model, prepared.whitening, prepared.plant),
+        findings=with_advice(fitted, prepared.model, prepared.whitening, prepared.plant),
         supported=len(supported) == len(keys),
         gain=gain,
         beside=beside,
@@ -144,7 +145,7 @@ def try_effect(
 
 
 def _worth_a_line(rivals: Sequence[Rival], beside: float) -> Sequence[Rival]:
-    return [rival for rival in rivals if rival.gain > max(GAIN, WORTH_A_LINE * beside)][:MOST_RIVALS]
+    return [rival for rival in rivals if rival.gain > max(SETTINGS.gain, SETTINGS.worth_a_line * beside)][:MOST_RIVALS]
 
 
 def _check_fittable(wanted: Effect, equations: Equations) -> None:
@@ -152,16 +153,20 @@ def _check_fittable(wanted: Effect, equations: Equations) -> None:
     if reason:
         raise ModelError(reason)
     # What is a choice (which rotor) or differs from log to log (a phase) has no derivative that a fit could follow.
-    cannot = [one.name for one in wanted.parameters if one.per_log or (not one.fitted and one.null != 0.0)]
+    cannot = [
+        parameter.name
+        for parameter in wanted.parameters
+        if parameter.per_log or (not parameter.fitted and parameter.null != 0.0)
+    ]
     if cannot:
         raise ModelError(f"{wanted.key}: expected values, found logs; its {', '.join(cannot)} cannot be fitted")
 
 
 def _candidate(key: str, library: Library, data: Dataset) -> Candidate:
     """The effect as a hypothesis: as it competes, or with all its parameters where it would compete as one of two."""
-    for one in candidates(library, data):
-        if one.keys == (key,):
-            return one
+    for candidate in candidates(library, data):
+        if candidate.keys == (key,):
+            return candidate
     return Candidate(key, (key,), tuple((slot,) for slot in library.indices(key)))
 
 
@@ -170,39 +175,48 @@ def _fitted(prepared: Prepared, keys: Sequence[str]) -> tuple[Selection, float]:
     own = tuple(_candidate(key, prepared.library, prepared.checked.data) for key in keys)
     selection = Selection(prepared.problems, own, prepared.origin)
     without = selection.loss
-    while left := [one for one in own if one not in selection.chosen]:
+    while left := [candidate for candidate in own if candidate not in selection.chosen]:
         ranking = selection.ranked(selection.chosen, selection.fit.values, left)
         if not ranking:
-            first, second = (" and ".join(one.name for one in some) for some in (left, selection.chosen))
+            first, second = (" and ".join(candidate.name for candidate in some) for some in (left, selection.chosen))
             raise ModelError(f"{first} beside {second}: expected one of what these logs cannot tell apart, found both")
         selection.put([*selection.chosen, ranking[0].candidate], ranking[0].fit)
     if len(own) > 1:
-        selection.restart()
+        _start_again(selection)
     return selection, 1.0 - selection.loss / without
 
 
-def _beside(selection: Selection, one: Candidate) -> float:
+def _start_again(selection: Selection) -> None:
+    """Fit every effect once more from its other starts: a delay's error has a kink at every step, which stops fits."""
+    for candidate in [candidate for candidate in selection.chosen if candidate.starts]:
+        rest, fit = selection.without(candidate)
+        (again,) = selection.ranked(rest, fit.values, [candidate])
+        if again.fit.total < selection.fit.total and again.loss < selection.loss:
+            selection.put([*rest, candidate], again.fit)
+
+
+def _beside(selection: Selection, candidate: Candidate) -> float:
     """Part of the held-out loss without an effect that it takes beside the others."""
-    _, fit = selection.without(one)
+    _, fit = selection.without(candidate)
     return 1.0 - selection.loss / float(selection.problems.held_out(fit).sum())
 
 
 def _significant(selection: Selection, key: str) -> bool:
-    return all(selection.significant(selection.fit, one) for one in selection.chosen if one.name == key)
+    return all(
+        selection.significant(selection.fit, candidate) for candidate in selection.chosen if candidate.name == key
+    )
 
 
 def _rivals(selection: Selection, own: Candidate, others: list[Candidate]) -> tuple[Rival, ...]:
     """What brings how much in the place of an effect, beside the others that are chosen; the best first."""
     rest, fit = selection.without(own)
-    without = selection.problems.held_out(fit)
-    gain = float((without - selection.held_out).sum())
-    found = []
+    without, near = selection.problems.held_out(fit), Near(selection, ())
+    rivals = []
     for scored in selection.ranked(rest, fit.values, others):
-        share = float((without - scored.held_out).sum()) / max(gain, 1e-12)
-        alike = gain > 0.0 and as_good(share, scored.held_out - selection.held_out, selection.loss)
+        alike = as_good(near, without, scored.held_out)
         key = selection.problems.problem.library.key(scored.candidate.name)
-        found.append(Rival(key, 1.0 - scored.loss / float(without.sum()), alike, own.name))
-    return tuple(found)
+        rivals.append(Rival(key, 1.0 - scored.loss / float(without.sum()), alike, own.name))
+    return tuple(rivals)
 
 
 def _findings(

@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.conclusion import Verdict, summary, verdict
 from sym2real.diagnosis.errors.floor import Floor
 from sym2real.diagnosis.errors.regions import Where
 from sym2real.diagnosis.errors.rungs import Stage, cut_said
-from sym2real.diagnosis.faults.sanity import Fault, with_sensors_of
+from sym2real.diagnosis.faults.fault import Fault, with_sensors_of
 from sym2real.diagnosis.predict.competitors import NotTried
 from sym2real.diagnosis.score.finding import Finding, applied
 from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.score.scoring import findings_of
-from sym2real.diagnosis.search.growing import Found
+from sym2real.diagnosis.search.beam import SearchResult
 from sym2real.diagnosis.unexplained.explaining import Explained
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.diagnosis.unexplained.term import Term
 from sym2real.symbolic import Equations
+from sym2real.trajectory import Trajectory
 from sym2real.upward import upward
 
 if TYPE_CHECKING:
@@ -78,6 +81,17 @@ class Diagnosis:
         figure: Figure = upward("ladder_plot")(self)
         return figure
 
+    def report(self, equations: Equations, logs: Dataset | Trajectory, file: str | Path) -> Path:
+        """Write all of it as one HTML file that works offline, with effects to switch on and off; the file.
+
+        Args:
+            equations: the model that was diagnosed.
+            logs: those of the diagnosis.
+            file: what to write.
+        """
+        written: Path = upward("write_diagnosis_page")(self, equations, logs, file)
+        return written
+
     def _repr_html_(self) -> str:
         return str(upward("diagnosis_html")(self))
 
@@ -99,7 +113,7 @@ class Diagnosis:
         return with_sensors_of(applied(equations, self.findings), self.faults)
 
     def _leftover(self) -> dict[str, Any] | None:
-        """The strongest, with where the push changes in words, and the proposed expression as its term."""
+        """The strongest, with where the disturbance changes in words, and the proposed expression as its term."""
         if self.leftover is None:
             return None
         words, proposed = {**self.leftover.to_dict(), "split": self.leftover.term}, self.proposal
@@ -115,16 +129,16 @@ class Diagnosis:
             "faults": [fault.to_dict() for fault in self.faults],
             "findings": [finding.to_dict() for finding in self.findings],
             "leftover": self._leftover(),
-            "leftovers": [one.to_dict() for one in self.leftovers],
-            "where": [one.to_dict() for one in self.where],
+            "leftovers": [leftover.to_dict() for leftover in self.leftovers],
+            "where": [where.to_dict() for where in self.where],
             "ladder": [stage.to_dict() for stage in self.ladder],
-            "floor": [one.to_dict() for one in self.floor],
+            "floor": [floor.to_dict() for floor in self.floor],
             "held_out": list(self.held_out),
             "held_out_apart": self.apart,
             "gate": self.gate.to_dict(),
             "seconds": self.seconds,
             "tried": self.tried,
-            "not_tried": [one.to_dict() for one in self.not_tried],
+            "not_tried": [left_out.to_dict() for left_out in self.not_tried],
             "notes": list(self.notes),
         }
 
@@ -132,8 +146,8 @@ class Diagnosis:
 def conclude(explained: Explained) -> Diagnosis:
     """The answer that findings, what is left beside them, and held-out errors make."""
     scored, findings, leftovers = explained.scored, explained.findings, explained.leftovers
-    found, prepared = scored.found, scored.found.prepared
-    faults, finished = prepared.checked.faults, found.finished
+    result, prepared = scored.result, scored.result.prepared
+    faults, finished = prepared.checked.faults, result.finished
     answer = verdict(faults, findings, leftovers, scored.gate, prepared.problems, finished=finished)
     interrupted = "" if finished else "the search"
     sentence = summary(
@@ -151,30 +165,30 @@ def conclude(explained: Explained) -> Diagnosis:
         held_out=scored.steps.names_of(prepared.scored),
         apart=prepared.question.held_out is not None,
         gate=scored.gate,
-        tried=found.selection.tried,
+        tried=result.selection.tried,
         not_tried=prepared.not_tried,
         notes=(*prepared.notes, *cut_said(scored.horizons, prepared.question.horizon)),
-        misfit=_misfit(found),
+        misfit=_misfit(result),
     )
 
 
-def unscored(found: Found) -> Diagnosis:
+def unscored(result: SearchResult) -> Diagnosis:
     """What the search has found, where the scoring was interrupted: nothing is established."""
-    prepared, findings = found.prepared, findings_of(found)
+    prepared, findings = result.prepared, findings_of(result)
     faults = prepared.checked.faults
     return Diagnosis(
         verdict="CANNOT_TELL",
         summary=summary("CANNOT_TELL", faults, findings, (), gate=Gate(), stages=(), interrupted="the scoring"),
         faults=faults,
         findings=findings,
-        tried=found.selection.tried,
+        tried=result.selection.tried,
         not_tried=prepared.not_tried,
         notes=prepared.notes,
-        misfit=_misfit(found),
+        misfit=_misfit(result),
     )
 
 
-def _misfit(found: Found) -> tuple[float, float]:
-    problems = found.prepared.problems
-    base = problems.whitening.loss(problems.problem.residuals(found.prepared.library.null[None])).sum()
-    return float(base) / problems.whitening.freedom, found.selection.fit.total / problems.whitening.freedom
+def _misfit(result: SearchResult) -> tuple[float, float]:
+    problems = result.prepared.problems
+    base = problems.whitening.loss(problems.problem.residuals(result.prepared.library.null[None])).sum()
+    return float(base) / problems.whitening.freedom, result.selection.fit.total / problems.whitening.freedom

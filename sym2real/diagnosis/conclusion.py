@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from typing import Literal
 
 from sym2real.diagnosis.data.windows import JUDGED_AT, judged
-from sym2real.diagnosis.errors.rungs import LEAST_FALL, Stage
+from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.significance import FEWEST_BLOCKS
-from sym2real.diagnosis.faults.sanity import Fault
+from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.score.finding import Finding
 from sym2real.diagnosis.score.held_out import Fall, Gate
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.leftover import Leftover
 
 Verdict = Literal["EFFECT", "NOTHING_MISSING", "UNEXPLAINED", "CANNOT_TELL"]
@@ -19,7 +19,7 @@ Verdict = Literal["EFFECT", "NOTHING_MISSING", "UNEXPLAINED", "CANNOT_TELL"]
 
 def verdict(
     faults: Sequence[Fault],
-    found: Sequence[Finding],
+    findings: Sequence[Finding],
     leftovers: Sequence[Leftover],
     gate: Gate,
     problems: Problems,
@@ -31,8 +31,8 @@ def verdict(
     Fewer than ten independent blocks leave no test, and an unfinished search cannot say that nothing is missing, or
     that no effect explains what is left. A fault alone is the answer only where nothing is left once it is undone.
     """
-    established = bool(found) and gate.passed
-    if problems.block_count < FEWEST_BLOCKS or not (finished or established):
+    established = bool(findings) and gate.passed
+    if problems.block_count < SETTINGS.fewest_pieces or not (finished or established):
         return "CANNOT_TELL"
     if established:
         return "EFFECT"
@@ -40,13 +40,13 @@ def verdict(
         return "UNEXPLAINED"
     if faults:
         return "EFFECT"
-    return "CANNOT_TELL" if found else "NOTHING_MISSING"
+    return "CANNOT_TELL" if findings else "NOTHING_MISSING"
 
 
 def summary(
     answer: Verdict,
     faults: Sequence[Fault],
-    found: Sequence[Finding],
+    findings: Sequence[Finding],
     leftovers: Sequence[Leftover],
     *,
     gate: Gate,
@@ -57,21 +57,21 @@ def summary(
     parts = []
     if faults:
         parts.append("the data show " + ", ".join(fault.name for fault in faults))
-    provisional = any(finding.provisional for finding in found)
-    if found:
+    provisional = any(finding.provisional for finding in findings)
+    if findings:
         missing = "perhaps missing: " if provisional else "missing: "
-        parts.append(missing + "; ".join(_one(finding) for finding in found))
+        parts.append(missing + "; ".join(_one(finding) for finding in findings))
         fall = fall_of_error(stages)
         if fall is not None:
             parts.append(f"with it the {fall[0]} error on held-out pieces changes from {fall[1]:.3g} to {fall[2]:.3g}")
-    parts += [f"{one.statement} is left ({one.measure})" for one in leftovers]
+    parts += [f"{leftover.statement} is left ({leftover.measure})" for leftover in leftovers]
     if answer == "NOTHING_MISSING":
         parts.append("nothing is missing beyond noise and small disturbances")
-    if found and gate.best is not None and not gate.passed:
+    if findings and gate.best is not None and not gate.passed:
         parts.append(f"but {_risen(gate.worse[0]) if gate.worse else _failed(gate.best)}")
-    if provisional or (answer == "CANNOT_TELL" and not found and not interrupted):
-        tested = ", so that no finding can be tested" if found else ""
-        parts.append(f"too little data: fewer than {FEWEST_BLOCKS} independent pieces of a second{tested}")
+    if provisional or (answer == "CANNOT_TELL" and not findings and not interrupted):
+        tested = ", so that no finding can be tested" if findings else ""
+        parts.append(f"too little data: fewer than {SETTINGS.fewest_pieces} independent pieces of a second{tested}")
     if interrupted:
         parts.append(f"{interrupted} was interrupted before it ended")
     sentence = "; ".join(parts)
@@ -79,10 +79,11 @@ def summary(
 
 
 def _failed(best: Fall) -> str:
-    changed = f"falls by only {100 * best.part:.0f} %" if best.part >= 0 else f"rises by {-100 * best.part:.0f} %"
+    small = "falls by only {:.0f} %, too small to matter for predictions beside noise and disturbances"
+    changed = small.format(100 * best.part) if best.part >= 0 else f"rises by {-100 * best.part:.0f} %"
     return (
-        f"no held-out error falls by {100 * LEAST_FALL:.0f} %: that of {best.channel} after {best.horizon:g} s "
-        f"{changed}, and noise and disturbances hide whether it matters"
+        f"no held-out error falls by {100 * SETTINGS.error_fall:.0f} %: "
+        f"that of {best.channel} after {best.horizon:g} s {changed}"
     )
 
 

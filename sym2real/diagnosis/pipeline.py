@@ -7,6 +7,7 @@ from collections.abc import Collection
 from dataclasses import replace
 from functools import partial
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.answer import Diagnosis, conclude, unscored
 from sym2real.diagnosis.data.conditions import Region
 from sym2real.diagnosis.design.separation import with_advice
@@ -14,12 +15,12 @@ from sym2real.diagnosis.errors.regions import locate
 from sym2real.diagnosis.estimate.weighing import Prepared, calibrate_base, refine_base, weigh_errors
 from sym2real.diagnosis.faults.checking import Question, check_data
 from sym2real.diagnosis.score.scoring import score
-from sym2real.diagnosis.search.growing import search
+from sym2real.diagnosis.search.beam import search
 from sym2real.diagnosis.stages import OnProgress, Stages
 from sym2real.diagnosis.unexplained.explaining import explain_rest
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Trajectory
 
 
 def prepare(question: Question, stages: Stages) -> Prepared:
@@ -79,10 +80,10 @@ def diagnose(
     started, stages = time.perf_counter(), Stages(on_progress, finish=finish_on_interrupt)
     question = Question(model, data, plant, calibrate, held_out, exclude, horizon=horizon)
     prepared = prepare(question, stages)
-    found = search(prepared, stages)
-    scored = stages.try_to("scoring on held-out data", score, found)
+    result = search(prepared, stages)
+    scored = stages.try_to("scoring on held-out data", score, result)
     explained = scored and stages.try_to("explaining what is left", explain_rest, scored)
-    answer = conclude(explained) if explained else unscored(found)
+    answer = conclude(explained) if explained else unscored(result)
     advise = partial(with_advice, equations=prepared.model, whitening=prepared.whitening, plant=prepared.plant)
     findings = stages.try_to("looking for manoeuvres that would tell more", advise, answer.findings)
     where = stages.try_to("locating errors", partial(locate, prepared.model, region=region), prepared.checked.data)

@@ -12,15 +12,15 @@ import numpy as np
 import torch
 
 from sym2real import rotation
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.body import GRAVITY
-from sym2real.layout import HEADING, POSITION, RATE, VELOCITY
 from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import HEADING, POSITION, RATE, VELOCITY
 
 RATES, VELOCITIES = RATE.columns, VELOCITY.columns
 SMOOTHING = 5  # rows
 LEAST_MOTION = {"rad/s": 0.05, "m/s": 0.02}  # standard deviation below which a sign is not judged
 LEAST_TILT = 0.01  # standard deviation in units of gravity below which a tilt is not judged
-AGREES, REVERSED = 0.5, -0.5
 
 
 @dataclass(frozen=True)
@@ -43,11 +43,12 @@ class Agreement:
         """agrees, reversed, other frame, unclear or too little motion."""
         if self.correlation is None:
             return "too little motion"
-        if self.correlation <= REVERSED:
+        if self.correlation <= -SETTINGS.agreeing:
             return "reversed"
-        if self.in_other_frame is not None and self.in_other_frame > max(self.correlation + 0.2, AGREES):
+        wanted = max(self.correlation + SETTINGS.other_frame, SETTINGS.agreeing)
+        if self.in_other_frame is not None and self.in_other_frame > wanted:
             return "other frame"
-        return "agrees" if self.correlation >= AGREES else "unclear"
+        return "agrees" if self.correlation >= SETTINGS.agreeing else "unclear"
 
 
 def rate_agreement(logs: Sequence[Trajectory]) -> dict[str, Agreement]:
@@ -71,7 +72,7 @@ def thrust_agreement(logs: Sequence[Trajectory]) -> Agreement:
     layout = logs[0].layouts.state
     if not layout.has_field("attitude") or not all(name in layout for name in POSITION.columns[:2]):
         return Agreement(None)
-    moved = [[_pushed(one.column(name), one) for name in POSITION.columns[:2]] for one in logs]
+    moved = [[_pushed(part.column(name), part) for name in POSITION.columns[:2]] for part in logs]
     found = []
     for turn in (lambda q: q, rotation.conjugate):
         pairs = []
@@ -113,9 +114,9 @@ def velocity_agreement(logs: Sequence[Trajectory]) -> dict[str, Agreement]:
         position = column.removeprefix("v")
         if column not in layout or position not in layout:
             continue
-        moved = [np.diff(one.column(position)) / np.diff(one.time) for one in logs]
-        own, ratio = _compared([(_middle(one.column(column)), m) for one, m in zip(logs, moved, strict=True)], least)
-        turned = [to_world(one) for one in logs]
+        moved = [np.diff(log.column(position)) / np.diff(log.time) for log in logs]
+        own, ratio = _compared([(_middle(log.column(column)), m) for log, m in zip(logs, moved, strict=True)], least)
+        turned = [to_world(log) for log in logs]
         other = [(_middle(t[:, place]), m) for t, m in zip(turned, moved, strict=True) if t is not None]
         found[column] = Agreement(own, _compared(other, least)[0] if other else None, ratio)
     return found
@@ -146,7 +147,7 @@ def _compared(pairs: Sequence[tuple[Array, Array]], least: float) -> tuple[float
     usable = [pair for pair in pairs if len(pair[0]) >= SMOOTHING]
     if not usable:
         return None, 1.0
-    one, other = (np.concatenate([np.convolve(pair[i], kernel, "valid") for pair in usable]) for i in (0, 1))
-    if len(one) < 2 or min(one.std(), other.std()) < least:
+    first, other = (np.concatenate([np.convolve(pair[i], kernel, "valid") for pair in usable]) for i in (0, 1))
+    if len(first) < 2 or min(first.std(), other.std()) < least:
         return None, 1.0
-    return float(np.corrcoef(one, other)[0, 1]), float(one.std() / other.std())
+    return float(np.corrcoef(first, other)[0, 1]), float(first.std() / other.std())

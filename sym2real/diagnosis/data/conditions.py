@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from sym2real import rotation
 from sym2real.effects.voltage import VOLTAGE
-from sym2real.layout import (
+from sym2real.layout import Layout
+from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import (
     ATTITUDE,
     BATTERY,
     HEIGHT,
@@ -21,9 +23,7 @@ from sym2real.layout import (
     THRUST,
     THRUST_COLUMN,
     VELOCITY,
-    Layout,
 )
-from sym2real.trajectory import Array, Trajectory
 
 HOW_FAST = "speed"  # how fast the robot is, whatever it is told
 UNITS = {

@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sym2real.layout import HEADING, POSITION, SPEED_COLUMN
+from sym2real.dataset import Dataset
 from sym2real.logs.course import between, course, decides, together
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import HEADING, POSITION, SPEED_COLUMN
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.start import ROWS
 from sym2real.errors import ShapeError
 from sym2real.logs.dropouts import LEFT_OUT
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Trajectory
 
 
 def long_enough(data: Dataset | Trajectory) -> Dataset:

@@ -10,6 +10,8 @@ from typing import cast
 
 import torch
 
+from sym2real.dataset import Dataset
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.filters import command_filters, filter_commands
 from sym2real.effects.inputs import with_inputs
 from sym2real.effects.sensors import MeasuredModel
@@ -17,9 +19,6 @@ from sym2real.effects.visible import visible_state
 from sym2real.errors import ShapeError
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset
-
-DT_TOLERANCE = 0.02
 
 
 def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[DynamicsModel, Dataset]:
@@ -35,7 +34,7 @@ def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[Dynami
     wanted = replace(equations.layouts, state=visible_state(equations))
     if wanted != dataset.layouts:
         raise ShapeError(f"the model's columns are {wanted}, the log's are {dataset.layouts}")
-    if abs(equations.dt - dataset.dt) > DT_TOLERANCE * equations.dt:
+    if abs(equations.dt - dataset.dt) > SETTINGS.time_step * equations.dt:
         raise ShapeError(
             f"the model's time step is {equations.dt:g} s, the log's is {dataset.dt:g} s: read it with "
             f"dt={equations.dt:g}"

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.dataset import Dataset
+from sym2real.trajectory import Trajectory
 
 
 def divided(data: Dataset, columns: Sequence[str], factor: float, only: int | None = None) -> Dataset:

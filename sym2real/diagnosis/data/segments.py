@@ -15,12 +15,15 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.lengths import rows_of
 from sym2real.diagnosis.data.start import ROWS, noise_level, start_states
 from sym2real.diagnosis.data.tangent import places_of_fields, tangents
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.errors import ShapeError
-from sym2real.layout import JOINT_ANGLE, JOINT_DISPLACEMENT, Layout
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.layout import Layout
+from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import JOINT_ANGLE, JOINT_DISPLACEMENT
 
 # Rows of a segment, and rows of a log before the first one: filters and smoothers settle in them.
 LENGTH = {"attitude": 25, "heading": 20}
@@ -29,8 +32,6 @@ SETTLING = 12
 # Rows before a segment from which hidden states are brought to its start.
 WARM_UP = 8
 COMPARED = ("position", "attitude", "heading", "rate", JOINT_DISPLACEMENT.name, JOINT_ANGLE.name)
-# A segment with this share of rows in which nothing moves by a bit holds frozen measurements.
-FROZEN = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +191,7 @@ def _states(data: Dataset, log: NDArray[np.int64], row: NDArray[Any]) -> Tensor:
 
 def _frozen(trajectory: Trajectory, row: int, length: int) -> bool:
     piece = trajectory.state[row : row + length]
-    return bool((np.diff(piece, axis=0) == 0).all(axis=1).mean() > FROZEN)
+    return bool((np.diff(piece, axis=0) == 0).all(axis=1).mean() > SETTINGS.frozen)
 
 
 def padded(arrays: Iterable[Array]) -> Tensor:

@@ -16,14 +16,13 @@ import torch
 from numpy.typing import NDArray
 
 from sym2real.diagnosis.data.tangent import places_of_columns, tangents
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.layout import Layout
 from sym2real.trajectory import Array, Trajectory
 
 Start = Literal["smoothed", "measured"]
 
 ROWS = 10
-# Residuals of an adequate fit scatter by the noise itself; beyond this factor the fit is wrong, not noisy.
-ADEQUATE = 1.3
 # Median absolute deviation of a normal variable to its standard deviation.
 MAD_TO_SIGMA = 1.4826
 SMALLEST_NOISE = 1e-9
@@ -91,9 +90,9 @@ def _joint_fit(position: Array, velocity: Array, speed: Array, noise: Array, age
     of_positions, of_velocities = noise[:, :, None, None]
     target = np.concatenate([(position - speed * ages) / of_positions, velocity / of_velocities], axis=-1)
     ages = _of_all(ages)
-    one, zero = np.ones_like(ages), np.zeros_like(ages)
-    of_position = np.stack([one, ages, ages**2 / 2, ages**3 / 6], axis=-1) / of_positions[..., None]
-    of_velocity = np.stack([zero, one, ages, ages**2 / 2], axis=-1) / of_velocities[..., None]
+    unit, zero = np.ones_like(ages), np.zeros_like(ages)
+    of_position = np.stack([unit, ages, ages**2 / 2, ages**3 / 6], axis=-1) / of_positions[..., None]
+    of_velocity = np.stack([zero, unit, ages, ages**2 / 2], axis=-1) / of_velocities[..., None]
     return _simplest_adequate(np.concatenate([of_position, of_velocity], axis=-2), target, (3, 4))[..., :2]
 
 
@@ -128,7 +127,7 @@ def _simplest_adequate(design: Array, target: Array, sizes: tuple[int, ...]) -> 
         solution = np.linalg.solve(upper, orthogonal.swapaxes(-1, -2) @ target[..., None])
         residual = target - (part @ solution)[..., 0]
         spread = np.sqrt((residual**2).sum(axis=-1) / (target.shape[-1] - size))
-        fits = waiting & (spread <= ADEQUATE)
+        fits = waiting & (spread <= SETTINGS.adequate_start)
         chosen[fits] = solution[fits, : sizes[0], 0]
         waiting &= ~fits
     return chosen

@@ -12,11 +12,13 @@ from torch import Tensor
 
 from sym2real.diagnosis.data.start import ROWS, Start, start_states
 from sym2real.errors import ShapeError
-from sym2real.layout import JOINT_ANGLE, JOINT_DISPLACEMENT, Field, Layout
+from sym2real.field import Field
+from sym2real.layout import Layout
 from sym2real.past import past_rows
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import rollout
 from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import JOINT_ANGLE, JOINT_DISPLACEMENT
 
 # How an error is measured (docs/method.md): windows start every so many s, and end after these.
 STRIDE = 0.1
@@ -67,7 +69,7 @@ def free_run_seconds(layout: Layout) -> float:
 def judged(channels: Iterable[str]) -> list[str]:
     """Those of some channels that predictions are judged by; all of them where none of the usual ones is there."""
     channels = list(channels)
-    return [one for one in JUDGED if one in channels] or channels
+    return [channel for channel in JUDGED if channel in channels] or channels
 
 
 def channel_name(field: Field) -> str:

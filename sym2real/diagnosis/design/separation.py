@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Hypothesis, Problems
 from sym2real.diagnosis.estimate.flying import fly
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening
@@ -20,22 +21,21 @@ from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.score.finding import Finding
-from sym2real.diagnosis.search.select import GAIN
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import effect
 from sym2real.effects.searching import Shown
-from sym2real.layout import RATE_COMMAND, SPEED_COLUMN, STEER_COLUMN, THRUST_COLUMN
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
 from sym2real.tasks.standard_paths import Manoeuvre, path_of
 from sym2real.tasks.task import follows_paths, motion
-from sym2real.trajectory import Dataset
+from sym2real.vocabulary import RATE_COMMAND, SPEED_COLUMN, STEER_COLUMN, THRUST_COLUMN
 
 SECONDS, LONG = 8.0, 16.0
 # White dither on the commands of every manoeuvre: thrust N and rates rad/s; steering rad and speed m/s. And more of it.
 DITHER = {THRUST_COLUMN: 0.005, **dict.fromkeys(RATE_COMMAND.columns, 0.05), STEER_COLUMN: 0.01, SPEED_COLUMN: 0.03}
 MORE = 6.0
-# Rivals of a finding that are tried, and the part of it that they may explain where no better manoeuvre is looked for.
-MOST_RIVALS, CLEAR = 2, 0.3
+# Rivals of a finding that manoeuvres are looked for against.
+MOST_RIVALS = 2
 
 
 @dataclass(frozen=True)
@@ -115,39 +115,45 @@ class _Outcome:
 
 
 def with_advice(
-    found: Sequence[Finding], equations: Equations, whitening: Whitening, plant: MujocoPlant | None
+    findings: Sequence[Finding], equations: Equations, whitening: Whitening, plant: MujocoPlant | None
 ) -> tuple[Finding, ...]:
     """The findings, those that others may stand for with the manoeuvre that tells them apart and what it shows.
 
     Args:
-        found: findings.
+        findings: what was found.
         equations: the base.
         whitening: noise and disturbances of the logs.
         plant: the plain simulator; None where nothing can be tried, which the advice then says, as of a robot that
             follows no path.
     """
-    rivals = {one.effect: _testable(one, equations) for one in found}
+    rivals = {finding.effect: _testable(finding, equations) for finding in findings}
     if plant is None or not follows_paths(plant.robot) or not any(rivals.values()):
-        return tuple(replace(one, separate_by=_untried(one, rivals[one.effect], equations)) for one in found)
-    keys = dict.fromkeys(key for one in found if rivals[one.effect] for key in (one.effect, *rivals[one.effect]))
+        return tuple(
+            replace(finding, separate_by=_untried(finding, rivals[finding.effect], equations)) for finding in findings
+        )
+    keys = dict.fromkeys(
+        key for finding in findings if rivals[finding.effect] for key in (finding.effect, *rivals[finding.effect])
+    )
     library = Library.of(equations, [effect(key, equations) for key in keys])
     flights, result = _Flights(plant, equations), []
-    for one in found:
+    for finding in findings:
         outcomes: list[_Outcome] = []
-        for flown in flights.made_for((one.effect, *rivals[one.effect])) if rivals[one.effect] else ():
-            outcomes.append(_outcome(one, rivals[one.effect], library, whitening, flown))
-            if outcomes[-1].left > 1.0 and max(outcomes[-1].explained.values()) < CLEAR:
+        for flown in flights.made_for((finding.effect, *rivals[finding.effect])) if rivals[finding.effect] else ():
+            outcomes.append(_outcome(finding, rivals[finding.effect], library, whitening, flown))
+            if outcomes[-1].left > 1.0 and max(outcomes[-1].explained.values()) < SETTINGS.clear:
                 break
-        said = _advice(one, outcomes, equations) if outcomes else _untried(one, rivals[one.effect], equations)
-        result.append(replace(one, separate_by=said))
+        advised = (
+            _advice(finding, outcomes, equations) if outcomes else _untried(finding, rivals[finding.effect], equations)
+        )
+        result.append(replace(finding, separate_by=advised))
     return tuple(result)
 
 
-def _testable(one: Finding, equations: Equations) -> tuple[str, ...]:
+def _testable(finding: Finding, equations: Equations) -> tuple[str, ...]:
     """Rivals that physics may tell from a finding, and that a fit can put in its place."""
-    if effect(one.effect, equations).searching.swings:
+    if effect(finding.effect, equations).searching.swings:
         return ()
-    others = [key for key in one.group if key != one.effect and not _always(key, one.effect, equations)]
+    others = [key for key in finding.group if key != finding.effect and not _always(key, finding.effect, equations)]
     # One that stands for a rival on every flight fares as that does.
     first = [
         key for place, key in enumerate(others) if not any(_always(key, other, equations) for other in others[:place])
@@ -155,8 +161,8 @@ def _testable(one: Finding, equations: Equations) -> tuple[str, ...]:
     return tuple(key for key in first if effect(key, equations).applies(equations))[:MOST_RIVALS]
 
 
-def _always(one: str, other: str, equations: Equations) -> bool:
-    return one == effect(other, equations).stood_for_by or other == effect(one, equations).stood_for_by
+def _always(key: str, other: str, equations: Equations) -> bool:
+    return key == effect(other, equations).stood_for_by or other == effect(key, equations).stood_for_by
 
 
 class _Flights:
@@ -170,7 +176,7 @@ class _Flights:
         """All of them, those that are made for one of the effects first."""
 
         known = [effect(key, self._equations) for key in effects]
-        shown = {one for found in known for one in found.searching.shown_in(found.body)}
+        shown = {manner for effect in known for manner in effect.searching.shown_in(effect.body)}
 
         def others(trial: Trial) -> bool:
             return trial.shows not in shown
@@ -185,7 +191,7 @@ class _Flights:
     def _fly(self, trial: Trial) -> Dataset | None:
         robot = self._plant.robot
         usual = zip(robot.layouts.action, robot.recipe.dither, strict=True)
-        dither, rows = np.array([DITHER.get(*one) for one in usual]), round(trial.seconds / robot.dt)
+        dither, rows = np.array([DITHER.get(*command) for command in usual]), round(trial.seconds / robot.dt)
         logs = []
         for number, path in enumerate(trial.paths):
             noise = np.random.default_rng(number).standard_normal((rows, len(dither)))
@@ -195,12 +201,12 @@ class _Flights:
 
 
 def _outcome(
-    one: Finding, rivals: Sequence[str], library: Library, whitening: Whitening, flown: tuple[Trial, Dataset]
+    finding: Finding, rivals: Sequence[str], library: Library, whitening: Whitening, flown: tuple[Trial, Dataset]
 ) -> _Outcome:
     trial, data = flown
     values = library.null
-    for slot in (name for name in range(len(library.slots)) if library.slots[name].effect == one.effect):
-        values[slot] = one.values.get(library.slots[slot].parameter.name, float(values[slot]))
+    for slot in (name for name in range(len(library.slots)) if library.slots[name].effect == finding.effect):
+        values[slot] = finding.values.get(library.slots[slot].parameter.name, float(values[slot]))
     plain = Problem(library, data)
     segments = replace(plain.segments, measured=plain.states(values[None])[0])
     problem = Problem(library, data, segments)
@@ -213,46 +219,46 @@ def _outcome(
         left = min((fit.total for fit in fits), default=nothing)
         explained[key] = 1.0 - left / max(nothing, 1e-300)
         least = min(least, left)
-    return _Outcome(trial.words, explained, least / (GAIN * problems.whitening.freedom))
+    return _Outcome(trial.words, explained, least / (SETTINGS.gain * problems.whitening.freedom))
 
 
 def _hypotheses(library: Library, rivals: Sequence[Candidate]) -> list[Hypothesis]:
     """A fit from the null, and one from every start."""
-    found = []
-    for one in rivals:
-        for level in (None, *one.starts):
+    hypotheses = []
+    for candidate in rivals:
+        for level in (None, *candidate.starts):
             values = library.null
             if level is not None:
-                values[list(one.free[0])] = level
-            found.append(Hypothesis(one.free, values))
-    return found
+                values[list(candidate.free[0])] = level
+            hypotheses.append(Hypothesis(candidate.free, values))
+    return hypotheses
 
 
-def _advice(one: Finding, outcomes: Sequence[_Outcome], equations: Equations) -> str:
+def _advice(finding: Finding, outcomes: Sequence[_Outcome], equations: Equations) -> str:
     """What to fly, and what that shows; or that nothing which was tried would do."""
     parts = []
     if outcomes:
         best = max(outcomes, key=lambda outcome: outcome.left)
         shares = " and ".join(f"{key} explains {100 * part:.3g} %" for key, part in best.explained.items())
         if best.left > 1.0:
-            parts.append(f"{best.words}: there {shares} of what {one.effect} does")
+            parts.append(f"{best.words}: there {shares} of what {finding.effect} does")
         else:
             parts.append(f"none of {len(outcomes)} manoeuvres simulated (at best {best.words}: {shares} of it)")
-    return "; ".join([*parts, *_never(one, equations)])
+    return "; ".join([*parts, *_never(finding, equations)])
 
 
-def _untried(one: Finding, rivals: Sequence[str], equations: Equations) -> str:
-    never = _never(one, equations)
+def _untried(finding: Finding, rivals: Sequence[str], equations: Equations) -> str:
+    never = _never(finding, equations)
     if not rivals:
         return "; ".join(never)
     untried = "not simulated: there is no simulator for it"
-    return "; ".join([*never, f"{' or '.join(rivals)}: {untried}"]) if never else f"{one.separate_by} ({untried})"
+    return "; ".join([*never, f"{' or '.join(rivals)}: {untried}"]) if never else f"{finding.separate_by} ({untried})"
 
 
-def _never(one: Finding, equations: Equations) -> list[str]:
-    same = [key for key in one.group if key != one.effect and _always(key, one.effect, equations)]
+def _never(finding: Finding, equations: Equations) -> list[str]:
+    same = [key for key in finding.group if key != finding.effect and _always(key, finding.effect, equations)]
     if not same:
         return []
-    ways = [way for way in (effect(key, equations).of.weighed for key in (one.effect, *same)) if way]
+    ways = [way for way in (effect(key, equations).of.weighed for key in (finding.effect, *same)) if way]
     instead = f", but {ways[0]}" if ways else ""
     return [f"nothing in flight tells it from {' or '.join(same)}{instead}"]

@@ -15,11 +15,11 @@ class AssumedNoise:
 
     Args:
         sensors: standard deviation by state field: m, rad, rad/s.
-        pushes: standard deviation of disturbances, each constant over a fifth of a segment, by column.
+        disturbances: standard deviation of each, constant over a fifth of a segment, by column.
     """
 
     sensors: Mapping[str, float]
-    pushes: Mapping[str, float]
+    disturbances: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,8 @@ class Visible:
         effect, parameter, unit: which.
         smallest: deviation from the null value that would be found, for limits the value itself; None where none
             within the parameter's bounds would.
+        matters: deviation from which on a tenth of a prediction's error goes with the effect, for limits the value
+            itself; None where that is beyond the parameter's bounds, or where logs are too short to predict.
         like: effects that this manoeuvre cannot tell from it.
         always: effects that no manoeuvre tells from it.
         shown_by: the manoeuvre that shows it.
@@ -39,6 +41,7 @@ class Visible:
     parameter: str
     unit: str
     smallest: float | None
+    matters: float | None
     like: tuple[str, ...]
     always: tuple[str, ...]
     shown_by: str
@@ -65,7 +68,7 @@ class Plan:
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        seen = [one for one in self.visible if one.smallest is not None]
+        seen = [visible for visible in self.visible if visible.smallest is not None]
         return f"<Plan: {len(seen)} of {len(self.visible)} parameters visible in {self.seconds:.0f} s>"
 
     def _repr_html_(self) -> str:
@@ -74,13 +77,13 @@ class Plan:
     @property
     def pairs(self) -> tuple[tuple[str, str], ...]:
         """Pairs of effects that the manoeuvres leave inseparable, each once."""
-        found = {tuple(sorted((one.effect, other))) for one in self.visible for other in one.like}
+        found = {tuple(sorted((visible.effect, other))) for visible in self.visible for other in visible.like}
         return tuple(sorted((first, second) for first, second in found))
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``sym2real plan --json`` prints."""
         return {
-            "visible": [one.to_dict() for one in self.visible],
+            "visible": [visible.to_dict() for visible in self.visible],
             "inseparable": [list(pair) for pair in self.pairs],
             "seconds": self.seconds,
             "blocks": self.blocks,

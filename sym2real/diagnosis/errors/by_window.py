@@ -8,16 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.conditions import UNITS, features, over_windows
 from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.preparation import prepared
 from sym2real.diagnosis.data.start import ROWS, noise_level
 from sym2real.diagnosis.data.tangent import places_of_fields, tangents
 from sym2real.diagnosis.data.windows import channel_name, judged, predict_windows
-from sym2real.layout import HEIGHT, Layout
+from sym2real.layout import Layout
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import HEIGHT
 
 HORIZON = 0.5  # s
 BLOCK = 2.0  # s: pieces of a single log that stand for logs in the cross-validation
@@ -71,9 +73,9 @@ def window_errors(
             continue
         windows = predict_windows(predictor, trajectory, steps)
         tangent = layout.difference(windows.predicted[:, -1], windows.measured[:, -1]).numpy()
-        said = {name: over_windows(values, windows.rows, steps) for name, values in features(trajectory).items()}
-        parts.append((index, trajectory, windows.rows, tangent, said))
-    common = set.intersection(*(set(said) for *_, said in parts))
+        means = {name: over_windows(values, windows.rows, steps) for name, values in features(trajectory).items()}
+        parts.append((index, trajectory, windows.rows, tangent, means))
+    common = set.intersection(*(set(means) for *_, means in parts))
     log = np.concatenate([np.full(len(rows), index) for index, _, rows, _, _ in parts])
     start = np.concatenate([trajectory.time[rows] - trajectory.time[0] for _, trajectory, rows, _, _ in parts])
     tangents = np.concatenate([tangent for *_, tangent, _ in parts])
@@ -81,7 +83,7 @@ def window_errors(
     return WindowErrors(
         errors={name: np.linalg.norm(tangents[:, places], axis=1) for name, places in channels.items()},
         floor={name: _noise(dataset, places) for name, places in channels.items()},
-        features={name: np.concatenate([said[name] for *_, said in parts]) for name in UNITS if name in common},
+        features={name: np.concatenate([means[name] for *_, means in parts]) for name in UNITS if name in common},
         log=log,
         group=log if len(parts) > 1 else (start / BLOCK).astype(np.int64),
         start=start,
@@ -109,5 +111,5 @@ def named_channels(layout: Layout) -> dict[str, list[int]]:
 
 def _noise(dataset: Dataset, places: Sequence[int]) -> float:
     """Norm of the noise of some tangent components, median over logs."""
-    long_enough = (one for one in dataset if len(one) > ROWS)
-    return float(np.median([np.linalg.norm(noise_level(tangents(one)[:, list(places)])) for one in long_enough]))
+    long_enough = (log for log in dataset if len(log) > ROWS)
+    return float(np.median([np.linalg.norm(noise_level(tangents(log)[:, list(places)])) for log in long_enough]))

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from math import isnan
 from typing import TYPE_CHECKING, Any
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.conditions import Region
 from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.preparation import prepared
@@ -22,7 +23,7 @@ from sym2real.diagnosis.faults.report import DataReport, data_report
 from sym2real.errors import ShapeError
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Trajectory
 from sym2real.upward import upward
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ class Comparison:
 
     def __repr__(self) -> str:
         shown = self.at(JUDGED_AT) if self.horizons else self.one_step
-        errors = ", ".join(f"{name} {one.value:.3g} {one.unit}" for name, one in shown.errors.items())
+        errors = ", ".join(f"{name} {error.value:.3g} {error.unit}" for name, error in shown.errors.items())
         return f"<Comparison: {shown.horizon:g} s ahead {errors}>"
 
     def plot(self) -> Figure:
@@ -80,11 +81,11 @@ class Comparison:
             "one_step": self.one_step.to_dict(),
             "horizons": [errors.to_dict() for errors in self.horizons],
             "free_run": self.free_run.to_dict(),
-            "floor": [one.to_dict() for one in self.floor],
+            "floor": [floor.to_dict() for floor in self.floor],
             "start": self.start,
             "notes": list(self.notes),
-            "where": [one.to_dict() for one in self.where],
-            "worst": [one.to_dict() for one in self.worst],
+            "where": [where.to_dict() for where in self.where],
+            "worst": [segment.to_dict() for segment in self.worst],
             "residuals": None if self.residuals is None else self.residuals.to_dict(),
             "data": None if self.data is None else self.data.to_dict(),
         }
@@ -138,7 +139,7 @@ def compare(
         horizons=tuple(replace(table[round(horizon / dataset.dt)], horizon=horizon) for horizon in reachable),
         free_run=table[free],
         start=start,
-        notes=_notes(dataset, [one for one in horizons if one not in reachable], list(table.values())),
+        notes=_notes(dataset, [horizon for horizon in horizons if horizon not in reachable], list(table.values())),
         where=where_of(errors, region),
         worst=worst_segments(errors),
         data=about,
@@ -148,20 +149,20 @@ def compare(
 
 
 def _notes(data: Dataset, left_out: Sequence[float], errors: Sequence[HorizonErrors]) -> tuple[str, ...]:
-    said: dict[str, list[str]] = {}
+    horizons: dict[str, list[str]] = {}
     for trajectory in data:
         for note in trajectory.notes:
-            said.setdefault(note, []).append(trajectory.name)
+            horizons.setdefault(note, []).append(trajectory.name)
     notes = [
-        f"{'all logs' if len(names) == len(data) > 1 else ', '.join(names)}: {note}" for note, names in said.items()
+        f"{'all logs' if len(names) == len(data) > 1 else ', '.join(names)}: {note}" for note, names in horizons.items()
     ]
-    lost = {name: one.horizon for one in errors[::-1] for name, error in one.errors.items() if isnan(error.value)}
+    lost = {name: at.horizon for at in errors[::-1] for name, error in at.errors.items() if isnan(error.value)}
     if lost:
         found = ", ".join(f"{name} {horizon:g} s ahead" for name, horizon in lost.items())
         notes.append(f"the model predicts no number of {found}: check the units of its commands and its parameters")
     if left_out:
         notes.append(f"no log is long enough for horizons {left_out} s")
-    few = [f"{one.windows} {one.horizon:g} s ahead" for one in errors if one.too_few]
+    few = [f"{at.windows} {at.horizon:g} s ahead" for at in errors if at.too_few]
     if few:
         notes.append(f"too few windows for fit or skill: {', '.join(few)}")
     return tuple(notes)

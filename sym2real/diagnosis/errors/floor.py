@@ -1,4 +1,4 @@
-"""Errors that remain however good the model is: noise of the start and of the end, and small pushes in between.
+"""Errors that remain however good the model is: noise of the start and of the end, and small disturbances in between.
 
 The start of a window is estimated from noisy rows. How far off it is, is found by drawing the sensors' noise once more
 on top of the log and estimating again (a parametric bootstrap), so that the estimator is measured with its choices.
@@ -18,6 +18,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import Segments, compared_components, segment_length
 from sym2real.diagnosis.data.start import ROWS, Start, start_states
 from sym2real.diagnosis.data.windows import channel_name, channel_units, predict_windows
@@ -28,7 +29,6 @@ from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.layout import Layout
 from sym2real.protocols import DynamicsModel
-from sym2real.trajectory import Dataset
 
 DRAWS = 4
 MOST_WINDOWS = 60
@@ -81,7 +81,7 @@ def floor_of_noise(
 
 def _no_larger_than_one_step(noise: SensorNoise, model: DynamicsModel, data: Dataset) -> SensorNoise:
     layout, missed = data.layouts.state, []
-    for trajectory in (one for one in data if len(one) > ROWS):
+    for trajectory in (log for log in data if len(log) > ROWS):
         windows = predict_windows(model, trajectory, 1, "measured", stride=1)
         missed.append(layout.difference(windows.predicted[:, 0], windows.measured[:, 0]))
     together = torch.cat(missed)
@@ -98,6 +98,7 @@ def floor_of_explained(
     whitening: Whitening,
     horizons: Sequence[float],
     *,
+    noise: SensorNoise | None = None,
     seed: int = 0,
 ) -> tuple[Floor, ...]:
     """The floor of a model that misses nothing but noise and small disturbances.
@@ -108,6 +109,7 @@ def floor_of_explained(
         values: parameter set of the fully explained model ``# (P,)``.
         whitening: what noise and disturbances are.
         horizons: in s.
+        noise: of the sensors; by default what the whitening and, of what it does not compare, the logs show.
         seed: of the noise that is drawn.
     """
     steps = [round(horizon / library.equations.dt) for horizon in horizons]
@@ -116,13 +118,13 @@ def floor_of_explained(
         return ()
     windows = windows.some(MOST_WINDOWS)
     layout, problem = windows.layout, Problem(library, data, windows)
-    noise = SensorNoise.of(data).with_deviation(compared_components(layout)[0], whitening.sensor.numpy())
+    noise = noise or SensorNoise.of(data).with_deviation(compared_components(layout)[0], whitening.sensor.numpy())
     deviations = _start_deviations(data, windows, noise, np.random.default_rng(seed))  # (W, D, n)
     started = torch.einsum("wri,wdi->wrd", problem.start_jacobian(values), deviations).square().mean(-1)
-    pushes = disturbances(library.equations)
+    kinds = disturbances(library.equations)
     pieces = max(1, round(max(steps) * PIECES / segment_length(layout)))
-    power = torch.tensor([whitening.pushes[name] / size for name, size in pushes], dtype=torch.float64)
-    pushed = (problem.push_jacobian(values, pushes, pieces) * power[:, None]).square().sum((-1, -2))
+    power = torch.tensor([whitening.disturbances[name] / size for name, size in kinds], dtype=torch.float64)
+    pushed = (problem.disturbance_jacobian(values, kinds, pieces) * power[:, None]).square().sum((-1, -2))
     square = (started + pushed).mean(0).reshape(windows.length, -1) + torch.as_tensor(noise.of_a_row).square()
     return tuple(_floor(horizon, layout, square[count]) for horizon, count in zip(horizons, steps, strict=True))
 
@@ -133,13 +135,13 @@ def no_higher_than_reached(floor: Sequence[Floor], stages: Sequence[Stage]) -> t
     Variances that were estimated too large raise the floor; motors sampled fast made it four times what was reached.
     """
     lowered = []
-    for one in floor:
-        reached = [stage.horizons[one.horizon] for stage in stages if one.horizon in stage.horizons]
+    for level in floor:
+        reached = [stage.horizons[level.horizon] for stage in stages if level.horizon in stage.horizons]
         errors = {
             channel: (min([value, *(found[channel].value for found in reached)]), unit)
-            for channel, (value, unit) in one.errors.items()
+            for channel, (value, unit) in level.errors.items()
         }
-        lowered.append(Floor(one.horizon, errors))
+        lowered.append(Floor(level.horizon, errors))
     return tuple(lowered)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.preparation import prepared
 from sym2real.diagnosis.data.start import ROWS, SMALLEST_NOISE
 from sym2real.diagnosis.data.windows import UNIT_OF_KIND, channel_name, predict_windows
@@ -13,7 +14,7 @@ from sym2real.diagnosis.errors.residuals import Following, Residual, Residuals
 from sym2real.diagnosis.errors.serial import (
     autocorrelation,
     centred,
-    cross_correlation,
+    cross_correlations,
     cross_deviation,
     own_deviations,
     summed_lags,
@@ -21,7 +22,7 @@ from sym2real.diagnosis.errors.serial import (
 from sym2real.layout import Layout
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Array, Dataset
+from sym2real.trajectory import Array
 
 MEMORY = 0.5  # s: longest lag
 PIECE = 4  # the longest lag is at most this part of the longest log
@@ -59,9 +60,9 @@ def one_step_residuals(
     }
     components = {}
     for place, (name, unit) in enumerate(tangent_units(layout).items()):
-        found = residual_of(centred([rows[:, place] for rows in misses]), commands, lags, unit)
-        if found is not None:
-            components[name] = found
+        residual = residual_of(centred([rows[:, place] for rows in misses]), commands, lags, unit)
+        if residual is not None:
+            components[name] = residual
     return Residuals(dataset.dt, sum(map(len, misses)), lags, components)
 
 
@@ -82,7 +83,7 @@ def residual_of(pieces: Sequence[Array], commands: dict[str, list[Array]], lags:
     itself = autocorrelation(pieces, far)
     following = {
         name: Following(
-            np.array([cross_correlation(pieces, values, lag) for lag in range(-lags, lags + 1)]),
+            cross_correlations(pieces, values, lags),
             cross_deviation(rows, itself, autocorrelation(values, far)),
         )
         for name, values in commands.items()

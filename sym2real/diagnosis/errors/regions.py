@@ -9,25 +9,23 @@ cross-validation, R² > 0.15): a tree on the size of errors is weak evidence oth
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.conditions import UNITS, Region, training_range
 from sym2real.diagnosis.errors.by_window import HORIZON, WindowErrors, window_errors
-from sym2real.errors import DataError
-from sym2real.layout import HEIGHT, JOINT_ANGLE
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
-from sym2real.symbolic.storage import TRAINING, training_of
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.symbolic.storage import training_of
+from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import HEIGHT, JOINT_ANGLE
 
-SHOWN = 0.15  # R² on unseen logs that a statement needs
-ALIKE = 0.05  # R² by which a plainer feature (earlier in the list) may be worse
-LARGER = 1.5  # least error ratio that is worth a statement
 MOST = 3
 DEPTH, LEAF = 2, 0.05  # of a tree; smallest piece as a part of the windows
 FEWEST_IN_LEAF = 8
@@ -88,18 +86,20 @@ def _unit(channel: str) -> str:
     return "rad" if channel in ("attitude", "yaw", JOINT_ANGLE.name) else "m"
 
 
+@dataclass(frozen=True)
+class Trained:
+    """What ``training.json`` says of the rows."""
+
+    region: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+
 def training_region(folder: Path) -> dict[str, tuple[float, float]] | None:
     """Range of every column in the training rows of a model folder; None where it does not say.
 
     Raises:
         DataError: when ``training.json`` cannot be read.
     """
-    region = training_of(folder).get("region", {})
-    try:
-        return {column: (float(low), float(high)) for column, (low, high) in region.items()} or None
-    except (ValueError, AttributeError, TypeError, OverflowError) as error:
-        expected = "a JSON object with the range of every column under 'region'"
-        raise DataError(folder / TRAINING, expected, str(error)) from None
+    return training_of(folder, Trained).region or None
 
 
 def locate(
@@ -124,10 +124,10 @@ def locate(
 
 def where_of(errors: WindowErrors, region: Region | None = None) -> tuple[Where, ...]:
     """Statements on errors at hand; see :func:`locate`."""
-    found: list[Where] = []
+    regions: list[Where] = []
     targets = {name: np.log(values + errors.floor[name]) for name, values in errors.errors.items()}
     used: set[str] = set()
-    while len(found) < MOST:
+    while len(regions) < MOST:
         scored = [
             (_unseen_r2(values, targets[channel], errors.group), channel, feature)
             for channel in targets
@@ -135,17 +135,17 @@ def where_of(errors: WindowErrors, region: Region | None = None) -> tuple[Where,
             if feature not in used and np.ptp(values) > 0
         ]
         best = max((r2 for r2, *_ in scored), default=0.0)
-        if best <= SHOWN:
+        if best <= SETTINGS.statement_r2:
             break
-        alike = [one for one in scored if one[0] >= max(best - ALIKE, SHOWN)]
-        _, channel, feature = min(alike, key=lambda one: (list(UNITS).index(one[2]), -one[0]))
+        alike = [entry for entry in scored if entry[0] >= max(best - SETTINGS.statement_alike, SETTINGS.statement_r2)]
+        _, channel, feature = min(alike, key=lambda entry: (list(UNITS).index(entry[2]), -entry[0]))
         used.add(feature)
         statement = _statement(errors, channel, feature, targets[channel], region)
         if statement is not None:
-            found.append(statement)
+            regions.append(statement)
         # What this feature explains, in any channel, is said.
         targets = {name: target - _explained(errors.features[feature], target) for name, target in targets.items()}
-    return tuple(found)
+    return tuple(regions)
 
 
 def _tree(values: Array, target: Array) -> Any:
@@ -167,8 +167,8 @@ def _unseen_r2(values: Array, target: Array, group: NDArray[np.int64]) -> float:
         return 0.0
     fold = np.searchsorted(kinds, group) % min(FOLDS, len(kinds))
     predicted = np.empty_like(target)
-    for one in np.unique(fold):
-        unseen = fold == one
+    for part in np.unique(fold):
+        unseen = fold == part
         predicted[unseen] = _tree(values[~unseen], target[~unseen]).predict(values[unseen][:, None])
     spread = np.square(target - target.mean()).sum()
     return float(1.0 - np.square(target - predicted).sum() / spread) if spread > 0 else 0.0
@@ -180,7 +180,7 @@ def _statement(errors: WindowErrors, channel: str, feature: str, target: Array, 
     if inside.all():
         return None
     ratio = float(np.sqrt(np.square(size[inside]).mean() / max(np.square(size[~inside]).mean(), 1e-300)))
-    if ratio < LARGER:
+    if ratio < SETTINGS.statement_ratio:
         return None
     low, high = float(values[inside].min()), float(values[inside].max())
     known = None if region is None else training_range(feature, region)
@@ -188,10 +188,10 @@ def _statement(errors: WindowErrors, channel: str, feature: str, target: Array, 
     coverage = float(inside.mean())
     words = _range_in_words(feature, low, high, values)
     size_words = f"the {SAID.get(channel, channel)} error is {ratio:.1f}× larger"
-    said = f"where {words} {size_words}; {100 * coverage:.0f} % of the data"
+    statement = f"where {words} {size_words}; {100 * coverage:.0f} % of the data"
     if trained is not None:
-        said += f"; {'inside' if trained else 'outside'} the training region"
-    return Where(said, channel, feature, low, high, ratio, coverage, trained)
+        statement += f"; {'inside' if trained else 'outside'} the training region"
+    return Where(statement, channel, feature, low, high, ratio, coverage, trained)
 
 
 def _worst_range(values: Array, target: Array) -> NDArray[np.bool_]:
@@ -199,7 +199,7 @@ def _worst_range(values: Array, target: Array) -> NDArray[np.bool_]:
     predicted = _explained(values, target)
     order = np.argsort(values, kind="stable")
     levels = predicted[order]
-    bad = levels >= 0.5 * (levels.max() + target.mean())
+    bad = 2 * levels >= levels.max() + target.mean()
     first = int(np.argmax(levels))
     before, after = np.flatnonzero(~bad[:first]), np.flatnonzero(~bad[first:])
     start = before[-1] + 1 if len(before) else 0
@@ -228,12 +228,12 @@ def worst_segments(errors: WindowErrors, channels: Sequence[str] = (), count: in
     """
     chosen = list(channels or errors.errors)
     ratios = np.stack([errors.errors[channel] / errors.floor[channel] for channel in chosen])  # (channels, windows)
-    found: list[Segment] = []
+    segments: list[Segment] = []
     for place in np.argsort(-ratios, axis=None):
         channel, index = chosen[place // ratios.shape[1]], int(place % ratios.shape[1])
         name, start, end = errors.names[errors.log[index]], float(errors.start[index]), float(errors.end[index])
-        if all(one.log != name or end <= one.start or start >= one.end for one in found):
-            found.append(Segment(name, start, end, channel, float(errors.errors[channel][index])))
-        if len(found) == count:
+        if all(segment.log != name or end <= segment.start or start >= segment.end for segment in segments):
+            segments.append(Segment(name, start, end, channel, float(errors.errors[channel][index])))
+        if len(segments) == count:
             break
-    return tuple(found)
+    return tuple(segments)

@@ -9,14 +9,15 @@ model lacks. Bands are those of :mod:`sym2real.diagnosis.errors.serial`.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
 from scipy.stats import norm
 
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.trajectory import Array
 
-CHANCE = 0.05
 # A command that answers the noise of a measured row meets it again in the residual up to this lag: a velocity by
 # differences has noise of two rows.
 ANSWERED = 1
@@ -99,79 +100,82 @@ class Residuals:
     @property
     def command_bar(self) -> float:
         """Deviations that the largest causal correlation with any command stays below, likewise."""
-        return _bar(sum(len(one.commands) for one in self.components.values()) * (self.lags + 1))
+        return _bar(sum(len(residual.commands) for residual in self.components.values()) * (self.lags + 1))
 
     @property
     def coloured(self) -> tuple[str, ...]:
         """Components whose residual is not white beyond what noise makes, the clearest first."""
-        worst = {name: one.worst()[0] for name, one in self.components.items()}
+        worst = {name: residual.worst()[0] for name, residual in self.components.items()}
         return tuple(sorted((name for name in worst if worst[name] > self.white_bar), key=lambda name: -worst[name]))
 
     def suspicious(self) -> dict[str, str]:
         """Commands that a residual follows, each with the component that does so most clearly."""
         found: dict[str, tuple[float, str]] = {}
         for name, residual in self.components.items():
-            for command, one in residual.commands.items():
-                size = float(np.abs(one.causal).max()) / one.deviation
+            for command, following in residual.commands.items():
+                size = float(np.abs(following.causal).max()) / following.deviation
                 if size > max(self.command_bar, found.get(command, (0.0, ""))[0]):
                     found[command] = size, name
         return {command: name for command, (_, name) in found.items()}
 
     def lines(self) -> list[str]:
         """What a person should know, a sentence each."""
-        said = [self._following(name, command) for command, name in self.suspicious().items()]
+        sentences = [self._following(name, command) for command, name in self.suspicious().items()]
         if not self.components:
-            return said
+            return sentences
         if not self.coloured:
-            return ["the one-step residuals are white, but for what sensor noise makes", *said]
-        return [self._coloured(), *said]
+            return ["the one-step residuals are white, but for what sensor noise makes", *sentences]
+        return [self._coloured(), *sentences]
 
     def _coloured(self) -> str:
         first = self.coloured[0]
-        one, (_, lag) = self.components[first], self.components[first].worst()
-        band = self.white_bar * one.deviations[lag - 1]
+        residual, (_, lag) = self.components[first], self.components[first].worst()
+        band = self.white_bar * residual.deviations[lag - 1]
         count = f"{len(self.coloured)} of {len(self.components)} components"
-        most = f"{first} most, {_rows(lag)} apart (r {one.autocorrelation[lag - 1]:.2f}, band {band:.2f})"
+        most = f"{first} most, {_rows(lag)} apart (r {residual.autocorrelation[lag - 1]:.2f}, band {band:.2f})"
         return f"the one-step residuals are not white in {count}: {most}"
 
     def _following(self, name: str, command: str) -> str:
-        one = self.components[name].commands[command]
-        band = self.command_bar * one.deviation
-        extremes = (int(one.causal.argmax()), int(one.causal.argmin()))
+        following = self.components[name].commands[command]
+        band = self.command_bar * following.deviation
+        extremes = (int(following.causal.argmax()), int(following.causal.argmin()))
         # The later one first: a delay shows as what came so many rows earlier, less what comes now.
-        lags = sorted((lag for lag in extremes if abs(one.causal[lag]) > band), reverse=True)
+        lags = sorted((lag for lag in extremes if abs(following.causal[lag]) > band), reverse=True)
         names = (command, "it")
-        said = [
-            f"{_verb(one.causal[lag], what)} {_when(lag)} (r {one.causal[lag]:.2f})"
+        clauses = [
+            f"{_verb(following.causal[lag], what)} {_when(lag)} (r {following.causal[lag]:.2f})"
             for lag, what in zip(lags, names, strict=False)
         ]
-        noise = "; a loop that answers sensor noise may do that" if lags[0] <= ANSWERED and one.answers_noise else ""
-        return f"the residual of {name} {' and '.join(said)}, band {band:.2f}{noise}"
+        noise = (
+            "; a loop that answers sensor noise may do that" if lags[0] <= ANSWERED and following.answers_noise else ""
+        )
+        return f"the residual of {name} {' and '.join(clauses)}, band {band:.2f}{noise}"
 
     def to_dict(self) -> dict[str, Any]:
         """The object ``residuals`` that ``compare --json`` prints; bands are of 95 %, each lag for itself."""
         pointwise = _bar(1)
         components = {
             name: {
-                "deviation": one.deviation,
-                "unit": one.unit,
+                "deviation": residual.deviation,
+                "unit": residual.unit,
                 "white": name not in self.coloured,
                 "autocorrelation": {
-                    "values": one.autocorrelation.tolist(),
-                    "band": (pointwise * one.deviations).tolist(),
+                    "values": residual.autocorrelation.tolist(),
+                    "band": (pointwise * residual.deviations).tolist(),
                 },
                 "commands": {
                     command: {"values": other.correlation.tolist(), "band": pointwise * other.deviation}
-                    for command, other in one.commands.items()
+                    for command, other in residual.commands.items()
                 },
             }
-            for name, one in self.components.items()
+            for name, residual in self.components.items()
         }
         return {"dt": self.dt, "rows": self.rows, "lags": self.lags, "components": components, "lines": self.lines()}
 
 
+@cache
 def _bar(tests: int) -> float:
-    return float(norm.isf(CHANCE / 2 / max(tests, 1)))
+    return float(norm.isf(SETTINGS.residual_chance / 2 / max(tests, 1)))
 
 
 def _rows(count: int) -> str:

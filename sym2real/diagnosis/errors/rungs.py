@@ -11,16 +11,15 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import WARM_UP, Segments, compared_components
 from sym2real.diagnosis.data.start import ROWS, start_states
 from sym2real.diagnosis.data.windows import HORIZONS, STRIDE, channel_errors, channel_units
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
-from sym2real.trajectory import Array, Dataset
+from sym2real.trajectory import Array
 
 RESAMPLES = 200
-# Part of an error whose coming or going matters.
-LEAST_FALL = 0.10
 
 
 @dataclass(frozen=True)
@@ -55,7 +54,7 @@ class Stage:
         Raises:
             ValueError: when there is none.
         """
-        return min(self.horizons, key=lambda one: abs(one - horizon))
+        return min(self.horizons, key=lambda known: abs(known - horizon))
 
     def to_dict(self) -> dict[str, Any]:
         """The entry of ``ladder`` in docs/method.md, "Answers as files"."""
@@ -113,7 +112,7 @@ def horizons_for(data: Dataset, longest: float | None = None, after: float = 0.0
     """
     rows = max(len(trajectory) - 1 - _first_start(len(trajectory), after) for trajectory in data)
     last = None if longest is None else min(longest, rows * data.dt)
-    wanted = HORIZONS if last is None else (*(one for one in HORIZONS if one < last), last)
+    wanted = HORIZONS if last is None else (*(horizon for horizon in HORIZONS if horizon < last), last)
     return tuple(horizon for horizon in wanted if 1 <= round(horizon / data.dt) <= rows)
 
 
@@ -144,7 +143,7 @@ def ladder(
         horizons: in s, of :func:`horizons_for`.
         after: part of every log behind which windows start.
     """
-    steps = {one: round(one / library.equations.dt) for one in horizons}
+    steps = {horizon: round(horizon / library.equations.dt) for horizon in horizons}
     if not steps:
         return []
     windows = windows_of(data, max(steps.values()), after)

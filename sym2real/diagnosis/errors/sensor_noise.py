@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import component_noise
 from sym2real.diagnosis.data.tangent import places_of_columns
-from sym2real.trajectory import Array, Dataset, Trajectory
-
-# A velocity that differs from the change of the logged position by less than this part of its spread is that change.
-DIFFERENCED = 0.02
+from sym2real.diagnosis.settings import SETTINGS
+from sym2real.layout import Layout
+from sym2real.trajectory import Array, Trajectory
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,15 +33,20 @@ class SensorNoise:
     @classmethod
     def of(cls, data: Dataset) -> SensorNoise:
         """As third differences of the logs show it."""
-        places = places_of_columns(data.layouts.state)
-        pairs = {places[f"v{name}"]: place for name, place in places.items() if f"v{name}" in places}
-        columns = {place: name for name, place in places.items()}
+        columns = {place: name for name, place in places_of_columns(data.layouts.state).items()}
         found = {
             velocity: position
-            for velocity, position in pairs.items()
+            for velocity, position in _velocities(data.layouts.state).items()
             if all(_is_difference(trajectory, columns[position], columns[velocity]) for trajectory in data)
         }
         return cls(component_noise(data), found, data.dt)
+
+    @classmethod
+    def assumed(cls, sensors: Mapping[str, float], data: Dataset) -> SensorNoise:
+        """Standard deviations by state field, for data without noise; velocities are differences of positions."""
+        layout = data.layouts.state
+        deviation = [sensors.get(field.name, 0.0) for field in layout.fields for _ in range(field.tangent_size)]
+        return cls(np.array(deviation), _velocities(layout), data.dt)
 
     def with_deviation(self, places: tuple[int, ...], deviation: Array) -> SensorNoise:
         """The same with other sizes for some components."""
@@ -67,7 +73,13 @@ class SensorNoise:
         return replace(trajectory, state=state)
 
 
+def _velocities(layout: Layout) -> dict[int, int]:
+    """Tangent place of each velocity, with that of its position."""
+    places = places_of_columns(layout)
+    return {places[f"v{name}"]: place for name, place in places.items() if f"v{name}" in places}
+
+
 def _is_difference(trajectory: Trajectory, position: str, velocity: str) -> bool:
     changes = np.diff(trajectory.column(position)) / np.diff(trajectory.time)
     logged = trajectory.column(velocity)[1:]
-    return bool(np.std(changes - logged) <= DIFFERENCED * max(float(np.std(logged)), 1e-9))
+    return bool(np.std(changes - logged) <= SETTINGS.differenced * max(float(np.std(logged)), 1e-9))

@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from sym2real.trajectory import Array
 
@@ -29,19 +30,21 @@ def centred(pieces: Sequence[Array]) -> list[Array]:
     return [piece - piece.mean() for piece in pieces if len(piece) >= SHORTEST]
 
 
-def cross_correlation(later: Sequence[Array], earlier: Sequence[Array], lag: int) -> float:
-    """Correlation of ``later`` with ``earlier`` so many rows before, over pieces that do not touch.
+def cross_correlations(later: Sequence[Array], earlier: Sequence[Array], lags: int) -> Array:
+    """Correlations of ``later`` with ``earlier`` −lags … lags rows before, over pieces that do not touch.
 
     Args:
         later, earlier: centred pieces in the same order ``# (rows,)`` each, a pair of one length.
-        lag: rows; negative where ``later`` comes first.
+        lags: rows; with a negative lag ``later`` comes first.
+
+    Returns:
+        ``# (2 lags + 1,)``.
     """
-    pairs = list(zip(later, earlier, strict=True))
-    size = np.sqrt(sum(float(one @ one) for one in later) * sum(float(one @ one) for one in earlier))
-    if lag < 0:
-        pairs, lag = [(other, one) for one, other in pairs], -lag
-    shared = sum(float(one[lag:] @ other[: len(other) - lag]) for one, other in pairs if len(one) > lag)
-    return float(shared / size) if size > 0 else 0.0
+    shared = np.zeros(2 * lags + 1)
+    for first, other in zip(later, earlier, strict=True):
+        shared += sliding_window_view(np.pad(other, lags), len(first))[::-1] @ first
+    size = np.sqrt(sum(float(piece @ piece) for piece in later) * sum(float(piece @ piece) for piece in earlier))
+    return shared / size if size > 0 else shared
 
 
 def autocorrelation(pieces: Sequence[Array], lags: int) -> Array:
@@ -60,14 +63,14 @@ def summed_lags(pieces: Sequence[Array]) -> int:
     return max(1, int(SUMMED * max(map(len, pieces))))
 
 
-def cross_deviation(rows: int, one: Array, other: Array) -> float:
+def cross_deviation(rows: int, first: Array, other: Array) -> float:
     """Standard deviation of the correlation at any lag of two independent series.
 
     Args:
         rows: of all pieces together.
-        one, other: their autocorrelations from lag 1 on ``# (lags,)``; biased, so that far lags count less.
+        first, other: their autocorrelations from lag 1 on ``# (lags,)``; biased, so that far lags count less.
     """
-    inflated = 1.0 + 2.0 * float(one @ other)
+    inflated = 1.0 + 2.0 * float(first @ other)
     # A sum of estimates may come out below what white series have; that is no reason to be surer.
     return float(np.sqrt(max(inflated, 1.0) / rows))
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
-from typing import TypeVar
 
 import numpy as np
 import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.preparation import prepared
 from sym2real.diagnosis.data.start import ROWS, start_states
@@ -18,9 +18,8 @@ from sym2real.diagnosis.errors.skill import prediction_errors
 from sym2real.effects.sensors import MeasuredModel
 from sym2real.errors import ShapeError
 from sym2real.symbolic import Equations, rollout
-from sym2real.trajectory import Array, Dataset, Trajectory
-
-Values = TypeVar("Values", Array, Tensor)
+from sym2real.symbolic.predicting import Values
+from sym2real.trajectory import Trajectory
 
 
 @lru_cache(maxsize=32)
@@ -42,13 +41,18 @@ def _tensor(values: ArrayLike) -> Tensor:
     return torch.as_tensor(np.asarray(values, dtype=np.float64))
 
 
+def _steps(horizon: float, dt: float) -> int:
+    steps = round(horizon / dt)
+    if steps < 1:
+        raise ShapeError(f"expected a horizon of at least one time step, {dt:g} s, found {horizon} s")
+    return steps
+
+
 def simulate(equations: Equations, log: Trajectory, horizon: float | None = None) -> Trajectory:
     """See :meth:`~sym2real.Equations.simulate`."""
     model, logs = prepared(equations, Dataset([log]))
     ready = logs[0]
-    steps = len(ready) - 1 if horizon is None else round(horizon / ready.dt)
-    if steps < 1:
-        raise ShapeError(f"expected a horizon of at least one time step, {ready.dt:g} s, found {horizon} s")
+    steps = len(ready) - 1 if horizon is None else _steps(horizon, ready.dt)
     state = ready.state.copy()
     for first in range(0, len(ready) - 1, steps):
         rows = slice(first, min(first + steps, len(ready) - 1))
@@ -63,8 +67,5 @@ def simulate(equations: Equations, log: Trajectory, horizon: float | None = None
 def score(equations: Equations, data: Dataset | Trajectory, horizon: float) -> dict[str, float]:
     """See :meth:`~sym2real.Equations.score`."""
     model, logs = prepared(equations, long_enough(data))
-    steps = round(horizon / logs.dt)
-    if steps < 1:
-        raise ShapeError(f"expected a horizon of at least one time step, {logs.dt:g} s, found {horizon} s")
-    (errors,) = prediction_errors(model, logs, [steps], "smoothed", ())
+    (errors,) = prediction_errors(model, logs, [_steps(horizon, logs.dt)], "smoothed", ())
     return {channel: error.fit for channel, error in errors.errors.items()}

@@ -11,18 +11,17 @@ from typing import Any
 import numpy as np
 from torch import Tensor
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.start import ROWS, Start
 from sym2real.diagnosis.data.windows import Windows, channel_errors, channel_units, predict_windows
 from sym2real.diagnosis.errors.floor import Floor
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.layout import Layout
 from sym2real.protocols import DynamicsModel
-from sym2real.trajectory import Array, Dataset
+from sym2real.trajectory import Array
 
 # Steps to the mean of rotations, each of which squares the error of the one before.
 MEAN_STEPS = 4
-# Windows begin every 0.1 s: over less than a second of starts a robot hardly moves, and what is large beside that is
-# not large.
-FEWEST_WINDOWS = 10
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,7 @@ class ChannelError:
 
         Not a number of fewer than ten windows.
         """
-        if self.windows < FEWEST_WINDOWS:
+        if self.windows < SETTINGS.fewest_pieces:
             return math.nan
         return 1.0 - self.value / self.hold if self.hold > 0 else 0.0
 
@@ -134,12 +133,12 @@ def _summary(windows: Sequence[Windows], step: int, dataset: Dataset, floor: Flo
     errors = [window.errors(step) for window in windows]
     holds = [window.hold_errors(step) for window in windows]
     off_means = [off_the_mean(window.layout, window.measured[:, step - 1]) for window in windows]
-    varied = sum(len(window.rows) for window in windows) >= FEWEST_WINDOWS * len(windows)
+    varied = sum(len(window.rows) for window in windows) >= SETTINGS.fewest_pieces * len(windows)
     channels = {
         channel: _channel_error(
-            np.concatenate([one[channel] for one in errors]),
-            np.concatenate([one[channel] for one in holds]),
-            np.concatenate([one[channel] for one in off_means]) if varied else None,
+            np.concatenate([error[channel] for error in errors]),
+            np.concatenate([hold[channel] for hold in holds]),
+            np.concatenate([mean[channel] for mean in off_means]) if varied else None,
             math.nan if floor is None else floor.errors[channel][0],
             unit,
         )

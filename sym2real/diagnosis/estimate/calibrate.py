@@ -15,19 +15,21 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.estimate.fit import Fit, Free, Hypothesis, Problems
 from sym2real.diagnosis.estimate.flying import fly
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.plants import MujocoPlant
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
 
 # A car's figure of eight takes 300 rows: of its first half alone the base's own errors look like an arm to one side.
-MOST_LOGS, MOST_ROWS, FEWEST_ROWS = 8, 400, 100
-# Part of the noise's loss that an effect of the base's own must save, their number, and Gauss–Newton steps.
-GAIN, MOST_EFFECTS, STEPS = 0.001, 8, 2
+MOST_LOGS, MOST_ROWS = 8, 400
+# Number of effects of the base's own, and Gauss–Newton steps.
+MOST_EFFECTS, STEPS = 8, 2
 # Rows over which a path is smoothed, and over which changes of a command count as quick.
 SMOOTHING, QUICK = 9, 15
 
@@ -41,7 +43,7 @@ def _smoothed(columns: Array, rows: int) -> Array:
 def simulated(plant: MujocoPlant, data: Dataset) -> Dataset | None:
     """The logs' manoeuvres in the plain simulator; None where none of them can be flown."""
     flights = [_flight(plant, trajectory) for trajectory in list(data)[:MOST_LOGS]]
-    long_enough = [flight for flight in flights if len(flight) >= FEWEST_ROWS]
+    long_enough = [flight for flight in flights if len(flight) >= SETTINGS.base_rows]
     return Dataset(long_enough) if long_enough else None
 
 
@@ -98,7 +100,14 @@ class Calibration:
         """
         here = Hypothesis(free, self.origin)
         (fit,) = Problems.of(self.problem, self.whitening).quadratics([here], with_nuisance=False)
-        return by_log(fit.gradient, self.problem.log_names, logs)
+        smooth = torch.tensor([all(self._is_smooth(slot) for slot in tied) for tied in free])
+        return by_log(torch.where(smooth, fit.gradient, 0.0), self.problem.log_names, logs)
+
+    def _is_smooth(self, slot: int) -> bool:
+        """Whether errors have a slope at the parameter's null: an effect that begins at a threshold may jump there."""
+        library = self.problem.library
+        key = library.slots[slot].effect
+        return not key or library.effects[key].searching.from_null
 
 
 def by_log(gradient: Tensor, own: Sequence[str], logs: Sequence[str]) -> Tensor:
@@ -109,7 +118,7 @@ def by_log(gradient: Tensor, own: Sequence[str], logs: Sequence[str]) -> Tensor:
         own: name of its log.
         logs: names that are asked for.
     """
-    means = {name: gradient[[one == name for one in own]].mean(0) for name in dict.fromkeys(own)}
+    means = {name: gradient[[owner == name for owner in own]].mean(0) for name in dict.fromkeys(own)}
     others = torch.stack(list(means.values())).mean(0)
     return torch.stack([means.get(name, others) for name in logs])
 
@@ -129,11 +138,11 @@ def calibrated(library: Library, candidates: Sequence[Candidate], data: Dataset,
     spread = Spread.of(problem, library.null)
     whitening = spread.like(variances)
     problems = Problems.of(problem, whitening)
-    smooth = [one for one in candidates if not one.needs_start]
-    free = tuple(dict.fromkeys(tied for one in smooth for tied in one.free))
+    smooth = [candidate for candidate in candidates if not candidate.needs_start]
+    free = tuple(dict.fromkeys(tied for candidate in smooth for tied in candidate.free))
     everything = problems.quadratics([Hypothesis(free, library.null)])[0]
-    chosen = _worth_it(problems, everything, smooth, GAIN * whitening.freedom)
-    hypothesis = Hypothesis(tuple(tied for one in chosen for tied in one.free), library.null)
+    chosen = _worth_it(problems, everything, smooth, SETTINGS.base_gain * whitening.freedom)
+    hypothesis = Hypothesis(tuple(tied for candidate in chosen for tied in candidate.free), library.null)
     return Calibration(problem, spread, whitening, problems.fit([hypothesis], STEPS)[0].values)
 
 
@@ -144,14 +153,14 @@ def _worth_it(problems: Problems, everything: Fit, rivals: Sequence[Candidate], 
     saved = 0.0
     while len(chosen) < MOST_EFFECTS:
         trials = []
-        for one in (one for one in rivals if one not in chosen):
-            part = everything.part([places[tied] for other in (*chosen, one) for tied in other.free])
+        for candidate in (candidate for candidate in rivals if candidate not in chosen):
+            part = everything.part([places[tied] for other in (*chosen, candidate) for tied in other.free])
             step = problems.best_step(part)
             change = 2 * part.gradient.sum(0) @ step + step @ part.curvature.sum(0) @ step
-            trials.append((-float(change), one.name, one))
+            trials.append((-float(change), candidate.name, candidate))
         best = max(trials, default=None)
         if best is None or best[0] - saved < least:
             break
-        saved, _, one = best
-        chosen.append(one)
+        saved, _, candidate = best
+        chosen.append(candidate)
     return chosen

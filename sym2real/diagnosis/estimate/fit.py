@@ -80,6 +80,24 @@ class Fit:
             curvature=self.curvature[:, index][:, :, index],
         )
 
+    def without(self, places: Sequence[int], step: Tensor) -> Fit:
+        """The same with some of the free parameters moved by a step ``# (len(places),)`` and no longer free."""
+        rest = [place for place in range(len(self.whole)) if place not in places]
+        gone, across = self.curvature[:, places][:, :, places], self.curvature[:, rest][:, :, places]
+        gradient = self.gradient[:, places]
+        return replace(
+            self,
+            free=tuple(tied for place, tied in enumerate(self.free) if place not in places),
+            loss=self.loss + 2 * gradient @ step + torch.einsum("a,sab,b->s", step, gone, step),
+            gradient=self.gradient[:, rest] + across @ step,
+            curvature=self.curvature[:, rest][:, :, rest],
+        )
+
+    def after(self, step: Tensor) -> Tensor:
+        """Loss of every segment, or fold, by its quadratic model after a step of its own ``# (S, A) -> (S,)``."""
+        quadratic = torch.einsum("sa,sab,sb->s", step, self.curvature, step)
+        return self.loss + 2 * (self.gradient * step).sum(1) + quadratic
+
     def of_segments(self, which: Tensor) -> Fit:
         """The same for some segments only."""
         parts = (self.loss[which], self.gradient[which], self.curvature[which])
@@ -124,14 +142,14 @@ class Problems:
         """Losses and derivatives where the hypotheses stand."""
         if not hypotheses:
             return []
-        sets = torch.stack([one.values for one in hypotheses])
-        held = [self._held(one.free) if with_nuisance else () for one in hypotheses]
-        whole = [(*one.free, *others) for one, others in zip(hypotheses, held, strict=True)]
+        sets = torch.stack([hypothesis.values for hypothesis in hypotheses])
+        held = [self._held(hypothesis.free) if with_nuisance else () for hypothesis in hypotheses]
+        whole = [(*hypothesis.free, *others) for hypothesis, others in zip(hypotheses, held, strict=True)]
         fits: list[Fit] = []
-        for one, others, columns in zip(hypotheses, held, self.problem.linearised(sets, whole), strict=True):
+        for hypothesis, others, columns in zip(hypotheses, held, self.problem.linearised(sets, whole), strict=True):
             products = self.whitening.products(columns)
             parts = (products[:, 0, 0], products[:, 1:, 0], products[:, 1:, 1:])
-            fits.append(Fit(one.free, others, one.values, *parts))
+            fits.append(Fit(hypothesis.free, others, hypothesis.values, *parts))
         return fits
 
     def _held(self, free: Free) -> Free:
@@ -141,7 +159,7 @@ class Problems:
     def fit(self, hypotheses: Sequence[Hypothesis], steps: int) -> list[Fit]:
         """Gauss–Newton with a line search, all hypotheses in one rollout per step."""
         fits = self.quadratics(hypotheses)
-        open_fits = [bool(one.whole) for one in fits]
+        open_fits = [bool(started.whole) for started in fits]
         for _ in range(steps):
             waiting = [i for i, is_open in enumerate(open_fits) if is_open]
             if not waiting:
@@ -188,18 +206,30 @@ class Problems:
         Args:
             fit: where its parameters are best, or the quadratic model's best is taken (bounds are heeded).
         """
+        return self.left_out(self.by_fold(fit))
+
+    def by_fold(self, fit: Fit) -> Fit:
+        """The same summed over the segments of every fold."""
         index = torch.as_tensor(self.folds)
         count = int(index.max()) + 1
-        loss = torch.zeros(count, dtype=torch.float64).index_add(0, index, fit.loss)
-        size = len(fit.whole)
-        if not size:
-            return loss
-        gradient = torch.zeros(count, size, dtype=torch.float64).index_add(0, index, fit.gradient)
-        curvature = torch.zeros(count, size, size, dtype=torch.float64).index_add(0, index, fit.curvature)
-        others_g, others_h = gradient.sum(0) - gradient, curvature.sum(0) - curvature
-        step = self._within(fit, solve(others_h, -others_g))
-        quadratic = torch.einsum("fa,fab,fb->f", step, curvature, step)
-        return loss + 2 * (gradient * step).sum(1) + quadratic
+        loss, gradient, curvature = (
+            part.new_zeros(count, *part.shape[1:]).index_add(0, index, part)
+            for part in (fit.loss, fit.gradient, fit.curvature)
+        )
+        return replace(fit, loss=loss, gradient=gradient, curvature=curvature)
+
+    def left_out(self, fit: Fit) -> Tensor:
+        """As :meth:`held_out`, of a fit that is summed by fold."""
+        return fit.after(self._steps_of_others(fit))
+
+    def held_out_segments(self, fit: Fit) -> Tensor:
+        """As :meth:`held_out`, of every segment ``# (S,)``."""
+        return fit.after(self._steps_of_others(self.by_fold(fit))[torch.as_tensor(self.folds)])
+
+    def _steps_of_others(self, fit: Fit) -> Tensor:
+        """For every fold the step to the minimum of the quadratic model of the other folds ``# (folds, A)``."""
+        others_g, others_h = fit.gradient.sum(0) - fit.gradient, fit.curvature.sum(0) - fit.curvature
+        return self._within(fit, solve(others_h, -others_g)) if fit.whole else others_g
 
     def _within(self, fit: Fit, step: Tensor) -> Tensor:
         """The step, cut where it leaves the bounds."""

@@ -15,14 +15,13 @@ from torch import Tensor
 
 from sym2real.diagnosis.estimate.fit import CONVERGED, LINE_SEARCH, Fit, Free, Hypothesis, Problems
 from sym2real.diagnosis.predict.candidate import Candidate
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.trajectory import Array
 
 # Gauss–Newton steps from the start, and from the result with another whitening.
 STEPS, AGAIN = 4, 2
 # Precision of a parameter beforehand, in units of its scale.
 PRIOR = 1.0
-# Part of the loss that an effect must save by itself to be in the fit when its null is no place to start from.
-STARTED = 0.02
 # Part of a curvature that may be rounding: what is left of it after the free starts of segments are projected out.
 ROUNDING = 1e-9
 
@@ -36,9 +35,9 @@ def overfitted(problems: Problems, tried: Sequence[Candidate], start: Tensor, la
         start: where the fit starts, the mean of the priors ``# (P,)``.
         last: result with an earlier whitening, to go on from ``# (P,)``.
     """
-    smooth, others = ([one for one in tried if one.needs_start is flag] for flag in (False, True))
+    smooth, others = ([candidate for candidate in tried if candidate.needs_start is flag] for flag in (False, True))
     if last is not None:
-        kept = [one for one in others if last[one.free[0][0]] != start[one.free[0][0]]]
+        kept = [candidate for candidate in others if last[candidate.free[0][0]] != start[candidate.free[0][0]]]
         return _fitted(problems, [*smooth, *kept], _centre(start, last, kept), last, AGAIN)
     away, started = _with_a_start(problems, others, start)
     fits = [_fitted(problems, smooth, start, start, STEPS)]
@@ -50,13 +49,13 @@ def overfitted(problems: Problems, tried: Sequence[Candidate], start: Tensor, la
 
 def _centre(start: Tensor, last: Tensor, kept: Sequence[Candidate]) -> Tensor:
     """Means of the priors: those of effects whose null is infinitely far are where they have been found."""
-    centre, slots = start.clone(), [slot for one in kept for slot in one.slots]
+    centre, slots = start.clone(), [slot for candidate in kept for slot in candidate.slots]
     centre[slots] = last[slots]
     return centre
 
 
 def _fitted(problems: Problems, chosen: Sequence[Candidate], centre: Tensor, values: Tensor, steps: int) -> Tensor:
-    free = tuple(dict.fromkeys(tied for one in chosen for tied in one.free))
+    free = tuple(dict.fromkeys(tied for candidate in chosen for tied in candidate.free))
     for _ in range(steps):
         values, open_still = improved(problems, free, values, centre)
         if not open_still:
@@ -66,15 +65,15 @@ def _fitted(problems: Problems, chosen: Sequence[Candidate], centre: Tensor, val
 
 def _with_a_start(problems: Problems, rivals: Sequence[Candidate], values: Tensor) -> tuple[Tensor, list[Candidate]]:
     """The parameter set with the one rival that saves most by itself, if any saves much."""
-    trials = [(one, level) for one in rivals for level in one.starts]
+    trials = [(candidate, level) for candidate in rivals for level in candidate.starts]
     if not trials:
         return values, []
     sets = values.repeat(len(trials) + 1, 1)
-    for row, (one, level) in enumerate(trials, 1):
-        sets[row, list(one.free[0])] = level
+    for row, (candidate, level) in enumerate(trials, 1):
+        sets[row, list(candidate.free[0])] = level
     losses = problems.whitening.loss(problems.problem.residuals(sets)).sum(1)
     best = int(losses[1:].argmin())
-    if float(losses[best + 1]) > (1 - STARTED) * float(losses[0]):
+    if float(losses[best + 1]) > (1 - SETTINGS.started) * float(losses[0]):
         return values, []
     return sets[best + 1], [trials[best][0]]
 
@@ -103,8 +102,8 @@ def _bounded_step(problems: Problems, fit: Fit, centre: Tensor) -> Tensor:
     lower = lower_factor(curvature)
     low, high = (((bound[slots] - values) / unit).numpy() for bound in library.bounds)
     target = -np.linalg.solve(lower, gradient)
-    found = lsq_linear(lower.T, target, (np.minimum(low, -1e-12), np.maximum(high, 1e-12)), method="bvls")
-    return torch.as_tensor(found.x)
+    result = lsq_linear(lower.T, target, (np.minimum(low, -1e-12), np.maximum(high, 1e-12)), method="bvls")
+    return torch.as_tensor(result.x)
 
 
 def lower_factor(curvature: Array) -> Array:

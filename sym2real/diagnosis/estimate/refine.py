@@ -14,6 +14,7 @@ from functools import lru_cache
 
 import torch
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import Segments, component_noise, cut, with_velocities
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.overfit import improved
@@ -21,12 +22,11 @@ from sym2real.diagnosis.estimate.variances import LEAST
 from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.library import Library, Slot, shielded
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.kind import Parameter
 from sym2real.symbolic import Equations, lift_constants
-from sym2real.trajectory import Array, Dataset
+from sym2real.trajectory import Array
 
-# Squared error per degree of freedom, in units of the logs' noise, below which the base is left as it is.
-GOOD = 0.1
 # Relative standard deviation of a constant beforehand; constants that are nearly zero have that of this size.
 RELATIVE, SMALL = 0.1, 1e-3
 STEPS = 4
@@ -41,7 +41,7 @@ def refined(library: Library, flown: Dataset, logs: Dataset) -> Equations:
         logs: whose sensors' noise says what matters.
     """
     noise = component_noise(logs)
-    if _misfit(_weighed(library, cut(flown), flown, noise), library.null) < GOOD:
+    if _misfit(_weighed(library, cut(flown), flown, noise), library.null) < SETTINGS.good_base:
         return library.base
     constants = _of_constants(library.base)
     problems, start = _weighed(constants, with_velocities(cut(flown)), flown, noise), constants.null

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import inf, sqrt
 
 import numpy as np
 import torch
@@ -12,47 +13,59 @@ from torch import Tensor
 
 from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Fit, Hypothesis, Problems
 from sym2real.diagnosis.predict.candidate import Candidate
-
-# Small chances of a false alarm: per data set by blocks of a second, and for itself by whole logs, whose trim differs
-# from run to run, where there are so many logs; and blocks without which nobody can say.
-FALSE_ALARMS, BY_LOGS = 0.002, 0.01
-FEWEST_LOGS, FEWEST_BLOCKS = 6, 10
-# Part of the loss that chance does not take off every one of so many logs: by null data it takes a fiftieth of that.
-LARGE, SEVERAL = 0.1, 3
+from sym2real.diagnosis.settings import SETTINGS
 
 
-def beyond_chance(problems: Problems, fit: Fit, one: Candidate, origin: Tensor, tried: int) -> bool:
+def beyond_chance(problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor, tried: int) -> bool:
     """Whether a candidate's parameters differ from none beyond chance; with few blocks nobody can say.
 
     Args:
         problems: what was fitted.
         fit: of the candidate and others, at its best.
-        one: the candidate.
+        candidate: the effect, or the effects, in question.
         origin: parameter set without effects ``# (P,)``.
         tried: number of hypotheses that had a chance.
     """
-    if problems.block_count < FEWEST_BLOCKS:
+    if problems.block_count < SETTINGS.fewest_pieces:
         return True
-    if one.needs_start:  # its null is no value that a fit could be near: the loss itself is tested
+    if candidate.needs_start:  # its null is no value that a fit could be near: the loss itself is tested
         values = fit.values.clone()
-        values[one.slots] = origin[one.slots]
-        rest = tuple(tied for tied in fit.free if tied not in one.free)
+        values[candidate.slots] = origin[candidate.slots]
+        rest = tuple(tied for tied in fit.free if tied not in candidate.free)
         before = problems.fit([Hypothesis(rest, values)], REFIT_STEPS)[0]
         if large_in_every_log(problems, before.loss, fit.loss):
             return True
         chance = chance_of_gain(problems, before.loss, fit.loss)
     else:
-        neutral, places = _neutral(problems, fit, one, origin), [fit.free.index(tied) for tied in one.free]
+        neutral, places = _neutral(problems, fit, candidate, origin), [fit.free.index(tied) for tied in candidate.free]
         chance = p_value(problems, fit, places, neutral)
-        enough = len(places) + 1 < FEWEST_LOGS <= problems.log_count
-        if enough and p_value(problems, fit, places, neutral, problems.logs) > BY_LOGS:
+        enough = len(places) + 1 < SETTINGS.fewest_logs <= problems.log_count
+        if enough and p_value(problems, fit, places, neutral, problems.logs) > SETTINGS.false_alarms_by_logs:
             return False
-    return chance < FALSE_ALARMS / max(1, tried)
+    return chance < SETTINGS.false_alarms / max(1, tried)
 
 
-def _neutral(problems: Problems, fit: Fit, one: Candidate, origin: Tensor) -> Tensor:
+def beyond_trim(problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor, tried: int) -> bool:
+    """Whether whole logs, whose trim differs from run to run, tell a candidate from none at the rate of a data set.
+
+    An effect without a null to start from is told by ranks of blocks alone; few logs have no ranks to speak of.
+
+    Args:
+        problems, fit, candidate, origin, tried: as of :func:`beyond_chance`.
+    """
+    if problems.log_count < SETTINGS.fewest_logs:
+        return False
+    if candidate.needs_start:
+        return True
+    neutral, places = _neutral(problems, fit, candidate, origin), [fit.free.index(tied) for tied in candidate.free]
+    return p_value(problems, fit, places, neutral, problems.logs) < SETTINGS.false_alarms / max(1, tried)
+
+
+def _neutral(problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor) -> Tensor:
     """Values of a candidate's parameters that need no effect ``# (free,)``."""
-    nearest = [problems.nuisance.nearest(tied, float(fit.values[tied[0]]), float(origin[tied[0]])) for tied in one.free]
+    nearest = [
+        problems.nuisance.nearest(tied, float(fit.values[tied[0]]), float(origin[tied[0]])) for tied in candidate.free
+    ]
     return torch.tensor(nearest, dtype=torch.float64)
 
 
@@ -98,7 +111,7 @@ def half_widths(problems: Problems, fit: Fit) -> Tensor:
     """
     blocks = covariance(problems, fit).diagonal().clamp_min(0).sqrt()
     half = blocks * float(stats.t.ppf(0.975, max(1, problems.block_count - 1)))
-    if problems.log_count < FEWEST_LOGS:
+    if problems.log_count < SETTINGS.fewest_logs:
         return half
     log = torch.as_tensor(problems.logs)
     inverse = torch.linalg.pinv(fit.curvature.sum(0), hermitian=True)
@@ -155,11 +168,11 @@ def large_in_every_log(problems: Problems, before: Tensor, after: Tensor) -> boo
         problems: what was fitted.
         before, after: whitened squares per segment ``# (S,)``.
     """
-    if problems.log_count < SEVERAL:
+    if problems.log_count < SETTINGS.certain_logs:
         return False
     log, zeros = torch.as_tensor(problems.logs), torch.zeros(problems.log_count, dtype=torch.float64)
     old, new = (zeros.index_add(0, log, loss) for loss in (before, after))
-    return bool((new < (1 - LARGE) * old).all())
+    return bool((new < (1 - SETTINGS.certain_fall) * old).all())
 
 
 def chance_of_gain(problems: Problems, before: Tensor, after: Tensor) -> float:
@@ -171,9 +184,25 @@ def chance_of_gain(problems: Problems, before: Tensor, after: Tensor) -> float:
         problems: what was fitted.
         before, after: whitened squares per segment ``# (S,)``.
     """
-    used = torch.as_tensor(problems.blocks >= 0)
-    gains = torch.zeros(problems.block_count, dtype=torch.float64)
-    gains = gains.index_add(0, torch.as_tensor(problems.blocks)[used], (before - after)[used])
+    gains = _by_block(problems, before - after)
     if not bool(gains.any()):
         return 1.0
     return float(stats.wilcoxon(gains.numpy(), alternative="greater").pvalue)
+
+
+def standard_error(problems: Problems, difference: Tensor) -> float:
+    """Standard error of a sum over segments ``# (S,)``, by blocks; of a single block nobody can say.
+
+    The gaps between blocks count as the blocks do.
+    """
+    if problems.block_count < 2:
+        return inf
+    used = float(np.mean(problems.blocks >= 0))
+    return sqrt(problems.block_count) * float(_by_block(problems, difference).std()) / used
+
+
+def _by_block(problems: Problems, values: Tensor) -> Tensor:
+    """Sums of segments' values over blocks ``# (S,) -> (blocks,)``."""
+    used = torch.as_tensor(problems.blocks >= 0)
+    sums = torch.zeros(problems.block_count, dtype=torch.float64)
+    return sums.index_add(0, torch.as_tensor(problems.blocks)[used], values[used])

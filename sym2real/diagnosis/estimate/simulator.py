@@ -5,13 +5,13 @@ Against a simulator without them, what the model knows rightly would count as it
 
 from __future__ import annotations
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.preparation import with_filtered_commands
 from sym2real.diagnosis.estimate.calibrate import simulated
 from sym2real.effects import injected
 from sym2real.errors import Sym2RealError
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset
 
 # What a note says where the base is not calibrated.
 UNCALIBRATED = "the base's own errors were not calibrated and may look like effects"

@@ -25,22 +25,22 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.estimate.fit import Problems, solve
-from sym2real.diagnosis.estimate.significance import FALSE_ALARMS, FEWEST_BLOCKS, chance_of_gain
+from sym2real.diagnosis.estimate.significance import chance_of_gain
 from sym2real.diagnosis.estimate.whitening import PIECES, disturbances
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.inputs import ANGLE
 from sym2real.effects.wrench import uses
-from sym2real.layout import FORCE, POSITION
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import FORCE, POSITION
 
 FORCES = FORCE.columns
 # Periods that the longest log must hold, and the fastest swing in periods per piece of a segment.
 PERIODS, FASTEST = 3.0, 0.25
 # Steps of a frequency in units of 1/duration, and finer ones about the peak.
 OVERSAMPLED, FINE = 3, 10
-# Motion beyond what the force does to a free body that a controller near its resonance may add.
-OWN_MOTION = 3.0
 QUARTERS = 4
 
 
@@ -115,21 +115,24 @@ def find_swing(problems: Problems, values: Tensor, competitors: int) -> Swing | 
     """
     problem = problems.problem
     names = [name for name in FORCES if uses(problem.library.equations, name)]
-    if not names or problems.block_count < FEWEST_BLOCKS:
+    if not names or problems.block_count < SETTINGS.fewest_pieces:
         return None
     rows, grid = _rows(problems, values, names), _frequencies(problem)
     if not len(grid):
         return None
     mass = problem.library.equations.numbers.get("mass", 1.0)
     highest = (grid[place] for place in np.argsort(-_falls(rows, grid)))
-    omega = next((one for one in highest if not _own_motion(problem.data, one, mass, _size(rows, one))), None)
+    omega = next(
+        (frequency for frequency in highest if not _own_motion(problem.data, frequency, mass, _size(rows, frequency))),
+        None,
+    )
     if omega is None:
         return None
     step = grid[1] - grid[0] if len(grid) > 1 else 0.1 * omega
     fine = omega + step * np.arange(-FINE, FINE + 1) / FINE
     omega = float(fine[_falls(rows, fine).argmax()])
     looks = max(1, len(grid) // OVERSAMPLED)
-    if _chance(rows, problems, omega) > FALSE_ALARMS / max(1, competitors) / looks:
+    if _chance(rows, problems, omega) > SETTINGS.false_alarms / max(1, competitors) / looks:
         return None
     return Swing(omega, _deviation(rows, omega, step / FINE), _phases(rows, omega, len(problem.data)))
 
@@ -137,9 +140,9 @@ def find_swing(problems: Problems, values: Tensor, competitors: int) -> Swing | 
 def _rows(problems: Problems, values: Tensor, names: list[str]) -> _Rows:
     problem, whitening = problems.problem, problems.whitening
     sizes = dict(disturbances(problem.library.equations))
-    pushes = [(name, sizes.get(name, 0.01)) for name in names]
-    jacobian = problem.push_jacobian(values, pushes, PIECES)  # (S, R, D, P)
-    jacobian = jacobian / torch.tensor([size for _, size in pushes], dtype=torch.float64)[:, None]
+    sized = [(name, sizes.get(name, 0.01)) for name in names]
+    jacobian = problem.disturbance_jacobian(values, sized, PIECES)  # (S, R, D, P)
+    jacobian = jacobian / torch.tensor([size for _, size in sized], dtype=torch.float64)[:, None]
     residual = problem.residuals(values[None])[0]
     products = whitening.products(torch.cat([residual[..., None], jacobian.flatten(-2)], dim=-1))
     count = len(residual)
@@ -208,12 +211,12 @@ def _own_motion(data: Dataset, omega: float, mass: float, force: float) -> bool:
         # A window, because slow motion is large beside this one and its side lobes would hide it.
         window = np.hanning(len(time))[:, None]
         squares.append(np.square(np.linalg.lstsq(window * shapes, window * path, rcond=None)[0][:2]).sum())
-    return float(omega**2 * np.sqrt(np.median(squares)) * mass) > OWN_MOTION * force
+    return float(omega**2 * np.sqrt(np.median(squares)) * mass) > SETTINGS.own_motion * force
 
 
 def _chance(rows: _Rows, problems: Problems, omega: float) -> float:
     """Probability that quarters of logs tell each other so much by chance: signed ranks of gains of blocks."""
-    gradient, curvature = (one[0] for one in rows.normal([omega]))
+    gradient, curvature = (row[0] for row in rows.normal([omega]))
     half, gains = gradient.shape[1] // 2, torch.zeros(len(gradient), dtype=torch.float64)
     for log in np.unique(rows.log):
         mine = np.flatnonzero(rows.log == log)

@@ -1,4 +1,4 @@
-"""Variances of sensors and pushes by which residuals are most likely: the minorise–maximise step of the whitening.
+"""Most likely variances of sensors and disturbances: the minorise–maximise step of the whitening.
 
 θ ← θ √(rᵀC⁻¹A C⁻¹r / tr C⁻¹A), for every variance θ with its part A of the covariance (source: ``whitening.py``). What
 a step needs are products of a segment's few sensitivities with each other and with its residuals, channel by channel,
@@ -19,7 +19,7 @@ LEAST, MOST = 1e-8, 1e6
 
 @dataclass(frozen=True, eq=False)
 class Products:
-    """A segment's K sensitivities, those to the start and then to the pushes, and sums over the rows of each channel.
+    """A segment's K sensitivities, to the start and then to the disturbances, and sums over the rows of each channel.
 
     Args:
         columns: sensitivities ``# (S, R, K)``.
@@ -27,7 +27,7 @@ class Products:
         channel: number of the channel of each row, from 0 ``# (R,)``.
         inner: of columns with columns, by channel ``# (S, C, K·K)``.
         outer: of columns with the residual, by channel ``# (S, C, K)``.
-        pushes: number of kinds of push; each has as many columns.
+        disturbances: number of kinds of disturbance; each has as many columns.
         starts: number of columns of the start.
     """
 
@@ -36,20 +36,20 @@ class Products:
     channel: Tensor
     inner: Tensor
     outer: Tensor
-    pushes: int
+    disturbances: int
     starts: int
 
     @classmethod
-    def of(cls, start: Tensor, pushes: Tensor, residuals: Tensor, channel: Tensor) -> Products:
+    def of(cls, start: Tensor, disturbances: Tensor, residuals: Tensor, channel: Tensor) -> Products:
         """From sensitivities and residuals.
 
         Args:
             start: sensitivity to the start ``# (S, R, n)``.
-            pushes: to pushes, kind by kind ``# (S, R, D, P)``.
+            disturbances: to disturbances, kind by kind ``# (S, R, D, P)``.
             residuals: ``# (S, R)``.
             channel: number of the channel of each row, from 0 ``# (R,)``.
         """
-        columns = torch.cat([start, pushes.flatten(-2)], dim=-1)
+        columns = torch.cat([start, disturbances.flatten(-2)], dim=-1)
         own = [channel == number for number in range(int(channel.max()) + 1)]
         parts = [(columns[:, rows], residuals[:, rows]) for rows in own]
         return cls(
@@ -58,7 +58,7 @@ class Products:
             channel=channel,
             inner=torch.stack([(part.mT @ part).flatten(1) for part, _ in parts], dim=1),
             outer=torch.stack([(part.mT @ rest[..., None])[..., 0] for part, rest in parts], dim=1),
-            pushes=pushes.shape[-2],
+            disturbances=disturbances.shape[-2],
             starts=start.shape[-1],
         )
 
@@ -73,7 +73,7 @@ class Products:
 
 
 def most_likely(products: Products, sensor: Tensor, power: Tensor) -> tuple[Tensor, Tensor]:
-    """Variances of channels ``# (C,)`` and of pushes ``# (D,)`` after :data:`STEPS` steps from those given."""
+    """Variances of channels ``# (C,)`` and of disturbances ``# (D,)`` after :data:`STEPS` steps from those given."""
     for _ in range(STEPS):
         (squares, trace), (hits, masses) = _factors(products, sensor, power)
         sensor = sensor * (squares / trace).sqrt()
@@ -82,12 +82,12 @@ def most_likely(products: Products, sensor: Tensor, power: Tensor) -> tuple[Tens
 
 
 def _factors(products: Products, sensor: Tensor, power: Tensor) -> tuple[Tensor, Tensor]:
-    """rᵀC⁻¹A C⁻¹r and tr C⁻¹A of every channel ``# (2, C)`` and of every push ``# (2, D)``.
+    """rᵀC⁻¹A C⁻¹r and tr C⁻¹A of every channel ``# (2, C)`` and of every disturbance ``# (2, D)``.
 
     With the columns G, their deviations s and M = 1 + s GᵀΣ⁻¹G s: GᵀC⁻¹r = M⁻¹ s GᵀΣ⁻¹r / s, GᵀC⁻¹G = (1 - M⁻¹) / s².
     """
     weight, size = 1.0 / sensor, products.outer.shape[-1]
-    each = (size - products.starts) // products.pushes
+    each = (size - products.starts) // products.disturbances
     scale = torch.cat([power.new_ones(products.starts), power.sqrt().repeat_interleave(each)])
     inside = (weight @ products.inner).unflatten(-1, (size, size))  # (S, K, K)
     along = weight @ products.outer  # (S, K)
@@ -103,5 +103,7 @@ def _factors(products: Products, sensor: Tensor, power: Tensor) -> tuple[Tensor,
     trace = len(left) * products.channel.bincount() * weight - weight.square() * lost
     hits = (held / scale.square()).square()
     masses = (1.0 - root.square().sum(1)) / scale.square()
-    of_pushes = torch.stack([hits, masses]).sum(1)[:, products.starts :].unflatten(-1, (products.pushes, -1)).sum(-1)
-    return torch.stack([squares, trace]), of_pushes
+    of_disturbances = (
+        torch.stack([hits, masses]).sum(1)[:, products.starts :].unflatten(-1, (products.disturbances, -1)).sum(-1)
+    )
+    return torch.stack([squares, trace]), of_disturbances

@@ -7,13 +7,14 @@ from dataclasses import dataclass, replace
 
 import torch
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.estimate.calibrate import Calibration, calibrated
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.overfit import overfitted
 from sym2real.diagnosis.estimate.refine import refined
 from sym2real.diagnosis.estimate.simulator import SWITCHED_OFF, flown_along, with_effects_of
 from sym2real.diagnosis.estimate.swing import Swing, find_swing
-from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate
+from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate, free_start
 from sym2real.diagnosis.faults.checking import Examined, Question
 from sym2real.diagnosis.faults.sanity import Checked
 from sym2real.diagnosis.predict.candidate import Candidate, candidates, library_for, swings, with_inputs_of
@@ -26,7 +27,6 @@ from sym2real.effects import effect
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
 from sym2real.symbolic.mass_normalised import PER_KILOGRAM
-from sym2real.trajectory import Dataset
 
 NO_SWING = "nothing in these logs swings at a frequency that is not the path's"
 
@@ -144,15 +144,15 @@ def weigh_errors(base: Refined) -> Weighed:
     checked, searched = base.examined.checked, base.searched
     tried, problem = candidates(searched, checked.data), Problem(searched, checked.data)
     base = replace(base, notes=(*base.notes, *unpredicted_said(problem)))
-    spread, whitening, values = whiten(problem, tried)
+    weighed = whiten(problem, tried)
     swing = None
-    if any(one.searching.swings for one in searched.effects.values()):
-        swing = find_swing(Problems.of(problem, whitening), values, len(tried))
+    if any(effect.searching.swings for effect in searched.effects.values()):
+        swing = find_swing(Problems.of(weighed.problem, weighed.whitening), weighed.values, len(tried))
     if swing is not None:
         checked = replace(checked, data=swing.in_data(checked.data))
         tried, problem = candidates(searched, checked.data), Problem(searched, checked.data)
-        spread, whitening, _ = whiten(problem, tried)
-    return Weighed(base, checked, tried, problem, spread, whitening, swing)
+        weighed = whiten(problem, tried)
+    return Weighed(base, checked, tried, weighed.problem, weighed.spread, weighed.whitening, swing)
 
 
 def calibrate_base(weighed: Weighed) -> Prepared:
@@ -185,7 +185,7 @@ def _not_tried(
     keys, others = competing(with_inputs_of(model, data), data, exclude)
     swinging = [key for key in keys if effect(key, model).searching.swings]
     calm = [NotTried(key, NO_SWING) for key in swinging if not swings(data)]
-    return (*(one for one in others if one.effect not in include), *calm)
+    return (*(left_out for left_out in others if left_out.effect not in include), *calm)
 
 
 def units_said(model: Equations) -> list[str]:
@@ -193,15 +193,51 @@ def units_said(model: Equations) -> list[str]:
     return [note for note in model.notes if note == PER_KILOGRAM]
 
 
-def whiten(problem: Problem, tried: tuple[Candidate, ...]) -> tuple[Spread, Whitening, torch.Tensor]:
-    """The covariance of what a fully explained model leaves, from over-fitted residuals; and the over-fit itself."""
+@dataclass(frozen=True, eq=False)
+class Whitened:
+    """A problem and the covariance of what a fully explained model leaves of it.
+
+    Args:
+        problem: its segments start where they most likely did.
+        spread, whitening: the covariance.
+        values: of an over-fit, which misses little ``# (P,)``.
+    """
+
+    problem: Problem
+    spread: Spread
+    whitening: Whitening
+    values: torch.Tensor
+
+
+def whiten(problem: Problem, tried: tuple[Candidate, ...]) -> Whitened:
+    """The covariance of what a fully explained model leaves, from over-fitted residuals."""
     null, segments = problem.library.null, problem.segments
     spread = Spread.of(problem, null)
     whitening = estimate(spread, problem.residuals(null[None])[0], segments.noise, segments.channel, alike=True)
     values = overfitted(Problems.of(problem, whitening), tried, null)
+    problem = _with_likely_starts(problem, spread, whitening, values)
+    spread = Spread.of(problem, null)
     for left in reversed(range(ROUNDS)):
         if left < ROUNDS - 1:
             values = overfitted(Problems.of(problem, whitening), tried, null, values)
         residuals = problem.residuals(values[None])[0]
         whitening = estimate(spread, residuals, segments.noise, segments.channel, alike=left == ROUNDS - 1)
-    return spread, whitening, values
+    return Whitened(problem, spread, whitening, values)
+
+
+def _with_likely_starts(problem: Problem, spread: Spread, whitening: Whitening, values: torch.Tensor) -> Problem:
+    """The problem with every segment started where that most likely was, given all of it: δ = -P JᵀC⁻¹r.
+
+    The rows before a segment say as little of a rate as ten noisy rows of a derivative at their end. The covariance
+    allows for that to first order, which is not enough for what goes by the sign of a rate: dry friction looked half as
+    large, and the rest was taken for a disturbance. A segment whose errors the step does not lower keeps its start.
+    """
+    segments, (residuals,) = problem.segments, problem.residuals(values[None])
+    likely = (spread.start.mT @ whitening.inverse_times(residuals[..., None]))[..., 0]
+    starts = segments.layout.retract(segments.start, -likely * free_start(segments.layout))
+    moved = Problem(problem.library, problem.data, replace(segments, start=starts))
+    before, after = (
+        (part.square() * whitening.weight).sum(1) for part in (residuals, moved.residuals(values[None])[0])
+    )
+    kept = torch.where((after < before)[:, None], starts, segments.start)
+    return Problem(problem.library, problem.data, replace(segments, start=kept))

@@ -1,4 +1,4 @@
-"""What a fully explained model would still miss: sensor noise, an unknown start, and small pushes of every kind.
+"""What a fully explained model would still miss: sensor noise, an unknown start, and small disturbances of every kind.
 
 Per segment the residual's covariance is C = Σ σ_c² I_c + J_x P_x J_xᵀ + Σ q_d J_d J_dᵀ: noise of every channel, a start
 that is hardly known (its directions carry no weight then), and disturbances that are constant over a fifth of a
@@ -6,11 +6,11 @@ segment. The variances σ², q maximise the likelihood of residuals that an over
 multiplicative minorise–maximise step of H. Zhou et al., "MM algorithms for variance components models", J. Comp.
 Graph. Stat. 28 (2019): θ ← θ √(rᵀC⁻¹A C⁻¹r / tr C⁻¹A).
 
-Real logs have pieces in which something rare happens that no model of pushes foresees (a motor controller winds up, a
-wheel slips). Few of them must not decide, nor hide what all others obey: where the over-fitted residuals have heavy
-tails, each segment's covariance is C/g with the weight g that Student's t gives it, g = (ν + n)/(ν + rᵀC⁻¹r), its
-degrees of freedom ν by maximum likelihood. Gaussian residuals make ν infinite and every g one. Sources: K. Lange, R.
-Little, J. Taylor, "Robust statistical modeling using the t distribution", J. Am. Stat. Assoc. 84 (1989); weights
+Real logs have pieces in which something rare happens that no model of disturbances foresees (a motor controller winds
+up, a wheel slips). Few of them must not decide, nor hide what all others obey: where the over-fitted residuals have
+heavy tails, each segment's covariance is C/g with the weight g that Student's t gives it, g = (ν + n)/(ν + rᵀC⁻¹r),
+its degrees of freedom ν by maximum likelihood. Gaussian residuals make ν infinite and every g one. Sources: K. Lange,
+R. Little, J. Taylor, "Robust statistical modeling using the t distribution", J. Am. Stat. Assoc. 84 (1989); weights
 divided by their mean, so that the scale converges: C. Liu, D. Rubin, Y. Wu, "Parameter expansion to accelerate EM",
 Biometrika 85 (1998).
 """
@@ -25,21 +25,22 @@ from torch import Tensor
 
 from sym2real.diagnosis.estimate.variances import Products, most_likely
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.body import GRAVITY, SPAN_PART
-from sym2real.layout import FORCE, HEIGHT, RATE_COMMAND, SPEED, STEERING, THRUST, TORQUE, push_column
+from sym2real.layout import Layout
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array
+from sym2real.vocabulary import FORCE, HEIGHT, RATE_COMMAND, SPEED, STEERING, THRUST, TORQUE, push_column
 
 PIECES = 5
 # Standard deviation of the free start in the tangent's units, far above any error of its estimate.
 FREE_START = {"position": 0.05, "attitude": 0.2, "heading": 0.3, "velocity": 0.5, "rate": 2.0}
 FREE_OTHERWISE = 1.0
-# What counts as one push, and its first guess: share of the weight, angular acceleration, command.
-PUSH_SIZES = dict(zip((*STEERING.columns, *SPEED.columns), (0.05, 0.1), strict=True))
+# What counts as one disturbance, and its first guess: share of the weight, angular acceleration, command.
+DISTURBANCE_SIZES = dict(zip((*STEERING.columns, *SPEED.columns), (0.05, 0.1), strict=True))
 FORCE_SHARE, TORQUE_ACCELERATION, JOINT_ACCELERATION = 0.01, 1.0, 0.1
-# Degrees of freedom that are tried, twice the log likelihood that they must be better by (99.9 % of χ² with one degree
-# of freedom), and rounds of weights and variances.
-TAILS, HEAVY, TRUST_ROUNDS = (3.0, 5.0, 8.0, 12.0, 20.0, 40.0, 80.0), 10.8, 3
+# Degrees of freedom that compete with infinitely many, and rounds of weights and variances.
+TAILS, TRUST_ROUNDS = (3.0, 5.0, 8.0, 12.0, 20.0, 40.0, 80.0), 3
 # Segments that variances are estimated from.
 MOST_SEGMENTS = 60
 
@@ -50,14 +51,14 @@ class Whitening:
 
     Args:
         sensor: standard deviation of each compared component ``# (C,)``.
-        pushes: name of each disturbance and its standard deviation.
+        disturbances: name of each disturbance and its standard deviation.
         weight, lost: the inverse covariance is diag(weight) - lost lostᵀ ``# (R,), (S, R, K)``.
         freedom: number of residual components that the free start leaves, all segments together.
         trust: factor of every segment's inverse covariance ``# (S,)``.
     """
 
     sensor: Tensor
-    pushes: dict[str, float]
+    disturbances: dict[str, float]
     weight: Tensor
     lost: Tensor
     freedom: int
@@ -89,14 +90,14 @@ class Spread:
 
     Args:
         start: derivative of the residuals by the free start, in units of its deviation ``# (S, R, n)``.
-        pushes: by every disturbance over every piece, in units of its size ``# (S, R, D, P)``.
+        disturbances: by every disturbance over every piece, in units of its size ``# (S, R, D, P)``.
         names: of the disturbances: columns of inputs or commands.
         sizes: what counts as one, in the column's unit ``# (D,)``.
         components: that a row compares, C; R is N·C.
     """
 
     start: Tensor
-    pushes: Tensor
+    disturbances: Tensor
     names: tuple[str, ...]
     sizes: Tensor
     components: int
@@ -105,12 +106,11 @@ class Spread:
     def of(cls, problem: Problem, values: Tensor) -> Spread:
         """Sensitivities at one parameter set ``# (P,)``."""
         layout = problem.segments.layout
-        free = [FREE_START.get(f.name, FREE_OTHERWISE) for f in layout.fields for _ in range(f.tangent_size)]
         names = disturbances(problem.library.equations)
-        jacobian = problem.push_jacobian(values, names, PIECES)
+        jacobian = problem.disturbance_jacobian(values, names, PIECES)
         return cls(
-            start=problem.start_jacobian(values) * torch.tensor(free, dtype=torch.float64),
-            pushes=jacobian,
+            start=problem.start_jacobian(values) * free_start(layout),
+            disturbances=jacobian,
             names=tuple(name for name, _ in names),
             sizes=torch.tensor([size for _, size in names], dtype=torch.float64),
             components=len(problem.segments.compared),
@@ -118,11 +118,11 @@ class Spread:
 
     def of_segments(self, index: Tensor) -> Spread:
         """Those of some segments only."""
-        return replace(self, start=self.start[index], pushes=self.pushes[index])
+        return replace(self, start=self.start[index], disturbances=self.disturbances[index])
 
     def like(self, other: Whitening) -> Whitening:
         """With the noise and the disturbances of another."""
-        power = torch.tensor([other.pushes[name] for name in self.names], dtype=torch.float64) / self.sizes
+        power = torch.tensor([other.disturbances[name] for name in self.names], dtype=torch.float64) / self.sizes
         return self.whitening(other.sensor.square(), power.square())
 
     def whitening(self, sensor: Tensor, power: Tensor) -> Whitening:
@@ -130,23 +130,31 @@ class Spread:
 
         Args:
             sensor: variances of components ``# (C,)``.
-            power: variances of pushes in units of their size ``# (D,)``.
+            power: variances of disturbances in units of their size ``# (D,)``.
         """
         segments, rows = self.start.shape[:2]
         weight = 1.0 / sensor.repeat(rows // self.components)
-        columns = torch.cat([self.start, (self.pushes * power.sqrt()[:, None]).reshape(segments, rows, -1)], dim=-1)
+        columns = torch.cat(
+            [self.start, (self.disturbances * power.sqrt()[:, None]).reshape(segments, rows, -1)], dim=-1
+        )
         weighted = columns * weight[:, None]
         inner = torch.eye(columns.shape[-1], dtype=columns.dtype) + columns.mT @ weighted
         lower = torch.linalg.cholesky(inner)
         lost = torch.linalg.solve_triangular(lower, weighted.mT, upper=False).mT
         freedom = segments * (rows - int(torch.linalg.matrix_rank(self.start[0])))
         deviations = power.sqrt() * self.sizes
-        pushes = dict(zip(self.names, deviations.tolist(), strict=True))
-        return Whitening(sensor.sqrt(), pushes, weight, lost, freedom, weight.new_ones(segments))
+        disturbances = dict(zip(self.names, deviations.tolist(), strict=True))
+        return Whitening(sensor.sqrt(), disturbances, weight, lost, freedom, weight.new_ones(segments))
+
+
+def free_start(layout: Layout) -> Tensor:
+    """Standard deviation of the free start ``# (tangent,)``."""
+    free = [FREE_START.get(field.name, FREE_OTHERWISE) for field in layout.fields for _ in range(field.tangent_size)]
+    return torch.tensor(free, dtype=torch.float64)
 
 
 def disturbances(equations: Equations) -> list[tuple[str, float]]:
-    """Columns whose pushes stand for what no model knows, each with its unit size: wrench inputs, or commands."""
+    """Columns whose disturbances stand for what no model knows, each with its unit size: wrench inputs, or commands."""
     inputs, numbers = equations.layouts.inputs, equations.numbers
     weight, joints = GRAVITY * numbers.get("mass", 1.0), equations.layouts.state.joints
     sizes = dict.fromkeys(FORCE.columns, FORCE_SHARE * weight)
@@ -158,7 +166,7 @@ def disturbances(equations: Equations) -> list[tuple[str, float]]:
     if used and not planar:
         return [(name, sizes[name]) for name in used]
     others = dict.fromkeys(THRUST.columns, FORCE_SHARE * weight)
-    others |= {**dict.fromkeys(RATE_COMMAND.columns, 0.1), **PUSH_SIZES}
+    others |= {**dict.fromkeys(RATE_COMMAND.columns, 0.1), **DISTURBANCE_SIZES}
     spans = {name: numbers.get(f"{name}_range", 0.05 / SPAN_PART) for name in equations.layouts.action}
     return [(name, others.get(name, SPAN_PART * span)) for name, span in spans.items()]
 
@@ -178,22 +186,22 @@ def estimate(
     """
     few = torch.linspace(0, len(residuals) - 1, min(len(residuals), MOST_SEGMENTS)).round().long()
     part = spread.of_segments(few)
-    number = torch.tensor([sorted(set(channel)).index(one) for one in channel])  # (C,)
+    number = torch.tensor([sorted(set(channel)).index(name) for name in channel])  # (C,)
     first = torch.as_tensor(noise, dtype=torch.float64).square()
-    sensor = torch.stack([first[number == one].mean() for one in range(int(number.max()) + 1)])
+    sensor = torch.stack([first[number == name].mean() for name in range(int(number.max()) + 1)])
     power = torch.full((len(spread.names),), 0.25, dtype=torch.float64)
     rows = number.repeat(residuals.shape[1] // spread.components)
-    products = Products.of(part.start, part.pushes, residuals[few], rows)
+    products = Products.of(part.start, part.disturbances, residuals[few], rows)
     sensor, power = most_likely(products, sensor, power)
-    found = spread.whitening(sensor[number], power)
+    whitening = spread.whitening(sensor[number], power)
     for _ in range(0 if alike else TRUST_ROUNDS):
-        trust = _trust(found, residuals)
+        trust = _trust(whitening, residuals)
         if bool((trust == 1).all()):
-            return found
+            return whitening
         weight = trust[few] / trust[few].mean()  # without the mean the scale would hardly move (see above)
         sensor, power = most_likely(products.weighted(weight), sensor, power)
-        found = spread.whitening(sensor[number], power)
-    return found if alike else replace(found, trust=_trust(found, residuals))
+        whitening = spread.whitening(sensor[number], power)
+    return whitening if alike else replace(whitening, trust=_trust(whitening, residuals))
 
 
 def _trust(whitening: Whitening, residuals: Tensor) -> Tensor:
@@ -202,8 +210,8 @@ def _trust(whitening: Whitening, residuals: Tensor) -> Tensor:
     squares, size = plain.loss(residuals[None])[0], whitening.freedom / len(residuals)
     gaussian = float((-size / 2 * log(2) - squares / 2).sum())
     likely = {nu: float(_student(squares, size, nu).sum()) for nu in TAILS}
-    nu = max(likely, key=lambda one: likely[one])
-    if 2 * (likely[nu] - gaussian) < HEAVY:
+    nu = max(likely, key=lambda degrees: likely[degrees])
+    if 2 * (likely[nu] - gaussian) < SETTINGS.heavy_tails:
         return plain.trust
     return (nu + size) / (nu + squares)
 

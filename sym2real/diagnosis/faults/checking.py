@@ -6,13 +6,14 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.preparation import with_filtered_commands
 from sym2real.diagnosis.faults.sanity import Checked, check
 from sym2real.errors import ShapeError
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import torch
 from torch import Tensor
 
-from sym2real.diagnosis.faults.command_signs import ReversedCommand, reversed_commands
-from sym2real.diagnosis.faults.command_units import foreign_commands
+from sym2real.dataset import Dataset
+from sym2real.diagnosis.faults.commands.signs import ReversedCommand, reversed_commands
+from sym2real.diagnosis.faults.commands.units import foreign_commands
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit, foreign_positions, foreign_rates, foreign_velocities
 from sym2real.diagnosis.faults.mistakes import BadRows, Undoing, bad_rows, mistakes
 from sym2real.diagnosis.faults.quaternion_order import ScalarLast, scalar_last
 from sym2real.effects.sensors import Sensors
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset
 
 Breach = ForeignUnit | ScalarLast | ReversedCommand | BadRows | Undoing
 Look = Callable[[Dataset], Sequence[Breach]]
@@ -27,14 +27,45 @@ def unless_healthy(look: Look) -> Look:
     healthy: list[Dataset] = []
 
     def looked(data: Dataset) -> Sequence[Breach]:
-        if any(data is one for one in healthy):
+        """What the look finds; nothing in the very logs that it has found healthy."""
+        if any(data is logs for logs in healthy):
             return ()
-        found = look(data)
-        if not found:
+        breaches = look(data)
+        if not breaches:
             healthy.append(data)
-        return found
+        return breaches
 
     return looked
+
+
+@dataclass(frozen=True)
+class Looks:
+    """What is looked for, in order: a quaternion in another order is no turned or mirrored world.
+
+    Args:
+        frames: rows, quaternions, and with a model exchanged or turned axes.
+        units: of what sensors measure.
+        commands: their units, times and signs, which only a model can judge.
+    """
+
+    frames: tuple[Look, ...]
+    units: tuple[Look, ...]
+    commands: tuple[Look, ...] = ()
+
+    @classmethod
+    def of(cls, model: Equations | None) -> Looks:
+        """All that can be looked for with this model, or without one."""
+        frames = (bad_rows, scalar_last)
+        units = (foreign_positions, foreign_velocities, foreign_rates)
+        if model is None:
+            return cls(frames, units)
+        # Once a velocity has its unit, an exchange can be seen that was hidden before.
+        mistaken = unless_healthy(partial(mistakes, model))
+        return cls(
+            (*frames, mistaken),
+            units,
+            (partial(foreign_commands, model), mistaken, partial(reversed_commands, model)),
+        )
 
 
 def breaches(data: Dataset, model: Equations | None = None) -> tuple[list[Breach], Dataset]:
@@ -44,23 +75,18 @@ def breaches(data: Dataset, model: Equations | None = None) -> tuple[list[Breach
     """
     if model is not None:
         data = through(Sensors(model).state, data)
-    found: list[Breach] = []
-    looks: list[Look] = [bad_rows, scalar_last, foreign_positions, foreign_velocities, foreign_rates]
-    if model is not None:
-        mistaken = unless_healthy(partial(mistakes, model))
-        commands = (partial(foreign_commands, model), mistaken, partial(reversed_commands, model))
-        # A quaternion in another order is no turned or mirrored world.
-        looks = [*looks[:2], mistaken, *looks[2:], *commands]
-    for look in looks:
+    breaches_found: list[Breach] = []
+    looks = Looks.of(model)
+    for look in (*looks.frames, *looks.units, *looks.commands):
         more = look(data)
-        data, found = undone(more, data), [*found, *more]
-    return found, data
+        data, breaches_found = undone(more, data), [*breaches_found, *more]
+    return breaches_found, data
 
 
-def undone(found: Sequence[Breach], data: Dataset) -> Dataset:
+def undone(breaches: Sequence[Breach], data: Dataset) -> Dataset:
     """The logs without what was found in them."""
-    for one in found:
-        data = one.undone(data)
+    for breach in breaches:
+        data = breach.undone(data)
     return data
 
 

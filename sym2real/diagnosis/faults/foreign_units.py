@@ -13,15 +13,13 @@ from math import log
 
 import numpy as np
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import Agreement, rate_agreement, thrust_agreement, velocity_agreement
 from sym2real.diagnosis.data.scaled import divided
-from sym2real.layout import POSITION
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.logs.units import UNITS, standard_unit
-from sym2real.trajectory import Dataset
+from sym2real.vocabulary import POSITION
 
-SURE = 0.9  # correlation from which a ratio of sizes is a ratio of units
-NEAR = 1.25  # times; a unit is named where the ratio is as near to its own
-LARGE, UNHEARD_OF = 3.0, 30.0  # times; less is no other unit, more is one even if it has no name
 POSITIONS = POSITION.columns
 Judged = tuple[Mapping[str, float | None], str]  # column → logged over meant, and over what
 
@@ -52,17 +50,17 @@ class ForeignUnit:
     def evidence(self) -> str:
         """What shows it, one clause."""
         meant, names = standard_unit(self.columns[0]), " ".join(self.columns)
-        told = f"{self.unit} instead of {meant}" if self.unit else f"no unit of {meant} that is known"
+        unit = f"{self.unit} instead of {meant}" if self.unit else f"no unit of {meant} that is known"
         where = "" if self.log is None else f" in {self.log[1]}, other than in other logs"
-        return f"{names} in {told}{where}: the logged numbers are {_plain(self.ratio)} times {self.than}"
+        return f"{names} in {unit}{where}: the logged numbers are {_plain(self.ratio)} times {self.than}"
 
     @property
     def fix(self) -> str:
         """What to change."""
         value = f'unit = "{self.unit}"' if self.unit else f"scale = {1.0 / self.factor:.4g}"
-        told = f"give {' and '.join(self.columns)} {value} in a specification of the log"
+        change = f"give {' and '.join(self.columns)} {value} in a specification of the log"
         per_mass = self.unit and UNITS[self.unit][0] == "m/s^2" and standard_unit(self.columns[0]) == "N"
-        return f"{told}, and mass = {self.mass:g} at its top" if per_mass else told
+        return f"{change}, and mass = {self.mass:g} at its top" if per_mass else change
 
     def undone(self, data: Dataset) -> Dataset:
         """The logs with these columns in the unit that is meant."""
@@ -82,10 +80,10 @@ def unit_of(column: str, ratio: float, least: float, mass: float | None = None) 
         None where the ratio is that of no unit, and not so large that there must be one.
     """
     known = {unit: factor for unit, factor in factors(column, mass).items() if factor >= least}
-    unit = min(known, key=lambda one: abs(log(known[one] / ratio)), default="")
-    if unit and abs(log(known[unit] / ratio)) <= log(NEAR):
+    unit = min(known, key=lambda name: abs(log(known[name] / ratio)), default="")
+    if unit and abs(log(known[unit] / ratio)) <= log(SETTINGS.unit_near):
         return unit, known[unit]
-    return ("", ratio) if ratio >= UNHEARD_OF else None
+    return ("", ratio) if ratio >= SETTINGS.unit_unheard_of else None
 
 
 def factors(column: str, mass: float | None = None) -> dict[str, float]:
@@ -114,7 +112,7 @@ def foreign_rates(data: Dataset) -> list[ForeignUnit]:
 
 def _positions(data: Dataset) -> Judged:
     pushed = _ratio(thrust_agreement(list(data)))
-    if pushed is not None and pushed >= UNHEARD_OF:  # below, thrust is that of a fast turn
+    if pushed is not None and pushed >= SETTINGS.unit_unheard_of:  # below, thrust is that of a fast turn
         columns = (name for name in POSITIONS if name in data.layouts.state)
         return dict.fromkeys(columns, pushed), "how far thrust moves the robot"
     moved = _ratios(velocity_agreement(list(data)))
@@ -123,44 +121,44 @@ def _positions(data: Dataset) -> Judged:
 
 
 def _ratios(found: Mapping[str, Agreement]) -> dict[str, float | None]:
-    return {name: _ratio(one) for name, one in found.items()}
+    return {name: _ratio(agreement) for name, agreement in found.items()}
 
 
 def _by_log(judge: Callable[[Dataset], Judged], data: Dataset) -> list[ForeignUnit]:
     """What is so in all logs, or, where logs that can be judged contradict each other, what is so in each."""
     alone = [judge(Dataset([log])) for log in data] if len(data) > 1 else []
     judged = [{name: ratio for name, ratio in ratios.items() if ratio is not None} for ratios, _ in alone]
-    large = [{name for name, ratio in own.items() if unit_of(name, ratio, LARGE)} for own in judged]
+    large = [{name for name, ratio in own.items() if unit_of(name, ratio, SETTINGS.unit_large)} for own in judged]
     if any(set[str]().union(*large) & own.keys() - here for own, here in zip(judged, large, strict=True)):
-        return [in_one_log(one, data, place) for place, own in enumerate(alone) for one in _foreign(*own)]
+        return [in_one_log(foreign, data, place) for place, own in enumerate(alone) for foreign in _foreign(*own)]
     return _foreign(*judge(data))
 
 
-def in_one_log(one: ForeignUnit, data: Dataset, place: int) -> ForeignUnit:
+def in_one_log(foreign: ForeignUnit, data: Dataset, place: int) -> ForeignUnit:
     """As found in the log at this place alone."""
-    return replace(one, log=(place, data[place].name))
+    return replace(foreign, log=(place, data[place].name))
 
 
 def _foreign(ratios: Mapping[str, float | None], than: str) -> list[ForeignUnit]:
     """One entry for each unit that columns are in; what cannot be judged is in the one that all others are in."""
     judged = {name: ratio for name, ratio in ratios.items() if ratio is not None}
-    units = {name: unit_of(name, ratio, LARGE) for name, ratio in judged.items()}
-    shared = {None if found is None else found[0] for found in units.values()}
-    found = []
-    for unit in sorted(one for one in shared if one is not None):
+    units = {name: unit_of(name, ratio, SETTINGS.unit_large) for name, ratio in judged.items()}
+    shared = {None if entries is None else entries[0] for entries in units.values()}
+    entries = []
+    for unit in sorted(known for known in shared if known is not None):
         own = [name for name, known in units.items() if known is not None and known[0] == unit]
         columns = tuple(ratios) if len(shared) == 1 else tuple(own)
         ratio = float(np.exp(np.mean(np.log([judged[name] for name in own]))))
-        found.append(ForeignUnit(columns, ratio, unit, factors(own[0])[unit] if unit else ratio, than))
-    return found
+        entries.append(ForeignUnit(columns, ratio, unit, factors(own[0])[unit] if unit else ratio, than))
+    return entries
 
 
-def _ratio(one: Agreement) -> float | None:
+def _ratio(agreement: Agreement) -> float | None:
     """How many times as large as the derivative a column is; None where nobody can tell, or in another frame."""
-    if one.correlation is None or abs(one.correlation) < SURE or not one.ratio:
+    if agreement.correlation is None or abs(agreement.correlation) < SETTINGS.unit_correlation or not agreement.ratio:
         return None
-    elsewhere = one.in_other_frame
-    return None if elsewhere is not None and elsewhere > one.correlation else one.ratio
+    elsewhere = agreement.in_other_frame
+    return None if elsewhere is not None and elsewhere > agreement.correlation else agreement.ratio
 
 
 def _plain(number: float) -> str:

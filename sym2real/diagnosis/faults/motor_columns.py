@@ -10,16 +10,19 @@ import torch
 from torch import Tensor
 
 from sym2real import rotation
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, VELOCITIES
+from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, of_all
 from sym2real.effects.filters import spelled_out
 from sym2real.effects.inputs import with_inputs
 from sym2real.effects.thrust import MOTOR_TORQUES
-from sym2real.effects.visible import VisibleModel, visible_state
-from sym2real.layout import MOTORS, RATE, THRUST_COLUMN, motors_of
+from sym2real.effects.visible import VisibleModel, visible_in_double, visible_state
+from sym2real.layout import motors_of
 from sym2real.logs.motor_order import ORDERS, MotorOrder, Turning, motor_order
 from sym2real.symbolic import Equations, compile_function
 from sym2real.symbolic.expressions import names_in
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import MOTORS, RATE, THRUST_COLUMN
 
 # Of Newton's method for commands that turn the body the other way: its step, steps that thrust curves need, and what
 # it may miss of the largest thrust and torques.
@@ -34,7 +37,7 @@ def order_of_motors(model: Equations, data: Dataset) -> MotorOrder | None:
     known = with_inputs(model.layouts.inputs, data)
     if replace(model.layouts, state=visible_state(model)) != known.layouts:
         return None
-    predict = VisibleModel(model, torch.float64)
+    predict = visible_in_double(model)
     return motor_order([_turning(predict, log) for log in known])
 
 
@@ -67,14 +70,10 @@ def _caused(predict: VisibleModel, log: Trajectory, order: tuple[int, ...]) -> A
     return caused
 
 
-def in_order(found: MotorOrder, data: Dataset) -> Dataset:
+def in_order(motor_order: MotorOrder, data: Dataset) -> Dataset:
     """The logs with their motor columns in the model's order."""
-    place, logs = data.layouts.action.indices(MOTORS), []
-    for log in data:
-        action = log.action.copy()
-        action[:, place] = action[:, place][:, list(found.columns)]
-        logs.append(replace(log, action=action))
-    return Dataset(logs)
+    acting = tuple(MOTORS[column] for column in motor_order.columns)
+    return of_all(Exchanged(acting, MOTORS, (1, 1, 1, 1)), data)
 
 
 def turned_the_other_way(model: Equations, data: Dataset) -> Dataset | None:
@@ -113,19 +112,21 @@ def _mirrored(pushed: Callable[[Tensor], Tensor], sent: Tensor) -> Tensor | None
     return motors if bool((missed <= MISSED * goal.abs().amax(0)).all()) else None
 
 
-def order_said(found: MotorOrder) -> tuple[str, str]:
+def order_said(motor_order: MotorOrder) -> tuple[str, str]:
     """What shows another order, one clause, and what to change."""
     shown = (
-        f"how the rates change correlates with them by {found.correlation:.2f} then, "
-        f"by {found.as_it_stands:.2f} as they stand"
+        f"how the rates change correlates with them by {motor_order.correlation:.2f} then, "
+        f"by {motor_order.as_it_stands:.2f} as they stand"
     )
-    if not found.certain:
+    if not motor_order.certain:
         return (
             f"motor columns in another order than the model's; the log does not tell which ({shown} at best)",
             "look up how the log counts its motors, or fly turns about all three axes; the logs stay as they are",
         )
-    pairs = [f"{MOTORS[column]} acts as the model's {MOTORS[motor]}" for motor, column in found.moved.items()]
-    now, then = (", ".join(MOTORS[place] for place in places) for places in (found.moved, found.moved.values()))
+    pairs = [f"{MOTORS[column]} acts as the model's {MOTORS[motor]}" for motor, column in motor_order.moved.items()]
+    now, then = (
+        ", ".join(MOTORS[place] for place in places) for places in (motor_order.moved, motor_order.moved.values())
+    )
     return (
         f"motor columns in another order than the model's: {', '.join(pairs)} ({shown})",
         f"reorder them in the log's specification: let {now} read the columns that {then} read now",
@@ -141,12 +142,12 @@ def spin_said(model: Equations, data: Dataset) -> tuple[str, str]:
     sent = torch.as_tensor(log.action[row]).repeat(4, 1)
     more = sent.clone()
     more[:, place] += STEP * torch.eye(4, dtype=torch.float64)
-    predict, state = VisibleModel(model, torch.float64), torch.as_tensor(log.state[row]).repeat(4, 1)
+    predict, state = visible_in_double(model), torch.as_tensor(log.state[row]).repeat(4, 1)
     inputs = torch.as_tensor(log.inputs[row]).repeat(4, 1) if log.inputs.shape[1] else None
     apart = predict(state, more, inputs) - predict(state, sent, inputs)
     spin = apart[:, log.layouts.state.index(RATE.columns[2])].sign()
-    told = " ".join(f"{-sign:.0f}" for sign in spin.tolist())
+    signs = " ".join(f"{-sign:.0f}" for sign in spin.tolist())
     return (
         "rotors that turn the other way than the model says: yaw answers the motors with the opposite sign",
-        f"make the model with these rotors: `sym2real nominal quadrotor --interface motors --spin {told} …`",
+        f"make the model with these rotors: `sym2real nominal quadrotor --interface motors --spin {signs} …`",
     )

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-import numpy as np
+from sym2real.dataset import Dataset
+from sym2real.diagnosis.data.agreement import rate_agreement, thrust_agreement
+from sym2real.diagnosis.faults.mistakes.transformation import QUATERNION, Exchanged, of_all
+from sym2real.diagnosis.settings import SETTINGS
 
-from sym2real.diagnosis.data.agreement import AGREES, rate_agreement, thrust_agreement
-from sym2real.trajectory import Dataset
-
-SURE = 0.8  # correlation of everything that can be judged
+SHIFTED = Exchanged(QUATERNION, (*QUATERNION[1:], QUATERNION[0]), (1, 1, 1, 1))
 
 
 @dataclass(frozen=True)
@@ -35,33 +35,27 @@ class ScalarLast:
     @property
     def fix(self) -> str:
         """What to change."""
-        told = 'quaternion = ["qw", "qx", "qy", "qz"] and order = "xyzw"'
-        return f"rename the columns, or say {told} under [attitude] in a specification of the log"
+        entry = 'quaternion = ["qw", "qx", "qy", "qz"] and order = "xyzw"'
+        return f"rename the columns, or say {entry} under [attitude] in a specification of the log"
 
     def undone(self, data: Dataset) -> Dataset:
         """The logs with the scalar first."""
-        return _reordered(data)
+        return of_all(SHIFTED, data)
 
 
 def scalar_last(data: Dataset) -> list[ScalarLast]:
     """One entry where another order fits beyond doubt; none without a quaternion or motion."""
     if not data.layouts.state.has_field("attitude"):
         return []
-    as_it_stands, reordered = _agreement(data), _agreement(_reordered(data))
-    if as_it_stands is None or reordered is None or as_it_stands > AGREES or reordered < SURE:
+    as_it_stands, reordered = _agreement(data), _agreement(of_all(SHIFTED, data))
+    if as_it_stands is None or reordered is None:
         return []
-    return [ScalarLast(as_it_stands, reordered)]
+    sure = as_it_stands <= SETTINGS.agreeing and reordered >= SETTINGS.scalar_last
+    return [ScalarLast(as_it_stands, reordered)] if sure else []
 
 
 def _agreement(data: Dataset) -> float | None:
-    found = [one.correlation for one in (*rate_agreement(list(data)).values(), thrust_agreement(list(data)))]
-    return min((abs(one) for one in found if one is not None), default=None)
-
-
-def _reordered(data: Dataset) -> Dataset:
-    place, logs = data.layouts.state.slice("attitude"), []
-    for log in data:
-        state = log.state.copy()
-        state[:, place] = np.roll(state[:, place], 1, axis=-1)
-        logs.append(replace(log, state=state))
-    return Dataset(logs)
+    found = [
+        correlation.correlation for correlation in (*rate_agreement(list(data)).values(), thrust_agreement(list(data)))
+    ]
+    return min((abs(correlation) for correlation in found if correlation is not None), default=None)

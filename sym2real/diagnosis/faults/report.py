@@ -12,22 +12,20 @@ from typing import Any
 
 import numpy as np
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import Agreement, rate_agreement, velocity_agreement
 from sym2real.diagnosis.data.heading import against_the_path
 from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.start import noise_level
 from sym2real.diagnosis.faults.conventions import breaches
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.logs.dropouts import tells_of_loss
 from sym2real.logs.extremes import at_extremes
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
 
-JITTER, GAP = 0.05, 1.5  # relative spread of the time step; steps longer than this many are gaps
-SATURATED = 0.05  # part of the rows that stay at one extreme
-WEAK = 0.01  # of a command's largest size: less variation says little about it
-CLOSED_LOOP = 0.5
-# No sensor is as good as this, in m; six differences leave less of a path that a simulator followed.
-NO_NOISE, ORDER = 1e-6, 6
+# So many differences leave less of a path that a simulator followed than any sensor's noise.
+ORDER = 6
 
 
 @dataclass(frozen=True)
@@ -53,12 +51,12 @@ class Excitation:
     @property
     def weak(self) -> bool:
         """Whether it hardly varies, so that effects on it cannot be seen."""
-        return self.deviation <= WEAK * max(abs(self.low), abs(self.high))
+        return self.deviation <= SETTINGS.still * max(abs(self.low), abs(self.high))
 
     @property
     def saturated(self) -> bool:
         """Whether it stays at an end of its range for more than a twentieth of the rows."""
-        return max(self.at_low, self.at_high) > SATURATED and not self.weak
+        return max(self.at_low, self.at_high) > SETTINGS.saturated and not self.weak
 
     def limits_said(self, name: str) -> list[str]:
         """A sentence for each end at which the command of this name is saturated."""
@@ -67,7 +65,7 @@ class Excitation:
         return [
             f"{name} is at its limit {edge:.3g} {self.unit} in {100 * share:.0f} % of the rows"
             for edge, share in ((self.low, self.at_low), (self.high, self.at_high))
-            if share > SATURATED
+            if share > SETTINGS.saturated
         ]
 
 
@@ -109,54 +107,67 @@ class DataReport:
     @property
     def following(self) -> tuple[str, ...]:
         """Commands that follow the measured state."""
-        return tuple(name for name, one in self.commands.items() if one.feedback > CLOSED_LOOP)
+        return tuple(name for name, excitation in self.commands.items() if excitation.feedback > SETTINGS.feedback)
 
     @property
     def constant(self) -> tuple[str, ...]:
         """Commands that hardly vary."""
-        return tuple(name for name, one in self.commands.items() if one.weak)
+        return tuple(name for name, excitation in self.commands.items() if excitation.weak)
 
     def lines(self) -> list[str]:
         """What a person should know, a sentence each; remarks only on what is not as it should be."""
         found = [f"{self.logs} log{'s' if self.logs > 1 else ''}, {self.rows} rows, time step {self.dt:.4g} s"]
-        if self.jitter > JITTER:
+        if self.jitter > SETTINGS.jitter:
             found.append(f"the time step varies by {100 * self.jitter:.0f} %")
         if self.gaps:
             found.append(f"{self.gaps} gaps, the longest {self.longest_gap:.3g} s")
         found += exactness(self.exact, self.logs)
-        for name, one in self.commands.items():
-            if one.weak:
-                found.append(f"{name} hardly varies (±{one.deviation:.2g} {one.unit}): effects on it cannot be seen")
-            found += one.limits_said(name)
+        for name, excitation in self.commands.items():
+            if excitation.weak:
+                found.append(
+                    f"{name} hardly varies (±{excitation.deviation:.2g} {excitation.unit}): "
+                    "effects on it cannot be seen"
+                )
+            found += excitation.limits_said(name)
         if self.heading_reversed:
             found.append("the heading turns against the path: wrong sign")
         found += self.breaches
-        found += [_said(name, one, "attitude") for name, one in self.rates.items() if _remarkable(one)]
-        found += [_said(name, one, "position") for name, one in self.velocities.items() if _remarkable(one)]
+        found += [
+            _said(name, agreement, "attitude") for name, agreement in self.rates.items() if _remarkable(agreement)
+        ]
+        found += [
+            _said(name, agreement, "position") for name, agreement in self.velocities.items() if _remarkable(agreement)
+        ]
         if self.feedback:
-            said = f"{', '.join(self.following)} {'goes' if len(self.following) == 1 else 'go'} with the measured state"
-            found.append(f"{said}: a closed loop, or a state that answers at once")
+            sentence = (
+                f"{', '.join(self.following)} {'goes' if len(self.following) == 1 else 'go'} with the measured state"
+            )
+            found.append(f"{sentence}: a closed loop, or a state that answers at once")
         return found
 
     def to_dict(self) -> dict[str, Any]:
         """The object ``data`` that ``compare --json`` prints."""
         commands = {
-            name: {**asdict(one), "weak": one.weak, "saturated": one.saturated} for name, one in self.commands.items()
+            name: {**asdict(excitation), "weak": excitation.weak, "saturated": excitation.saturated}
+            for name, excitation in self.commands.items()
         }
         checks = {
-            key: {name: {**asdict(one), "verdict": one.verdict} for name, one in found.items()}
+            key: {name: {**asdict(agreement), "verdict": agreement.verdict} for name, agreement in found.items()}
             for key, found in (("rates", self.rates), ("velocities", self.velocities))
         }
         return {**asdict(self), "commands": commands, **checks, "feedback": self.feedback}
 
 
-def _remarkable(one: Agreement) -> bool:
-    return one.verdict in ("reversed", "other frame", "unclear")
+def _remarkable(agreement: Agreement) -> bool:
+    return agreement.verdict in ("reversed", "other frame", "unclear")
 
 
-def _said(name: str, one: Agreement, integral: str) -> str:
-    said = f"{name} and the derivative of the {integral} correlate by {one.correlation:.2f}"
-    return said + {"reversed": ": wrong sign", "other frame": ": body axes, not world", "unclear": ""}[one.verdict]
+def _said(name: str, agreement: Agreement, integral: str) -> str:
+    sentence = f"{name} and the derivative of the {integral} correlate by {agreement.correlation:.2f}"
+    return (
+        sentence
+        + {"reversed": ": wrong sign", "other frame": ": body axes, not world", "unclear": ""}[agreement.verdict]
+    )
 
 
 def data_report(data: Dataset | Trajectory, model: Equations | None = None) -> DataReport:
@@ -169,8 +180,8 @@ def data_report(data: Dataset | Trajectory, model: Equations | None = None) -> D
     broken, conventional = breaches(Dataset(logs), model)
     steps = np.concatenate([np.diff(trajectory.time) for trajectory in logs])
     dt = float(np.median(steps)) if len(steps) else 0.0
-    gaps = steps[steps > GAP * dt]
-    regular = steps[steps <= GAP * dt]
+    gaps = steps[steps > SETTINGS.gap * dt]
+    regular = steps[steps <= SETTINGS.gap * dt]
     turned = against_the_path(conventional)
     return DataReport(
         logs=len(logs),
@@ -180,11 +191,11 @@ def data_report(data: Dataset | Trajectory, model: Equations | None = None) -> D
         gaps=len(gaps),
         longest_gap=float(gaps.max()) if len(gaps) else 0.0,
         commands=excitation(logs),
-        rates=rate_agreement([one if turned is None else turned.undone(one) for one in conventional]),
+        rates=rate_agreement([log if turned is None else turned.undone(log) for log in conventional]),
         velocities=velocity_agreement(list(conventional)),
         exact=sum(exact(trajectory) for trajectory in logs),
         heading_reversed=turned is not None,
-        breaches=tuple(one.evidence for one in broken),
+        breaches=tuple(breach.evidence for breach in broken),
     )
 
 
@@ -198,7 +209,7 @@ def exact(log: Trajectory) -> bool:
     layout = log.layouts.state
     if len(log) <= 2 * ORDER or not layout.has_field("position"):
         return False
-    return bool((noise_level(log.state[:, layout.slice("position")], ORDER) < NO_NOISE).all())
+    return bool((noise_level(log.state[:, layout.slice("position")], ORDER) < SETTINGS.exact).all())
 
 
 def exactness(exact: int, logs: int) -> list[str]:

@@ -29,19 +29,16 @@ from math import sqrt
 
 import numpy as np
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, VELOCITIES, turning
 from sym2real.diagnosis.data.start import ROWS, noise_level
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.sensor_bias import SENSOR_BIAS
 from sym2real.effects.sensor_scale import SENSOR_SCALE
 from sym2real.effects.time_shift import TIME_SHIFT
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
 
 STRETCH = 0.4  # s
-FEWEST = 20  # stretches
-# Standard deviations beyond which a value is no chance.
-SURE = 5.0
-# What honest sensors have: relative scale, bias (rad/s or m/s), rows of a shift; and the shifts looked for, rows.
-SCALE, BIAS, SHIFT = 0.05, 0.02, 1.0
 EARLIEST, LATEST = -5, 12
 
 
@@ -77,7 +74,7 @@ class Reading:
 
 def readings(data: Dataset) -> tuple[Reading, ...]:
     """Columns whose sensor is wrong in scale, bias or time; the others are left out, and logs too short to judge by."""
-    layout, found = data.layouts.state, []
+    layout, readings = data.layouts.state, []
     logs = [log for log in data if len(log) > ROWS]
     if not logs:
         return ()
@@ -86,10 +83,10 @@ def readings(data: Dataset) -> tuple[Reading, ...]:
         other = column.removeprefix("v")
         if column not in layout or (column in RATES and not turns) or (column in VELOCITIES and other not in layout):
             continue
-        one = _reading(logs, column, [_change(log, column) for log in logs])
-        if one is not None and one.faulty:
-            found.append(one)
-    return tuple(found)
+        reading = _reading(logs, column, [_change(log, column) for log in logs])
+        if reading is not None and reading.faulty:
+            readings.append(reading)
+    return tuple(readings)
 
 
 def _change(log: Trajectory, column: str) -> Array:
@@ -103,12 +100,14 @@ def _reading(logs: Sequence[Trajectory], column: str, changes: Sequence[Array]) 
     dt = float(np.median(np.concatenate([np.diff(log.time) for log in logs])))
     length = max(5, round(STRETCH / dt))
     tables = {rows: _stretches(logs, column, changes, length, rows) for rows in range(EARLIEST, LATEST + 1)}
-    if len(tables[0]) < FEWEST:
+    if len(tables[0]) < SETTINGS.sensor_stretches:
         return None
-    left = {rows: float(_fit(table)[2].var()) for rows, table in tables.items() if len(table) >= FEWEST}
-    rows = min(left, key=lambda one: left[one])
+    left = {
+        rows: float(_fit(table)[2].var()) for rows, table in tables.items() if len(table) >= SETTINGS.sensor_stretches
+    }
+    rows = min(left, key=lambda lag: left[lag])
     # A likelihood ratio, which must be as far beyond chance as the rest.
-    if len(tables[0]) * np.log(max(left[0], 1e-300) / max(left[rows], 1e-300)) < SURE**2:
+    if len(tables[0]) * np.log(max(left[0], 1e-300) / max(left[rows], 1e-300)) < SETTINGS.sensor_deviations**2:
         rows = 0
     values, covariance, _ = _fit(tables[rows])
     inverse, constant, late = values
@@ -122,13 +121,14 @@ def _reading(logs: Sequence[Trajectory], column: str, changes: Sequence[Array]) 
     scale, bias, shift = 1.0 / inverse, -constant / inverse, rows * dt + late / inverse
     least, most = _slopes(tables[rows])
     sure = {
-        "scale": abs(inverse - 1.0) > SURE * spread[0] + weakened
-        and abs(np.log(scale)) > SCALE
-        and inverse > SURE * spread[0]
+        "scale": abs(inverse - 1.0) > SETTINGS.sensor_deviations * spread[0] + weakened
+        and abs(np.log(scale)) > SETTINGS.sensor_scale
+        and inverse > SETTINGS.sensor_deviations * spread[0]
         and not least <= 1.0 <= most,
-        "bias": abs(constant) > SURE * spread[1] + turned_by and abs(bias) > BIAS * max(1.0, scale),
-        "shift": abs(shift) > SURE * spread[2] / inverse
-        and abs(shift) > SHIFT * dt
+        "bias": abs(constant) > SETTINGS.sensor_deviations * spread[1] + turned_by
+        and abs(bias) > SETTINGS.sensor_bias * max(1.0, scale),
+        "shift": abs(shift) > SETTINGS.sensor_deviations * spread[2] / inverse
+        and abs(shift) > SETTINGS.sensor_shift * dt
         and _misses_more(tables[0], noise**2 + 2.0 * of_angle**2),
     }
     correlation = float(np.corrcoef(tables[rows][:, 0], tables[rows][:, 1])[0, 1])
@@ -169,7 +169,7 @@ def _fit(table: Array) -> tuple[Array, Array, Array]:
 def _misses_more(table: Array, variance: float) -> bool:
     """Whether scale and bias alone leave more than noise of this variance, beyond chance."""
     _, _, left = _fit(table[:, :3])
-    return float(np.square(left).mean()) > variance * (1.0 + SURE * sqrt(2.0 / len(left)))
+    return float(np.square(left).mean()) > variance * (1.0 + SETTINGS.sensor_deviations * sqrt(2.0 / len(left)))
 
 
 def _slopes(table: Array) -> tuple[float, float]:

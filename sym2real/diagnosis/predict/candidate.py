@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fnmatch import fnmatch
 from functools import lru_cache
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.predict.commands import values_for
 from sym2real.diagnosis.predict.competitors import competing
 from sym2real.diagnosis.predict.library import Library
@@ -15,9 +16,8 @@ from sym2real.effects.catalogue import require_patterns
 from sym2real.effects.groups import Group, holding, others_of
 from sym2real.effects.inputs import ANGLE
 from sym2real.effects.voltage import voltage_at_start, with_voltage
-from sym2real.layout import RATE_COMMAND, THRUST_COLUMN
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset
+from sym2real.vocabulary import RATE_COMMAND, THRUST_COLUMN
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,10 @@ def with_inputs_of(equations: Equations, data: Dataset) -> Equations:
     reference = voltage_at_start(data)
     if reference is None or THRUST_COLUMN not in (*equations.layouts.action, *equations.quantities):
         return equations
-    return with_voltage(equations, reference)
+    return _with_voltage(equations, reference)
+
+
+_with_voltage = lru_cache(maxsize=4)(with_voltage)  # the same equations again, of which libraries are kept
 
 
 @lru_cache(maxsize=4)
@@ -76,33 +79,34 @@ def _library(equations: Equations, keys: tuple[str, ...]) -> Library:
 
 def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
     """What competes: one candidate per effect; the two lateral rate commands as one."""
-    found: list[Candidate] = []
-    groups, known = holding(data), [one.key for one in applicable(library.equations)]
+    candidates: list[Candidate] = []
+    groups, known = holding(data), [effect.key for effect in applicable(library.equations)]
     exclusive = [group for group in groups if group.of.one_of]
     twins = _twins(library)
-    for key, one in library.effects.items():
+    for key, known_effect in library.effects.items():
         slots = library.indices(key)
-        if not slots or key in twins.values() or (one.searching.swings and not swings(data)):
+        if not slots or key in twins.values() or (known_effect.searching.swings and not swings(data)):
             continue
-        values = values_for(library.equations, one, data)
-        fixed = one.searching.fixed(one.body, values, data)
+        values = values_for(library.equations, known_effect, data)
+        fixed = known_effect.searching.fixed(known_effect.body, values, data)
         keys: tuple[str, ...] = (key,)
         free: tuple[tuple[int, ...], ...] = tuple((slot,) for slot in slots)
         if key in twins:
             keys, other = (key, twins[key]), library.indices(twins[key])
-            free = tuple(zip(slots, other, strict=True)) if one.searching.shared else (*free, *((s,) for s in other))
-        found.append(
+            tied = tuple(zip(slots, other, strict=True))
+            free = tied if known_effect.searching.shared else (*free, *((slot,) for slot in other))
+        candidates.append(
             Candidate(
                 key,
                 keys,
                 free=tuple(tied for tied in free if library.slots[tied[0]].parameter.name not in fixed),
-                starts=one.searching.starts(one.body, values),
-                needs_start=not one.searching.from_null,
+                starts=known_effect.searching.starts(known_effect.body, values),
+                needs_start=not known_effect.searching.from_null,
                 alike=_matching(key, groups, known),
                 excludes=_matching(key, exclusive, known),
             )
         )
-    return tuple(found)
+    return tuple(candidates)
 
 
 def _twins(library: Library) -> dict[str, str]:
@@ -111,8 +115,8 @@ def _twins(library: Library) -> dict[str, str]:
     for field in library.equations.layouts.action.fields:
         if field.name == RATE_COMMAND.name and len(field.columns) > 1:
             first, second = field.columns[:2]
-            ours = {one.kind: key for key, one in library.effects.items() if one.column == first}
-            others = {one.kind: key for key, one in library.effects.items() if one.column == second}
+            ours = {effect.kind: key for key, effect in library.effects.items() if effect.column == first}
+            others = {effect.kind: key for key, effect in library.effects.items() if effect.column == second}
             found |= {key: others[kind] for kind, key in ours.items() if kind in others}
     return found
 
@@ -124,4 +128,4 @@ def swings(data: Dataset) -> bool:
 
 def _matching(key: str, groups: Iterable[Group], known: Iterable[str]) -> tuple[str, ...]:
     patterns = others_of(key, groups)
-    return tuple(one for one in known if one != key and any(fnmatch(one, pattern) for pattern in patterns))
+    return tuple(other for other in known if other != key and any(fnmatch(other, pattern) for pattern in patterns))

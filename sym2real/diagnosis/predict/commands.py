@@ -5,30 +5,31 @@ from __future__ import annotations
 import numpy as np
 import torch
 
+from sym2real.dataset import Dataset
 from sym2real.effects import Effect
 from sym2real.effects.filters import spelled_out
 from sym2real.symbolic import Equations, compile_function
 from sym2real.symbolic.expressions import names_in
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
 
 # Commands are as sent, without noise: one that varies less shows nothing of its map.
 STILL = 1e-9
 
 
-def values_for(equations: Equations, one: Effect, data: Dataset) -> Array:
+def values_for(equations: Equations, effect: Effect, data: Dataset) -> Array:
     """Values of the command that an effect is bound to in all logs ``# (rows,)``; none for an effect of no column."""
-    if not one.column or one.of.columns != "action":
+    if not effect.column or effect.of.columns != "action":
         return np.zeros(0)
-    return np.concatenate([column_values(equations, one.column, trajectory) for trajectory in data])
+    return np.concatenate([column_values(equations, effect.column, trajectory) for trajectory in data])
 
 
-def still(equations: Equations, one: Effect, data: Dataset) -> str:
+def still(equations: Equations, effect: Effect, data: Dataset) -> str:
     """Which command would have to vary for an effect to show, and never does, for a sentence; "" where it does."""
-    needed = (one.column,) if one.column else one.searching.varying
+    needed = (effect.column,) if effect.column else effect.searching.varying
     for name in needed:
         if name in (*data.layouts.action, *equations.quantities) and not _varies(equations, name, data):
             return f"{name} never varies in these logs"
-    if one.of.columns == "action" and not any(_varies(equations, name, data) for name in data.layouts.action):
+    if effect.of.columns == "action" and not any(_varies(equations, name, data) for name in data.layouts.action):
         return "no command varies in these logs"
     return ""
 

@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import asdict, dataclass
 from fnmatch import fnmatch
+from functools import lru_cache
 from itertools import groupby
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.predict.commands import still
 from sym2real.diagnosis.predict.library import Library
-from sym2real.effects import Effect
+from sym2real.effects import Effect, effect
 from sym2real.effects.catalogue import known
 from sym2real.effects.groups import unnamed
 from sym2real.errors import ModelError
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset
 
 EXCLUDED = "excluded on request"
 QUATERNION = "quaternion"  # kind of a field
@@ -38,12 +39,12 @@ def competing(
     equations: Equations, data: Dataset, exclude: Collection[str] = ()
 ) -> tuple[tuple[str, ...], tuple[NotTried, ...]]:
     """Keys of the effects of such a robot that compete on this data, and all others."""
-    effects = {one.key: one for one in known(equations)}
-    reasons = {key: _why_not(one, equations, data, exclude) for key, one in effects.items()}
+    effects = {effect.key: effect for effect in known(equations)}
+    reasons = {key: _why_not(effect, equations, data, exclude) for key, effect in effects.items()}
     reasons |= {
-        key: f"{one.stood_for_by} stands for it: no flight tells them apart"
-        for key, one in effects.items()
-        if not reasons[key] and reasons.get(one.stood_for_by) == ""
+        key: f"{effect.stood_for_by} stands for it: no flight tells them apart"
+        for key, effect in effects.items()
+        if not reasons[key] and reasons.get(effect.stood_for_by) == ""
     }
     left = {key for key, reason in reasons.items() if not reason}
     reasons |= {
@@ -55,26 +56,32 @@ def competing(
     return keys, tuple(NotTried(key, reason) for key, reason in reasons.items() if reason)
 
 
-def _why_not(one: Effect, equations: Equations, data: Dataset, exclude: Collection[str]) -> str:
+def _why_not(effect: Effect, equations: Equations, data: Dataset, exclude: Collection[str]) -> str:
     """Why an effect does not compete; "" where it does."""
-    if any(fnmatch(one.key, pattern) for pattern in exclude):
+    if any(fnmatch(effect.key, pattern) for pattern in exclude):
         return EXCLUDED
     return (
-        (COMPONENT if _is_component(one) else one.searching.why_not(one.body))
-        or one.why_not(equations).removeprefix(f"{one.key} ")
-        or still(equations, one, data)
-        or _refused(one, equations)
+        (COMPONENT if _is_component(effect) else effect.searching.why_not(effect.body))
+        or effect.why_not(equations).removeprefix(f"{effect.key} ")
+        or still(equations, effect, data)
+        or _refused(effect.key, equations)
     )
 
 
-def _is_component(one: Effect) -> bool:
-    return any(one.column in field.columns for field in one.body.layouts.action.fields if field.kind == QUATERNION)
+def _is_component(effect: Effect) -> bool:
+    return any(
+        effect.column in field.columns for field in effect.body.layouts.action.fields if field.kind == QUATERNION
+    )
 
 
-def _refused(one: Effect, equations: Equations) -> str:
-    """Why the equations cannot be given an effect that has all it names: a push without a place, a number for that."""
+@lru_cache(maxsize=512)
+def _refused(key: str, equations: Equations) -> str:
+    """Why the equations cannot be given an effect that has all it names: a push without a place, a number for that.
+
+    Kept, because trying all of them takes a third of a diagnosis, which asks twice.
+    """
     try:
-        Library.of(equations, [one])
+        Library.of(equations, [effect(key, equations)])
     except ModelError as error:
         return str(error)
     return ""
@@ -82,11 +89,11 @@ def _refused(one: Effect, equations: Equations) -> str:
 
 def not_tried_said(left_out: Iterable[NotTried]) -> Iterator[str]:
     """A line for every reason, with the effects that it holds for."""
-    ordered = sorted(left_out, key=lambda one: one.reason)
-    for reason, same in groupby(ordered, key=lambda one: one.reason):
+    ordered = sorted(left_out, key=lambda entry: entry.reason)
+    for reason, same in groupby(ordered, key=lambda entry: entry.reason):
         kinds: dict[str, list[str]] = {}
-        for one in same:
-            kind, _, column = one.effect.partition(":")
+        for entry in same:
+            kind, _, column = entry.effect.partition(":")
             kinds.setdefault(kind, []).append(column)
         yield f"{', '.join(_keys(kind, columns) for kind, columns in kinds.items())}: {reason}"
 

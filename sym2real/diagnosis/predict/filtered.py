@@ -5,9 +5,9 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import padded
 from sym2real.diagnosis.predict.library import Library
-from sym2real.trajectory import Dataset
 
 # Filtered logs that are kept, by the values of their filters.
 MOST_CACHED = 400

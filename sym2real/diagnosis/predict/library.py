@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import torch
 from sympy import Expr, Integer, Symbol
@@ -137,7 +137,7 @@ class Library:
     @cached_property
     def measuring(self) -> tuple[int, ...]:
         """Slots of effects that change what is measured."""
-        measuring = {key for key, one in self.effects.items() if one.stage == "measurement"}
+        measuring = {key for key, effect in self.effects.items() if effect.stage == "measurement"}
         return tuple(i for i, slot in enumerate(self.slots) if slot.effect in measuring)
 
     @cached_property
@@ -145,7 +145,7 @@ class Library:
         """Slots without whose effects hidden states do not matter; None where the base has hidden states itself."""
         if any(field.hidden for field in self.base.layouts.state.fields):
             return None
-        hiding = {name for name, one in self.effects.items() if one.of.hidden}
+        hiding = {name for name, effect in self.effects.items() if effect.of.hidden}
         return tuple(i for i, slot in enumerate(self.slots) if slot.effect in hiding)
 
     def busy(self, sets: Tensor, slots: Sequence[int] | None) -> Tensor:
@@ -177,6 +177,7 @@ def with_angle(base: Equations) -> Equations:
     return replace(base, layouts=replace(base.layouts, inputs=inputs))
 
 
+@lru_cache(maxsize=8)
 def shielded(base: Equations) -> Equations:
     """The equations with a quantity in place of every action and wrench input: substitutions then stay small."""
     names = [name for name in (*base.layouts.action, *base.layouts.inputs.pushes) if name not in base.quantities]

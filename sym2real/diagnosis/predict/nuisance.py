@@ -14,9 +14,6 @@ from torch import Tensor
 
 from sym2real.diagnosis.predict.library import Library
 
-# Half-width that the loop's stiffness adds to the interval of an effect that acts by a torque, relative.
-STIFFNESS = 0.1
-
 
 @dataclass(frozen=True)
 class Nuisance:
@@ -41,7 +38,7 @@ class Nuisance:
 
 def nuisance_of(library: Library, origin: Tensor) -> Nuisance:
     """The nuisance of a library around what is known of its base ``# (P,)``."""
-    known = [(slot, one.of.nuisance) for key, one in library.effects.items() for slot in library.indices(key)]
+    known = [(slot, effect.of.nuisance) for key, effect in library.effects.items() for slot in library.indices(key)]
     bounds = [(slot, float(origin[slot]), factors) for slot, factors in known if factors is not None]
     return Nuisance(
         tuple((slot,) for slot, _, _ in bounds),

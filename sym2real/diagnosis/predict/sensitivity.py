@@ -8,13 +8,13 @@ from functools import cached_property
 import torch
 from torch import Tensor
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import WARM_UP, Segments, compared_fields, cut, padded
 from sym2real.diagnosis.predict.filtered import FilteredCommands
 from sym2real.diagnosis.predict.library import Library
 from sym2real.effects.inputs import inputs_along
 from sym2real.effects.sensors import Sensors
 from sym2real.symbolic import rollout
-from sym2real.trajectory import Dataset
 
 # Parameter sets that go through one rollout, and difference steps in units of a parameter's scale.
 BATCH = 48
@@ -88,23 +88,23 @@ class Problem:
         found = self._residuals(values.expand(size + 1, -1), moves=moves)
         return ((found[1:] - found[0]) / START_STEP).permute(1, 2, 0)
 
-    def push_jacobian(self, values: Tensor, pushes: Sequence[tuple[str, float]], pieces: int) -> Tensor:
-        """Derivative by pushes, each held over one of so many pieces of a segment ``# (S, R, pushes, pieces)``.
+    def disturbance_jacobian(self, values: Tensor, disturbances: Sequence[tuple[str, float]], pieces: int) -> Tensor:
+        """Derivative by disturbances, each held over one piece of a segment ``# (S, R, disturbances, pieces)``.
 
         Args:
             values: parameter set ``# (P,)``.
-            pushes: input or action column and the size that counts as one.
+            disturbances: input or action column and the size that counts as one.
             pieces: per segment.
         """
         layouts, steps = self.library.equations.layouts, self.segments.length - 1
-        edges, count = self.segments.edges(pieces), len(pushes) * pieces + 1
-        actions, inputs = (torch.zeros(count, 1, steps, len(one)) for one in (layouts.action, layouts.inputs))
-        for i, (column, size) in enumerate(pushes):
+        edges, count = self.segments.edges(pieces), len(disturbances) * pieces + 1
+        actions, inputs = (torch.zeros(count, 1, steps, len(group)) for group in (layouts.action, layouts.inputs))
+        for i, (column, size) in enumerate(disturbances):
             target, layout = (inputs, layouts.inputs) if column in layouts.inputs else (actions, layouts.action)
             for j in range(pieces):
                 target[1 + i * pieces + j, 0, edges[j] : edges[j + 1], layout.index(column)] = size * STEP
         found = self._residuals(values.expand(count, -1), actions=actions.double(), inputs=inputs.double())
-        return ((found[1:] - found[0]) / STEP).reshape(len(pushes), pieces, *found.shape[1:]).permute(2, 3, 0, 1)
+        return ((found[1:] - found[0]) / STEP).reshape(len(disturbances), pieces, *found.shape[1:]).permute(2, 3, 0, 1)
 
     def _residuals(
         self, sets: Tensor, moves: Tensor | None = None, actions: Tensor | None = None, inputs: Tensor | None = None

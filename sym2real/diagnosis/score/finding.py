@@ -9,27 +9,25 @@ from typing import Any
 
 import torch
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.estimate.calibrate import Calibration
 from sym2real.diagnosis.estimate.fit import Fit
-from sym2real.diagnosis.estimate.significance import FEWEST_BLOCKS, half_widths
+from sym2real.diagnosis.estimate.significance import half_widths
 from sym2real.diagnosis.estimate.swing import Swing
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library
-from sym2real.diagnosis.predict.nuisance import STIFFNESS
 from sym2real.diagnosis.score.cleaning import cleaned
 from sym2real.diagnosis.score.importance import by_importance
 from sym2real.diagnosis.score.reliability import Confidence, confidence, kind
 from sym2real.diagnosis.search.deviations import reported
 from sym2real.diagnosis.search.near import Near
 from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import Effect, compose, effect
 from sym2real.effects.kind import with_unit
 from sym2real.effects.voltage import REFERENCE, VOLTAGE, with_voltage
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset
 
-# Model form dominates quoted intervals (docs/method.md): relative floor of their half-width.
-INTERVAL_FLOOR = 0.03
 # Filters act on the mean of a command over a control step. One that changes steadily within the step moves a position
 # by a third of its change, its mean by a half: a sixth of a step that a lag's time cannot be told from.
 WITHIN_A_STEP = 1 / 6
@@ -107,31 +105,31 @@ class Finding:
         return equations if self.voltage is None else with_voltage(equations, self.voltage)
 
 
-def applied(equations: Equations, found: Sequence[Finding]) -> Equations:
+def applied(equations: Equations, findings: Sequence[Finding]) -> Equations:
     """The equations with effects at their fitted values, and with the inputs that these refer to."""
-    for one in found:
-        equations = one.bound(equations)
-    return compose(equations, [(effect(one.effect, equations), one.values) for one in found])
+    for finding in findings:
+        equations = finding.bound(equations)
+    return compose(equations, [(effect(finding.effect, equations), finding.values) for finding in findings])
 
 
 def estimates(
-    selection: Selection, one: Candidate, fit: Fit, form: Mapping[int, float]
+    selection: Selection, candidate: Candidate, fit: Fit, form: Mapping[int, float]
 ) -> dict[str, dict[str, Estimate]]:
     """Values of a chosen candidate in a fit of all, by effect and parameter; form: variances over near sets."""
     library, halves = selection.problems.problem.library, half_widths(selection.problems, fit)
-    found: dict[str, dict[str, Estimate]] = {}
-    for place, tied in zip(selection.places(selection.chosen, one), one.free, strict=True):
+    by_effect: dict[str, dict[str, Estimate]] = {}
+    for place, tied in zip(selection.places(selection.chosen, candidate), candidate.free, strict=True):
         for index in tied:
             of, slot = library.slots[index].effect, library.slots[index].parameter
             origin = float(selection.origin[index])
             value = reported(float(fit.values[index]), origin, slot)
             half = float(halves[place]) * slot.scale
             reference = value - slot.null if slot.null in (0.0, 1.0) else value
-            floor = (INTERVAL_FLOOR**2 + _stiffness(library, of) ** 2) ** 0.5
+            floor = (SETTINGS.interval_floor**2 + _stiffness(library, of) ** 2) ** 0.5
             choice = TWO_SIDED**2 * form.get(index, 0.0)
             half = (half**2 + choice + (floor * reference) ** 2 + _unresolved(library, of) ** 2) ** 0.5
-            found.setdefault(of, {})[slot.name] = Estimate(value, value - half, value + half, slot.unit)
-    return found
+            by_effect.setdefault(of, {})[slot.name] = Estimate(value, value - half, value + half, slot.unit)
+    return by_effect
 
 
 def _unresolved(library: Library, name: str) -> float:
@@ -142,11 +140,11 @@ def _unresolved(library: Library, name: str) -> float:
 
 def _stiffness(library: Library, name: str) -> float:
     """Relative half-width of what nobody knows of how a torque is answered; none of other effects."""
-    one = library.effects.get(name)
-    return STIFFNESS if one is not None and one.of.by_torque(one.body) else 0.0
+    effect = library.effects.get(name)
+    return SETTINGS.stiffness if effect is not None and effect.of.by_torque(effect.body) else 0.0
 
 
-def spread_over_logs(selection: Selection, one: Candidate, fit: Fit) -> dict[str, float]:
+def spread_over_logs(selection: Selection, candidate: Candidate, fit: Fit) -> dict[str, float]:
     """Standard deviation over logs of each parameter when every log fits its own, in its unit."""
     problems = selection.problems
     log = torch.as_tensor(problems.problem.segments.log)
@@ -160,7 +158,7 @@ def spread_over_logs(selection: Selection, one: Candidate, fit: Fit) -> dict[str
     slots = problems.problem.library.slots
     return {
         slots[tied[0]].parameter.name: float(deviation[place]) * slots[tied[0]].parameter.scale
-        for place, tied in zip(selection.places(selection.chosen, one), one.free, strict=True)
+        for place, tied in zip(selection.places(selection.chosen, candidate), candidate.free, strict=True)
     }
 
 
@@ -179,34 +177,34 @@ def findings(
         own: the base against the plain simulator, if there is one.
     """
     library, problems = selection.problems.problem.library, selection.problems
-    provisional = problems.block_count < FEWEST_BLOCKS
+    provisional = problems.block_count < SETTINGS.fewest_pieces
     probabilities = {} if near is None else near.probabilities()
     fit = cleaned(problems, selection.fit, own)
     ordered = by_importance(selection)
     base = float(problems.whitening.loss(problems.problem.residuals(selection.origin[None])).sum())
     shares = shares_of([base, *(stage.total for _, stage in ordered)], problems.whitening.freedom)
-    found = []
-    for (one, _), share in zip(ordered, shares, strict=True):
-        logs = spread_over_logs(selection, one, fit)
-        form = {} if near is None else dict(zip(one.slots, near.variances(one).tolist(), strict=True))
-        for key, parameters in estimates(selection, one, fit, form).items():
+    findings = []
+    for (candidate, _), share in zip(ordered, shares, strict=True):
+        logs = spread_over_logs(selection, candidate, fit)
+        form = {} if near is None else dict(zip(candidate.slots, near.variances(candidate).tolist(), strict=True))
+        for key, parameters in estimates(selection, candidate, fit, form).items():
             of = library.effects[key]
-            group = tuple(dict.fromkeys((key, *groups.get(one.name, ()))))
-            found.append(
+            group = tuple(dict.fromkeys((key, *groups.get(candidate.name, ()))))
+            findings.append(
                 Finding(
                     effect=key,
                     parameters=parameters,
-                    share=share / len(one.keys),
+                    share=share / len(candidate.keys),
                     group=group,
                     separate_by=of.shown_by if len(group) > 1 else "",
                     provisional=provisional,
                     fix=of.fix,
                     log_spread=logs,
                     voltage=_voltage(of),
-                    probability=probabilities.get(one.name),
+                    probability=probabilities.get(candidate.name),
                 )
             )
-    return found
+    return findings
 
 
 def shares_of(losses: Sequence[float], freedom: float) -> list[float]:
@@ -221,7 +219,9 @@ def shares_of(losses: Sequence[float], freedom: float) -> list[float]:
     return [(before - after) / excess for before, after in pairwise(lowest)]
 
 
-def told(found: Sequence[Finding], library: Library, swing: Swing | None, logs: Dataset) -> tuple[Finding, ...]:
+def with_details(
+    findings: Sequence[Finding], library: Library, swing: Swing | None, logs: Dataset
+) -> tuple[Finding, ...]:
     """The findings under the keys that a user types, with what was settled before the search.
 
     That is which rotor lost thrust, and how fast a force swings; also its phase where there is one log, which at the
@@ -233,30 +233,32 @@ def told(found: Sequence[Finding], library: Library, swing: Swing | None, logs: 
         if len(logs) == 1:
             known["phase"] = _about(swing.phases[0], swing.deviation * len(logs[0]) * logs[0].dt / 3**0.5, "rad")
     result = []
-    for one in found:
-        chosen = {name: Estimate(value, value, value, "1") for name, value in library.choice(one.effect).items()}
-        of = library.effects.get(one.effect)
+    for finding in findings:
+        chosen = {name: Estimate(value, value, value, "1") for name, value in library.choice(finding.effect).items()}
+        of = library.effects.get(finding.effect)
         settled = chosen | (known if of is not None and of.searching.swings else {})
-        group = tuple(dict.fromkeys(library.key(name) for name in one.group))
+        group = tuple(dict.fromkeys(library.key(name) for name in finding.group))
         result.append(
-            replace(one, effect=library.key(one.effect), parameters={**settled, **one.parameters}, group=group)
+            replace(
+                finding, effect=library.key(finding.effect), parameters={**settled, **finding.parameters}, group=group
+            )
         )
     return tuple(result)
 
 
-def rated(found: Sequence[Finding], *, passed: bool, leftover: bool, calibrated: bool) -> tuple[Finding, ...]:
+def rated(findings: Sequence[Finding], *, passed: bool, leftover: bool, calibrated: bool) -> tuple[Finding, ...]:
     """The findings with their confidence, where their kind has been counted.
 
     Args:
-        found: in order of importance.
+        findings: in order of importance.
         passed: whether the gate on held-out data was.
         leftover: whether something is left over.
         calibrated: whether the base was calibrated in its simulator, as wherever findings were counted.
     """
-    kinds = (kind(passed=passed, leftover=leftover, first=place == 0) for place in range(len(found)))
+    kinds = (kind(passed=passed, leftover=leftover, first=place == 0) for place in range(len(findings)))
     return tuple(
-        replace(one, confidence=confidence(name) if calibrated and not one.provisional else None)
-        for one, name in zip(found, kinds, strict=True)
+        replace(finding, confidence=confidence(name) if calibrated and not finding.provisional else None)
+        for finding, name in zip(findings, kinds, strict=True)
     )
 
 
@@ -264,6 +266,6 @@ def _about(value: float, deviation: float, unit: str) -> Estimate:
     return Estimate(value, value - TWO_SIDED * deviation, value + TWO_SIDED * deviation, unit)
 
 
-def _voltage(found: Effect) -> float | None:
-    by_voltage = VOLTAGE in found.of.reads and VOLTAGE in found.body.layouts.inputs
-    return found.body.numbers.get(REFERENCE) if by_voltage else None
+def _voltage(effect: Effect) -> float | None:
+    by_voltage = VOLTAGE in effect.of.reads and VOLTAGE in effect.body.layouts.inputs
+    return effect.body.numbers.get(REFERENCE) if by_voltage else None

@@ -16,15 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 from torch import Tensor
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.windows import judged
-from sym2real.diagnosis.errors.rungs import LEAST_FALL, Stage, horizons_for, ladder
+from sym2real.diagnosis.errors.rungs import Stage, horizons_for, ladder
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.score.importance import by_importance
 from sym2real.diagnosis.search.deviations import parameter_set
 from sym2real.diagnosis.search.needed import fold_of_log, judged_horizons, left_out_sets, scored_after
 from sym2real.diagnosis.search.select import Selection
-from sym2real.trajectory import Dataset
+from sym2real.diagnosis.settings import SETTINGS
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ class Gate:
     @property
     def best(self) -> Fall | None:
         """The error of position or attitude that falls most; None where nothing was judged."""
-        return max((one for one, _ in self._falls()), key=lambda one: one.part, default=None)
+        return max((fall for fall, _ in self._falls()), key=lambda fall: fall.part, default=None)
 
     @property
     def worse(self) -> tuple[Fall, ...]:
@@ -58,12 +59,12 @@ class Gate:
 
         The interval of a single piece has no width: there a rise counts from a tenth on, as a fall does.
         """
-        return tuple(sorted((one for one, beyond in self._falls() if beyond), key=lambda one: one.part))
+        return tuple(sorted((fall for fall, beyond in self._falls() if beyond), key=lambda fall: fall.part))
 
     @property
     def passed(self) -> bool:
         """Whether a tenth of an error goes and none rises beyond chance; also where no log is long enough to say."""
-        return self.best is None or (self.best.part >= LEAST_FALL and not self.worse)
+        return self.best is None or (self.best.part >= SETTINGS.error_fall and not self.worse)
 
     def _falls(self) -> Iterator[tuple[Fall, bool]]:
         """Every judged error's, and whether it rises beyond both intervals."""
@@ -73,7 +74,7 @@ class Gate:
             for name in judged(errors):
                 error, after = errors[name], self.after.horizons[horizon][name]
                 part = 1.0 - after.value / max(error.value, 1e-12)
-                apart = error.low < error.high or part <= -LEAST_FALL
+                apart = error.low < error.high or part <= -SETTINGS.error_fall
                 yield Fall(horizon, name, part), apart and after.low > error.high
 
     def to_dict(self) -> dict[str, Any] | None:
@@ -83,7 +84,7 @@ class Gate:
         return {
             "passed": self.passed,
             "best": asdict(self.best),
-            "worse": [asdict(one) for one in self.worse],
+            "worse": [asdict(fall) for fall in self.worse],
             "before": self.before.to_dict()["horizons"],
             "after": self.after.to_dict()["horizons"],
         }
@@ -118,12 +119,12 @@ class Steps:
                 third of a single log by those of the rest.
         """
         names, sets, done = ["base"], [library.null[None]], list[Candidate]()
-        for one, fit in by_importance(selection):
-            done.append(one)
+        for candidate, fit in by_importance(selection):
+            done.append(candidate)
             sets.append(
                 left_out_sets(selection, done, fit) if same else parameter_set(selection, done, fit.values)[None]
             )
-            names.append(f"+ {one.name}")
+            names.append(f"+ {candidate.name}")
         last = done[-1] if done else None
         return cls(
             tuple(names),

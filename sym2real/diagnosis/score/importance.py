@@ -41,13 +41,13 @@ def _ordered(selection: Selection) -> Ordered:
     order = _order(selection)
     problems, values = selection.problems, selection.origin
     ordered: Ordered = []
-    for number, one in enumerate(order, start=1):
+    for number, candidate in enumerate(order, start=1):
         if number == len(order):
-            return [*ordered, (one, selection.fit)]
+            return [*ordered, (candidate, selection.fit)]
         values = values.clone()
-        values[one.slots] = selection.fit.values[one.slots]
+        values[candidate.slots] = selection.fit.values[candidate.slots]
         (fit,) = problems.fit([Hypothesis(selection.free(order[:number]), values)], REFIT_STEPS)
-        ordered.append((one, fit))
+        ordered.append((candidate, fit))
         values = fit.values
     return ordered
 
@@ -56,8 +56,8 @@ def _order(selection: Selection) -> list[Candidate]:
     if len(selection.chosen) < 2:
         return list(selection.chosen)
     windows = _windows(selection)
-    trim = [one for one in selection.chosen if _is_trim(selection, one)]
-    lasting = [one for one in selection.chosen if one not in trim]
+    trim = [candidate for candidate in selection.chosen if _is_trim(selection, candidate)]
+    lasting = [candidate for candidate in selection.chosen if candidate not in trim]
     return [*_from_behind(selection, windows, lasting, trim), *_from_behind(selection, windows, trim, lasting)]
 
 
@@ -67,16 +67,19 @@ def _from_behind(
     """Some of the effects by importance, while the others stay."""
     rest, last = list(some), list[Candidate]()
     while len(rest) > 1:
-        scores = [_score(selection, windows, [*others, *(kept for kept in rest if kept is not one)]) for one in rest]
+        scores = [
+            _score(selection, windows, [*others, *(kept for kept in rest if kept is not candidate)])
+            for candidate in rest
+        ]
         last.append(rest.pop(scores.index(min(scores))))
     return [*rest, *reversed(last)]
 
 
-def _is_trim(selection: Selection, one: Candidate) -> bool:
+def _is_trim(selection: Selection, candidate: Candidate) -> bool:
     problem = selection.problems.problem
-    slots, found = problem.library.slots, parameter_set(selection, [one], selection.fit.values)
-    values = {slots[i].parameter.name: float(found[i]) for i in one.slots}
-    return all(is_trim(problem.library.effects[key], values, problem.data) for key in one.keys)
+    slots, found = problem.library.slots, parameter_set(selection, [candidate], selection.fit.values)
+    values = {slots[i].parameter.name: float(found[i]) for i in candidate.slots}
+    return all(is_trim(problem.library.effects[key], values, problem.data) for key in candidate.keys)
 
 
 def _windows(selection: Selection) -> Problem:

@@ -32,6 +32,14 @@ class Confidence:
         """Mean of the share under Jeffreys' prior: few cases never make certain."""
         return (self.right + 0.5) / (self.of + 1)
 
+    @property
+    def statement(self) -> str:
+        """What was counted, for a report: not this effect's own evidence, which its probability is."""
+        return (
+            f"{100 * self.value:.0f} %: in simulation {self.right} of {self.of} findings were right "
+            "where gate, rank and what is left over were alike"
+        )
+
     def to_dict(self) -> dict[str, Any]:
         """The entry ``confidence`` of a finding."""
         return {"value": self.value, "cases": self.of}
@@ -58,4 +66,4 @@ def confidence(name: str) -> Confidence | None:
 def counts() -> Mapping[str, Confidence]:
     """Counts by kind, as the benchmark wrote them."""
     text = resources.files(__package__).joinpath("confidence.json").read_text(encoding="utf-8")
-    return {name: Confidence(**one) for name, one in json.loads(text).items()}
+    return {name: Confidence(**load) for name, load in json.loads(text).items()}

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 from sym2real.diagnosis.errors.floor import Floor, floor_of_explained, no_higher_than_reached
 from sym2real.diagnosis.errors.rungs import Stage
-from sym2real.diagnosis.score.finding import Finding, findings, told
+from sym2real.diagnosis.score.finding import Finding, findings, with_details
 from sym2real.diagnosis.score.held_out import Gate, Steps
+from sym2real.diagnosis.search.beam import SearchResult
 from sym2real.diagnosis.search.groups import groups_of
-from sym2real.diagnosis.search.growing import Found
 from sym2real.diagnosis.search.near import Near
 
 
@@ -18,7 +18,7 @@ class Scored:
     """Findings and how they do on data that took no part in their fit.
 
     Args:
-        found: the search's result.
+        result: of the search.
         steps: the models of the ladder.
         stages: the ladder.
         gate: free runs of the first and the last of them.
@@ -27,7 +27,7 @@ class Scored:
         floor: errors of a fully explained model.
     """
 
-    found: Found
+    result: SearchResult
     steps: Steps
     stages: tuple[Stage, ...]
     gate: Gate
@@ -36,28 +36,28 @@ class Scored:
     floor: tuple[Floor, ...]
 
 
-def score(found: Found) -> Scored:
+def score(result: SearchResult) -> Scored:
     """Errors of the base and of what was found, on logs that were kept aside or that each fit left out."""
-    prepared, selection = found.prepared, found.selection
+    prepared, selection = result.prepared, result.selection
     library, logs, question = prepared.library, prepared.scored, prepared.question
     steps = Steps.of(library, selection, same=question.held_out is None)
     horizons = steps.horizons(logs, question.horizon)
     stages, gate = steps.ladder(library, logs, horizons), steps.gate(library, logs)
     floor = floor_of_explained(library, logs, selection.fit.values, prepared.whitening, horizons)
     return Scored(
-        found,
+        result,
         steps,
         stages,
         gate,
-        findings_of(found, Near.of(selection)),
+        findings_of(result, Near.of(selection)),
         horizons,
         no_higher_than_reached(floor, stages),
     )
 
 
-def findings_of(found: Found, near: Near | None = None) -> tuple[Finding, ...]:
+def findings_of(result: SearchResult, near: Near | None = None) -> tuple[Finding, ...]:
     """Values of what was found, with what else would do in its place where that is known."""
-    prepared = found.prepared
+    prepared = result.prepared
     groups = {} if near is None else groups_of(near)
-    values = findings(found.selection, near, groups, prepared.calibration) if found.selection.chosen else []
-    return told(values, prepared.library, prepared.swing, prepared.checked.data)
+    values = findings(result.selection, near, groups, prepared.calibration) if result.selection.chosen else []
+    return with_details(values, prepared.library, prepared.swing, prepared.checked.data)

@@ -8,17 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from sym2real.diagnosis.errors.floor import Floor
 from sym2real.diagnosis.errors.rungs import Stage
-from sym2real.diagnosis.faults.sanity import Fault
+from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.score.finding import Finding, applied
-from sym2real.diagnosis.search.select import GAIN
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.symbolic import Equations
 from sym2real.upward import upward
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-# A rival is the better answer where its gain is larger by this.
-BETTER = 0.01
 
 
 @dataclass(frozen=True)
@@ -90,13 +87,13 @@ class Tried:
     @property
     def summary(self) -> str:
         """One or two sentences a person reads."""
-        names = " and ".join(one.effect for one in self.findings)
+        names = " and ".join(finding.effect for finding in self.findings)
         lowered = f"{'it lowers' if len(self.findings) == 1 else 'together they lower'} the held-out loss by"
-        said = f"{names}: {lowered} {_percent(self.gain)}"
+        sentence = f"{names}: {lowered} {_percent(self.gain)}"
         if not self.supported:
-            needed = f"{_percent(GAIN)} and more than chance are needed"
-            return f"The logs do not ask for {said}, {needed}{self._refused}{self._better}."
-        return f"The logs ask for {said}{self._better or self._others}."
+            needed = f"{_percent(SETTINGS.gain)} and more than chance are needed"
+            return f"The logs do not ask for {sentence}, {needed}{self._refused}{self._better}."
+        return f"The logs ask for {sentence}{self._better or self._others}."
 
     @property
     def _refused(self) -> str:
@@ -108,9 +105,10 @@ class Tried:
     @property
     def _better(self) -> str:
         """What does more in the place of one."""
-        groups = {one.effect: one.group for one in self.findings}
+        groups = {finding.effect: finding.group for finding in self.findings}
         for rival in self.rivals:
-            if rival.gain > self.beside[rival.instead_of] + BETTER and rival.effect not in groups[rival.instead_of]:
+            better = rival.gain > self.beside[rival.instead_of] + SETTINGS.gain
+            if better and rival.effect not in groups[rival.instead_of]:
                 place = "its place" if len(self.findings) == 1 else f"the place of {rival.instead_of}"
                 return f"; {rival.effect} in {place} lowers it by {_percent(rival.gain)}"
         return ""
@@ -121,9 +119,11 @@ class Tried:
         if len(self.findings) == 1:
             group = [key for key in self.finding.group if key != self.finding.effect]
             return f"; {' or '.join(group[:3]) or 'no other effect'} does as well"
-        alike = [(one.effect, [key for key in one.group if key != one.effect][:3]) for one in self.findings]
-        said = [f"{' or '.join(group)} does as well as {key}" for key, group in alike if group]
-        return f"; {'; '.join(said) or 'no other effect does as well as one of them'}"
+        alike = [
+            (finding.effect, [key for key in finding.group if key != finding.effect][:3]) for finding in self.findings
+        ]
+        clauses = [f"{' or '.join(group)} does as well as {key}" for key, group in alike if group]
+        return f"; {'; '.join(clauses) or 'no other effect does as well as one of them'}"
 
     def apply(self, equations: Equations) -> Equations:
         """The equations with the effects at their fitted values."""
@@ -134,7 +134,7 @@ class Tried:
         return {
             "summary": self.summary,
             **({"finding": self.finding.to_dict()} if len(self.findings) == 1 else {}),
-            "findings": [one.to_dict() for one in self.findings],
+            "findings": [finding.to_dict() for finding in self.findings],
             "supported": self.supported,
             "gain": self.gain,
             "beside": dict(self.beside),
@@ -142,7 +142,7 @@ class Tried:
             "rivals": [rival.to_dict() for rival in self.rivals],
             "faults": [fault.to_dict() for fault in self.faults],
             "ladder": [stage.to_dict() for stage in self.ladder],
-            "floor": [one.to_dict() for one in self.floor],
+            "floor": [floor.to_dict() for floor in self.floor],
             "held_out": list(self.held_out),
             "notes": list(self.notes),
             "seconds": self.seconds,

@@ -25,8 +25,8 @@ def parameter_set(selection: Selection, chosen: Sequence[Candidate], values: Ten
     """The library's parameter set of a model with some effects at their reported values, and nothing else."""
     library = selection.problems.problem.library
     result = library.null
-    for one in chosen:
-        for index in one.slots:
+    for candidate in chosen:
+        for index in candidate.slots:
             parameter = library.slots[index].parameter
             result[index] = reported(float(values[index]), float(selection.origin[index]), parameter)
     return result

@@ -18,7 +18,7 @@ from torch import Tensor
 
 from sym2real.diagnosis.estimate.fit import Fit
 from sym2real.diagnosis.predict.candidate import Candidate
-from sym2real.diagnosis.search.select import Scored, Selection
+from sym2real.diagnosis.search.select import EffectSet, Selection
 
 DRAWS = 2000
 
@@ -28,16 +28,16 @@ class Place:
     """An effect's place in the chosen set.
 
     Args:
-        one: the effect.
+        candidate: the effect.
         empty: the fit of the others alone.
         held_out: its loss per fold ``# (folds,)``.
         rivals: what was fitted in the effect's place, inside its bounds, best first.
     """
 
-    one: Candidate
+    candidate: Candidate
     empty: Fit
     held_out: Tensor
-    rivals: Sequence[Scored]
+    rivals: Sequence[EffectSet]
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,18 +55,18 @@ class Near:
     @classmethod
     def of(cls, selection: Selection) -> Near:
         """Every effect of the set left out, and every rival that is worth a fit put in its place."""
-        return cls(selection, tuple(_place(selection, one) for one in selection.chosen))
+        return cls(selection, tuple(_place(selection, candidate) for candidate in selection.chosen))
 
     def probabilities(self) -> dict[str, float]:
         """By effect, the chosen set's weight among those with it, without it, or with another in its place."""
-        return {place.one.name: float(self.weights(self._around(place))[0]) for place in self.places}
+        return {place.candidate.name: float(self.weights(self._around(place))[0]) for place in self.places}
 
-    def variances(self, one: Candidate) -> Tensor:
+    def variances(self, candidate: Candidate) -> Tensor:
         """Of an effect's values over the sets that have it, those that differ elsewhere ``# (len(slots),)``."""
-        others = [place for place in self.places if place.one is not one]
+        others = [place for place in self.places if place.candidate is not candidate]
         fits = [self.selection.fit, *(fit for place in others for fit in (place.empty, *(r.fit for r in place.rivals)))]
         losses = torch.cat([self.selection.held_out[None], *(self._around(place)[1:] for place in others)])
-        away = torch.stack([fit.values[one.slots] for fit in fits]) - self.selection.fit.values[one.slots]
+        away = torch.stack([fit.values[candidate.slots] for fit in fits]) - self.selection.fit.values[candidate.slots]
         return self.weights(losses) @ away.square()
 
     def weights(self, losses: Tensor) -> Tensor:
@@ -82,8 +82,8 @@ class Near:
         return torch.stack([self.selection.held_out, place.held_out, *(rival.held_out for rival in place.rivals)])
 
 
-def _place(selection: Selection, one: Candidate) -> Place:
-    rest, empty = selection.without(one)
-    others = [scored for scored in selection.ranked(rest, empty.values) if scored.candidate is not one]
+def _place(selection: Selection, candidate: Candidate) -> Place:
+    rest = selection.set_of(*selection.without(candidate))
+    others = [scored for scored in selection.larger(rest) if scored.candidate is not candidate]
     rivals = [scored for scored in others if not selection.at_bound(scored.fit, scored.candidate)]
-    return Place(one, empty, selection.problems.held_out(empty), rivals)
+    return Place(candidate, rest.fit, rest.held_out, rivals)

@@ -1,9 +1,14 @@
 """Which of the chosen effects predictions need, and the parameters by which logs left out are predicted.
 
-An effect can be beyond chance and change nothing that a user sees, or make it worse. So each must be needed: without
-it, the others fitted again, some error of logs that the fit left out must be larger than with it, beyond its interval;
-or by a tenth, beyond that of the ratio of both. What is needed least is dropped first, because what stands for it may
-be needed then.
+Beside an effect whose form is a little wrong another one can be beyond chance that is not there. So each must be
+needed: without it, the others fitted again, some error of logs that the fit left out must be larger than with it,
+beyond its interval; or by a tenth, beyond that of the ratio of both. What is needed least is dropped first, because
+what stands for it may be needed then.
+
+Where predictions need none of them, nothing large is there whose form could be wrong: effects that are beyond chance
+are there, too small to matter beside what noise and disturbances make of a prediction. They stay, if predictions are no
+worse with them; the gate says that they matter little (see ``score/held_out.py``). As predictions do not bear them out,
+whole logs must tell them from trim, which differs from run to run, as surely as blocks tell a finding from chance.
 """
 
 from __future__ import annotations
@@ -15,21 +20,23 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.windows import JUDGED_AT, free_run_seconds
-from sym2real.diagnosis.errors.rungs import LEAST_FALL, Stage, StageError, horizons_for, ladder
+from sym2real.diagnosis.errors.rungs import Stage, StageError, horizons_for, ladder
 from sym2real.diagnosis.estimate.fit import Fit
+from sym2real.diagnosis.estimate.significance import beyond_trim
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.search.deviations import parameter_set
 from sym2real.diagnosis.search.select import Selection
-from sym2real.trajectory import Dataset
+from sym2real.diagnosis.settings import SETTINGS
 
 # Where the part of a single log begins that is predicted by the fit of the rest.
 LAST_THIRD = 2 / 3
 
 
 def keep_needed(selection: Selection, library: Library, logs: Dataset) -> None:
-    """Drop effects until predictions need all of them.
+    """Drop effects until predictions need all of them; where they need none, all stay that are beyond trim.
 
     Args:
         selection: what was chosen.
@@ -37,20 +44,29 @@ def keep_needed(selection: Selection, library: Library, logs: Dataset) -> None:
         logs: of the fit, each predicted by the fit of the others.
     """
     judged = judged_horizons(logs, scored_after(selection))
-    if not judged:
+    everything = selection.chosen, selection.fit
+    if not judged or not selection.chosen:
         return
-    while selection.chosen:
-        without = [selection.without(one) for one in selection.chosen]
-        models = [(selection.chosen, selection.fit), *without]
+
+    def errors_of(models: Sequence[tuple[Sequence[Candidate], Fit]]) -> list[Stage]:
+        """Of logs that took no part in a model's fit."""
         stages = [("", left_out_sets(selection, chosen, fit)) for chosen, fit in models]
-        whole, *others = ladder(
-            library, logs, stages, fold_of_log(selection), horizons=judged, after=scored_after(selection)
-        )
+        return ladder(library, logs, stages, fold_of_log(selection), horizons=judged, after=scored_after(selection))
+
+    while selection.chosen:
+        without = [selection.without(candidate) for candidate in selection.chosen]
+        whole, *others = errors_of([(selection.chosen, selection.fit), *without])
         rises = [largest_rise(whole, other) for other in others]
         least = min(range(len(rises)), key=rises.__getitem__)
         if rises[least] > 1.0:
             return
         selection.put(*without[least])
+    problems, origin, tried = selection.problems, selection.origin, selection.tried
+    if not all(beyond_trim(problems, everything[1], candidate, origin, tried) for candidate in everything[0]):
+        return
+    of_all, of_none = errors_of([everything, (selection.chosen, selection.fit)])
+    if largest_rise(of_none, of_all) <= 1.0:
+        selection.put(*everything)
 
 
 def largest_rise(whole: Stage, without: Stage) -> float:
@@ -67,7 +83,7 @@ def _rise(whole: StageError, without: StageError) -> float:
     effect, also the lower end of their ratio, which is known better: where a robot is hard to predict, both are large.
     """
     rise = without.low / max(whole.value, 1e-12)
-    if whole.value > (1 - LEAST_FALL) * without.value:
+    if whole.value > (1 - SETTINGS.error_fall) * without.value:
         return rise
     return max(rise, float(np.quantile(without.resampled / np.maximum(whole.resampled, 1e-12), 0.025)))
 
@@ -80,7 +96,7 @@ def judged_horizons(data: Dataset, after: float) -> tuple[float, ...]:
         after: part of every log behind which predictions start.
     """
     wanted = horizons_for(data, free_run_seconds(data.layouts.state), after)
-    return tuple(sorted({min(wanted, key=lambda one: abs(one - JUDGED_AT)), wanted[-1]})) if wanted else ()
+    return tuple(sorted({min(wanted, key=lambda horizon: abs(horizon - JUDGED_AT)), wanted[-1]})) if wanted else ()
 
 
 def scored_after(selection: Selection) -> float:

@@ -1,49 +1,60 @@
-"""Two effects that are known to hide each other: neither saves anything alone, both together do.
+"""Two effects that hide each other: neither saves much alone, both together do.
 
 A car whose place is measured ahead of its rear axle seems to slide outwards of its heading in a turn, and with soft
-tyres inwards: at some speed neither is seen. So it is with a steering that turns too far and a front axle that gives
-way. Any two effects would explain a good deal of what neither is: with all pairs allowed, a force of the wind tunnel
-was 0.6 m/s² off, and of the answers with nothing left over a quarter were wrong where an effect was not in the library.
+tyres inwards: at some speed neither is seen. The sensitivity matrix of a set of effects says of all pairs at once what
+they would save beside it, by the quadratic model about the set's fit. Any two effects explain a good deal of what
+neither is, each its part; a pair that hides each other saves more than both do alone.
 """
 
 from __future__ import annotations
 
-from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Hypothesis
-from sym2real.diagnosis.predict.candidate import Candidate
-from sym2real.diagnosis.search.select import GAIN_BESIDE, MOST_FINDINGS, Selection
+from collections.abc import Sequence
+from itertools import combinations
 
-KNOWN = (("lever_arm", "tyre_slip"), ("gain:steer", "understeer"))
-# Part of the held-out loss that two effects must leave at most: each takes what one beside another finding must.
-LEFT = (1 - GAIN_BESIDE) ** 2
+from torch import Tensor
+
+from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Fit, Hypothesis
+from sym2real.diagnosis.predict.candidate import Candidate
+from sym2real.diagnosis.search.select import Selection, price
+
+# Pairs that are refitted in full.
+REFITTED = 2
 
 Pair = tuple[Candidate, Candidate]
 
 
-def add_pair(selection: Selection) -> bool:
-    """Add the two effects that lower the held-out loss most, if by enough and beyond chance; whether any were added."""
-    problems, pairs = selection.problems, _open(selection)
-    starts = [_start(selection, pair) for pair in pairs]
-    fits = problems.fit(starts, REFIT_STEPS)
-    losses = [float(problems.held_out(fit).sum()) for fit in fits]
-    for place in sorted(range(len(fits)), key=losses.__getitem__):
-        if losses[place] < LEFT * selection.loss and all(
-            selection.significant(fits[place], one) for one in pairs[place]
-        ):
-            selection.put([*selection.chosen, *pairs[place]], fits[place])
-            return True
-    return False
+def hidden_pairs(selection: Selection, chosen: Sequence[Candidate], values: Tensor) -> list[tuple[Pair, Fit]]:
+    """The pairs that promise most beside what is chosen, fitted with it.
 
+    Args:
+        selection: what competes.
+        chosen: what is in.
+        values: parameter set of its fit ``# (P,)``.
+    """
+    problems, before = selection.problems, selection.free(chosen)
+    rivals = [rival for rival in selection.open(chosen, selection.candidates) if not rival.needs_start]
+    matrix = selection.model_of_all(before, values, rivals)
+    places = {tied: place for place, tied in enumerate(matrix.whole)}
 
-def _open(selection: Selection) -> list[Pair]:
-    """The known pairs of which neither is found nor stands for what is."""
-    if len(selection.chosen) + 2 > MOST_FINDINGS:
-        return []
-    rivals = {one.name: one for one in selection.open(selection.chosen, selection.candidates)}
-    return [(rivals[first], rivals[second]) for first, second in KNOWN if first in rivals and second in rivals]
+    def part(*some: Candidate) -> Fit:
+        return matrix.part(
+            [places[tied] for tied in (*before, *(tied for candidate in some for tied in candidate.free))]
+        )
 
+    def left(*some: Candidate) -> float:
+        return float(problems.left_out(part(*some)).sum())
 
-def _start(selection: Selection, pair: Pair) -> Hypothesis:
-    """Where the quadratic model about the present state has its minimum with both free."""
-    problems, free = selection.problems, selection.free([*selection.chosen, *pair])
-    fit = problems.quadratics([Hypothesis(free, selection.fit.values)])[0]
-    return Hypothesis(free, problems.moved(fit, problems.best_step(fit)))
+    nothing, alone = left(), {rival.name: left(rival) for rival in rivals}
+    promising = []
+    for first, second in combinations(rivals, 2):
+        if selection.open([*chosen, first], [second]):
+            both = left(first, second)
+            apart = alone[first.name] + alone[second.name] - nothing
+            if price(both, len(chosen) + 2) < price(min(nothing, apart), len(chosen)):
+                promising.append((both, (first, second)))
+    pairs = [pair for _, pair in sorted(promising, key=lambda entry: entry[0])[:REFITTED]]
+    starts = [problems.moved(at, problems.best_step(at)) for at in (part(*pair) for pair in pairs)]
+    hypotheses = [
+        Hypothesis(selection.free([*chosen, *pair]), start) for pair, start in zip(pairs, starts, strict=True)
+    ]
+    return list(zip(pairs, problems.fit(hypotheses, REFIT_STEPS), strict=True))

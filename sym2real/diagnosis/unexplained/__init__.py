@@ -1,1 +1,1 @@
-"""What is left when effects are found: pushes without a name, what they depend on, a term for them."""
+"""What is left when effects are found: disturbances without a name, what they depend on, a term for them."""

@@ -1,8 +1,8 @@
-"""A push that is the same everywhere and has no name in the library: no feature explains it, and whitening hides it.
+"""A constant disturbance without a name in the library: no feature explains it, and whitening hides it.
 
-The covariance's variances take a constant push for a disturbance of that size. So every channel's constant push is
-estimated by generalised least squares on the whitened residuals, d = -Σ JᵀC⁻¹r / Σ JᵀC⁻¹J, and must be far from zero
-beside its scatter from log to log, which holds the trim that differs from run to run. The residuals are those of the
+The covariance's variances take a constant for a disturbance of that size. So every channel's constant is estimated by
+generalised least squares on the whitened residuals, d = -Σ JᵀC⁻¹r / Σ JᵀC⁻¹J, and must be far from zero beside its
+scatter from log to log, which holds the trim that differs from run to run. The residuals are those of the
 best fit, to whose parameters they are orthogonal: what a finding explains already is not counted again.
 """
 
@@ -20,11 +20,11 @@ from torch import Tensor
 from sym2real.diagnosis.data.tangent import places_of_fields
 from sym2real.diagnosis.estimate.calibrate import Calibration
 from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.significance import FALSE_ALARMS, FEWEST_BLOCKS, FEWEST_LOGS
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
-from sym2real.diagnosis.search.select import GAIN, GAIN_BESIDE, Selection
-from sym2real.diagnosis.unexplained.leftover import OWN, Leftover, unit_of
+from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.settings import SETTINGS
+from sym2real.diagnosis.unexplained.leftover import Leftover, unit_of
 from sym2real.effects.wrench import AXES
 
 CONSTANT = "constant"
@@ -34,7 +34,7 @@ MEASURED = {"attitude": "rad", "heading": "rad", "rate": "rad/s"}
 
 @dataclass(frozen=True, eq=False)
 class Constants:
-    """Every channel's constant push, on its own.
+    """Every channel's constant disturbance, on its own.
 
     Args:
         names, units: of the channels.
@@ -52,7 +52,7 @@ class Constants:
         """At a parameter set ``# (P,)``."""
         offsets = _offsets(problem)
         shapes = [offset.expand(len(problem.segments), -1)[..., None] for _, _, offset in offsets]
-        columns = torch.cat([spread.pushes.sum(dim=-1) / spread.sizes, *shapes], dim=-1)  # (S, R, D)
+        columns = torch.cat([spread.disturbances.sum(dim=-1) / spread.sizes, *shapes], dim=-1)  # (S, R, D)
         residual = problem.residuals(values[None])[0]
         weighted = whitening.products(torch.cat([residual[..., None], columns], dim=-1))
         names = (*spread.names, *(name for name, _, _ in offsets))
@@ -96,40 +96,40 @@ class Constants:
 def find_constants(
     selection: Selection, spread: Spread, own: Calibration | None = None, exclude: Collection[str] = ()
 ) -> tuple[Leftover, ...]:
-    """Constant pushes that are beyond chance and matter: the one that lowers held-out errors most, then others beside.
+    """Constants that are beyond chance and matter: the one that lowers held-out errors most, then others beside it.
 
     Args:
         selection: what was found.
-        spread: shapes of the pushes.
+        spread: shapes of the disturbances.
         own: the base against the plain simulator: a channel in which it is off as much there shows its own fault.
         exclude: channels of which something else is said.
     """
     problems = selection.problems
-    if problems.block_count < FEWEST_BLOCKS:
+    if problems.block_count < SETTINGS.fewest_pieces:
         return ()
     constants = Constants.of(problems.problem, spread, problems.whitening, selection.fit.values)
     of_base = None if own is None else Constants.of(own.problem, own.spread, own.whitening, own.origin).sizes
     waiting = torch.tensor([name not in exclude for name in constants.names])
-    least = (GAIN_BESIDE if selection.chosen else GAIN) * selection.loss
-    chances, found = FALSE_ALARMS / len(constants.names), list[Leftover]()
+    least = (SETTINGS.gain_beside if selection.chosen else SETTINGS.gain) * selection.loss
+    chances, leftovers = SETTINGS.false_alarms / len(constants.names), list[Leftover]()
     while True:
         fall, most = constants.held_out(problems.folds)
         counts = waiting & (fall > least) & (constants.p_values(_clusters(problems)) < chances)
         if of_base is not None:
-            counts &= of_base.abs() <= OWN * constants.sizes.abs()
+            counts &= of_base.abs() <= SETTINGS.of_the_base * constants.sizes.abs()
         if not bool(counts.any()):
-            return tuple(found)
+            return tuple(leftovers)
         place = int(torch.where(counts, fall, -torch.inf).argmax())
         size, unit = float(constants.sizes[place]), constants.units[place]
         share, term = float(fall[place] / most[place]), f"{size:.3g} {unit} everywhere"
-        found.append(Leftover(CONSTANT, constants.names[place], share, term, size, unit))
+        leftovers.append(Leftover(CONSTANT, constants.names[place], share, term, size, unit))
         waiting[place] = False
         constants = constants.beside(place)
 
 
 def _clusters(problems: Problems) -> NDArray[np.int64]:
     """Logs, each with a trim of its own; blocks of a second where there are few."""
-    return problems.blocks if problems.log_count < FEWEST_LOGS else problems.logs
+    return problems.blocks if problems.log_count < SETTINGS.fewest_logs else problems.logs
 
 
 def _summed(rows: Tensor, groups: NDArray[np.int64]) -> Tensor:

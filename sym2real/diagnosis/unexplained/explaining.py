@@ -1,4 +1,4 @@
-"""What the findings do not explain: pushes, constants, dependences, a misfit; and a term for the strongest."""
+"""What the findings do not explain: disturbances, constants, dependences, a misfit; and a term for the strongest."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ class Explained:
 
 def explain_rest(scored: Scored) -> Explained:
     """What is left, and how sure the findings are in view of it."""
-    found, prepared = scored.found, scored.found.prepared
-    selection, own, spread = found.selection, prepared.calibration, prepared.spread
+    result, prepared = scored.result, scored.result.prepared
+    selection, own, spread = result.selection, prepared.calibration, prepared.spread
     problems = selection.problems
     rest = Rest.of(problems.problem, spread, problems.whitening, selection.fit.values)
     of_the_base = None if own is None else lambda: Rest.of(own.problem, own.spread, own.whitening, own.origin)
     leftovers = find_leftovers(rest, of_the_base)
-    leftovers += find_constants(selection, spread, own, exclude=[one.channel for one in leftovers])
+    leftovers += find_constants(selection, spread, own, exclude=[leftover.channel for leftover in leftovers])
     leftovers = leftovers or find_dependence(selection, spread, own)
     leftovers = leftovers or find_misfit(selection.fit.total / problems.whitening.freedom)
-    calibrated = own is not None and found.finished
+    calibrated = own is not None and result.finished
     sure = rated(scored.findings, passed=scored.gate.passed, leftover=bool(leftovers), calibrated=calibrated)
     proposal = None
     if leftovers:

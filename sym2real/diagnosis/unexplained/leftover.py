@@ -1,8 +1,8 @@
-"""What is left after the effects that were found: pushes that the data still ask for, and what they depend on.
+"""What is left after the effects that were found: disturbances that the data still ask for, and what they depend on.
 
-The push over every fifth of a segment is its most likely value given the residual, d = Q JᵀC⁻¹r; less the log's mean.
-A random forest that predicts pushes of logs it has not seen (R² > 0.1) shows an effect that the library does not
-have; a small tree on the signed push says where.
+The disturbance over every fifth of a segment is its most likely value given the residual, d = Q JᵀC⁻¹r, less the
+log's mean. A random forest that predicts disturbances of logs it has not seen (R² > 0.1) shows an effect
+that the library does not have; a small tree on the signed disturbance says where.
 """
 
 from __future__ import annotations
@@ -20,34 +20,28 @@ from sym2real import rotation
 from sym2real.diagnosis.data.conditions import HOW_FAST
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.voltage import VOLTAGE
-from sym2real.layout import HEADING, HEIGHT, RATE, VELOCITY, WRENCH
 from sym2real.symbolic.mass_normalised import unit_for
 from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import HEADING, HEIGHT, RATE, VELOCITY, WRENCH
 
-DEPENDS, SUSPECT = 0.10, 0.03
-# Of what counts as one push. Where noise of a column goes into push and feature alike, as on a steady circle, what
-# seems to depend on it was less than a two-hundredth of that.
-NEGLIGIBLE = 0.01
-# A dependence of this size relative to the logs' in the plain simulator's data is the base's own.
-OWN = 0.5
 TREES, LEAF, FOLDS = 20, 8, 4
-FEWEST = 60
 # Whitened squares per degree of freedom of an answer that leaves something out: null data leave 1.06 at most.
-MISFIT, TOO_MUCH = "misfit", 1.2
+MISFIT = "misfit"
 
 
 @dataclass(frozen=True)
 class Leftover:
-    """A push that depends on something, or is the same everywhere.
+    """A disturbance that depends on something, or is the same everywhere.
 
     Args:
-        explained_by: the feature it depends on most, "constant", or "misfit" where it is no push that is left.
-        channel: direction of the push; empty for a misfit.
+        explained_by: the feature it depends on most, "constant", or "misfit" where it is no disturbance that is left.
+        channel: direction of the disturbance; empty for a misfit.
         r2: share of its variance (of its squares, where it is constant) that logs not seen confirm; share of a misfit's
             squares that noise and disturbances do not make.
-        term: where the push changes, in words.
-        size, unit: of a constant push, as the model lacks it.
+        term: where the disturbance changes, in words.
+        size, unit: of a constant disturbance, as the model lacks it.
     """
 
     explained_by: str
@@ -83,8 +77,8 @@ class Rest:
     """What is left of a data set at a parameter set.
 
     Args:
-        names, units, sizes: of the pushes; what counts as one.
-        pushes: less the log's mean ``# (pieces, D)``.
+        names, units, sizes: of the disturbances; what counts as one.
+        disturbances: less the log's mean ``# (pieces, D)``.
         features: their names.
         values: features of every piece ``# (pieces, F)``.
         groups: pieces that are left out together ``# (pieces,)``.
@@ -93,7 +87,7 @@ class Rest:
     names: tuple[str, ...]
     units: tuple[str, ...]
     sizes: tuple[float, ...]
-    pushes: Array
+    disturbances: Array
     features: list[str]
     values: Array
     groups: NDArray[np.int64]
@@ -101,34 +95,34 @@ class Rest:
     @classmethod
     def of(cls, problem: Problem, spread: Spread, whitening: Whitening, values: torch.Tensor) -> Rest:
         """What a parameter set ``# (P,)`` leaves of a problem."""
-        pushes = most_likely_pushes(problem, spread, whitening, values)
+        disturbances = most_likely_disturbances(problem, spread, whitening, values)
         names, features = features_of(problem)
         logs = np.repeat(problem.segments.log, PIECES)
         for log in np.unique(logs):
-            pushes[logs == log] -= pushes[logs == log].mean(axis=0)
+            disturbances[logs == log] -= disturbances[logs == log].mean(axis=0)
         groups = logs if len(np.unique(logs)) > 2 else logs * 100 + np.arange(len(logs)) * 4 // len(logs)
         units = tuple(unit_of(problem, name) for name in spread.names)
-        return cls(spread.names, units, tuple(spread.sizes.tolist()), pushes, names, features, groups)
+        return cls(spread.names, units, tuple(spread.sizes.tolist()), disturbances, names, features, groups)
 
     def explained(self, channel: str) -> tuple[float, float]:
-        """R² of a push on pieces not seen, and the size of what is so explained in its unit."""
-        target = self.pushes[:, self.names.index(channel)]
+        """R² of a disturbance on pieces not seen, and the size of what is so explained in its unit."""
+        target = self.disturbances[:, self.names.index(channel)]
         r2 = float(cross_validated(self.values, target[:, None], self.groups)[0])
         return r2, float(np.sqrt(max(r2, 0.0)) * target.std())
 
     def suspects(self) -> list[str]:
         """Channels that may depend on something, the likeliest first: one forest for all of them says so."""
-        shares = cross_validated(self.values, self.pushes / (self.pushes.std(axis=0) + 1e-300), self.groups)
-        return [self.names[place] for place in np.argsort(-shares) if shares[place] > SUSPECT]
+        shares = cross_validated(self.values, self.disturbances / (self.disturbances.std(axis=0) + 1e-300), self.groups)
+        return [self.names[place] for place in np.argsort(-shares) if shares[place] > SETTINGS.suspect]
 
 
 def find_misfit(squares: float) -> tuple[Leftover, ...]:
-    """A misfit that no push describes, and that is none of noise and disturbances; none where the data are explained.
+    """A misfit that neither noise nor disturbances describe; none where the data are explained.
 
     Args:
         squares: whitened, per degree of freedom.
     """
-    if squares <= TOO_MUCH:
+    if squares <= SETTINGS.misfit:
         return ()
     return (Leftover(MISFIT, "", 1.0 - 1.0 / squares, f"{squares:.2f} whitened squares per degree of freedom"),)
 
@@ -141,35 +135,35 @@ def find_leftovers(rest: Rest, of_the_base: Callable[[], Rest] | None = None) ->
         of_the_base: gives what is left of the plain simulator's data: a channel in which the base misses as much
             there shows the base's own fault and is passed over.
     """
-    if len(rest.pushes) < FEWEST:
+    if len(rest.disturbances) < SETTINGS.disturbance_pieces:
         return ()
     base: Rest | None = None
-    found = []
+    leftovers = []
     scored = sorted(((*rest.explained(channel), channel) for channel in rest.suspects()), reverse=True)
     for r2, size, channel in scored:
-        if r2 <= DEPENDS:
+        if r2 <= SETTINGS.depends:
             break
         place = rest.names.index(channel)
-        if size < NEGLIGIBLE * rest.sizes[place]:
+        if size < SETTINGS.negligible * rest.sizes[place]:
             continue
         base = of_the_base() if base is None and of_the_base is not None else base
-        if base is not None and base.explained(channel)[1] > OWN * size:
+        if base is not None and base.explained(channel)[1] > SETTINGS.of_the_base * size:
             continue
-        feature, term = split_in_words(rest.features, rest.values, rest.pushes[:, place], rest.units[place])
-        found.append(Leftover(feature, channel, r2, term))
-    return tuple(found)
+        feature, term = split_in_words(rest.features, rest.values, rest.disturbances[:, place], rest.units[place])
+        leftovers.append(Leftover(feature, channel, r2, term))
+    return tuple(leftovers)
 
 
-def most_likely_pushes(problem: Problem, spread: Spread, whitening: Whitening, values: torch.Tensor) -> Array:
-    """Pushes in their unit ``# (S·pieces, D)``."""
+def most_likely_disturbances(problem: Problem, spread: Spread, whitening: Whitening, values: torch.Tensor) -> Array:
+    """Disturbances in their unit ``# (S·pieces, D)``."""
     residual = problem.residuals(values[None])[0]
     weighted = whitening.inverse_times(residual[..., None])  # (S, R, 1)
-    power = torch.tensor([whitening.pushes[name] for name in spread.names], dtype=torch.float64)
-    likely = (spread.pushes.flatten(-2).mT @ weighted)[..., 0].reshape(len(residual), len(spread.names), PIECES)
-    # The model's push would have to change by minus what makes prediction less measurement.
+    power = torch.tensor([whitening.disturbances[name] for name in spread.names], dtype=torch.float64)
+    likely = (spread.disturbances.flatten(-2).mT @ weighted)[..., 0].reshape(len(residual), len(spread.names), PIECES)
+    # The model's disturbance would have to change by minus what makes prediction less measurement.
     likely = -likely * ((power / spread.sizes) ** 2 * spread.sizes)[:, None]
-    pushes: Array = likely.permute(0, 2, 1).reshape(-1, len(spread.names)).numpy()
-    return pushes
+    disturbances: Array = likely.permute(0, 2, 1).reshape(-1, len(spread.names)).numpy()
+    return disturbances
 
 
 def features_of(problem: Problem) -> tuple[list[str], Array]:
@@ -225,27 +219,25 @@ def _smooth(column: Array) -> Array:
 def cross_validated(features: Array, targets: Array, groups: NDArray[np.int64]) -> Array:
     """R² of each target ``# (pieces, D)`` by a random forest on groups that it has not seen ``# (D,)``."""
     from sklearn.ensemble import RandomForestRegressor  # noqa: PLC0415 — heavy, and only needed at the end
-    from sklearn.model_selection import GroupKFold  # noqa: PLC0415
+    from sklearn.metrics import r2_score  # noqa: PLC0415
+    from sklearn.model_selection import GroupKFold, cross_val_predict  # noqa: PLC0415
 
-    predicted = np.empty_like(targets)
-    for seen, unseen in GroupKFold(min(FOLDS, len(np.unique(groups)))).split(features, targets, groups):
-        forest = RandomForestRegressor(TREES, min_samples_leaf=LEAF, max_features=0.33, random_state=0)
-        forest.fit(features[seen], targets[seen].squeeze())
-        predicted[unseen] = forest.predict(features[unseen]).reshape(len(unseen), -1)
-    missed = np.square(targets - predicted).sum(axis=0)
-    shares: Array = 1.0 - missed / np.maximum(np.square(targets - targets.mean(axis=0)).sum(axis=0), 1e-300)
+    forest = RandomForestRegressor(TREES, min_samples_leaf=LEAF, max_features=0.33, random_state=0)
+    folds = GroupKFold(min(FOLDS, len(np.unique(groups))))
+    predicted = cross_val_predict(forest, features, targets.squeeze(), groups=groups, cv=folds)
+    shares: Array = r2_score(targets, predicted.reshape(targets.shape), multioutput="raw_values")
     return shares
 
 
 def unit_of(problem: Problem, name: str) -> str:
-    """Unit of a push."""
+    """Unit of a disturbance."""
     equations = problem.library.equations
     layouts = equations.layouts
     return unit_for(equations, (layouts.inputs if name in layouts.inputs else layouts.action).units[name])
 
 
 def split_in_words(names: Sequence[str], features: Array, target: Array, unit: str) -> tuple[str, str]:
-    """The feature of the first split of a tree on the signed push, and the split in words."""
+    """The feature of the first split of a tree on the signed disturbance, and the split in words."""
     from sklearn.tree import DecisionTreeRegressor  # noqa: PLC0415
 
     tree = DecisionTreeRegressor(max_depth=1, min_samples_leaf=len(target) // 20).fit(features, target).tree_

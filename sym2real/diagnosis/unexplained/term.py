@@ -1,8 +1,8 @@
 """A term of its own for what no effect explains: proposed by sparse regression, scored on logs left out, unverified.
 
-The pushes that residuals still ask for are regressed on monomials up to degree two of what the equations know, one
-monomial after the other, while grouped cross-validation gains. Most likely pushes are shrunk towards zero, so the sum
-is then scaled by least squares on the whitened residuals themselves, which also give its held-out gain.
+The disturbances that residuals still ask for are regressed on monomials up to degree two of what the equations know,
+one monomial after the other, while grouped cross-validation gains. Most likely disturbances are shrunk towards zero, so
+the sum is then scaled by least squares on the whitened residuals themselves, which also give its held-out gain.
 """
 
 from __future__ import annotations
@@ -16,10 +16,12 @@ import torch
 from numpy.typing import NDArray
 from sympy import Expr
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.preparation import with_filtered_commands
 from sym2real.diagnosis.estimate.whitening import Whitening
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.leftover import Leftover, Rest
 from sym2real.effects.body import Body
 from sym2real.effects.clock import with_time
@@ -27,20 +29,19 @@ from sym2real.effects.frames import body_velocity
 from sym2real.effects.inputs import TIME
 from sym2real.effects.noted import TERM
 from sym2real.errors import ModelError, UnknownNameError
-from sym2real.layout import HEIGHT, VELOCITY
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import canonical, text
 from sym2real.symbolic.parsing import parse_expression
-from sym2real.trajectory import Array, Dataset
+from sym2real.trajectory import Array
+from sym2real.vocabulary import HEIGHT, VELOCITY
 
 MOST_MONOMIALS = 3
-WORTH = 0.02  # R² on groups left out that a further monomial needs
 DIGITS = 4
 
 
 @dataclass(frozen=True)
 class Term:
-    """A push that the library has no name for.
+    """A disturbance that the library has no name for.
 
     Args:
         channel: input or command that it is added to.
@@ -71,7 +72,7 @@ def add_term(equations: Equations, channel: str, expression: str) -> Equations:
         parsed = parse_expression(expression)
     except ModelError as error:
         raise ModelError(f"term of {channel}: {error}") from error
-    if any(found.name == TIME for found in parsed.free_symbols):
+    if any(symbol.name == TIME for symbol in parsed.free_symbols):
         equations, _ = with_time(equations)
     changed = equations.substitute({channel: symbol(channel) + parsed})
     note = f"unverified: the term {expression} in {channel}"
@@ -89,19 +90,19 @@ def propose(informed: Equations, data: Dataset, rest: Rest, leftover: Leftover, 
         whitening: weighs the residuals.
     """
     channel = leftover.channel
-    if channel not in rest.names:  # a measurement that is off is no push
+    if channel not in rest.names:  # a measurement that is off is no disturbance
         return None
     known = {name: value for name, value in _symbols(informed).items() if name in rest.features}
     columns = {value: rest.values[:, rest.features.index(name)] for name, value in known.items()}
     if leftover.size is None:
-        found = _regressed(columns, rest.pushes[:, rest.names.index(channel)], rest.groups)
+        found = _regressed(columns, rest.disturbances[:, rest.names.index(channel)], rest.groups)
     else:
         found = sympy.Float(leftover.size)
     if found is None:
         return None
     scale, gain = _scaled(informed, data, channel, found, whitening)
     rounded = canonical(found * scale)
-    short = {one: sympy.Float(float(f"{float(one):.{DIGITS}g}")) for one in rounded.atoms(sympy.Float)}
+    short = {atom: sympy.Float(float(f"{float(atom):.{DIGITS}g}")) for atom in rounded.atoms(sympy.Float)}
     rounded = rounded.xreplace(short)
     return Term(channel, text(rounded), gain) if gain > 0.0 else None
 
@@ -124,21 +125,22 @@ def _symbols(equations: Equations) -> dict[str, Expr]:
 def _regressed(columns: dict[Expr, Array], target: Array, groups: NDArray[np.int64]) -> Expr | None:
     """Sum of few monomials with coefficients, less its mean."""
     bases = [(*pair,) for count in (1, 2) for pair in combinations_with_replacement(columns, count)]
-    values = {base: np.prod([columns[one] for one in base], axis=0) for base in bases}
+    values = {base: np.prod([columns[factor] for factor in base], axis=0) for base in bases}
     chosen: list[tuple[Expr, ...]] = []
     reached = 0.0
     while len(chosen) < MOST_MONOMIALS:
-        scored = [(_unseen_r2([values[one] for one in (*chosen, base)], target, groups), base) for base in bases]
-        best, base = max(scored, key=lambda one: one[0])
-        if best < reached + WORTH:
+        scored = [(_unseen_r2([values[factor] for factor in (*chosen, base)], target, groups), base) for base in bases]
+        best, base = max(scored, key=lambda factor: factor[0])
+        if best < reached + SETTINGS.monomial_gain:
             break
         chosen, reached = [*chosen, base], best
     if not chosen:
         return None
-    design = np.column_stack([*(values[one] for one in chosen), np.ones(len(target))])
+    design = np.column_stack([*(values[factor] for factor in chosen), np.ones(len(target))])
     coefficients = np.linalg.lstsq(design, target, rcond=None)[0]
     return sympy.Add(
-        *(float(c) * sympy.Mul(*one) for c, one in zip(coefficients, chosen, strict=False)), float(coefficients[-1])
+        *(float(c) * sympy.Mul(*factor) for c, factor in zip(coefficients, chosen, strict=False)),
+        float(coefficients[-1]),
     )
 
 
@@ -164,7 +166,7 @@ def _scaled(
     before, change = residuals[0], residuals[1] - residuals[0]
     products = whitening.products(torch.stack([before, change], dim=-1))  # (S, 2, 2)
     fold = _folds(problem)
-    sums = np.stack([products[torch.as_tensor(fold == one)].sum(0).numpy() for one in np.unique(fold)])
+    sums = np.stack([products[torch.as_tensor(fold == part)].sum(0).numpy() for part in np.unique(fold)])
     whole = sums.sum(0)
     factors = -(whole - sums)[:, 0, 1] / np.maximum((whole - sums)[:, 1, 1], 1e-300)
     left = sums[:, 0, 0] + 2 * factors * sums[:, 0, 1] + factors**2 * sums[:, 1, 1]

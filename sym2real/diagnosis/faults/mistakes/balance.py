@@ -3,27 +3,35 @@
 A model's single steps hold both: that velocity moves the position and rates turn the attitude, and what commands do.
 Over a stretch of a log the sum of what they foretell, each from the measured row, must be what was measured; both
 without the log's mean, since wind, trim or a tilted board make constants. As sums, nothing noisy is differentiated.
+
+A heading is also held against its measured rate, whatever the model says: a car's model turns it by commands, and where
+these arrive late, heading and rate are late together, which no sensor is.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import torch
 
 from sym2real import rotation
+from sym2real.dataset import Dataset
+from sym2real.diagnosis.data.agreement import RATES
 from sym2real.diagnosis.data.preparation import with_filtered_commands
 from sym2real.diagnosis.data.tangent import places_of_fields
 from sym2real.diagnosis.faults.mistakes.transformation import attitude
 from sym2real.effects.inputs import with_inputs
-from sym2real.effects.visible import VisibleModel, visible_state
+from sym2real.effects.visible import VisibleModel, visible_in_double, visible_state
 from sym2real.layout import Layout
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import HEADING
 
 STRETCH, FEWEST_ROWS = 0.4, 4  # s; rows
+TURNED = "heading by its rate"
 LEVEL = 2  # the first components of a world vector lie level, whichever way its axes are turned
 
 
@@ -34,16 +42,18 @@ class Balance:
     Args:
         names, fields: of the quantities, and of the state's fields that they are part of.
         measured, foretold: of each, by component ``# (stretches, components)``.
-        arms: way of a point one metre ahead and of one to the left, level, as the robot turns ``# (stretches, 2, 2)``.
         block: the second or so of a log that a stretch lies in ``# (stretches,)``.
+        data: the logs.
+        rows: of a stretch.
     """
 
     names: tuple[str, ...]
     fields: tuple[str, ...]
     measured: tuple[Array, ...]
     foretold: tuple[Array, ...]
-    arms: Array
     block: Array
+    data: Dataset
+    rows: int
 
     def of_field(self, field: str) -> tuple[Array, Array]:
         """Measured and foretold change of a field's components ``# (stretches, components)``, in their order."""
@@ -54,12 +64,18 @@ class Balance:
         return measured, foretold
 
     @property
+    def arms(self) -> Array:
+        """Way of a point one metre ahead and of one to the left, level, as the robot turns ``# (stretches, 2, 2)``."""
+        turns = np.concatenate([np.diff(_axes(log), axis=0) for log in self.data])
+        return _summed(turns, [len(log) - 1 for log in self.data], self.rows).reshape(-1, 2, 2)
+
+    @cached_property
     def losses(self) -> Array:
         """Squares missed over those of both changes, a quantity's mean of which is between 0 and 2 ``# (s, q)``."""
         columns = []
-        for one, other in zip(self.measured, self.foretold, strict=True):
-            size = float((np.square(one) + np.square(other)).sum(1).mean())
-            columns.append(np.square(one - other).sum(1) / max(size, 1e-300))
+        for measured, other in zip(self.measured, self.foretold, strict=True):
+            size = float((np.square(measured) + np.square(other)).sum(1).mean())
+            columns.append(np.square(measured - other).sum(1) / max(size, 1e-300))
         return np.stack(columns, axis=1)
 
 
@@ -75,13 +91,13 @@ class Balances:
         known = with_inputs(model.layouts.inputs, data)
         if replace(model.layouts, state=visible_state(model)) != known.layouts:
             return None
-        return cls(model, VisibleModel(model, torch.float64))
+        return cls(model, visible_in_double(model))
 
     def __call__(self, data: Dataset) -> Balance:
         """The balance of the logs as they stand."""
         known = with_filtered_commands(self.model, with_inputs(self.model.layouts.inputs, data))
         rows = max(FEWEST_ROWS, round(STRETCH / self.model.dt))
-        steps = [(one.state[:-1], one.state[1:], one.action[:-1], one.inputs[:-1]) for one in known]
+        steps = [(log.state[:-1], log.state[1:], log.action[:-1], log.inputs[:-1]) for log in known]
         now, then, sent, inputs = (torch.as_tensor(np.concatenate(parts)) for parts in zip(*steps, strict=True))
         later = self._predict(now, sent, inputs if inputs.shape[1] else None)
         lengths = [len(log) - 1 for log in known]
@@ -91,14 +107,24 @@ class Balances:
         blocks = [np.arange(length // rows) // seconds for length in lengths]
         firsts = np.cumsum([0, *(block[-1] + 1 if len(block) else 0 for block in blocks[:-1])])
         quantities = _quantities(data.layouts.state)
+        turned = _turned(measured, layout, _summed(now.numpy() * self.model.dt, lengths, rows))
         return Balance(
-            tuple(quantities),
-            tuple(field for field, _ in quantities.values()),
-            tuple(measured[:, places] for _, places in quantities.values()),
-            tuple(foretold[:, places] for _, places in quantities.values()),
-            _summed(np.concatenate([np.diff(_axes(log), axis=0) for log in known]), lengths, rows).reshape(-1, 2, 2),
+            (*quantities, *(TURNED for _ in turned)),
+            (*(field for field, _ in quantities.values()), *("" for _ in turned)),
+            (*(measured[:, places] for _, places in quantities.values()), *(by_heading for by_heading, _ in turned)),
+            (*(foretold[:, places] for _, places in quantities.values()), *(by_rate for _, by_rate in turned)),
             np.concatenate([block + first for block, first in zip(blocks, firsts, strict=True)]),
+            known,
+            rows,
         )
+
+
+def _turned(changes: Array, layout: Layout, sums: Array) -> list[tuple[Array, Array]]:
+    """Turn of a heading over stretches, and of its rate ``# (stretches, 1)`` each; nothing without both."""
+    if RATES[-1] not in layout or not layout.has_field(HEADING.name):
+        return []
+    heading = dict(zip((field.name for field in layout.fields), places_of_fields(layout), strict=True))[HEADING.name]
+    return [(changes[:, list(heading)], sums[:, [layout.index(RATES[-1])]])]
 
 
 def _summed(changes: Array, lengths: Sequence[int], rows: int) -> Array:
@@ -135,7 +161,8 @@ def without_drag(balance: Balance) -> Array:
 
 def without_arm(balance: Balance) -> Array:
     """Losses ``# (q,)`` where a sensor off the centre takes what it can: it moves sideways in turns, as if late."""
-    return _without(balance, ("level position", "level velocity"), [balance.arms[:, 0], balance.arms[:, 1]])
+    arms = balance.arms
+    return _without(balance, ("level position", "level velocity"), [arms[:, 0], arms[:, 1]])
 
 
 def _without(balance: Balance, quantities: Collection[str], parts: Sequence[Array]) -> Array:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import wilcoxon
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.mistakes.balance import Balance, Balances, without_arm, without_drag
 from sym2real.diagnosis.faults.mistakes.listed import mimics, transformations
 from sym2real.diagnosis.faults.mistakes.transformation import (
@@ -18,15 +19,12 @@ from sym2real.diagnosis.faults.mistakes.transformation import (
     of_all,
     present,
 )
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Array, Dataset
+from sym2real.trajectory import Array
 
-# Squares missed over those of the change: how many times fewer without the mistake, how many may be left, and how much
-# more, of that, any other quantity may miss.
-FEWER, LEFT, WORSE = 3.0, 0.5, 0.25
 MOST = 3  # mistakes in one set of logs
-ALIKE = 0.9  # of the largest gain; of such that gain as much the simplest is taken
-FALSE_ALARMS = 0.002  # a data set
+ROUNDING = 1e-6  # of the squares
 
 
 @dataclass(frozen=True)
@@ -69,15 +67,17 @@ def mistakes(model: Equations, data: Dataset) -> list[Undoing]:
     balances = Balances.of(model, data) if len(present(data, POSITIONS)) != 1 else None
     if balances is None:
         return []
-    found = []
+    undoings = []
     for _ in range(MOST):
-        one = _best(balances, data)
+        undoing = _best(balances, data)
         # One sensor or command with the other sign is named as such, by an effect of its own.
-        if one is None or (isinstance(one.transformation, Exchanged) and len(one.transformation.wrong) == 1):
+        if undoing is None or (
+            isinstance(undoing.transformation, Exchanged) and len(undoing.transformation.wrong) == 1
+        ):
             break
-        found.append(one)
-        data = one.undone(data)
-    return found
+        undoings.append(undoing)
+        data = undoing.undone(data)
+    return undoings
 
 
 def _best(balances: Balances, data: Dataset) -> Undoing | None:
@@ -85,36 +85,44 @@ def _best(balances: Balances, data: Dataset) -> Undoing | None:
     now = balances(data)
     tried = list(transformations(data, now))
     kinds: dict[type, Undoing] = {}
-    for one in tried:
-        held = _judged(balances, now, one, data, len(tried))
-        if held is not None and (type(one) not in kinds or held.gain > kinds[type(one)].gain):
-            kinds[type(one)] = held
-    most = max((one.gain for one in kinds.values()), default=0.0)
-    return next((one for one in kinds.values() if one.gain >= ALIKE * most), None)
+    for transformation in tried:
+        held = _judged(balances, now, transformation, data, len(tried))
+        if held is not None and (type(transformation) not in kinds or held.gain > kinds[type(transformation)].gain):
+            kinds[type(transformation)] = held
+    most = max((undoing.gain for undoing in kinds.values()), default=0.0)
+    return next((undoing for undoing in kinds.values() if undoing.gain >= SETTINGS.nearly_as_good * most), None)
 
 
-def _judged(balances: Balances, now: Balance, one: Transformation, data: Dataset, tried: int) -> Undoing | None:
+def _judged(
+    balances: Balances, now: Balance, transformation: Transformation, data: Dataset, tried: int
+) -> Undoing | None:
     """What undoing it gains, where that is beyond chance and nothing else becomes worse."""
     before = now.losses
-    after = balances(of_all(one, data)).losses
+    after = balances(of_all(transformation, data)).losses
     old, new = before.mean(0), after.mean(0)
     better = old - new
-    clear = (old > FEWER * new) & (new < LEFT)
-    if not clear.any() or -better.min() > WORSE * better.max():
+    clear = (old > SETTINGS.mistake_fewer * new) & (new < SETTINGS.mistake_left)
+    if not clear.any() or -better.min() > SETTINGS.others_worse * better.max() or _in_all(new) > _in_all(old):
         return None
-    if isinstance(one, Turned) and one.field == "attitude":
-        clear &= without_drag(now) > FEWER * new
-    if isinstance(one, Late | Turned):
-        clear &= without_arm(now) > FEWER * new
-    for other in mimics(one, data.layouts.action.columns):
-        clear &= balances(of_all(other, data)).losses.mean(0) > FEWER * new
+    if isinstance(transformation, Turned) and transformation.field == "attitude":
+        clear &= without_drag(now) > SETTINGS.mistake_fewer * new
+    if isinstance(transformation, Late | Turned):
+        clear &= without_arm(now) > SETTINGS.mistake_fewer * new
+    for other in mimics(transformation, data.layouts.action.columns):
+        mimicked = balances(of_all(other, data)).losses.mean(0)
+        clear &= (mimicked > SETTINGS.mistake_fewer * new) & (_in_all(mimicked) > _in_all(new))
     chance = [
         _chance(before[:, place], after[:, place], now.block) if clear[place] else 1.0 for place in range(len(old))
     ]
     most = int(np.argmin(chance))
-    if chance[most] > FALSE_ALARMS / tried:
+    if chance[most] > SETTINGS.false_alarms / tried:
         return None
-    return Undoing(one, now.names[most], float(old[most]), float(new[most]), float(better.sum()))
+    return Undoing(transformation, now.names[most], float(old[most]), float(new[most]), float(better.sum()))
+
+
+def _in_all(losses: Array) -> float:
+    """How badly all quantities ``# (q,)`` are foretold: minus their log-likelihood, each of a variance of its own."""
+    return float(np.log(np.maximum(losses, ROUNDING)).sum())
 
 
 def _chance(before: Array, after: Array, block: Array) -> float:

@@ -11,6 +11,7 @@ from itertools import permutations, product
 
 import numpy as np
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, VELOCITIES
 from sym2real.diagnosis.faults.mistakes.balance import Balance
 from sym2real.diagnosis.faults.mistakes.transformation import (
@@ -26,11 +27,11 @@ from sym2real.diagnosis.faults.mistakes.transformation import (
     Turned,
     present,
 )
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.logs.course import between, course
-from sym2real.trajectory import Array, Dataset
+from sym2real.trajectory import Array
 
 SHIFTS = (2, 3, 4, 5, 6)  # rows; honest sensors are up to one behind
-LEAST_TURN = np.deg2rad(25.0)  # a smaller one is a sensor that is mounted askew
 
 
 def transformations(data: Dataset, balance: Balance) -> Iterator[Transformation]:
@@ -51,16 +52,16 @@ def transformations(data: Dataset, balance: Balance) -> Iterator[Transformation]
         yield from _in_common(_followed(data, rates, commands), (commands,))
     if len(data.layouts.action) == 2:
         yield from _orders((data.layouts.action.columns,))
-    for one in data.layouts.state.fields:
-        yield from (Late(one.name, one.columns, sign * rows, data.dt) for rows in SHIFTS for sign in (1, -1))
+    for sensor in data.layouts.state.fields:
+        yield from (Late(sensor.name, sensor.columns, sign * rows, data.dt) for rows in SHIFTS for sign in (1, -1))
     yield Late("commands", data.layouts.action.columns, 1, data.dt)
 
 
-def mimics(one: Transformation, commands: Sequence[str]) -> Iterator[Transformation]:
+def mimics(transformation: Transformation, commands: Sequence[str]) -> Iterator[Transformation]:
     """What no mistake is and may explain as much: a sensor's filter, and commands that take effect later."""
-    if isinstance(one, Late) and one.columns != tuple(commands):
-        yield from (Late(one.what, one.columns, rows, one.dt) for rows in (-1, 1))
-        yield Late("commands", tuple(commands), -abs(one.rows), one.dt)
+    if isinstance(transformation, Late) and transformation.columns != tuple(commands):
+        yield from (Late(transformation.what, transformation.columns, rows, transformation.dt) for rows in (-1, 1))
+        yield Late("commands", tuple(commands), -abs(transformation.rows), transformation.dt)
 
 
 def _axes(data: Dataset) -> Iterator[Transformation]:
@@ -98,13 +99,13 @@ def _followed(data: Dataset, rates: Sequence[str], commands: Sequence[str]) -> A
 
 def _in_common(common: Array, vectors: Sequence[tuple[str, ...]]) -> Iterator[Exchanged]:
     """The exchange by which most is in common; ``common`` is of what a column holds and what it may mean."""
-    best = max(_orders(vectors), key=lambda one: _common(one, vectors[0], common))
+    best = max(_orders(vectors), key=lambda exchanged: _common(exchanged, vectors[0], common))
     if _common(best, vectors[0], common) > float(np.trace(common)):
         yield best
 
 
-def _common(one: Exchanged, vector: tuple[str, ...], common: Array) -> float:
-    pairs = zip(one.columns, one.sources, one.signs, strict=True)
+def _common(exchanged: Exchanged, vector: tuple[str, ...], common: Array) -> float:
+    pairs = zip(exchanged.columns, exchanged.sources, exchanged.signs, strict=True)
     return sum(
         sign * float(common[vector.index(own), vector.index(other)]) for own, other, sign in pairs if own in vector
     )
@@ -127,7 +128,7 @@ def _turned(data: Dataset, balance: Balance, field: str) -> Iterator[Turned]:
     if not data.layouts.state.has_field(field):
         return
     angle = _of_heading(data) if field == "heading" else _of_vectors(data, balance, field)
-    if abs(angle) > LEAST_TURN:
+    if abs(angle) > SETTINGS.frame_turn:
         yield Turned(field, angle)
 
 

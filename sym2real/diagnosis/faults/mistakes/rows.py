@@ -15,18 +15,13 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.start import MAD_TO_SIGMA, ROWS
-from sym2real.layout import Field
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.diagnosis.settings import SETTINGS
+from sym2real.field import Field
+from sym2real.trajectory import Array, Trajectory
 
 Rows = NDArray[np.bool_]
-BRIDGED = 3  # rows; docs/specification.md bridges as many
-LEAST = 0.01  # share of the rows that repeat
-CAUGHT_UP = 1.5  # steps that the row behind repeated ones has moved; a robot at rest moves none
-# Standard deviations of usual changes, and times the 95th percentile of them, by which a value jumps.
-FAR, BEYOND = 30.0, 4.0
-LEAST_JUMP = 0.1  # m; estimators of position correct themselves by centimetres
-EXCURSION, SPIKE = 15, 2  # rows after which a position, and anything else, that jumps is back
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,24 +68,24 @@ class BadRows:
 
 def bad_rows(data: Dataset) -> list[BadRows]:
     """What repeats, then what jumps, each in the logs without those before it."""
-    found, fields = list[BadRows](), data.layouts.state.fields
-    while one := _all_that_repeats(data):
-        found.append(one)
-        data = one.undone(data)
+    damages, fields = list[BadRows](), data.layouts.state.fields
+    while bad := _all_that_repeats(data):
+        damages.append(bad)
+        data = bad.undone(data)
     for field in fields:
         if field.kind == "vector" and (jumping := _jumping(data, field)) is not None:
-            found.append(jumping)
+            damages.append(jumping)
             data = jumping.undone(data)
-    return found
+    return damages
 
 
 def _all_that_repeats(data: Dataset) -> BadRows | None:
     """The fields that repeat in the same rows as the first that does: one sensor or link holds several."""
-    found = [one for field in data.layouts.state.fields if (one := _repeated(data, field.columns)) is not None]
-    if not found:
+    repeats = [bad for field in data.layouts.state.fields if (bad := _repeated(data, field.columns)) is not None]
+    if not repeats:
         return None
-    alike = [one for one in found if all(map(np.array_equal, one.rows, found[0].rows))]
-    return replace(found[0], columns=tuple(name for one in alike for name in one.columns))
+    alike = [bad for bad in repeats if all(map(np.array_equal, bad.rows, repeats[0].rows))]
+    return replace(repeats[0], columns=tuple(name for bad in alike for name in bad.columns))
 
 
 def _repeated(data: Dataset, columns: Sequence[str]) -> BadRows | None:
@@ -104,9 +99,9 @@ def _repeated(data: Dataset, columns: Sequence[str]) -> BadRows | None:
         step = float(np.median(change[fresh])) if fresh.any() else 0.0
         behind = ~stale[1:] & stale[:-1]
         caught_up += [*(change[behind] / step)] if step > 0 else []
-    if sum(int(part.sum()) for part in rows) < LEAST * data.rows or not caught_up:
+    if sum(int(part.sum()) for part in rows) < SETTINGS.repeated_rows * data.rows or not caught_up:
         return None
-    if float(np.median(caught_up)) < CAUGHT_UP:
+    if float(np.median(caught_up)) < SETTINGS.gap:
         return None
     return BadRows("repeat", tuple(columns), tuple(rows), tuple(() for _ in data))
 
@@ -116,9 +111,12 @@ def _jumping(data: Dataset, field: Field) -> BadRows | None:
     changes = [np.diff(log.state[:, places], axis=0) for log in data]
     sizes = [np.linalg.norm(change - _usual(change), axis=1) for change in changes]
     every = np.concatenate(sizes)
-    least = max(FAR * MAD_TO_SIGMA * float(np.median(every)), BEYOND * float(np.percentile(every, 95)))
+    least = max(
+        SETTINGS.jump_deviations * MAD_TO_SIGMA * float(np.median(every)),
+        SETTINGS.jump_beyond * float(np.percentile(every, 95)),
+    )
     stays = field.unit == "m"
-    least = max(least, LEAST_JUMP) if stays else least
+    least = max(least, SETTINGS.jump_metres) if stays else least
     places_of = [np.flatnonzero(size > least) + 1 for size in sizes]
     found = [_excursions(change, there, stays=stays) for change, there in zip(changes, places_of, strict=True)]
     if least <= 0.0 or not any(rows.any() or cuts for rows, cuts in found):
@@ -147,8 +145,8 @@ def _excursions(change: Array, jumps: NDArray[np.int64], *, stays: bool) -> tupl
             (
                 offset
                 for offset in range(place + 1, len(jumps))
-                if jumps[offset] - first <= (EXCURSION if stays else SPIKE)
-                and np.linalg.norm(away + change[jumps[offset] - 1]) < 0.5 * np.linalg.norm(away)
+                if jumps[offset] - first <= (SETTINGS.jump_rows if stays else SETTINGS.spike_rows)
+                and np.linalg.norm(away + change[jumps[offset] - 1]) < SETTINGS.jump_back * np.linalg.norm(away)
             ),
             None,
         )
@@ -164,7 +162,7 @@ def _excursions(change: Array, jumps: NDArray[np.int64], *, stays: bool) -> tupl
 def _mended(log: Trajectory, columns: Sequence[str], rows: Rows, cuts: Sequence[int]) -> list[Trajectory]:
     edges = np.flatnonzero(np.diff(np.concatenate([[False], rows, [False]]).astype(int)))
     runs = [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
-    long = [(a, b) for a, b in runs if b - a > BRIDGED or a == 0 or b == len(rows)]
+    long = [(a, b) for a, b in runs if b - a > SETTINGS.bridged_rows or a == 0 or b == len(rows)]
     good = np.flatnonzero(~rows)
     if not len(good):
         return []

@@ -14,8 +14,9 @@ import numpy as np
 import torch
 
 from sym2real import rotation
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
 
 POSITIONS = ("x", "y", "z")
 QUATERNION, HEADING = ("qw", "qx", "qy", "qz"), ("sin_yaw", "cos_yaw")
@@ -72,8 +73,8 @@ class Exchanged:
         moved = [own for own, other in wrong if own != other.removeprefix("-")]
         if not moved:
             return f"{' '.join(own for own, _ in wrong)} mirrored (with the other sign)"
-        told = ", ".join(f"{own} holds {other}" for own, other in wrong)
-        return f"{' '.join(moved)} swapped ({told})"
+        exchanges = ", ".join(f"{own} holds {other}" for own, other in wrong)
+        return f"{' '.join(moved)} swapped ({exchanges})"
 
     @property
     def fix(self) -> str:
@@ -106,8 +107,8 @@ class Turned:
     @property
     def name(self) -> str:
         """What is turned, by how much."""
-        told = "heading" if self.field in ("attitude", "heading") else self.field
-        return f"{told} in a turned frame, by {degrees(self.angle):.0f}° about the vertical"
+        what = "heading" if self.field in ("attitude", "heading") else self.field
+        return f"{what} in a turned frame, by {degrees(self.angle):.0f}° about the vertical"
 
     @property
     def fix(self) -> str:
@@ -128,8 +129,10 @@ class Turned:
             turned = rotation.multiply(half, attitude(log)).numpy()
             return with_columns(log, dict(zip(QUATERNION, turned.T, strict=True)))
         x, y = {"position": ("x", "y"), "velocity": ("vx", "vy"), "heading": ("cos_yaw", "sin_yaw")}[self.field]
-        one, other = log.column(x), log.column(y)
-        return with_columns(log, {x: cos(angle) * one - sin(angle) * other, y: sin(angle) * one + cos(angle) * other})
+        first, other = log.column(x), log.column(y)
+        return with_columns(
+            log, {x: cos(angle) * first - sin(angle) * other, y: sin(angle) * first + cos(angle) * other}
+        )
 
 
 @dataclass(frozen=True)
@@ -248,9 +251,9 @@ def with_columns(log: Trajectory, columns: dict[str, Array]) -> Trajectory:
     return replace(log, **changed)
 
 
-def of_all(one: Transformation, data: Dataset) -> Dataset:
+def of_all(transformation: Transformation, data: Dataset) -> Dataset:
     """The logs without the mistake."""
-    return Dataset(one.undone(log) for log in data)
+    return Dataset(transformation.undone(log) for log in data)
 
 
 def present(data: Dataset, columns: Sequence[str]) -> tuple[str, ...]:

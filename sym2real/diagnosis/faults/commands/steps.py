@@ -10,12 +10,12 @@ import numpy as np
 import torch
 from scipy.optimize import minimize_scalar
 
-from sym2real.diagnosis.data.preparation import with_filtered_commands
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.scaled import divided
+from sym2real.effects.filters import filter_commands
 from sym2real.effects.inputs import with_inputs
-from sym2real.effects.visible import VisibleModel, visible_state
+from sym2real.effects.visible import VisibleModel, visible_in_double, visible_state
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset
 
 FAR = 3.0  # times
 GRID = np.geomspace(1.0, 1e7, 140)
@@ -28,12 +28,12 @@ class Steps:
     def __init__(self, model: Equations, predict: VisibleModel, data: Dataset) -> None:
         self.model, self._predict, self.data = model, predict, data
         self._state, self._action = data.layouts.state, data.layouts.action
-        lengths = [len(one) for one in data]
+        lengths = [len(log) for log in data]
         firsts = np.cumsum([0, *lengths[:-1]])
         rows = np.concatenate([np.arange(n - 1) + first for n, first in zip(lengths, firsts, strict=True)])
         self._rows = rows[:: max(1, len(rows) // MOST_ROWS)]
         state, inputs = (
-            torch.as_tensor(np.concatenate([getattr(one, k) for one in data])) for k in ("state", "inputs")
+            torch.as_tensor(np.concatenate([getattr(log, k) for log in data])) for k in ("state", "inputs")
         )
         self._now, self._later = state[self._rows], state[self._rows + 1]
         self._given = inputs[self._rows] if inputs.shape[-1] else None
@@ -45,7 +45,7 @@ class Steps:
         known = with_inputs(model.layouts.inputs, data)
         if replace(model.layouts, state=visible_state(model)) != known.layouts:
             return None
-        steps = cls(model, VisibleModel(model, torch.float64), known)
+        steps = cls(model, visible_in_double(model), known)
         return steps if bool((steps._changed > 0).any()) else None
 
     def only(self, place: int) -> Steps:
@@ -55,7 +55,7 @@ class Steps:
     @property
     def signed(self) -> list[str]:
         """Commands that may lie below zero: angles, their rates, and what has been there."""
-        sent = np.concatenate([one.action for one in self.data])
+        sent = np.concatenate([log.action for log in self.data])
         turns = [self._action.units[name] in ("rad", "rad/s") for name in self._action]
         below = sent.min(axis=0) < 0
         return [name for name, *either in zip(self._action, turns, below, strict=True) if any(either)]
@@ -75,25 +75,39 @@ class Steps:
 
     def best(self, columns: Sequence[str]) -> tuple[float, float]:
         """What is missed with the factor by which least is, and that factor."""
-        missed = [self.missed(columns, factor) for factor in GRID]
-        place = int(np.argmin(missed))
+        place = int(self._missed(columns, GRID).argmin())
         around = log(GRID[max(0, place - 1)]), log(GRID[min(len(GRID) - 1, place + 1)])
-        found = minimize_scalar(lambda at: self.missed(columns, exp(at)), bounds=around, method="bounded")
-        return float(found.fun), exp(found.x)
+        result = minimize_scalar(lambda at: self.missed(columns, exp(at)), bounds=around, method="bounded")
+        return float(result.fun), exp(result.x)
 
     def rise(self, columns: Sequence[str], factor: float) -> float:
         """How many times more is missed, in the column where most is, with columns divided by far more and far less."""
-        here, *beside = (self.errors(columns, factor * by) for by in (1.0, FAR, 1.0 / FAR))
+        here, *beside = self.errors(columns, [factor * by for by in (1.0, FAR, 1.0 / FAR)])
         return float((torch.minimum(*beside) / here).max())
 
     def missed(self, columns: Sequence[str], factor: float) -> float:
         """Mean of :meth:`errors`, infinite where one of them is no number."""
-        missed = float(self.errors(columns, factor).mean())
-        return missed if np.isfinite(missed) else float("inf")
+        return float(self._missed(columns, [factor]))
 
-    def errors(self, columns: Sequence[str], factor: float) -> torch.Tensor:
-        """Mean square of a step's error over that of the step itself, of every column that moves ``# (k,)``."""
-        data = with_filtered_commands(self.model, divided(self.data, columns, factor))
-        sent = torch.as_tensor(np.concatenate([one.action for one in data]))[self._rows]
-        error = self._state.difference(self._later, self._predict(self._now, sent, self._given)).square().mean(0)
-        return (error / self._changed)[self._changed > 0]
+    def _missed(self, columns: Sequence[str], factors: Sequence[float] | np.ndarray) -> torch.Tensor:
+        missed = self.errors(columns, factors).mean(-1)
+        return torch.where(missed.isfinite(), missed, float("inf"))
+
+    def errors(self, columns: Sequence[str], factors: Sequence[float] | np.ndarray) -> torch.Tensor:
+        """Mean square of a step's error over that of the step itself, of every column that moves.
+
+        Args:
+            columns: commands that are divided.
+            factors: what they are divided by ``# (F,)``.
+
+        Returns:
+            ``# (F, k)``, in one rollout of all factors.
+        """
+        by = torch.ones(len(factors), 1, len(self._action), dtype=torch.float64)
+        by[..., self._action.indices(columns)] = torch.as_tensor(factors, dtype=torch.float64)[:, None, None]
+        logs = [filter_commands(self.model, torch.as_tensor(log.action) / by) for log in self.data]
+        sent = torch.cat(logs, dim=1)[:, self._rows]
+        given = None if self._given is None else self._given.expand(len(by), -1, -1)
+        after = self._predict(self._now.expand(len(by), -1, -1), sent, given)
+        error = self._state.difference(self._later.expand_as(after), after).square().mean(1)
+        return (error / self._changed)[:, self._changed > 0]

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.scaled import divided
-from sym2real.diagnosis.faults.command_steps import Steps
+from sym2real.diagnosis.faults.commands.steps import Steps
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset
-
-# Times in squares, in the column that the command moves most; and how much worse, of that, any other may be.
-BETTER, WORSE = 4.0, 0.25
 
 
 @dataclass(frozen=True)
@@ -49,15 +47,15 @@ class ReversedCommand:
 def reversed_commands(model: Equations, data: Dataset) -> list[ReversedCommand]:
     """Commands that move the robot the other way than the model says, beyond what a delay or a gain can do."""
     steps = Steps.of(model, data)
-    found = [] if steps is None else [_compared(steps, column) for column in steps.signed]
-    return [one for one in found if one is not None]
+    commands = [] if steps is None else [_compared(steps, column) for column in steps.signed]
+    return [command for command in commands if command is not None]
 
 
 def _compared(steps: Steps, column: str) -> ReversedCommand | None:
     """The command, if its opposite foretells what it moves, and nothing else much worse."""
-    as_it_stands, other, without = (steps.errors((column,), factor) for factor in (1.0, -1.0, float("inf")))
+    as_it_stands, other, without = steps.errors((column,), (1.0, -1.0, float("inf")))
     better = as_it_stands - other
     most = int(better.nan_to_num().argmax())
-    one = ReversedCommand(column, *(float(errors[most]) for errors in (as_it_stands, other, without)))
-    sure = one.reversed < one.without < one.as_it_stands > BETTER * one.reversed
-    return one if sure and float(-better.min()) < WORSE * float(better[most]) else None
+    command = ReversedCommand(column, *(float(errors[most]) for errors in (as_it_stands, other, without)))
+    sure = command.reversed < command.without < command.as_it_stands > SETTINGS.command_sign * command.reversed
+    return command if sure and float(-better.min()) < SETTINGS.others_worse * float(better[most]) else None

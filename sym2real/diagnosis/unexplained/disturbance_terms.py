@@ -1,6 +1,6 @@
-"""Pushes that are functions of something measured: their shapes, and what each would change in a fit.
+"""Disturbances that are functions of something measured: their shapes, and what each would change in a fit.
 
-A term pushes a channel by a constant and three powers of a feature's rank among the logs' values, ranks so that no
+A term disturbs a channel by a constant and three powers of a feature's rank among the logs' values, ranks so that no
 tail decides; or by what a command was a few rows ago less what it is, as any filter that acts on it would. The latter
 says nothing of whole logs, and is taken less every log's mean: trim that differs from log to log has no part in it.
 """
@@ -30,7 +30,7 @@ SMALLEST = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Feature:
-    """Something that a push may depend on.
+    """Something that a disturbance may depend on.
 
     Args:
         name: in words.
@@ -57,7 +57,7 @@ class Feature:
 
 
 def features_in(problem: Problem) -> dict[str, Feature]:
-    """Everything that a push may depend on, by name."""
+    """Everything that a disturbance may depend on, by name."""
     names, values = features_of(problem)
     found = {name: Feature(name, (name,), values[:, [place]]) for place, name in enumerate(names)}
     dt, sent = problem.library.equations.dt, _sent(problem, (0, *EARLIER))
@@ -65,14 +65,14 @@ def features_in(problem: Problem) -> dict[str, Feature]:
         words = tuple(f"{name} {k * dt:.2g} s earlier less {name}" for k in EARLIER)
         change = _within((sent[1:, :, column] - sent[0, :, column]).T, np.repeat(problem.segments.log, PIECES))
         found[f"earlier {name}"] = Feature(f"earlier {name}", words, change, within=True)
-    varying = {name: one for name, one in found.items() if np.ptp(one.values) > SMALLEST}
+    varying = {name: feature for name, feature in found.items() if np.ptp(feature.values) > SMALLEST}
     return {CONSTANT: Feature(CONSTANT, (), np.empty((len(values), 0))), **varying}
 
 
 def _within(columns: Array, log: NDArray[np.int64]) -> Array:
     """Columns ``# (pieces, columns)`` less their mean over every log."""
     _, place = np.unique(log, return_inverse=True)
-    means = np.stack([columns[place == one].mean(axis=0) for one in range(place.max() + 1)])
+    means = np.stack([columns[place == index].mean(axis=0) for index in range(place.max() + 1)])
     without: Array = columns - means[place]
     return without
 
@@ -93,8 +93,8 @@ class Moments:
     """Products under C⁻¹, per segment, of all that terms are judged by.
 
     Args:
-        products: of the residual, its derivatives by the parameters that were found, and every push over every piece,
-            with each other ``# (S, 1 + A + D·pieces, ·)``.
+        products: of the residual, its derivatives by the parameters that were found, and every disturbance over every
+            piece, with each other ``# (S, 1 + A + D·pieces, ·)``.
         found: number of those parameters, A.
     """
 
@@ -105,7 +105,7 @@ class Moments:
         """Half of the loss's derivatives by the parameters and a term's ``# (S, A + K), (S, A + K, A + K)``.
 
         Args:
-            channel: number of the push.
+            channel: number of the disturbance.
             term: its shapes ``# (S, pieces, K)``.
         """
         first, fitted = 1 + self.found + channel * PIECES, slice(0, 1 + self.found)
@@ -123,7 +123,7 @@ class Side:
 
     Args:
         columns: residuals at one parameter set, and their derivatives by those that are fitted ``# (S, R, 1 + A)``.
-        spread: shapes of the pushes.
+        spread: shapes of the disturbances.
         terms: shapes of every term, by the feature's name ``# (S, pieces, K)``.
         logs: name of every segment's log.
     """
@@ -146,17 +146,17 @@ class Side:
         """
         (columns,) = problem.linearised(values[None], [free])
         here = features_in(problem)
-        terms = {name: here[name].shapes(one) for name, one in among.items() if name in here}
+        terms = {name: here[name].shapes(feature) for name, feature in among.items() if name in here}
         return cls(columns, spread, terms, problem.log_names)
 
     def moments(self, whitening: Whitening) -> Moments:
         """Under a whitening of these data."""
-        columns = torch.cat([self.columns, self.spread.pushes.flatten(-2)], dim=-1)
+        columns = torch.cat([self.columns, self.spread.disturbances.flatten(-2)], dim=-1)
         return Moments(whitening.products(columns), self.columns.shape[-1] - 1)
 
     def after(self, channel: int, name: str, step: Tensor) -> Tensor:
         """Residuals after a step of the parameters and a term ``# (S, R)``."""
-        shapes = self.spread.pushes[:, :, channel] @ self.terms[name]  # (S, R, K)
+        shapes = self.spread.disturbances[:, :, channel] @ self.terms[name]  # (S, R, K)
         return self.columns[..., 0] + torch.cat([self.columns[..., 1:], shapes], dim=-1) @ step
 
 
@@ -165,7 +165,7 @@ class Judged:
     """A term beside what was found, under one whitening.
 
     Args:
-        channel, name: number of the push, and the feature it depends on.
+        channel, name: number of the disturbance, and the feature it depends on.
         found: number of parameters before the term's.
         gradient, curvature: half the loss's derivatives by parameters and term, without what is the base's own
             ``# (S, A + K), (S, A + K, A + K)``.

@@ -1,0 +1,163 @@
+"""One search over sets of effects: a beam of every size, and all that stands around the best of them.
+
+A set costs what it leaves of logs that its fit left out, and a charge for every effect. To look around in a set is to
+fit what comes of it by one more effect, the most promising of them on the set's own sensitivity matrix, and by one
+less. That is done in those few sets of every size to which one effect more promises the lowest price, so that no first
+effect decides what the next ones look like, unless the set is as large as the best one and even that price is higher;
+and in the best set, and in it with each of its effects left out, which exchanges that effect for others, and begins its
+own fit again from its other starts. The search ends where all of these have been looked around in. The answer is the
+cheapest set of which every effect is beyond chance. Sets on the way need not be: while much is missing, errors are
+large, and no test tells. So the cheapest set is looked around in as the best one is, whether it is beyond chance or
+not: it may stand between two families of effects. Where no single effect helps, two may that hide each other. The best
+of some hundred pairs saves something by luck, so what a pair saves must be beyond its standard error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import groupby, islice
+
+from sym2real.diagnosis.estimate.weighing import Prepared
+from sym2real.diagnosis.predict.candidate import Candidate
+from sym2real.diagnosis.search.needed import keep_needed
+from sym2real.diagnosis.search.pairs import hidden_pairs
+from sym2real.diagnosis.search.select import EffectSet, Selection
+from sym2real.diagnosis.settings import SETTINGS
+from sym2real.diagnosis.stages import OnProgress, Stages
+
+# Cheapest sets of a size of which it is asked what one effect more promises, and those that are looked around in.
+SCREENED, WIDTH = 8, 2
+# Relative fall of the whitened squares by which a fit of the same set is another one.
+BETTER = 1e-4
+
+Names = frozenset[str]
+
+
+@dataclass(frozen=True, eq=False)
+class SearchResult:
+    """What a search ended with.
+
+    Args:
+        prepared: the model against checked data.
+        selection: effects that are there.
+        finished: whether nobody interrupted it.
+    """
+
+    prepared: Prepared
+    selection: Selection
+    finished: bool
+
+
+def search(prepared: Prepared, stages: Stages) -> SearchResult:
+    """The effects that are there and that predictions need; Ctrl-C keeps what is found by then."""
+    tried = prepared.tried
+    selection = Selection(prepared.problems, tried, prepared.origin)
+    beam = Beam(selection, stages.on_progress)
+    stages.try_to(f"searching among {len(tried)} effects", Beam.search, beam)
+    needed = partial(keep_needed, library=prepared.library, logs=prepared.checked.data)
+    stages.try_to("holding effects against predictions", needed, selection)
+    return SearchResult(prepared, selection, not stages.interrupted)
+
+
+@dataclass(eq=False)
+class Beam:
+    """All sets that were fitted, and which of them were looked around in.
+
+    Args:
+        selection: what competes; it becomes the best set.
+        on_progress: told what has been found so far.
+    """
+
+    selection: Selection
+    on_progress: OnProgress = lambda _: None
+    sets: dict[Names, EffectSet] = field(default_factory=dict)
+    looked_around: set[Names] = field(default_factory=set)
+    _significant: dict[Names, bool] = field(default_factory=dict)
+
+    def search(self) -> None:
+        """Look around until there is nothing left to; whoever ends it by Ctrl-C keeps the best set so far."""
+        self._keep(self.selection.set_of(self.selection.chosen, self.selection.fit))
+        try:
+            while (effects := next(self._waiting(), None)) is not None:
+                self._look_around(effects)
+                if names := [member.name for member in self._best().chosen]:
+                    self.on_progress(f"found so far: {', '.join(names)}; searching on")
+        finally:
+            best = self._best()
+            self.selection.put(best.chosen, best.fit)
+
+    def _waiting(self) -> Iterator[EffectSet]:
+        """Sets that are still to be looked around in, those of the beam first."""
+        best = self._best()
+        by_size = sorted(self.sets.values(), key=lambda effects: (len(effects.chosen), effects.price))
+        for size, same in groupby(by_size, key=lambda effects: len(effects.chosen)):
+            cheapest = islice(filter(self._worth_its_size, same), SCREENED)
+            worth = sorted(cheapest, key=self.selection.promise)[:WIDTH]
+            for effects in worth:
+                beyond = size < len(best.chosen) or self.selection.promise(effects) < best.price
+                if beyond and effects.names not in self.looked_around:
+                    yield effects
+        for centre in (best, self._cheapest()):
+            yield from (effects for effects in self._around(centre) if effects.names not in self.looked_around)
+
+    def _around(self, centre: EffectSet) -> Iterator[EffectSet]:
+        """A set, and it with each of its effects left out."""
+        yield centre
+        for left_out in centre.chosen:
+            yield self._without(centre, left_out)
+
+    def _without(self, effects: EffectSet, left_out: Candidate) -> EffectSet:
+        names = effects.names - {left_out.name}
+        if names not in self.sets:
+            self._keep(self.selection.set_of(*self.selection.without_one(effects.chosen, effects.fit, left_out)))
+        return self.sets[names]
+
+    def _worth_its_size(self, effects: EffectSet) -> bool:
+        """Whether no set that is known with one effect less is as cheap."""
+        return all(effects.price < self.sets[names].price for names in effects.smaller if names in self.sets)
+
+    def _holds(self, effects: EffectSet) -> bool:
+        """Whether every effect of a set is beyond chance."""
+        if effects.names not in self._significant:
+            self._significant[effects.names] = all(
+                self.selection.significant(effects.fit, member) for member in effects.chosen
+            )
+        return self._significant[effects.names]
+
+    def _cheapest(self) -> EffectSet:
+        return min(self.sets.values(), key=lambda effects: effects.price)
+
+    def _best(self) -> EffectSet:
+        """The cheapest set that is beyond chance; of a search that has just begun with others, the cheapest."""
+        by_price = sorted(self.sets.values(), key=lambda effects: effects.price)
+        holding = (effects for effects in by_price if self._worth_its_size(effects) and self._holds(effects))
+        return next(holding, by_price[0])
+
+    def _look_around(self, effects: EffectSet) -> None:
+        self.looked_around.add(effects.names)
+        chosen, values = list(effects.chosen), effects.fit.values
+        for left_out in chosen:
+            if self.selection.predicted_without(effects, left_out) < effects.price:
+                self._without(effects, left_out)
+        for larger in self.selection.larger(effects) if len(chosen) < SETTINGS.most_findings else []:
+            self._keep(larger)
+        if len(chosen) + 2 <= SETTINGS.most_findings and not self._grows(effects):
+            for pair, fit in hidden_pairs(self.selection, chosen, values):
+                larger = self.selection.set_of([*chosen, *pair], fit)
+                significant = all(self.selection.significant(fit, member) for member in pair)
+                if significant and self.selection.surely_cheaper(larger, effects):
+                    self._keep(larger)
+
+    def _grows(self, effects: EffectSet) -> bool:
+        """Whether some effect is worth its place beside a set's."""
+        larger = (other for other in self.sets.values() if effects.names < other.names)
+        return any(self._worth_its_size(other) for other in larger)
+
+    def _keep(self, effects: EffectSet) -> None:
+        """Remember a set; of one that is known the better fit."""
+        known = self.sets.get(effects.names)
+        if known is None or effects.fit.total < (1 - BETTER) * known.fit.total:
+            self.sets[effects.names] = effects
+            self._significant.pop(effects.names, None)

@@ -1,0 +1,127 @@
+"""A search over sets of effects: whatever it begins with, whatever the order of what competes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+
+import pytest
+import torch
+from noisy_flights import flights_with_all
+
+from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.significance import standard_error
+from sym2real.diagnosis.estimate.whitening import Spread
+from sym2real.diagnosis.predict.candidate import Candidate, candidates
+from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.search.beam import Beam
+from sym2real.diagnosis.search.select import Selection, price
+from sym2real.diagnosis.settings import SETTINGS
+from sym2real.effects import effect
+from sym2real.robots import CRAZYFLIE
+
+HIDDEN = {"wind": {"fx": 0.02, "fy": -0.01}, "added_mass": {"value": 0.003}}
+KEYS = ("linear_drag", "wind", "added_mass", "quadratic_drag")
+
+
+@cache
+def problems() -> tuple[Problems, tuple[Candidate, ...]]:
+    """Flights with a mass more and in wind, and what competes to explain them."""
+    base, data = CRAZYFLIE.nominal(), flights_with_all(HIDDEN)
+    library = Library.of(base, [effect(key, base) for key in KEYS])
+    problem = Problem(library, data)
+    spread = Spread.of(problem, library.null)
+    variances = torch.as_tensor(problem.segments.noise).square(), torch.ones(len(spread.names), dtype=torch.float64)
+    return Problems.of(problem, spread.whitening(*variances)), candidates(library, data)
+
+
+def selection_of(tried: Sequence[Candidate]) -> Selection:
+    weighed, _ = problems()
+    return Selection(weighed, tried, weighed.problem.library.null)
+
+
+def with_names(names: Sequence[str]) -> Selection:
+    """Effects put in one after the other, whatever they gain."""
+    tried = problems()[1]
+    selection = selection_of(tried)
+    for candidate in (candidate for name in names for candidate in tried if candidate.name == name):
+        (joined,) = selection.ranked(selection.chosen, selection.fit.values, [candidate])
+        selection.put(joined.chosen, joined.fit)
+    return selection
+
+
+@pytest.mark.parametrize("begun_with", [(), ("linear_drag",), ("quadratic_drag", "wind")], ids=str)
+def test_whatever_it_begins_with_a_search_ends_with_what_is_there(begun_with: tuple[str, ...]) -> None:
+    selection = with_names(begun_with)
+    Beam(selection).search()
+    assert {candidate.name for candidate in selection.chosen} == set(HIDDEN)
+    library = selection.problems.problem.library
+    found = {library.slots[slot].parameter.name: float(selection.fit.values[slot]) for slot in slots(selection)}
+    assert found == pytest.approx({"fx": 0.02, "fy": -0.01, "value": 0.003}, rel=0.1)
+
+
+def slots(selection: Selection) -> list[int]:
+    return [slot for candidate in selection.chosen for slot in candidate.slots]
+
+
+def test_the_order_of_what_competes_does_not_matter() -> None:
+    tried = problems()[1]
+    forwards, backwards = selection_of(tried), selection_of(tried[::-1])
+    for selection in (forwards, backwards):
+        Beam(selection).search()
+    assert {candidate.name for candidate in forwards.chosen} == {candidate.name for candidate in backwards.chosen}
+    assert forwards.loss == pytest.approx(backwards.loss, rel=1e-4)
+
+
+def test_no_set_that_was_looked_at_is_cheaper_than_the_answer_and_beyond_chance() -> None:
+    selection = selection_of(problems()[1])
+    beam = Beam(selection)
+    beam.search()
+    own = price(selection.loss, len(selection.chosen))
+    cheaper = [effects for effects in beam.sets.values() if effects.price < own]
+    assert all(any(not selection.significant(effects.fit, member) for member in effects.chosen) for effects in cheaper)
+    assert {
+        frozenset(candidate.name for candidate in selection.chosen) - {name} for name in HIDDEN
+    } <= beam.looked_around
+
+
+def test_a_large_set_that_promises_nothing_is_not_looked_around_in() -> None:
+    beam = Beam(selection_of(problems()[1]))
+    beam.search()
+    best = beam.sets[frozenset(HIDDEN)]
+    around = [beam.sets[names] for names in beam.looked_around if names != best.names]
+    assert all(len(effects.chosen) < len(best.chosen) for effects in around)
+    assert beam.selection.promise(best) == best.price
+
+
+def test_a_set_is_surely_cheaper_only_beyond_a_standard_error() -> None:
+    beam = Beam(selection_of(problems()[1]))
+    beam.search()
+    weighed, right = beam.selection.problems, beam.sets[frozenset(HIDDEN)]
+    larger, *_ = beam.selection.ranked(right.chosen, right.fit.values, beam.selection.candidates)
+    gain = weighed.held_out_segments(right.fit) - weighed.held_out_segments(larger.fit)
+    assert float(gain.sum()) == pytest.approx(right.loss - larger.loss, rel=1e-6)
+    for part, surely in ((0.5, False), (2.0, True)):
+        wanted = right.price - part * standard_error(weighed, gain)
+        cheaper = replace(larger, held_out=wanted / larger.price * larger.held_out)
+        assert beam.selection.surely_cheaper(cheaper, right) is surely
+    assert all(beam.selection.surely_cheaper(right, beam.sets[part]) for part in right.smaller)
+
+
+def test_whoever_ends_a_search_keeps_the_best_set_so_far() -> None:
+    def end(message: str) -> None:
+        raise KeyboardInterrupt
+
+    selection = selection_of(problems()[1])
+    with pytest.raises(KeyboardInterrupt):
+        Beam(selection, end).search()
+    assert [candidate.name for candidate in selection.chosen] in (["wind"], ["added_mass"])
+
+
+def test_an_effect_more_costs_a_share_of_the_loss() -> None:
+    prices = [price(1000.0, count) for count in range(SETTINGS.most_findings + 1)]
+    assert prices[0] == 1000.0
+    assert all(1.009 < more / less < 1.04 for less, more in pairwise(prices))

@@ -1,0 +1,66 @@
+"""Segments start nearer to the truth of a simulator than the rows before say, and dry friction is as large as it is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from sym2real.control import Disturbed, geometric_controller
+from sym2real.dataset import Dataset
+from sym2real.diagnosis import diagnose
+from sym2real.diagnosis.estimate.weighing import whiten
+from sym2real.diagnosis.predict.candidate import candidates
+from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.effects import effect
+from sym2real.experiments.excitation import dither_of
+from sym2real.plants import MujocoPlant, run_episode
+from sym2real.robots import ROBOTS
+from sym2real.tasks import make_task
+from sym2real.trajectory import Trajectory
+
+ROBOT, KEY, FRICTION = ROBOTS["cart_pole"], "joint_friction:slider", 0.05  # N
+NOISE = 0.001  # m, rad
+OTHERS = ("delay*", "lag*", "limit*", "rate_limit*", "dead_band*", "armature*", "gravity_tilt", "sensor_*", "*:pole")
+
+
+def run(number: int) -> Trajectory:
+    """A cart with dry friction, without noise."""
+    task = make_task("regulate", ROBOT, goal={"slider": 0.3 * (-1) ** number})
+    dither = dither_of(ROBOT, np.random.default_rng(number), 2.5)
+    sent = Disturbed(geometric_controller(ROBOT, task.reference), dither.of_step, ROBOT.low, ROBOT.high)
+    plant = MujocoPlant(ROBOT, [effect(KEY, ROBOT).inject(value=FRICTION)])
+    return run_episode(plant, sent, task, seed=number, steps=300, name=f"run {number}")
+
+
+def measured(true: Trajectory, seed: int) -> Trajectory:
+    """Coordinates with noise, and rates that are their differences."""
+    layout, rng, state = true.layouts.state, np.random.default_rng(seed), true.state.copy()
+    for coordinate, rate in layout.rates.items():
+        noisy = true.column(coordinate) + NOISE * rng.standard_normal(len(true))
+        state[:, layout.index(coordinate)] = noisy
+        state[1:, layout.index(rate)] = np.diff(noisy) / true.dt
+    return replace(true, state=state)
+
+
+def test_segments_start_nearer_to_the_truth_than_rows_before_them_say() -> None:
+    true = [run(number) for number in range(2)]
+    data = Dataset([measured(one, seed) for seed, one in enumerate(true)])
+    library = Library.of(ROBOT.nominal(), [effect(KEY, ROBOT)])
+    problem = Problem(library, data)
+    moved = whiten(problem, candidates(library, data)).problem.segments
+    places = zip(moved.log, moved.row, strict=True)
+    there = torch.as_tensor(np.stack([true[log].state[row] for log, row in places]))
+    rates = [moved.layout.index(rate) for rate in moved.layout.rates.values()]
+    missed = [(start - there)[:, rates].square().mean(0).sqrt() for start in (problem.segments.start, moved.start)]
+    assert bool((missed[1] < 0.6 * missed[0]).all())
+
+
+def test_dry_friction_of_a_noisy_cart_is_as_large_as_it_is() -> None:
+    data = Dataset([measured(run(number), number) for number in range(6)])
+    found = diagnose(ROBOT.nominal(), data, exclude=OTHERS)
+    assert [one.effect for one in found.findings] == [KEY]
+    assert found.findings[0].values["value"] == pytest.approx(FRICTION, rel=0.2)

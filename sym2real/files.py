@@ -11,9 +11,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from sym2real.errors import DataError, reason
+
+Kind = TypeVar("Kind")
 
 LONGEST_NAME = 60  # letters, of up to four bytes; file systems have room for 255 bytes, and there is an ending to come
 
@@ -32,7 +34,7 @@ def reading(places: Mapping[str, Iterable[Path]]) -> Iterator[None]:
     for reader, paths in places.items():
         for path in paths:
             inside = [file for file in path.iterdir() if file.is_file()] if path.is_dir() else []
-            read |= {mark: reader for one in (path, *inside) for mark in _marks(one)}
+            read |= {mark: reader for place in (path, *inside) for mark in _marks(place)}
     token = _READ.set(read)
     try:
         yield
@@ -75,7 +77,7 @@ def whole(path: str | Path) -> Iterator[Path]:
     target = Path(path)
     if reader := read_by(target):
         raise DataError(target, "another file to write to", f"what this command reads as {reader}, which would be lost")
-    made = [one for one in target.parents if not one.exists()]
+    made = [place for place in target.parents if not place.exists()]
     folder = target.parent / f".writing-{secrets.token_hex(4)}"
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -89,9 +91,9 @@ def whole(path: str | Path) -> Iterator[Path]:
         finally:  # once more: Ctrl-C may have come in the midst of it
             shutil.rmtree(folder, ignore_errors=True)
     except BaseException as error:
-        for one in made:
+        for place in made:
             with suppress(OSError):
-                one.rmdir()
+                place.rmdir()
         if isinstance(error, OSError):
             raise DataError(target, "a file that can be written", reason(error)) from error
         raise
@@ -134,6 +136,26 @@ def read_object(path: str | Path, what: str) -> dict[str, Any]:
     if not isinstance(found, dict):
         raise DataError(path, what, f"{found!r:.80}")
     return found
+
+
+def read_as(path: str | Path, kind: type[Kind], what: str) -> Kind:
+    """The JSON object that a file holds, as an object of a class with annotations.
+
+    Null, which JSON has for a number that is none, is the field's default. Arguments and errors as of
+    :func:`read_object`.
+    """
+    import msgspec  # noqa: PLC0415 — the help of the command line does not wait for it
+
+    try:
+        return msgspec.convert(_without_null(read_object(path, what)), kind)
+    except ValueError as error:
+        raise DataError(path, what, str(error)) from error
+
+
+def _without_null(found: Any) -> Any:
+    if isinstance(found, dict):
+        return {name: _without_null(value) for name, value in found.items() if value is not None}
+    return [_without_null(value) for value in found] if isinstance(found, list) else found
 
 
 def read_toml(path: str | Path, what: str) -> dict[str, Any]:
@@ -195,7 +217,9 @@ def require_place(path: str | Path, *, folder: bool) -> None:
     if place.exists() and place.is_dir() != folder:
         wanted, there = ("folder", "file") if folder else ("file", "folder")
         raise DataError(place, f"a {wanted}, or a name that is free", f"a {there}")
-    above = next(one for one in (place, *place.absolute().parents) if one.exists() and (folder or one != place))
+    above = next(
+        parent for parent in (place, *place.absolute().parents) if parent.exists() and (folder or parent != place)
+    )
     if not above.is_dir():
         raise DataError(place, "a place inside folders", f"{above} is a file")
     if not os.access(above, os.W_OK):

@@ -9,8 +9,9 @@ from typing import Any, Protocol, TypeVar
 from numpy.typing import ArrayLike
 from torch import Tensor
 
+from sym2real.dataset import Transitions
 from sym2real.layout import Layouts
-from sym2real.trajectory import Array, Transitions
+from sym2real.trajectory import Array
 
 Filter = Callable[[Array], Array]
 Fitted = TypeVar("Fitted")
@@ -78,6 +79,16 @@ class Controller(Protocol):
     def remember(self, sent: ArrayLike) -> None:
         """Take note of the action that was really sent ``# (action,)``."""
         ...
+
+
+class Memoryless:
+    """Part of a :class:`Controller` whose actions follow from the state, the step and its own draws."""
+
+    def reset(self) -> None:
+        """Nothing to forget."""
+
+    def remember(self, sent: ArrayLike) -> None:
+        """What was sent does not alter the next action."""
 
 
 @dataclass(frozen=True)

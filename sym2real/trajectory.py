@@ -1,4 +1,4 @@
-"""Trajectories as they were measured or simulated, and the transitions that models are fitted to.
+"""Trajectories as they were measured or simulated.
 
 Row k: state k was measured, then action k was sent (as sent, not as wished); state k+1 is the answer.
 Arrays are float64 NumPy; torch enters where models do.
@@ -6,7 +6,7 @@ Arrays are float64 NumPy; torch enters where models do.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -21,11 +21,17 @@ from sym2real.upward import upward
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 
 
-def _checked(name: str, values: Array, rows: int, layout: Layout) -> None:
+def check_shape(name: str, values: Array, rows: int, layout: Layout) -> None:
+    """Refuse columns ``# (rows, columns)`` of another shape.
+
+    Raises:
+        ShapeError: naming the shape that the layout asks for.
+    """
     if values.shape != (rows, layout.size):
         raise ShapeError(
             f"{name} must have shape ({rows}, {layout.size}) for columns {layout.columns}, found {values.shape}"
@@ -71,9 +77,9 @@ class Trajectory:
 
     def __post_init__(self) -> None:
         rows = len(self.time)
-        _checked("state", self.state, rows, self.layouts.state)
-        _checked("action", self.action, rows, self.layouts.action)
-        _checked("inputs", self.inputs, rows, self.layouts.inputs)
+        check_shape("state", self.state, rows, self.layouts.state)
+        check_shape("action", self.action, rows, self.layouts.action)
+        check_shape("inputs", self.inputs, rows, self.layouts.inputs)
         for column, values in self.extra.items():
             if values.shape != (rows,):
                 raise ShapeError(f"extra column {column!r} must have shape ({rows},), found {values.shape}")
@@ -147,6 +153,18 @@ class Trajectory:
         frame: pandas.DataFrame = upward("frame_of_log")(self)
         return frame
 
+    def plot(self, **models: object) -> Figure:
+        """The path and every position over time; with models, every column measured and predicted 0.8 s ahead.
+
+        Args:
+            models: at most two, by what the legend calls them: ``log.plot(before=model, after=informed)``.
+
+        Raises:
+            ShapeError: with models, when the log is too short to predict.
+        """
+        figure: Figure = upward("log_plot")(self, models)
+        return figure
+
     def __len__(self) -> int:
         return len(self.time)
 
@@ -193,132 +211,4 @@ class Trajectory:
             action=self.action[start:stop],
             inputs=self.inputs[start:stop],
             extra={name: values[start:stop] for name, values in self.extra.items()},
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class Transitions:
-    """State, action and inputs of a step and the state that followed.
-
-    Args:
-        state: ``# (rows, state)``.
-        action: ``# (rows, action)``.
-        inputs: ``# (rows, inputs)``.
-        next_state: ``# (rows, state)``.
-        layouts: what the columns mean.
-        dt: time step in s.
-        trajectory: which trajectory a row belongs to, counted from 0 ``# (rows,)``.
-        step: position of a row within its trajectory ``# (rows,)``.
-    """
-
-    state: Array
-    action: Array
-    inputs: Array
-    next_state: Array
-    layouts: Layouts
-    dt: float
-    trajectory: NDArray[np.int64]
-    step: NDArray[np.int64]
-
-    def __post_init__(self) -> None:
-        rows = len(self.state)
-        _checked("state", self.state, rows, self.layouts.state)
-        _checked("action", self.action, rows, self.layouts.action)
-        _checked("inputs", self.inputs, rows, self.layouts.inputs)
-        _checked("next_state", self.next_state, rows, self.layouts.state)
-
-    def __len__(self) -> int:
-        return len(self.state)
-
-    def past(self, commands: int, states: int) -> Array:
-        """Commands sent before each row, newest first, then states ``# (rows, commands·action + states·state)``.
-
-        The first row of a trajectory is repeated before its start, and so is the first one behind rows that
-        :meth:`where` left out: take the past first, then choose rows.
-        """
-        begins = np.ones(len(self), dtype=bool)
-        begins[1:] = (np.diff(self.trajectory) != 0) | (np.diff(self.step) != 1)
-        first = np.maximum.accumulate(np.where(begins, np.arange(len(self)), 0))
-        return past_of_rows(self.action, self.state, first, commands, states)
-
-    def where(self, mask: NDArray[np.bool_]) -> Transitions:
-        """The rows where ``mask`` holds."""
-        return Transitions(
-            self.state[mask],
-            self.action[mask],
-            self.inputs[mask],
-            self.next_state[mask],
-            self.layouts,
-            self.dt,
-            self.trajectory[mask],
-            self.step[mask],
-        )
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Dataset:
-    """Trajectories with the same columns.
-
-    Raises:
-        ShapeError: when the trajectories' layouts differ.
-
-    Examples:
-        >>> log = Trajectory.from_arrays(np.zeros((5, 7)), np.zeros((5, 2)), car(wheelbase=0.3).layouts, dt=0.05)
-        >>> Dataset([log, log]).rows, len(Dataset([log, log]).transitions())
-        (10, 8)
-    """
-
-    trajectories: tuple[Trajectory, ...]
-
-    def __init__(self, trajectories: Iterable[Trajectory]) -> None:
-        object.__setattr__(self, "trajectories", tuple(trajectories))
-        for other in self.trajectories[1:]:
-            if other.layouts != self.layouts:
-                raise ShapeError(
-                    f"trajectories {self.trajectories[0].name!r} and {other.name!r} have different columns"
-                )
-
-    def __len__(self) -> int:
-        return len(self.trajectories)
-
-    def __repr__(self) -> str:
-        names = ", ".join(repr(one.name) for one in self)
-        return f"<Dataset of {len(self)}: {names}>"
-
-    def __iter__(self) -> Iterator[Trajectory]:
-        return iter(self.trajectories)
-
-    def __getitem__(self, position: int) -> Trajectory:
-        return self.trajectories[position]
-
-    def __add__(self, other: Dataset) -> Dataset:
-        return Dataset(self.trajectories + other.trajectories)
-
-    @property
-    def layouts(self) -> Layouts:
-        """Columns of all trajectories."""
-        return self.trajectories[0].layouts
-
-    @property
-    def dt(self) -> float:
-        """Median time step in s over the trajectories."""
-        return float(np.median([trajectory.dt for trajectory in self.trajectories]))
-
-    @property
-    def rows(self) -> int:
-        """Number of rows of all trajectories."""
-        return sum(len(trajectory) for trajectory in self.trajectories)
-
-    def transitions(self) -> Transitions:
-        """Every consecutive pair of rows, never across two trajectories."""
-        parts: Sequence[Trajectory] = self.trajectories
-        return Transitions(
-            state=np.concatenate([part.state[:-1] for part in parts]),
-            action=np.concatenate([part.action[:-1] for part in parts]),
-            inputs=np.concatenate([part.inputs[:-1] for part in parts]),
-            next_state=np.concatenate([part.state[1:] for part in parts]),
-            layouts=self.layouts,
-            dt=self.dt,
-            trajectory=np.concatenate([np.full(len(part) - 1, i) for i, part in enumerate(parts)]),
-            step=np.concatenate([np.arange(len(part) - 1) for part in parts]),
         )

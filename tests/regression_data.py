@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from sym2real.dataset import Transitions
 from sym2real.layout import Layout, Layouts
-from sym2real.trajectory import Transitions
 
 QUADROTOR = Layouts(
     Layout.of(["x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"]),

@@ -9,11 +9,11 @@ import pandas as pd
 import pytest
 
 from sym2real.data import example_flight
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.errors import DataError
 from sym2real.logs import SPECS, LogSpec, inspect_logs, read_log, read_logs
 from sym2real.robots import quadrotor
-from sym2real.trajectory import Dataset
 
 NAME = "crazyflie_battery_drag"
 POSE = ["px", "py", "pz", "qw", "qx", "qy", "qz"]

@@ -15,11 +15,12 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from sym2real.errors import DataError, ShapeError
-from sym2real.layout import VOCABULARY, Layout, Layouts
+from sym2real.layout import Layout, Layouts
 from sym2real.logs import LogSpec, read_log, read_logs, write_log
 from sym2real.logs.grouping import layouts_from_json, layouts_to_json
 from sym2real.logs.table import LARGEST
 from sym2real.trajectory import Trajectory
+from sym2real.vocabulary import VOCABULARY
 
 CAR = Layouts(Layout.of(["x", "y", "sin_yaw", "cos_yaw", "vx", "vy", "wz"]), Layout.of(["steer", "speed"]))
 PUSHED = Layouts(CAR.state, CAR.action, Layout.of(["fx", "fy", "tz", "vbat", "t"]))

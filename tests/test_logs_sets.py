@@ -10,9 +10,9 @@ import pytest
 from proposals import with_proposed_motors
 
 from sym2real.data import example_flight
+from sym2real.dataset import Dataset
 from sym2real.layout import Layout, Layouts
 from sym2real.logs import SPECS, LogSpec, inspect_logs, read_log, read_logs
-from sym2real.trajectory import Dataset
 
 FLIER = ["x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"]
 STATE = dict.fromkeys(SPECS, FLIER) | {"mushr_steering_offset": ["x", "y", "sin_yaw", "cos_yaw", "vx", "vy", "wz"]}

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 import torch
 
-from sym2real.adaptation.residual_search import ResidualSearch
+from sym2real.adaptation.residual_search import ResidualSearch, with_added
 from sym2real.control import geometric_controller
+from sym2real.dataset import Dataset, Transitions
 from sym2real.effects import effect
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.experiments.standard_conditions import sensors
@@ -19,9 +20,7 @@ from sym2real.protocols import Change, Plant
 from sym2real.regression.residual_terms import ResidualSettings
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import Equations, compile_model, symbol
-from sym2real.symbolic.sums import with_added
 from sym2real.tasks import make_task
-from sym2real.trajectory import Dataset, Transitions
 
 WIND = 0.02  # N along x
 PUSH = WIND / CRAZYFLIE.numbers["mass"] * CRAZYFLIE.dt  # m/s a step

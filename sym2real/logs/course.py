@@ -48,8 +48,10 @@ def decides(best: float, other: float) -> bool:
 
 
 def between(courses: Sequence[Array], headings: Sequence[Array]) -> float:
-    """Mean angle in rad from headings to courses; 0 where slip and noise may be all of it."""
+    """Mean angle in rad from headings to courses; 0 where slip and noise may be all of it, or nothing moves."""
     apart = _apart(courses, headings)
+    if not len(apart):
+        return 0.0
     # A command that changes its sign is early: in a few rows the car still goes the other way.
     mean = 0.5 * float(np.angle(np.exp(2j * apart).mean()))
     if np.cos(apart - mean).mean() < 0:

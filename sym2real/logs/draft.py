@@ -80,12 +80,12 @@ class Draft:
 
     def raw(self, column: str) -> Series:
         """A column of the logs as it stands there, stretch by stretch."""
-        return [self.tables[one.log].column(column, "in every log")[one.rows] for one in self.looked_at]
+        return [self.tables[stretch.log].column(column, "in every log")[stretch.rows] for stretch in self.looked_at]
 
     @property
     def stamps(self) -> Series:
         """Stamps in s that belong to :meth:`raw`."""
-        return [self.times[one.log][one.rows] for one in self.looked_at]
+        return [self.times[stretch.log][stretch.rows] for stretch in self.looked_at]
 
     def has(self, *standard: str) -> bool:
         """Whether every one of these standard columns has been found."""

@@ -78,6 +78,6 @@ def last_number(values: Array) -> Array:
 def _stretches(lines: NDArray[np.int64]) -> str:
     """Runs of line numbers in words."""
     runs = np.split(lines, np.flatnonzero(np.diff(lines) > 1) + 1)
-    said = [f"{run[0]}" if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs]
-    more = f" and {len(said) - NAMED} other places" if len(said) > NAMED else ""
-    return ", ".join(said[:NAMED]) + more
+    ranges = [f"{run[0]}" if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs]
+    more = f" and {len(ranges) - NAMED} other places" if len(ranges) > NAMED else ""
+    return ", ".join(ranges[:NAMED]) + more

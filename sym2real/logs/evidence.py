@@ -32,25 +32,25 @@ class Stretch:
 
 def stretches(times: Sequence[Array]) -> list[Stretch]:
     """The rows to look at in logs with these stamps in s ``# (rows,)``: the whole of a log that is short enough."""
-    found = []
+    stretches = []
     for log, time in enumerate(times):
         stride = max(1, round(1.0 / (RATE * float(np.median(np.diff(time))))))
         length = LENGTH * stride
         if len(time) <= STRETCHES * length:
-            found.append(Stretch(log, slice(0, len(time), stride)))
+            stretches.append(Stretch(log, slice(0, len(time), stride)))
             continue
         firsts = np.linspace(0, len(time) - length, STRETCHES).astype(int).tolist()
-        found += [Stretch(log, slice(first, first + length, stride)) for first in firsts]
-    return found
+        stretches += [Stretch(log, slice(first, first + length, stride)) for first in firsts]
+    return stretches
 
 
 def words(times: Sequence[Array], looked_at: Sequence[Stretch]) -> str:
     """What is looked at, for people; empty where it is every row."""
-    used = sum(len(range(len(times[one.log]))[one.rows]) for one in looked_at)
+    used = sum(len(range(len(times[stretch.log]))[stretch.rows]) for stretch in looked_at)
     whole = sum(map(len, times))
     if used == whole:
         return ""
-    strides = sorted({one.rows.step for one in looked_at})
+    strides = sorted({stretch.rows.step for stretch in looked_at})
     every = "" if strides == [1] else f"every {' to '.join(f'{stride}th' for stride in strides)} row"
     cut = len(looked_at) > len(times)
     parts = f"{STRETCHES} stretches of {LENGTH} rows, evenly over {'each long' if len(times) > 1 else 'the'} log"

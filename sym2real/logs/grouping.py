@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from typing import Any
 
+import msgspec
 import numpy as np
 
-from sym2real.layout import Field, Group, Layout, Layouts
+from sym2real.field import Group, read_fields
+from sym2real.layout import Layout, Layouts
 from sym2real.logs import derive
 from sym2real.logs.missing import require_columns
 from sym2real.logs.standard import QUATERNION, Columns, Standard
@@ -73,7 +76,7 @@ def layouts_from_json(text: str) -> Layouts:
     """Layouts from a JSON text of :func:`layouts_to_json`.
 
     Raises:
-        KeyError, TypeError, ValueError, RecursionError: when it is none.
+        KeyError, ValueError, RecursionError: when it is none.
     """
-    groups = json.loads(text)
-    return Layouts(**{group: Layout(tuple(map(Field.read, groups[group]))) for group in GROUPS})
+    entries = msgspec.json.decode(text, type=dict[Group, list[dict[str, Any]]])
+    return Layouts(*(Layout(read_fields(entries[group])) for group in GROUPS))

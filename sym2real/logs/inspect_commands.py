@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sym2real.layout import MOTORS
 from sym2real.logs import signals
 from sym2real.logs.attitude_reading import up
 from sym2real.logs.draft import Draft
@@ -15,6 +14,7 @@ from sym2real.logs.inspect_motion import FASTEST, suspect
 from sym2real.logs.inspect_position import axis_column
 from sym2real.logs.signals import Series
 from sym2real.logs.units import GRAVITY, UNITS
+from sym2real.vocabulary import MOTORS
 
 LONGEST_DELAY = 0.5  # s
 SHORTEST_PULSE, LONGEST_PULSE = 900.0, 2200.0  # µs, of servos and speed controllers

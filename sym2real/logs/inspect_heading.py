@@ -45,15 +45,21 @@ def inspect_yaw(draft: Draft) -> None:
         column = axis_column(draft, name)
         values, named = draft.raw(column), draft.assignment.unit(column)
         found = _by_course(values, ways) or _by_wraps(values) or _by_rate(draft, name)
-        one = found or _Reading(*angle_unit(draft, [column], signals.largest(values)))
-        if named and one.unit != named:
-            said = f"the name says {named}, the numbers say {one.unit}"
-            draft.comment(name, said)
-            one = replace(one, evidence=f"{said}: {one.evidence}")
-        draft.units[name] = "" if one.unit == "rad" else one.unit
-        jumps = sum(int((np.abs(np.diff(part)) > 0.75 * _turn(one.unit)).sum()) for part in values)
-        draft.add(column, name, one.unit, f"{one.evidence}; wraps {jumps} times", "certain" if one.sure else "likely")
-        _sense(draft, name, column, ways, one)
+        reading = found or _Reading(*angle_unit(draft, [column], signals.largest(values)))
+        if named and reading.unit != named:
+            contradiction = f"the name says {named}, the numbers say {reading.unit}"
+            draft.comment(name, contradiction)
+            reading = replace(reading, evidence=f"{contradiction}: {reading.evidence}")
+        draft.units[name] = "" if reading.unit == "rad" else reading.unit
+        jumps = sum(int((np.abs(np.diff(part)) > 0.75 * _turn(reading.unit)).sum()) for part in values)
+        draft.add(
+            column,
+            name,
+            reading.unit,
+            f"{reading.evidence}; wraps {jumps} times",
+            "certain" if reading.sure else "likely",
+        )
+        _sense(draft, name, column, ways, reading)
 
 
 def _sines(draft: Draft) -> None:
@@ -61,9 +67,9 @@ def _sines(draft: Draft) -> None:
     for sine, cosine in (pair for pair in HEADINGS if draft.has(*pair)):
         parts = list(zip(draft.raw(sine), draft.raw(cosine), strict=True))
         off = max(float(np.abs(np.hypot(*part) - 1.0).max()) for part in parts)
-        told = f"sine and cosine lie on a circle of 1 within {off:.2g}"
+        circle = f"sine and cosine lie on a circle of 1 within {off:.2g}"
         for name in (sine, cosine):
-            draft.add(name, name, "1", told, "certain" if off < UNIT else "guess")
+            draft.add(name, name, "1", circle, "certain" if off < UNIT else "guess")
         if sine == "sin_yaw":
             draft.heading = [np.arctan2(*part) for part in parts]
 
@@ -77,15 +83,15 @@ def _courses(draft: Draft) -> Series:
     return [course(*log, speed) for log, speed in zip(logs, speeds, strict=True)]
 
 
-def _sense(draft: Draft, name: str, column: str, ways: Series, one: _Reading) -> None:
+def _sense(draft: Draft, name: str, column: str, ways: Series, reading: _Reading) -> None:
     """File a heading that turns against the path, or is counted from elsewhere; it stays as recorded."""
-    heading = [one.sense * part for part in draft.series(name)]
-    if one.sense < 0:
+    heading = [reading.sense * part for part in draft.series(name)]
+    if reading.sense < 0:
         suspect(draft, column, "turns against the path: the heading, not the steering, is counted the other way round")
     if ways and together(ways, heading) > TOGETHER and (apart := between(ways, heading)):
         heading = [part + apart for part in heading]
         # (log - zero) with the sign of the sense is the heading: zero = -sense · apart, in the log's unit.
-        zero = round(-one.sense * apart / UNITS[one.unit][1], 3)
+        zero = round(-reading.sense * apart / UNITS[reading.unit][1], 3)
         draft.add(column, "heading counted from another direction", "", f"the path is {apart:+.2f} rad off", "likely")
         draft.comment(name, f"suspected: the path is {apart:+.2f} rad off the heading; in place of the line above:")
         draft.comment(name, f"{name} = {spec_text.text(Source(column, draft.units[name], zero=zero))}")
@@ -106,7 +112,7 @@ def _by_course(values: Series, ways: Series) -> _Reading | None:
         for unit, sense in product(READINGS, (1.0, -1.0))
     }
     best = max(scores, key=lambda reading: scores[reading])
-    if isnan(scores[best]) or not all(decides(scores[best], scores[one]) for one in scores if one != best):
+    if isnan(scores[best]) or not all(decides(scores[best], scores[score]) for score in scores if score != best):
         return None
     unit, sense = best
     other = max(score for (name, _), score in scores.items() if name != unit)

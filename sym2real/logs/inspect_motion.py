@@ -25,8 +25,8 @@ def inspect_velocities(draft: Draft) -> None:
     pairs = [name for name in names if draft.has(name[1])]
     if not names:
         if draft.has("x", "y", "wheel_speed") and draft.heading:
-            said = "the log has none: the wheels' speed along the heading, slopes of positions across it"
-            draft.add("", "velocity", "m/s", said, "certain")
+            statement = "the log has none: the wheels' speed along the heading, slopes of positions across it"
+            draft.add("", "velocity", "m/s", statement, "certain")
         elif draft.has("x", "y"):
             draft.derived.append("velocity")
             draft.add("", "velocity", "m/s", "the log has none: slopes of positions", "certain")

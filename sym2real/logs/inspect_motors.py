@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sym2real.layout import MOTORS
 from sym2real.logs import signals, spec_text
 from sym2real.logs.draft import Draft
 from sym2real.logs.inspect_attitude import CLEAR
@@ -16,6 +15,7 @@ from sym2real.logs.motor_order import ORDERS, MotorOrder, Turning, motor_order
 from sym2real.logs.parts import Source
 from sym2real.logs.signals import Series
 from sym2real.trajectory import Array
+from sym2real.vocabulary import MOTORS
 
 RATES = ("wx", "wy", "wz")
 # Torque about forward, left and up by motors front right, rear right, rear left, front left, the first turning
@@ -40,13 +40,13 @@ def inspect_motor_order(draft: Draft) -> None:
         draft.comment(MOTORS[-1], "the rotors turn the other way: make a model with --spin 1 -1 1 -1")
 
 
-def _report_order(draft: Draft, columns: Sequence[str], found: MotorOrder, shown: str) -> None:
-    if not found.certain:
+def _report_order(draft: Draft, columns: Sequence[str], motor_order: MotorOrder, shown: str) -> None:
+    if not motor_order.certain:
         draft.add(
             "", "motors in another order than front right, rear right, rear left, front left", "", shown, "likely"
         )
         return
-    acting = [columns[place] for place in found.columns]
+    acting = [columns[place] for place in motor_order.columns]
     draft.add("", "motors look permuted", "", f"{', '.join(acting)} act as motor1 to motor4: {shown}", "likely")
     draft.comment(MOTORS[-1], f"suspected: motors in another order; in place of the four above ({shown}):")
     for name, column in zip(MOTORS, acting, strict=True):

@@ -29,8 +29,8 @@ def inspect_time(draft: Draft) -> None:
     else:
         _with_stamps(draft, column)
     draft.looked_at = stretches(draft.times)
-    if said := words(draft.times, draft.looked_at):
-        draft.add("", "not every row is looked at", "", said, "certain")
+    if statement := words(draft.times, draft.looked_at):
+        draft.add("", "not every row is looked at", "", statement, "certain")
 
 
 def _with_stamps(draft: Draft, column: str) -> None:

@@ -99,20 +99,20 @@ def _draft(tables: list[Table], assignment: Assignment) -> Draft:
     used = [*assignment.times, *assignment.columns.values(), *(column for part in parts for column in part.values())]
     held = [name for name in used if name in slow]
     whole, notes = zip(*(without_dropouts(table, used, held) for table in tables), strict=True)
-    for table, said in zip(whole, notes, strict=True):
-        _require_rows(table, said)
+    for table, remarks in zip(whole, notes, strict=True):
+        _require_rows(table, remarks)
     draft = Draft(list(whole), assignment, held=tuple(held))
-    for table, said in zip(tables, notes, strict=True):
-        for note in said:
+    for table, remarks in zip(tables, notes, strict=True):
+        for note in remarks:
             draft.add("", "rows left out", "", f"{table.path.name}: {note}", "certain")
     for name in held:
         draft.add(name, "held", "", "slower than the others: the last number stands where a cell is empty", "likely")
     return draft
 
 
-def _require_rows(table: Table, said: Sequence[str] = ()) -> None:
+def _require_rows(table: Table, remarks: Sequence[str] = ()) -> None:
     if len(table) < FEWEST_ROWS:
-        found = "; ".join((str(len(table)), *said))
+        found = "; ".join((str(len(table)), *remarks))
         raise DataError(table.path, f"at least {FEWEST_ROWS} rows with numbers to look into", found)
 
 

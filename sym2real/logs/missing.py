@@ -8,7 +8,8 @@ from itertools import groupby
 from pathlib import Path
 
 from sym2real.errors import DataError
-from sym2real.layout import WRENCH, Layouts
+from sym2real.layout import Layouts
+from sym2real.vocabulary import WRENCH
 
 # A name that is as close as `Motor1` to `motor1`; `x` for `vx` and `wx` for `wx_cmd` are other quantities.
 CLOSE = 0.75

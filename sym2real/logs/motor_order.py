@@ -81,7 +81,9 @@ class MotorOrder:
 def motor_order(flights: Sequence[Turning]) -> MotorOrder | None:
     """The order of the motors, where it is beyond doubt that it is not the log's; else None."""
     shortest = BLOCK + STRETCH + 2 * max(SHIFTS)
-    flights = [one for one in flights if one.time[-1] - one.time[0] > shortest and len(_ends(one.time)[0])]
+    flights = [
+        turning for turning in flights if turning.time[-1] - turning.time[0] > shortest and len(_ends(turning.time)[0])
+    ]
     found = _correlations(flights) if flights else np.zeros((0, len(ORDERS), 2, 3))
     if len(found) < FEWEST:
         return None
@@ -111,7 +113,9 @@ def _correlations(flights: Sequence[Turning]) -> Array:
 
     ``# (blocks, orders, 2, axes)``, rotors turning as they should and the other way.
     """
-    tried = (_by_block([_stretches(one, shift, lag) for one in flights]) for shift, lag in product(SHIFTS, LAGS))
+    tried = (
+        _by_block([_stretches(turning, shift, lag) for turning in flights]) for shift, lag in product(SHIFTS, LAGS)
+    )
     best = next(tried)
     for found in tried:
         better = found.sum((0, 3)) > best.sum((0, 3))
@@ -119,20 +123,20 @@ def _correlations(flights: Sequence[Turning]) -> Array:
     return best
 
 
-def _stretches(one: Turning, shift: float, lag: float) -> tuple[Array, Array, Array, NDArray[np.int64]]:
+def _stretches(turning: Turning, shift: float, lag: float) -> tuple[Array, Array, Array, NDArray[np.int64]]:
     """Changes of the rates ``# (n, 3)``, nuisances ``# (n, k)``, what motors cause ``# (n, 72)``, blocks ``# (n,)``."""
-    first, last = _ends(one.time)
-    caused = one.caused.transpose(1, 0, 2).reshape(len(one.time), -1)
+    first, last = _ends(turning.time)
+    caused = turning.caused.transpose(1, 0, 2).reshape(len(turning.time), -1)
     if lag:
-        kept = np.exp(-float(np.median(np.diff(one.time))) / lag)
+        kept = np.exp(-float(np.median(np.diff(turning.time))) / lag)
         start = kept * caused[:1]
         caused = lfilter([1.0 - kept], [1.0, -kept], caused, axis=0, zi=start)[0]
-    motors = _integral(one.time, caused)
-    early, late = (_at(one.time, motors, one.time[rows] - shift) for rows in (first, last))
-    rates = one.rates
+    motors = _integral(turning.time, caused)
+    early, late = (_at(turning.time, motors, turning.time[rows] - shift) for rows in (first, last))
+    rates = turning.rates
     coupled = np.stack([rates[:, 1] * rates[:, 2], rates[:, 0] * rates[:, 2], rates[:, 0] * rates[:, 1]], axis=1)
-    others = _integral(one.time, np.column_stack([rates, coupled, one.air]))
-    blocks = ((one.time[first] - one.time[first[0]]) / BLOCK).astype(np.int64)
+    others = _integral(turning.time, np.column_stack([rates, coupled, turning.air]))
+    blocks = ((turning.time[first] - turning.time[first[0]]) / BLOCK).astype(np.int64)
     return rates[last] - rates[first], others[last] - others[first], late - early, blocks
 
 

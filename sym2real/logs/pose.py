@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from sym2real.layout import ATTITUDE, HEADING, POSITION, Field, Layout
+from sym2real.field import Field
+from sym2real.layout import Layout
 from sym2real.trajectory import Array
+from sym2real.vocabulary import ATTITUDE, HEADING, POSITION
 
 
 def poses(layout: Layout, states: Array) -> tuple[Array, Array] | None:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from sym2real.dataset import Dataset
 from sym2real.errors import DataError, reason
 from sym2real.layout import Layouts
 from sym2real.logs.dropouts import CUT, without_dropouts
@@ -20,7 +21,7 @@ from sym2real.logs.several_files import LogFiles, one_log_each, read_parts
 from sym2real.logs.specification import LogSpec, load_spec
 from sym2real.logs.standard import Standard, add_derived, own_specification, stamps, standardise, tidy, with_header
 from sym2real.logs.table import IN_FOLDERS, Table, file_type
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
 
 SHORTEST = 2  # rows; a single row between two gaps holds no transition
 # Steps of the model between two rows; beyond, resampling would make up nineteen rows of twenty.
@@ -240,5 +241,5 @@ class _Opened:
         text = self._metadata("layouts")
         try:
             return layouts_from_json(text) if text else None
-        except (KeyError, TypeError, ValueError, RecursionError) as error:
+        except (KeyError, ValueError, RecursionError) as error:
             raise DataError(self.table.path, "layouts in the file's metadata", reason(error)) from None

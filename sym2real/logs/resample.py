@@ -7,11 +7,11 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import NDArray
 
-from sym2real.layout import VOCABULARY
 from sym2real.logs import derive
 from sym2real.logs.parts import ATTITUDES, STANDARD_COLUMNS
 from sym2real.logs.standard import Columns, Standard, attitude_columns
 from sym2real.trajectory import Array
+from sym2real.vocabulary import VOCABULARY
 
 # Stamps are regular when every interval is within this share of the step: rounding stays far below it.
 REGULAR = 0.02

@@ -20,7 +20,7 @@ A specification is a TOML file::
     quaternion = ["q0", "q1", "q2", "q3"]
     order = "wxyz"
 
-Standard names are those of :data:`sym2real.layout.VOCABULARY`, ``yaw`` (which becomes sine and cosine) and
+Standard names are those of :data:`sym2real.vocabulary.VOCABULARY`, ``yaw`` (which becomes sine and cosine) and
 ``ref_`` before any of them. A standard column that is not listed is not in the log.
 """
 
@@ -155,8 +155,8 @@ def load_spec(name: LogSpec | str | Path) -> LogSpec:
     if isinstance(name, LogSpec):
         return name
     if Path(name).suffix == ".toml":
-        found = LogSpec.load(name)
-        return found if found.name != LogSpec.name else replace(found, name=Path(name).stem)
+        spec = LogSpec.load(name)
+        return spec if spec.name != LogSpec.name else replace(spec, name=Path(name).stem)
     if str(name) not in SPECS:
         if Path(name).suffix or len(Path(name).parts) > 1:
             raise DataError(name, "a specification", f"no such file.toml{_meant(Path(name))}")

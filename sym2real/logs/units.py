@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import pi
 
 from sym2real.errors import UnknownNameError
-from sym2real.layout import VOCABULARY
+from sym2real.vocabulary import VOCABULARY
 
 GRAVITY = 9.80665  # m/s², standard acceleration of free fall (CGPM 1901)
 

@@ -85,8 +85,8 @@ def _load(compiler: Compiler, text: str, name: str) -> ctypes.CDLL:
         return opened
     except OSError as refused:  # also FileLock's time-out, or a file that somebody removed in between
         if not _own_folder.cache_info().currsize:
-            said = "the cache %s cannot be used: %s; kernels are compiled anew in every process"
-            LOGGER.warning(said, cache_folder(), refused.strerror or reason(refused))
+            warning = "the cache %s cannot be used: %s; kernels are compiled anew in every process"
+            LOGGER.warning(warning, cache_folder(), refused.strerror or reason(refused))
         try:
             target = _own_folder() / name
             build(compiler, text, target)

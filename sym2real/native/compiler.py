@@ -51,8 +51,8 @@ class Compiler:
         except (OSError, subprocess.TimeoutExpired) as error:
             raise CompilationError(f"{shlex.join(self.command)} did not run: {error}") from error
         if done.returncode != 0:
-            said = done.stderr.strip()[-2000:] or done.returncode
-            raise CompilationError(f"{shlex.join(self.command)} failed: {said}")
+            message = done.stderr.strip()[-2000:] or done.returncode
+            raise CompilationError(f"{shlex.join(self.command)} failed: {message}")
 
 
 def find_compiler() -> Compiler | None:

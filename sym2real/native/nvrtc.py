@@ -21,8 +21,8 @@ def _nvrtc() -> ctypes.CDLL:
     Raises:
         MissingDependencyError: when there is none.
     """
-    found = importlib.util.find_spec("nvidia")
-    for folder in (found.submodule_search_locations or []) if found else []:
+    package = importlib.util.find_spec("nvidia")
+    for folder in (package.submodule_search_locations or []) if package else []:
         for file in sorted(Path(folder).rglob("libnvrtc.so*")):
             return ctypes.CDLL(str(file))
     try:
@@ -82,7 +82,7 @@ class CudaModule:
         """Start a kernel on torch's present stream with so many blocks of so many threads."""
         function = ctypes.c_void_p()
         self._checked(self._driver.cuModuleGetFunction(ctypes.byref(function), self._module, kernel.encode()))
-        pointers = (ctypes.c_void_p * len(arguments))(*(ctypes.addressof(one) for one in arguments))
+        pointers = (ctypes.c_void_p * len(arguments))(*(ctypes.addressof(argument) for argument in arguments))
         stream = ctypes.c_void_p(torch.cuda.current_stream(self._device).cuda_stream)
         sizes = (blocks, 1, 1, threads, 1, 1, 0)
         # The driver launches in the current context, which need not be that of this module's device.

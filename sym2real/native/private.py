@@ -61,9 +61,9 @@ def _others_write(about: os.stat_result) -> bool:
 
 
 def _remove_foreign(folder: Path) -> None:
-    for one in folder.iterdir():
+    for path in folder.iterdir():
         with suppress(FileNotFoundError):  # another process of this user's was faster
-            if one.is_dir() and not one.is_symlink():
-                shutil.rmtree(one)
-            elif not is_own(one):
-                one.unlink()
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path)
+            elif not is_own(path):
+                path.unlink()

@@ -10,7 +10,6 @@ without a wrench.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -18,16 +17,15 @@ import numpy as np
 import sympy
 from threadpoolctl import threadpool_limits
 
+from sym2real.dataset import Transitions
 from sym2real.regression.features import Variables
 from sym2real.regression.monomials import Monomials
 from sym2real.regression.polynomial import Polynomial, polynomial_of
 from sym2real.regression.refit import Loss
-from sym2real.regression.report import EquationReport, Fit, OnEquation, no_callback
 from sym2real.regression.selection import SearchSettings
-from sym2real.regression.stage import Part, Stage
+from sym2real.regression.stage import Stage
 from sym2real.regression.wrench import pushed_rows, wrench_stage
-from sym2real.symbolic import Equations, complexity
-from sym2real.trajectory import Transitions
+from sym2real.symbolic import Equations
 
 
 @dataclass(frozen=True)
@@ -44,7 +42,6 @@ class BeamSearch:
         wrench_nodes: how many of them are kept for wrench terms, where there are wrench inputs, learned or not: so
             an equation is the same with the wrench at zero as without it.
         search: how the search goes.
-        on_equation: told the state column that is worked on next.
 
     Examples:
         >>> robot = ROBOTS["mushr"]
@@ -63,14 +60,9 @@ class BeamSearch:
     nodes: int = 85
     wrench_nodes: int = 20
     search: SearchSettings = field(default_factory=SearchSettings)
-    on_equation: OnEquation = field(default=no_callback, repr=False, compare=False)
 
     def fit(self, transitions: Transitions, start: Equations | None = None) -> Equations:
-        """Equations for these transitions; see :meth:`fit_reported`."""
-        return self.fit_reported(transitions, start).equations
-
-    def fit_reported(self, transitions: Transitions, start: Equations | None = None) -> Fit:
-        """Equations for these transitions and how each was found.
+        """Equations for these transitions.
 
         Args:
             transitions: rows with a wrench of zero give the equations without wrench; the others the wrench terms.
@@ -84,17 +76,15 @@ class BeamSearch:
         with threadpool_limits(limits=1, user_api="blas"):
             return self._fit(transitions, start)
 
-    def _fit(self, transitions: Transitions, start: Equations | None) -> Fit:
+    def _fit(self, transitions: Transitions, start: Equations | None) -> Equations:
         variables = Variables.of(transitions.layouts, self.angles)
         base = self._base_stage(transitions, variables)
         push = wrench_stage(transitions, variables, self.search, self.loss, self.seed) if self.wrench else None
-        expressions, reports = {}, []
+        expressions = {}
         for column in transitions.layouts.state:
-            self.on_equation(column)
             earlier = None if start is None else polynomial_of(start.next[column], column, variables)
-            expressions[column], report = self._equation(column, base, push, earlier)
-            reports.append(report)
-        return Fit(Equations(next=expressions, layouts=transitions.layouts, dt=transitions.dt), tuple(reports))
+            expressions[column] = self._equation(column, base, push, earlier)
+        return Equations(next=expressions, layouts=transitions.layouts, dt=transitions.dt)
 
     def _base_stage(self, transitions: Transitions, variables: Variables) -> Stage:
         plain = Monomials.to_degree(variables.plain, self.degree)
@@ -107,26 +97,19 @@ class BeamSearch:
             seed=self.seed,
         )
 
-    def _equation(
-        self, column: str, base: Stage, push: Stage | None, earlier: Polynomial | None
-    ) -> tuple[sympy.Expr, EquationReport]:
-        variables, started = base.variables, time.process_time()
+    def _equation(self, column: str, base: Stage, push: Stage | None, earlier: Polynomial | None) -> sympy.Expr:
+        variables = base.variables
         free, wrenched = _split(earlier, variables)
         room = self.nodes - (self.wrench_nodes if variables.wrench else 0)
-        part = base.solve(column, base.increments(column), free, lambda terms: terms.nodes(column, variables) <= room)
-        added = self._wrench_part(column, part.polynomial, push, wrenched)
-        whole = part.polynomial if added is None else part.polynomial + added.polynomial
-        expression = whole.expression(column, variables)
-        seconds = time.process_time() - started
-        searched = part.searched or (added is not None and added.searched)
-        report = EquationReport(column, len(whole), complexity(expression), part.error, seconds, searched)
-        return expression, report
+        terms = base.solve(column, base.increments(column), free, lambda terms: terms.nodes(column, variables) <= room)
+        added = self._wrench_terms(column, terms, push, wrenched)
+        return (terms if added is None else terms + added).expression(column, variables)
 
-    def _wrench_part(
+    def _wrench_terms(
         self, column: str, base: Polynomial, push: Stage | None, earlier: Polynomial | None
-    ) -> Part | None:
+    ) -> Polynomial | None:
         if push is None:
-            return Part(earlier, float("nan"), searched=False) if self.wrench and earlier is not None else None
+            return earlier if self.wrench else None
         left = push.increments(column) - base.evaluate(push.values)
         variables = push.variables
         return push.solve(column, left, earlier, lambda terms: (base + terms).nodes(column, variables) <= self.nodes)

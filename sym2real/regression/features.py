@@ -9,10 +9,11 @@ from itertools import combinations_with_replacement
 import numpy as np
 from numpy.typing import NDArray
 
+from sym2real.dataset import Transitions
 from sym2real.errors import ShapeError
 from sym2real.layout import Layouts
 from sym2real.regression.monomials import Monomials
-from sym2real.trajectory import Array, Transitions
+from sym2real.trajectory import Array
 
 # The clock causes nothing: an equation in it would hold for one episode only.
 NOT_A_CAUSE = ("t",)
@@ -74,9 +75,9 @@ class Variables:
         size = self.plain + len(self.wrench)
         single = np.eye(size, dtype=np.int64)[: self.plain]
         pairs = [
-            single[self.columns.index(one)] + single[self.columns.index(other)]
+            single[self.columns.index(first)] + single[self.columns.index(other)]
             for names in self.quaternions
-            for one, other in combinations_with_replacement(names, 2)
+            for first, other in combinations_with_replacement(names, 2)
         ]
         return Monomials.of([*single.tolist(), *pairs], size)
 

@@ -8,8 +8,9 @@ import numpy as np
 import sympy
 import torch
 
+from sym2real.dataset import Transitions
 from sym2real.symbolic import Equations, symbol
-from sym2real.trajectory import Array, Transitions
+from sym2real.trajectory import Array
 
 
 def columns_of(transitions: Transitions) -> dict[str, Array]:
@@ -49,3 +50,10 @@ def one_step_errors(equations: Equations, transitions: Transitions) -> dict[str,
     predicted = np.stack([evaluate(resolved(equations, column), columns) for column in state], axis=1)
     wrong = transitions.next_state - state.normalise(torch.tensor(predicted)).numpy()
     return dict(zip(state, wrong.T, strict=True))
+
+
+def fit_quality(equations: Equations, transitions: Transitions) -> dict[str, float]:
+    """Root mean square one-step error of every state column, in its unit, whatever engine made the equations."""
+    return {
+        column: float(np.sqrt(np.mean(wrong**2))) for column, wrong in one_step_errors(equations, transitions).items()
+    }

@@ -1,4 +1,4 @@
-"""Operon: genetic programming in C++, in worker processes.
+"""Operon: genetic programming in C++, several equations at a time.
 
 B. Burlacu, G. Kronberger, M. Kommenda, "Operon C++: an efficient genetic programming framework for symbolic
 regression", GECCO 2020. Targets are increments s′ − s (next-state targets fit markedly worse); functions + − ×
@@ -9,24 +9,22 @@ from __future__ import annotations
 
 import importlib.util
 import os
-import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import sympy
 
+from sym2real.dataset import Transitions
 from sym2real.errors import MissingDependencyError, ModelError
 from sym2real.regression.features import Variables
 from sym2real.regression.polynomial import generators
-from sym2real.regression.report import Fit, OnEquation, no_callback, searched_reports
-from sym2real.regression.worker_loop import encode
-from sym2real.regression.worker_process import WorkerProcess
 from sym2real.regression.wrench import pushed_rows, with_wrench
 from sym2real.symbolic import Equations, complexity, parse_expression, symbol
-from sym2real.trajectory import Array, Transitions
+from sym2real.trajectory import Array
 
 SETTINGS: Mapping[str, Any] = MappingProxyType(
     {
@@ -55,8 +53,7 @@ class Operon:
         wrench: learn the wrench inputs, by beam search, from rows where the wrench is not zero.
         population: trees.
         generations: at most so many.
-        processes: workers; 0 for one per core.
-        on_equation: told the state column that is finished next.
+        threads: equations that are searched at a time; 0 for one per core.
 
     Examples:
         >>> Operon(population=500, generations=100, seed=1).nodes
@@ -70,15 +67,10 @@ class Operon:
     wrench: bool = True
     population: int = 200
     generations: int = 40
-    processes: int = 0
-    on_equation: OnEquation = field(default=no_callback, repr=False, compare=False)
+    threads: int = 0
 
     def fit(self, transitions: Transitions, start: Equations | None = None) -> Equations:
-        """Equations for these transitions; see :meth:`fit_reported`."""
-        return self.fit_reported(transitions, start).equations
-
-    def fit_reported(self, transitions: Transitions, start: Equations | None = None) -> Fit:
-        """Equations for these transitions and how each was found.
+        """Equations for these transitions.
 
         Args:
             transitions: rows with a wrench of zero give the equations; the others the wrench terms.
@@ -92,67 +84,72 @@ class Operon:
             raise MissingDependencyError(INSTALL)
         variables = Variables.of(transitions.layouts, self.angles)
         rows = transitions.where(~pushed_rows(transitions, variables))
-        expressions, seconds = self._search(rows, variables)
-        equations = Equations(next=expressions, layouts=transitions.layouts, dt=transitions.dt)
-        if self.wrench:
-            equations = with_wrench(equations, transitions, variables, self.nodes, self.seed)
-        return Fit(equations, searched_reports(equations, seconds))
-
-    def _search(self, rows: Transitions, variables: Variables) -> tuple[dict[str, sympy.Expr], dict[str, float]]:
-        """Columns go round the workers in turn; every worker gets its next one with its answer."""
         columns = list(rows.layouts.state)
-        workers = [WorkerProcess("sym2real.regression.operon_worker") for _ in range(self._workers(len(columns)))]
-        expressions: dict[str, sympy.Expr] = {}
-        started: dict[str, float] = {}
-        seconds: dict[str, float] = {}
-        try:
-            for position, column in enumerate(columns):
-                if position >= len(workers):
-                    done = columns[position - len(workers)]
-                    expressions[done] = self._received(workers[position % len(workers)], done, rows, variables)
-                    seconds[done] = time.perf_counter() - started[done]
-                started[column] = time.perf_counter()
-                workers[position % len(workers)].send("fit", **self._request(column, rows, variables))
-            for position, column in enumerate(columns):
-                if column not in expressions:
-                    expressions[column] = self._received(workers[position % len(workers)], column, rows, variables)
-                    seconds[column] = time.perf_counter() - started[column]
-        finally:
-            for worker in workers:
-                worker.close()
-        return expressions, seconds
+        # Operon lets go of the interpreter while it searches.
+        with ThreadPoolExecutor(self.threads or os.cpu_count()) as pool:
+            fronts = list(pool.map(lambda column: self._front(column, rows, variables), columns))
+        expressions = {
+            column: self._chosen(front, column, rows, variables) for column, front in zip(columns, fronts, strict=True)
+        }
+        equations = Equations(next=expressions, layouts=transitions.layouts, dt=transitions.dt)
+        return with_wrench(equations, transitions, variables, self.nodes, self.seed) if self.wrench else equations
 
-    def _workers(self, columns: int) -> int:
-        return min(self.processes or os.cpu_count() or 1, columns)
+    def _front(self, column: str, rows: Transitions, variables: Variables) -> list[tuple[float, str]]:
+        """Models of a column that none other beats in both error and length, as error and text."""
+        from pyoperon.sklearn import SymbolicRegressor  # noqa: PLC0415 — an extra
 
-    def _request(self, column: str, rows: Transitions, variables: Variables) -> dict[str, Any]:
         values = variables.values_of(rows)[:, : variables.plain]
         scales = np.sqrt(np.mean(values**2, axis=0))
         alive = np.flatnonzero(np.ptp(values, axis=0) > 0)
+        names = [str(generators(variables)[position]) for position in alive]
         target, spread = _target(column, rows)
-        return {
-            "values": encode(values[:, alive] / scales[alive]),
-            "target": encode(target / spread),
-            "names": [str(generators(variables)[position]) for position in alive],
-            "scales": scales[alive].tolist(),
-            "settings": {
-                **SETTINGS,
-                "population_size": self.population,
-                "generations": self.generations,
-                "random_state": self.seed,
-            },
+        regressor = SymbolicRegressor(
+            **SETTINGS, population_size=self.population, generations=self.generations, random_state=self.seed
+        )
+        regressor.fit(values[:, alive] / scales[alive], target / spread)
+        scaled = {
+            key: (name, float(scale))
+            for key, name, scale in zip(regressor.variables_, names, scales[alive], strict=True)
         }
+        front = [(float(model["mean_squared_error"]) ** 0.5, model["tree"].Nodes) for model in regressor.pareto_front_]
+        return [(error, tree_text(nodes, scaled)) for error, nodes in front]
 
-    def _received(self, worker: WorkerProcess, column: str, rows: Transitions, variables: Variables) -> sympy.Expr:
-        self.on_equation(column)
+    def _chosen(
+        self, front: Sequence[tuple[float, str]], column: str, rows: Transitions, variables: Variables
+    ) -> sympy.Expr:
         room = self.nodes - (self.wrench_nodes if variables.wrench else 0)
         spread = _target(column, rows)[1]
         names = (*variables.columns, *variables.wrench)
-        for _, text in sorted(worker.receive()):
+        for _, text in sorted(front):
             expression = sympy.Add(symbol(column), parse_expression(f"({spread!r}) * {text}", names))
             if complexity(expression) <= room:
                 return expression
         raise ModelError(f"Operon found no equation of at most {room} nodes for {column!r}")
+
+
+def tree_text(nodes: Sequence[Any], variables: Mapping[int, tuple[str, float]]) -> str:
+    """A tree in postfix order as text with every operation in parentheses and every digit of its numbers.
+
+    Operon's own formatter writes a fixed number of decimals, which cuts small coefficients short. The operands of a
+    node stand before it, the first one last.
+
+    Args:
+        nodes: of the tree.
+        variables: by Operon's number of a variable, its name and what its values were divided by.
+    """
+    stack: list[str] = []
+    for node in nodes:
+        kind = node.Type.name
+        if kind == "Constant":
+            stack.append(f"({float(node.Value)!r})")
+        elif kind == "Variable":
+            name, scale = variables[node.HashValue]
+            stack.append(f"({float(node.Value) / scale!r} * {name})")
+        else:
+            operands = [stack.pop() for _ in range(node.Arity)]
+            stack.append("(" + {"Add": " + ", "Sub": " - ", "Mul": " * "}[kind].join(operands) + ")")
+    (text,) = stack
+    return text
 
 
 def _target(column: str, rows: Transitions) -> tuple[Array, float]:

@@ -11,7 +11,6 @@ import json
 import os
 import shutil
 import sys
-import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -20,18 +19,17 @@ from typing import Any
 import numpy as np
 import sympy
 
+from sym2real.dataset import Transitions
 from sym2real.errors import MissingDependencyError
 from sym2real.regression.features import Variables
 from sym2real.regression.hall_of_fame import Entry, best_entry, expression_of
 from sym2real.regression.numeric import columns_of
-from sym2real.regression.report import Fit, OnEquation, no_callback, searched_reports
-from sym2real.regression.worker_loop import encode
 from sym2real.regression.worker_process import WorkerError, WorkerProcess
 from sym2real.regression.wrench import pushed_rows, with_wrench
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Array, Transitions
+from sym2real.trajectory import Array
 
-FACTORY = "pysr:PySRRegressor"
+FACTORY, WORKER = "pysr:PySRRegressor", Path(__file__).with_name("pysr_worker.py")
 SETTINGS: Mapping[str, Any] = MappingProxyType(
     {
         "binary_operators": ["+", "-", "*"],
@@ -94,7 +92,6 @@ class PySR:
         nodes: most nodes in an equation.
         wrench: learn the wrench inputs from rows where the wrench is not zero.
         factory: what makes regressors, as "module:attribute" that the worker imports.
-        on_equation: told the state column that is worked on next.
 
     Raises:
         MissingDependencyError: when PySR or Julia is not there, with the commands that install them.
@@ -111,23 +108,18 @@ class PySR:
         nodes: int = 85,
         wrench: bool = True,
         factory: str = FACTORY,
-        on_equation: OnEquation = no_callback,
     ) -> None:
         if factory == FACTORY and not julia_is_there():
             raise MissingDependencyError(INSTALL)
         self.angles, self.seed, self.nodes, self.wrench = tuple(angles), seed, nodes, wrench
-        self.factory, self.on_equation = factory, on_equation
+        self.factory = factory
         self._worker: WorkerProcess | None = None
 
     def __repr__(self) -> str:
         return f"PySR(angles={self.angles!r}, seed={self.seed}, nodes={self.nodes}, wrench={self.wrench})"
 
     def fit(self, transitions: Transitions, start: Equations | None = None) -> Equations:
-        """Equations for these transitions; see :meth:`fit_reported`."""
-        return self.fit_reported(transitions, start).equations
-
-    def fit_reported(self, transitions: Transitions, start: Equations | None = None) -> Fit:
-        """Equations for these transitions and how each was found.
+        """Equations for these transitions.
 
         Args:
             transitions: rows with a wrench of zero give the equations; the others the wrench terms.
@@ -141,17 +133,13 @@ class PySR:
         rows = transitions.where(~pushed_rows(transitions, variables))
         columns = columns_of(rows)
         causes = [column for column in variables.columns if np.ptp(columns[column]) > 0]
-        values = encode(np.stack([columns[column] for column in causes], axis=1))
-        expressions, seconds = {}, {}
-        for position, column in enumerate(transitions.layouts.state):
-            self.on_equation(column)
-            started = time.perf_counter()
-            expressions[column] = self._search(column, values, rows.next_state[:, position], causes, start is None)
-            seconds[column] = time.perf_counter() - started
+        values = np.stack([columns[column] for column in causes], axis=1)
+        expressions = {
+            column: self._search(column, values, rows.next_state[:, position], causes, start is None)
+            for position, column in enumerate(transitions.layouts.state)
+        }
         equations = Equations(next=expressions, layouts=transitions.layouts, dt=transitions.dt)
-        if self.wrench:
-            equations = with_wrench(equations, transitions, variables, self.nodes, self.seed)
-        return Fit(equations, searched_reports(equations, seconds))
+        return with_wrench(equations, transitions, variables, self.nodes, self.seed) if self.wrench else equations
 
     def close(self) -> None:
         """End the worker; a later fit starts a new one, which knows of no earlier fit."""
@@ -159,15 +147,14 @@ class PySR:
             self._worker.close()
             self._worker = None
 
-    def _search(self, column: str, values: dict[str, Any], target: Array, names: list[str], fresh: bool) -> sympy.Expr:
+    def _search(self, column: str, values: Array, target: Array, names: list[str], fresh: bool) -> sympy.Expr:
         worker = self._running_worker()
-        table = worker.ask("fit", column=column, values=values, target=encode(target), names=names, fresh=fresh)
-        entries = [Entry(*row) for row in table]
-        return expression_of(best_entry(entries), names, self.nodes)
+        table = worker.ask("fit", column=column, values=values, target=target, names=names, fresh=fresh)
+        return expression_of(best_entry([Entry(*row) for row in table]), names, self.nodes)
 
     def _running_worker(self) -> WorkerProcess:
         if self._worker is None:
-            worker = WorkerProcess("sym2real.regression.pysr_worker")
+            worker = WorkerProcess(WORKER)
             settings = {**SETTINGS, "maxsize": self.nodes, "random_state": self.seed}
             try:
                 worker.ask("start", factory=self.factory, settings=settings)

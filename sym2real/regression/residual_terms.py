@@ -18,13 +18,14 @@ import sympy
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from sym2real.dataset import Transitions
 from sym2real.errors import ModelError
 from sym2real.regression.features import Variables
 from sym2real.regression.monomials import Monomials
 from sym2real.regression.polynomial import Polynomial
 from sym2real.regression.refit import refit
 from sym2real.regression.search import beam_search
-from sym2real.trajectory import Array, Transitions
+from sym2real.trajectory import Array
 
 BLOCK = 20  # rows that validate, or teach, together
 FEWEST = 2  # blocks

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sym2real.dataset import Transitions
 from sym2real.regression.monomials import Monomials, Powers
 from sym2real.regression.refit import refit
 from sym2real.regression.search import beam_search
-from sym2real.trajectory import Array, Transitions
+from sym2real.trajectory import Array
 
 Mask = NDArray[np.bool_]
 

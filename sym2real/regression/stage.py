@@ -3,36 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
+from sym2real.dataset import Transitions
 from sym2real.regression.features import Variables
 from sym2real.regression.monomials import Monomials
 from sym2real.regression.polynomial import Polynomial
 from sym2real.regression.refit import Loss, refit
-from sym2real.regression.selection import SearchSettings, Table, validation_error, validation_rows
-from sym2real.trajectory import Array, Transitions
+from sym2real.regression.selection import SearchSettings, Table, validation_rows
+from sym2real.trajectory import Array
 
 # A warm start is searched again where the newest trajectory is predicted so much worse than the ones before.
 SURPRISE = 2.0
 # Of q·q′: below it a step turns by more than 90° (a quaternion) and the scaled target would blow up.
 SMALLEST_ALONG = 0.7
-
-
-@dataclass(frozen=True, eq=False)
-class Part:
-    """Half an equation.
-
-    Args:
-        polynomial: its terms.
-        error: one-step error on rows that its numbers were not fitted to.
-        searched: false where only the numbers were fitted.
-    """
-
-    polynomial: Polynomial
-    error: float
-    searched: bool
 
 
 class Stage:
@@ -59,14 +44,13 @@ class Stage:
         self.values = variables.values_of(transitions)
         scale = np.sqrt(np.mean(self.values**2, axis=0))
         self.scale = np.where(scale > 0, scale, 1.0)
-        self.held = validation_rows(transitions, seed)
         self.newest = transitions.trajectory == transitions.trajectory.max()
         self.table = Table(
             self.values / self.scale,
             candidates,
             signs=variables.signs,
             multipliers=variables.multipliers,
-            held=self.held,
+            held=validation_rows(transitions, seed),
             settings=search,
         )
 
@@ -89,7 +73,9 @@ class Stage:
                 after = after * np.einsum("rc,rc->r", state[:, columns], state[:, columns]) / along
         return after - state[:, position]
 
-    def solve(self, column: str, target: Array, earlier: Polynomial | None, fits: Callable[[Polynomial], bool]) -> Part:
+    def solve(
+        self, column: str, target: Array, earlier: Polynomial | None, fits: Callable[[Polynomial], bool]
+    ) -> Polynomial:
         """Terms and numbers for a target ``# (rows,)``.
 
         Args:
@@ -99,9 +85,8 @@ class Stage:
             fits: whether the equation with these terms is small enough.
         """
         if earlier is not None and not self._surprised(earlier, target):
-            return self._fitted(earlier.terms, target, fits, searched=False)
-        choice = self.table.choose(target, self.variables.sign_of(column))
-        return self._fitted(choice.terms, target, fits, searched=True)
+            return self._fitted(earlier.terms, target, fits)
+        return self._fitted(self.table.choose(target, self.variables.sign_of(column)).terms, target, fits)
 
     def _surprised(self, earlier: Polynomial, target: Array) -> bool:
         if self.newest.all():
@@ -109,15 +94,13 @@ class Stage:
         wrong = (target - earlier.evaluate(self.values)) ** 2
         return bool(np.sqrt(wrong[self.newest].mean()) > SURPRISE * np.sqrt(wrong[~self.newest].mean()))
 
-    def _fitted(self, terms: Monomials, target: Array, fits: Callable[[Polynomial], bool], *, searched: bool) -> Part:
+    def _fitted(self, terms: Monomials, target: Array, fits: Callable[[Polynomial], bool]) -> Polynomial:
         columns = terms.evaluate(self.values / self.scale)
         units = np.prod(self.scale**terms.powers, axis=1)
         while len(terms) and not fits(Polynomial(terms, refit(columns, target, "l2") / units)):
             kept = np.arange(len(terms)) != _least_useful(columns, target)
             terms, columns, units = terms.where(kept), columns[:, kept], units[kept]
-        polynomial = Polynomial(terms, refit(columns, target, self.loss) / units)
-        error = validation_error(columns, target, self.held)
-        return Part(polynomial, error, searched)
+        return Polynomial(terms, refit(columns, target, self.loss) / units)
 
 
 def _least_useful(columns: Array, target: Array) -> int:

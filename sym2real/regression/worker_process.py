@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import json
-import os
+import pickle
 import subprocess
 import sys
 import tempfile
@@ -13,63 +12,41 @@ from typing import Any
 
 from sym2real.errors import ModelError
 
-PACKAGE_FOLDER = Path(__file__).resolve().parents[2]
 LINES_OF_LOG = 15
 
 
 class WorkerProcess:
-    """A Python process that answers requests (:mod:`sym2real.regression.worker_loop`); it ends with this object.
+    """A Python process that answers requests (:mod:`sym2real.regression.pysr_worker`); it ends with this object.
 
     Args:
-        module: what the process runs (``python -m``).
+        script: what the process runs; the script's folder is none that it imports from.
     """
 
-    def __init__(self, module: str) -> None:
-        paths = [str(PACKAGE_FOLDER), *filter(None, [os.environ.get("PYTHONPATH")])]
+    def __init__(self, script: Path) -> None:
         self._log = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115
         self._process = subprocess.Popen(
-            [sys.executable, "-m", module],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self._log,
-            encoding="utf-8",
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
+            [sys.executable, "-P", str(script)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log
         )
         self._end = weakref.finalize(self, _end, self._process)
 
-    def send(self, command: str, **arguments: Any) -> None:
-        """Ask; :meth:`receive` waits for the answer.
-
-        Raises:
-            ModelError: when the process has died.
-        """
-        assert self._process.stdin is not None
-        try:
-            self._process.stdin.write(json.dumps({"command": command, **arguments}) + "\n")
-            self._process.stdin.flush()
-        except BrokenPipeError:
-            raise self._died() from None
-
-    def receive(self) -> Any:
-        """The answer to the oldest unanswered request.
+    def ask(self, command: str, **arguments: Any) -> Any:
+        """The answer to a request.
 
         Raises:
             WorkerError: when the engine failed.
             ModelError: when the process has died.
         """
+        assert self._process.stdin is not None
         assert self._process.stdout is not None
-        line = self._process.stdout.readline()
-        if not line:
-            raise self._died()
-        answer = json.loads(line)
-        if "error" in answer:
-            raise WorkerError(answer["error"]["type"], answer["error"]["message"])
-        return answer["result"]
-
-    def ask(self, command: str, **arguments: Any) -> Any:
-        """Send and receive."""
-        self.send(command, **arguments)
-        return self.receive()
+        try:
+            pickle.dump((command, arguments), self._process.stdin)
+            self._process.stdin.flush()
+            result, error = pickle.load(self._process.stdout)
+        except (BrokenPipeError, EOFError):
+            raise self._died() from None
+        if error is not None:
+            raise WorkerError(*error)
+        return result
 
     def close(self) -> None:
         """End the process."""
@@ -95,7 +72,7 @@ class WorkerError(ModelError):
         super().__init__(f"the regression worker failed: {kind}: {message}")
 
 
-def _end(process: subprocess.Popen[str]) -> None:
+def _end(process: subprocess.Popen[bytes]) -> None:
     for stream in (process.stdin, process.stdout):
         if stream is not None:
             stream.close()

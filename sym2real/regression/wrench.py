@@ -8,6 +8,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from sym2real.dataset import Transitions
 from sym2real.errors import ModelError
 from sym2real.regression.features import Variables
 from sym2real.regression.monomials import Monomials
@@ -17,7 +18,6 @@ from sym2real.regression.refit import Loss
 from sym2real.regression.selection import SearchSettings
 from sym2real.regression.stage import Stage
 from sym2real.symbolic import Equations, complexity
-from sym2real.trajectory import Transitions
 
 FEWEST_ROWS = 20
 # Wrench column times products of the others: this many factors in all, before growth.
@@ -70,7 +70,7 @@ def with_wrench(
         def fits(terms: Polynomial, base: sympy.Expr = base) -> bool:
             return complexity(total(terms, base)) <= nodes
 
-        added[column] = total(stage.solve(column, left[column], None, fits).polynomial)
+        added[column] = total(stage.solve(column, left[column], None, fits))
     return replace(equations, next=added)
 
 

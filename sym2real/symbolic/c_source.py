@@ -13,7 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from sym2real.layout import is_name
+from sym2real.field import is_name
 from sym2real.symbolic.program import Program
 
 INFIX = {

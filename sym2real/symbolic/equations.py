@@ -92,7 +92,9 @@ class Equations(Predicting):
         self._set("filters", tuple((str(key), MappingProxyType(values)) for key, values in filters))
         known = [(key, _finite(f"{key}:", values)) for key, values in self.effects]
         self._set("effects", tuple((str(key), MappingProxyType(values)) for key, values in known))
-        hidden = [column for one in state.fields if one.hidden for column in one.columns if column not in self.start]
+        hidden = [
+            column for field in state.fields if field.hidden for column in field.columns if column not in self.start
+        ]
         if hidden:
             raise ModelError(f"no start for the hidden state column{'s' * (len(hidden) > 1)} {', '.join(hidden)}")
 

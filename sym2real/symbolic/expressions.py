@@ -13,7 +13,7 @@ from sympy import Expr, Symbol
 from sympy.printing.str import StrPrinter
 
 from sym2real.errors import ModelError
-from sym2real.layout import is_name
+from sym2real.field import is_name
 from sym2real.registry import Registry
 from sym2real.symbolic.shared_parts import Exchange, distinct, remembered
 
@@ -99,7 +99,7 @@ def rebuild(expression: Expr, arguments: Iterable[Expr]) -> Expr:
     if isinstance(expression, sympy.Min | sympy.Max):
         given = list(arguments)
         # SymPy compares every two arguments by factoring them, for seconds where they are equations.
-        return expression.func(*given, evaluate=all(one.is_number for one in given))
+        return expression.func(*given, evaluate=all(argument.is_number for argument in given))
     return expression.func(*arguments)
 
 

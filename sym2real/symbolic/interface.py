@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from sym2real.layout import WRENCH, Layout, Layouts
+from sym2real.layout import Layout, Layouts
 from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.expressions import text
+from sym2real.vocabulary import WRENCH
 
 
 def interface(equations: Equations) -> dict[str, Any]:
@@ -32,16 +33,20 @@ def outside_said(equations: Equations) -> tuple[str, ...]:
     """A sentence for everything of the equations that a step of the exported model leaves to its caller."""
     filters = [key for key, _ in equations.filters]
     inputs = [name for name in equations.layouts.inputs if name not in WRENCH]
-    said = []
+    clauses = []
     if filters:
-        said.append(f"{', '.join(filters)} is not in it: the memory of a filter belongs to whoever sends the commands")
+        clauses.append(
+            f"{', '.join(filters)} is not in it: the memory of a filter belongs to whoever sends the commands"
+        )
     if inputs:
-        said.append(f"{', '.join(inputs)} must be given with every step: inputs that are left out count as zero")
+        clauses.append(f"{', '.join(inputs)} must be given with every step: inputs that are left out count as zero")
     if equations.start:
-        said.append(f"{', '.join(equations.start)} is a state that no sensor reports: it begins where `start` says")
+        clauses.append(f"{', '.join(equations.start)} is a state that no sensor reports: it begins where `start` says")
     if equations.output:
-        said.append(f"{', '.join(equations.output)} is reported other than it is, as `measured` says; states are true")
-    return tuple(said)
+        clauses.append(
+            f"{', '.join(equations.output)} is reported other than it is, as `measured` says; states are true"
+        )
+    return tuple(clauses)
 
 
 def columns_of(layouts: Layouts) -> dict[str, list[dict[str, str]]]:

@@ -126,7 +126,7 @@ def _operations(program: Program) -> dict[int, Operation]:
             continue
         given = tuple(map(operand, operands))
         if value in taken:
-            (other,) = (operand(one) for one in operands if one != taken[value])
+            (other,) = (operand(source) for source in operands if source != taken[value])
             a, b = map(operand, program.instructions[taken[value] - program.first_instruction].operands)
             found[value] = (FUSED, (other, a, b) if operation == "add" else (other, *_negated(a, b)))
         elif operation in ("add", "subtract"):

@@ -137,10 +137,10 @@ def _operand(tensor: Tensor, batch: torch.Size, stepped: bool) -> _Operand:
 def _by_name(
     kernel: str, state: Tensor, actions: Tensor, inputs: Tensor | None = None, parameters: Tensor | None = None
 ) -> Tensor:
-    found = KERNELS.get(kernel)
-    if found is None:
+    kernel_found = KERNELS.get(kernel)
+    if kernel_found is None:
         raise UnknownNameError("kernel", kernel, tuple(KERNELS))
-    return found(state, actions, inputs, parameters)
+    return kernel_found(state, actions, inputs, parameters)
 
 
 _OPERATORS = torch.library.Library("sym2real", "FRAGMENT")

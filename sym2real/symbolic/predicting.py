@@ -6,7 +6,8 @@ from typing import TypeVar
 
 from torch import Tensor
 
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.dataset import Dataset
+from sym2real.trajectory import Array, Trajectory
 from sym2real.upward import upward
 
 Values = TypeVar("Values", Array, Tensor)

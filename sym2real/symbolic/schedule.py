@@ -75,7 +75,7 @@ def share_pairs(
     for group, items in groups.items():
         for pair in _pairs(items):
             places.setdefault(pair, set()).add(group)
-    heap = [(-len(found), pair) for pair, found in places.items() if worth(pair, len(found))]
+    heap = [(-len(place), pair) for pair, place in places.items() if worth(pair, len(place))]
     heapq.heapify(heap)
     while heap:
         count, pair = heapq.heappop(heap)
@@ -119,6 +119,7 @@ class _Writer:
         self.written: dict[int, Operand] = {}
 
     def program(self, outputs: Sequence[int]) -> Program:
+        """Everything that these nodes of the graph need, in order."""
         results = [self.write(number) for number in outputs]
         constants = dict.fromkeys(
             operand[1]
@@ -137,6 +138,7 @@ class _Writer:
         return Program(names, tuple(constants), tuple(instructions), tuple(map(final, results)))
 
     def write(self, number: int) -> Operand:
+        """The place of a node's value, computed once."""
         if number not in self.written:
             kind, *content = self.graph.nodes[number]
             match kind:

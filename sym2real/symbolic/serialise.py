@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar, get_args
 
+import msgspec
 from sympy import Expr
 
-from sym2real.errors import ModelError, Sym2RealError
-from sym2real.layout import Field, Layout, Layouts
+from sym2real.errors import ModelError
+from sym2real.field import Group, read_fields
+from sym2real.layout import Layout, Layouts
 from sym2real.symbolic.expressions import text
 
 if TYPE_CHECKING:
     from sym2real.symbolic.equations import Equations
 
 FORMAT = "sym2real equations 1"
-GROUPS = ("state", "action", "inputs")
+GROUPS: tuple[Group, ...] = get_args(Group)
 
 
 def write_equations(equations: Equations) -> str:
@@ -45,6 +46,34 @@ def write_equations(equations: Equations) -> str:
     return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
+Values = TypeVar("Values")
+
+
+class Chosen(msgspec.Struct, Generic[Values], forbid_unknown_fields=True):
+    """An effect and its values by parameter."""
+
+    effect: str
+    values: dict[str, Values]
+
+
+class Written(msgspec.Struct, forbid_unknown_fields=True):
+    """What a file of equations holds."""
+
+    format: Literal["sym2real equations 1"]
+    robot: str
+    dt: float
+    layouts: dict[Group, list[dict[str, Any]]]
+    next: dict[str, str]
+    output: dict[str, str]
+    quantities: dict[str, str]
+    parameters: dict[str, float]
+    notes: tuple[str, ...]
+    numbers: dict[str, float] = {}
+    filters: tuple[Chosen[str], ...] = ()
+    start: dict[str, str] = {}
+    effects: tuple[Chosen[float], ...] = ()
+
+
 def read_equations(source: str) -> dict[str, Any]:
     """What :func:`write_equations` wrote, as the arguments of ``Equations.parse``.
 
@@ -52,72 +81,15 @@ def read_equations(source: str) -> dict[str, Any]:
         ModelError: when the text is not such a JSON object; says which entry is wrong.
     """
     try:
-        content = json.loads(source)
-    except (ValueError, RecursionError) as error:
-        raise ModelError(f"expected equations in JSON, found text that is not JSON: {error}") from error
-    if not isinstance(content, dict) or content.get("format") != FORMAT:
-        found = content.get("format") if isinstance(content, dict) else type(content).__name__
-        raise ModelError(f"expected JSON of format {FORMAT!r}, found {found!r}")
-    layouts = Layouts(*(_layout(content, group) for group in GROUPS))
-    number = (int, float)
+        found = msgspec.json.decode(source, type=Written)
+        layouts = Layouts(*(Layout(read_fields(found.layouts[group])) for group in GROUPS))
+    except (KeyError, ValueError, RecursionError) as error:
+        raise ModelError(f"expected equations in JSON of format {FORMAT!r}, found another text: {error}") from error
+    same = ("dt", "output", "quantities", "parameters", "robot", "notes", "numbers", "start")
     return {
         "layouts": layouts,
-        "equations": _mapping(content, "next", str),
-        "dt": _entry(content, "dt", number),
-        "output": _mapping(content, "output", str),
-        "quantities": _mapping(content, "quantities", str),
-        "parameters": _mapping(content, "parameters", number),
-        "robot": _entry(content, "robot", str),
-        "notes": _texts(content, "notes"),
-        "numbers": _mapping(content, "numbers", number) if "numbers" in content else {},
-        "filters": _effects(content, "filters", str) if "filters" in content else [],
-        "start": _mapping(content, "start", str) if "start" in content else {},
-        "effects": _effects(content, "effects", number) if "effects" in content else [],
+        "equations": found.next,
+        "filters": [(chosen.effect, chosen.values) for chosen in found.filters],
+        "effects": [(chosen.effect, chosen.values) for chosen in found.effects],
+        **{name: getattr(found, name) for name in same},
     }
-
-
-def _effects(content: Mapping[str, Any], key: str, kind: type | tuple[type, ...]) -> list[tuple[str, dict[str, Any]]]:
-    entries = _entry(content, key, list)
-    for entry in entries:
-        if not isinstance(entry, dict):
-            raise ModelError(f"equations in JSON: expected an effect and values under {key!r}, found {entry!r:.80}")
-    return [(_entry(entry, "effect", str), _mapping(entry, "values", kind)) for entry in entries]
-
-
-def _entry(content: Mapping[str, Any], key: str, kind: type | tuple[type, ...]) -> Any:
-    value = content.get(key)
-    if not isinstance(value, kind) or isinstance(value, bool):
-        raise ModelError(f"equations in JSON: expected another type of value under {key!r}, found {value!r:.80}")
-    if isinstance(value, int | float) and not _is_finite(value):
-        raise ModelError(f"equations in JSON: expected a finite number under {key!r}, found {value!r:.80}")
-    return value
-
-
-def _is_finite(value: float) -> bool:
-    try:
-        return math.isfinite(value)
-    except OverflowError:  # a whole number that no float holds
-        return False
-
-
-def _mapping(content: Mapping[str, Any], key: str, kind: type | tuple[type, ...]) -> dict[str, Any]:
-    value: dict[str, Any] = _entry(content, key, dict)
-    for name in value:
-        _entry(value, name, kind)
-    return value
-
-
-def _texts(content: Mapping[str, Any], key: str) -> tuple[str, ...]:
-    texts = _entry(content, key, list)
-    for given in texts:
-        if not isinstance(given, str):
-            raise ModelError(f"equations in JSON: expected texts under {key!r}, found {given!r:.80}")
-    return tuple(texts)
-
-
-def _layout(content: Mapping[str, Any], group: str) -> Layout:
-    fields = _entry(_entry(content, "layouts", dict), group, list)
-    try:
-        return Layout(tuple(map(Field.read, fields)))
-    except Sym2RealError as error:
-        raise ModelError(f"equations in JSON: layout {group!r} cannot be read: {error}") from error

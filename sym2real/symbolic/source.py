@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from sympy import Expr
 
-from sym2real.layout import WRENCH, Layout
+from sym2real.layout import Layout
 from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.expressions import require_names
 from sym2real.symbolic.graph import UNIT, Graph, Lowered
@@ -22,6 +22,7 @@ from sym2real.symbolic.program import Program
 from sym2real.symbolic.schedule import make_program
 from sym2real.symbolic.template import FUNCTION, MODEL
 from sym2real.symbolic.torch_source import TorchLines
+from sym2real.vocabulary import WRENCH
 
 TIME = "t"
 SMALLEST_NORM_SQUARED = 1e-24

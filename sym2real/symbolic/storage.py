@@ -12,14 +12,13 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import torch
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
 
 from sym2real.errors import DataError, ModelError, Sym2RealError, reason
-from sym2real.files import read_object, read_text, refuse_pipe, whole
+from sym2real.files import Kind, read_as, read_text, refuse_pipe, whole
 from sym2real.symbolic.compile import compile_model
 from sym2real.symbolic.equations import Equations
 
@@ -150,20 +149,20 @@ def load_model(folder: str | Path, *, below: bool = False) -> Equations:
     return replace(equations, parameters=dict(zip(equations.parameters, values.tolist(), strict=True)))
 
 
-def training_of(folder: str | Path) -> dict[str, Any]:
-    """What a learned model was learned from; empty where the folder does not say.
+def training_of(folder: str | Path, kind: type[Kind]) -> Kind:
+    """What a learned model was learned from, in a class of what is asked for; its defaults where the folder is silent.
 
     Raises:
         DataError: when it cannot be read.
     """
     file = Path(folder) / TRAINING
-    return read_object(file, "what a model was learned from") if file.exists() else {}
+    return read_as(file, kind, "what a model was learned from") if file.exists() else kind()
 
 
 def _no_model(folder: Path) -> DataError:
     """The error for a folder without equations; it proposes the models that lie in it or one folder deeper."""
     inside = sorted(file.parent for depth in ("*", "*/*") for file in folder.glob(f"{depth}/{EQUATIONS}"))
-    models = [str(one) for one in inside if not one.name.startswith(".")][:MOST_PROPOSED]
+    models = [str(path) for path in inside if not path.name.startswith(".")][:MOST_PROPOSED]
     found = "none in it" if folder.is_dir() else "no such folder"
     hint = f"; did you mean {' or '.join(models)}?" if models else ""
     return DataError(folder, f"a model folder, which holds {EQUATIONS}", found + hint)

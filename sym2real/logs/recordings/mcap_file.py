@@ -39,7 +39,7 @@ def read(path: Path) -> Recording:
     try:
         with path.open("rb") as file:
             reader = make_reader(file)
-            own = next((one.metadata for one in reader.iter_metadata() if one.name == OWN), None)
+            own = next((record.metadata for record in reader.iter_metadata() if record.name == OWN), None)
             for _, channel, message in reader.iter_messages(log_time_order=False):
                 encodings.add(channel.message_encoding)
                 if channel.message_encoding == "json":

@@ -1,0 +1,142 @@
+"""Trajectories with the same columns, and the transitions that models are fitted to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sym2real.errors import ShapeError
+from sym2real.layout import Layouts
+from sym2real.past import past_of_rows
+from sym2real.trajectory import Array, Trajectory, check_shape
+
+
+@dataclass(frozen=True, eq=False)
+class Transitions:
+    """State, action and inputs of a step and the state that followed.
+
+    Args:
+        state: ``# (rows, state)``.
+        action: ``# (rows, action)``.
+        inputs: ``# (rows, inputs)``.
+        next_state: ``# (rows, state)``.
+        layouts: what the columns mean.
+        dt: time step in s.
+        trajectory: which trajectory a row belongs to, counted from 0 ``# (rows,)``.
+        step: position of a row within its trajectory ``# (rows,)``.
+    """
+
+    state: Array
+    action: Array
+    inputs: Array
+    next_state: Array
+    layouts: Layouts
+    dt: float
+    trajectory: NDArray[np.int64]
+    step: NDArray[np.int64]
+
+    def __post_init__(self) -> None:
+        rows = len(self.state)
+        check_shape("state", self.state, rows, self.layouts.state)
+        check_shape("action", self.action, rows, self.layouts.action)
+        check_shape("inputs", self.inputs, rows, self.layouts.inputs)
+        check_shape("next_state", self.next_state, rows, self.layouts.state)
+
+    def __len__(self) -> int:
+        return len(self.state)
+
+    def past(self, commands: int, states: int) -> Array:
+        """Commands sent before each row, newest first, then states ``# (rows, commands·action + states·state)``.
+
+        The first row of a trajectory is repeated before its start, and so is the first one behind rows that
+        :meth:`where` left out: take the past first, then choose rows.
+        """
+        begins = np.ones(len(self), dtype=bool)
+        begins[1:] = (np.diff(self.trajectory) != 0) | (np.diff(self.step) != 1)
+        first = np.maximum.accumulate(np.where(begins, np.arange(len(self)), 0))
+        return past_of_rows(self.action, self.state, first, commands, states)
+
+    def where(self, mask: NDArray[np.bool_]) -> Transitions:
+        """The rows where ``mask`` holds."""
+        return Transitions(
+            self.state[mask],
+            self.action[mask],
+            self.inputs[mask],
+            self.next_state[mask],
+            self.layouts,
+            self.dt,
+            self.trajectory[mask],
+            self.step[mask],
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Dataset:
+    """Trajectories with the same columns.
+
+    Raises:
+        ShapeError: when the trajectories' layouts differ.
+
+    Examples:
+        >>> log = Trajectory.from_arrays(np.zeros((5, 7)), np.zeros((5, 2)), car(wheelbase=0.3).layouts, dt=0.05)
+        >>> Dataset([log, log]).rows, len(Dataset([log, log]).transitions())
+        (10, 8)
+    """
+
+    trajectories: tuple[Trajectory, ...]
+
+    def __init__(self, trajectories: Iterable[Trajectory]) -> None:
+        object.__setattr__(self, "trajectories", tuple(trajectories))
+        for other in self.trajectories[1:]:
+            if other.layouts != self.layouts:
+                raise ShapeError(
+                    f"trajectories {self.trajectories[0].name!r} and {other.name!r} have different columns"
+                )
+
+    def __len__(self) -> int:
+        return len(self.trajectories)
+
+    def __repr__(self) -> str:
+        names = ", ".join(repr(log.name) for log in self)
+        return f"<Dataset of {len(self)}: {names}>"
+
+    def __iter__(self) -> Iterator[Trajectory]:
+        return iter(self.trajectories)
+
+    def __getitem__(self, position: int) -> Trajectory:
+        return self.trajectories[position]
+
+    def __add__(self, other: Dataset) -> Dataset:
+        return Dataset(self.trajectories + other.trajectories)
+
+    @property
+    def layouts(self) -> Layouts:
+        """Columns of all trajectories."""
+        return self.trajectories[0].layouts
+
+    @property
+    def dt(self) -> float:
+        """Median time step in s over the trajectories."""
+        return float(np.median([trajectory.dt for trajectory in self.trajectories]))
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of all trajectories."""
+        return sum(len(trajectory) for trajectory in self.trajectories)
+
+    def transitions(self) -> Transitions:
+        """Every consecutive pair of rows, never across two trajectories."""
+        parts: Sequence[Trajectory] = self.trajectories
+        return Transitions(
+            state=np.concatenate([part.state[:-1] for part in parts]),
+            action=np.concatenate([part.action[:-1] for part in parts]),
+            inputs=np.concatenate([part.inputs[:-1] for part in parts]),
+            next_state=np.concatenate([part.state[1:] for part in parts]),
+            layouts=self.layouts,
+            dt=self.dt,
+            trajectory=np.concatenate([np.full(len(part) - 1, i) for i, part in enumerate(parts)]),
+            step=np.concatenate([np.arange(len(part) - 1) for part in parts]),
+        )

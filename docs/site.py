@@ -1,26 +1,60 @@
-"""Pages of the site that are made from code: the tutorials from their scripts, the catalogue from the registry."""
+"""Pages of the site that are made from code: the tutorials from their scripts and what these print and draw, the
+catalogue from the registry."""
 
 from __future__ import annotations
 
-import ast
+import dataclasses
 import re
+import subprocess
+import sys
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from html import escape
 from pathlib import Path
 from typing import Any
 
 DOCS = Path(__file__).resolve().parent
+sys.path.append(str(DOCS))
+
+import executed  # noqa: E402 — beside this file, which MkDocs loads by its path
+
+RUN = DOCS.parent / "build" / "tutorials"
 TUTORIALS = DOCS / "tutorials"
+AS_RUN = "It writes its files where you start it. Below its parts stands what they printed and drew with `--short`."
 # What Sphinx would make a link of, in docstrings.
 ROLE = re.compile(r":(?:class|func|meth|mod|data|attr|exc):<code>~?(?:[\w.]*\.)?(\w+)</code>")
 
 
+def on_config(config: Any) -> Any:
+    """Runs the tutorials that have changed since they last ran, two at a time, in short mode."""
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        list(pool.map(_executed, sorted(TUTORIALS.glob("*.py"))))
+    return config
+
+
 def on_files(files: Any, config: Any) -> Any:
-    """Adds the made pages to those of the folder."""
+    """Adds the made pages, and the pictures that tutorials draw, to those of the folder."""
     from mkdocs.structure.files import File  # noqa: PLC0415 — only a build of the site has MkDocs
 
     for script in sorted(TUTORIALS.glob("*.py")):
-        files.append(File.generated(config, f"tutorials/{script.stem}.md", content=tutorial(script.read_text("utf-8"))))
+        done = executed.current(script, RUN / script.stem) or []
+        page = tutorial(script.read_text("utf-8"), done, script.stem)
+        files.append(File.generated(config, f"tutorials/{script.stem}.md", content=page))
+        for name in (name for part in done for name in part["drawn"]):
+            place = RUN / script.stem / name
+            files.append(File.generated(config, f"tutorials/{script.stem}/{name}", abs_src_path=str(place)))
     files.append(File.generated(config, "effects.md", content=catalogue()))
+    files.append(File.generated(config, "thresholds.md", content=thresholds()))
     return files
+
+
+def _executed(script: Path) -> None:
+    folder = RUN / script.stem
+    if executed.current(script, folder) is None:
+        command = [sys.executable, str(DOCS / "executed.py"), str(script), str(folder), "--short"]
+        run = subprocess.run(command, capture_output=True, text=True, check=False)
+        if run.returncode:
+            raise RuntimeError(f"{script.name} does not run: {run.stderr[-2000:]}")
 
 
 def on_page_content(html: str, **_: Any) -> str:
@@ -28,34 +62,34 @@ def on_page_content(html: str, **_: Any) -> str:
     return ROLE.sub(r"<code>\1</code>", html)
 
 
-def tutorial(source: str) -> str:
-    """A script as a page: its docstring, then comments at the margin as text and what is between them as code."""
-    tree = ast.parse(source)
-    intro = ast.get_docstring(tree) or ""
-    parts, code = [intro], list[str]()
-    for block in _blocks(source.splitlines()[tree.body[0].end_lineno :]):
-        if all(line.startswith("#") for line in block):
-            parts += [_fenced(code), "\n".join(line[1:].strip() for line in block)]
-            code = []
-        else:
-            code += ["", *block]
-    return "\n\n".join(part for part in [*parts, _fenced(code)] if part) + "\n"
+def tutorial(source: str, done: Sequence[dict[str, Any]] = (), folder: str = "") -> str:
+    """A script as a page: its text, its code and, where it has run, what every part of it printed and drew."""
+    shown, left = [], iter(done)
+    for place, (kind, text) in enumerate(executed.parts(source)):
+        if place == 1 and done:
+            shown.append(AS_RUN)
+        shown.append(text if kind == "text" else f"```python\n{text}\n```")
+        part = next(left, None) if kind == "code" else None
+        if part is not None:
+            shown += [f"```text\n{part['printed'].rstrip()}\n```"] if part["printed"].strip() else []
+            shown += [_drawn(folder, name) for name in part["drawn"]]
+    return "\n\n".join(text for text in shown if text) + "\n"
 
 
-def _blocks(lines: list[str]) -> list[list[str]]:
-    """Runs of lines between empty ones."""
-    blocks: list[list[str]] = [[]]
-    for line in lines:
-        if line.strip():
-            blocks[-1].append(line)
-        elif blocks[-1]:
-            blocks.append([])
-    return [block for block in blocks if block]
+def _drawn(folder: str, name: str) -> str:
+    title = Path(name).stem.replace("_", " ")
+    return f"[Open {name}]({folder}/{name})" if name.endswith(".html") else f"![{title}]({folder}/{name})"
 
 
-def _fenced(code: list[str]) -> str:
-    text = "\n".join(code).strip("\n")
-    return f"```python\n{text}\n```" if text else ""
+def thresholds() -> str:
+    """Every threshold of the diagnosis: its value, where that comes from, and what it decides."""
+    from sym2real.diagnosis import settings  # noqa: PLC0415 — heavy
+
+    lines = ["# Thresholds of the diagnosis\n", settings.__doc__ or "", "| threshold | value | source | what it is |"]
+    lines.append("|---|---:|---|---|")
+    for one in dataclasses.fields(settings.Settings):
+        lines.append(f"| `{one.name}` | {one.default:.4g} | {one.metadata['source']} | {one.metadata['why']} |")
+    return "\n".join(lines)
 
 
 def catalogue() -> str:
@@ -78,7 +112,7 @@ def _entry(kind: Any) -> str:
         [
             f"## {kind.name}\n",
             f"{kind.summary}\n",
-            f"    {kind.formula}\n",
+            f'<div class="formula">{_formula(kind.formula)}</div>\n',
             *(
                 [f"Bound to a column: {', '.join(f'`{kind.name}:{column}`' for column in columns)}.\n"]
                 if columns
@@ -94,6 +128,13 @@ def _entry(kind: Any) -> str:
             f"- **Fix**: {kind.fix}.\n",
         ]
     )
+
+
+def _formula(latex: str) -> str:
+    """MathML, which browsers draw without a script, with its LaTeX for those that do not."""
+    from latex2mathml.converter import convert  # noqa: PLC0415 — of the extra docs
+
+    return str(convert(latex, display="block")).replace("<math", f'<math alttext="{escape(latex)}"', 1)
 
 
 def _size(value: float) -> str:

@@ -20,7 +20,10 @@ def named(page: Path) -> str:
 
 
 def made_or_there(target: Path) -> bool:
-    """Pages of tutorials are made from scripts, the catalogue from the registry (docs/site.py)."""
+    """Pages of tutorials are made from scripts, the catalogue from the registry (docs/site.py); what a page of theirs
+    links to, the tutorial writes."""
+    if target.name == "report.html":
+        return f'"{target.name}"' in target.parent.with_suffix(".py").read_text()
     return target.exists() or target.with_suffix(".py").exists() or target == ROOT / "docs" / "effects.md"
 
 

@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 import re
+import shlex
+import shutil
 from pathlib import Path
 from typing import Any
 
 import pytest
 import tyro
+from forked import in_fork
 
 from sym2real.cli import VERBS, Verb
 
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text()
-PAGES = ("README.md", "docs/diagnosis.md", "docs/tutorial.md")
+PAGES = [
+    str(page.relative_to(ROOT))
+    for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+    if re.search(r"^sym2real ", page.read_text(), re.MULTILINE)
+]
 
 
 def test_the_python_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
@@ -30,6 +37,21 @@ def test_the_python_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> No
     assert finding.values["value"] == pytest.approx(float(hidden), rel=0.05)
 
 
+def test_the_python_of_a_new_robot_prints_what_its_comments_say(tmp_path: Path) -> None:
+    for file in (ROOT / "sym2real" / "robots").glob("*.xml"):
+        shutil.copy(file, tmp_path)
+    code = "\n".join(re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "new_robot.md").read_text(), re.DOTALL))
+    ran = in_fork(lambda: exec(compile(code, "new_robot.md", "exec"), {}), tmp_path)
+    assert ran.status == 0, ran.err
+    promised = re.findall(r"^print\(.*\)  # (.*)$", code, re.MULTILINE)
+    assert len(promised) >= 3
+    for line, words in zip(ran.out.splitlines(), promised, strict=True):
+        if line.startswith("("):
+            assert line == words
+        else:
+            assert float(line) == pytest.approx(float(words.split()[0]), rel=1e-3)
+
+
 def test_the_verbs_of_the_readme_exist() -> None:
     verbs = re.findall(r"^sym2real (\w+)", README, re.MULTILINE)
     assert len(verbs) >= 8
@@ -43,7 +65,7 @@ def test_every_command_of_the_docs_is_one(page: str) -> None:
     commands = re.findall(r"^sym2real (.*?)(?:\s+#.*)?$", text, re.MULTILINE)
     assert commands
     for command in commands:
-        parsed: object = tyro.cli(Verb, args=command.split())
+        parsed: object = tyro.cli(Verb, args=shlex.split(command))
         assert parsed is not None
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -53,9 +54,9 @@ def chrome() -> Iterator[Any]:
         yield opened
 
 
-@pytest.fixture(params=[(1600, "light"), (380, "dark")], ids=["wide", "phone"])
-def opened(request: pytest.FixtureRequest, chrome: Any, file: Path) -> Iterator[Opened]:
-    width, scheme = request.param
+@contextmanager
+def visited(chrome: Any, file: Path, width: int, scheme: str) -> Iterator[Opened]:
+    """The page in a window of its own."""
     context = chrome.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme)
     found = Opened(context.new_page())
     found.page.on("console", lambda message: found.said.append(message.text))
@@ -65,6 +66,28 @@ def opened(request: pytest.FixtureRequest, chrome: Any, file: Path) -> Iterator[
     found.page.wait_for_function("document.documentElement.dataset.ready === 'yes'")
     yield found
     context.close()
+
+
+@pytest.fixture(scope="module", params=[(1600, "light"), (380, "dark")], ids=["wide", "phone"])
+def shared(request: pytest.FixtureRequest, chrome: Any, file: Path) -> Iterator[Opened]:
+    with visited(chrome, file, *request.param) as found:
+        yield found
+
+
+AS_OPENED = """() => {
+  const form = document.querySelector(".controls");
+  form.reset();
+  form.dispatchEvent(new Event("input"));
+  for (const folded of document.querySelectorAll("details")) folded.open = true;
+  window.scrollTo(0, 0);
+}"""
+
+
+@pytest.fixture
+def opened(shared: Opened) -> Opened:
+    """The page as it opens, all equations unfolded."""
+    shared.page.evaluate(AS_OPENED)
+    return shared
 
 
 DRAWN = "(canvas) => new Promise((done) => requestAnimationFrame(() => done(canvas.toDataURL())))"
@@ -92,7 +115,6 @@ def test_every_question_is_answered_without_a_request_or_an_error(opened: Opened
 
 def test_nothing_is_wider_than_the_window(opened: Opened) -> None:
     width = opened.page.viewport_size["width"]
-    opened.page.locator("details summary").click()
     assert opened.page.evaluate("document.documentElement.scrollWidth") <= width
     opened.page.screenshot(path=picture(f"{width}_top"))
     opened.page.locator("#failing").scroll_into_view_if_needed()
@@ -106,7 +128,6 @@ def test_nothing_is_wider_than_the_window(opened: Opened) -> None:
 def test_axe_finds_no_violation(opened: Opened) -> None:
     from axe_playwright_python.sync_playwright import Axe
 
-    opened.page.locator("details summary").click()
     violations = Axe().run(opened.page).response["violations"]
     assert [(one["id"], one["nodes"][0]["html"]) for one in violations] == []
 
@@ -119,10 +140,12 @@ def test_text_of_files_is_shown_and_never_run(opened: Opened) -> None:
     assert opened.page.locator("img").count() == 0
 
 
-def test_the_policy_stops_what_slipped_through(opened: Opened) -> None:
-    opened.page.evaluate("document.body.append(Object.assign(document.createElement('script'), {text: 'broken = 1'}))")
-    assert opened.page.evaluate("window.broken") is None
-    assert any("Content Security Policy" in text for text in opened.said)
+def test_the_policy_stops_what_slipped_through(chrome: Any, file: Path) -> None:
+    with visited(chrome, file, 800, "light") as opened:
+        added = "document.body.append(Object.assign(document.createElement('script'), {text: 'broken = 1'}))"
+        opened.page.evaluate(added)
+        assert opened.page.evaluate("window.broken") is None
+        assert any("Content Security Policy" in text for text in opened.said)
 
 
 def errors_shown(opened: Opened, column: str) -> list[float]:

@@ -24,10 +24,12 @@ from sym2real.diagnosis.score.finding import applied
 from sym2real.errors import DataError
 from sym2real.experiments.study.outcome import Line, Outcome, Panel
 from sym2real.report.html.arrays import Arrays
+from sym2real.report.html.formulas import formulas
 from sym2real.report.html.mathml import mathml
 from sym2real.report.html.observed import observe
-from sym2real.report.html.pages import comparison_page
+from sym2real.report.html.pages import comparison_page, diagnosis_page
 from sym2real.report.html.render import in_script, render
+from sym2real.report.html.sentences import sentences
 from sym2real.report.html.signals import signals, unwrapped
 from sym2real.report.html.variants import Given, WithFindings, subsets
 from sym2real.report.reading import read_diagnosis, read_outcome
@@ -145,6 +147,31 @@ def test_json_cannot_leave_its_script(text: str) -> None:
     assert json.loads(written) == {"name": text}
     assert "<" not in written
     assert json.loads(in_script({"name": HOSTILE})) == {"name": HOSTILE}
+
+
+def test_what_drag_puts_in_is_short_and_stands_beside_what_was_there() -> None:
+    """Products of the quaternion are entries of the rotation; before, the force was what is commanded or known."""
+    put_in, _ = formulas(WithFindings(BASE, (one("linear_drag", cx=0.01, cy=0.01, cz=0.01),)))
+    assert [formula.name for formula in put_in.formulas] == ["fx that acts", "fy that acts", "fz that acts"]
+    for formula in put_in.formulas:
+        assert "linear_drag" not in formula.before
+        assert formula.before.count("<math") == 1
+        terms = ElementTree.fromstring(f"<all>{formula.after}</all>").findall("math")
+        assert [term.get("class") for term in terms].count("new") == 3
+        assert "<mi>qw</mi>" not in formula.after
+    assert "R turns vectors" in put_in.reading
+
+
+def test_a_finding_is_shown_with_how_sure_it_is() -> None:
+    shown = render(diagnosis_page(BASE, logs(), diagnosis(), "crazyflie"))
+    assert "93 % against none, or another effect, in its place" in shown
+    assert "in simulation 48 of 50 findings were right where gate, rank and" in shown
+
+
+def test_names_keep_their_letters_at_the_head_of_a_sentence() -> None:
+    assert sentences(["a log is short", "wx_cmd follows", "payload: none", "motor1, motor2 go"]) == [
+        "A log is short", "wx_cmd follows", "payload: none", "motor1, motor2 go"
+    ]  # fmt: skip
 
 
 def test_a_model_without_findings_has_no_switch() -> None:

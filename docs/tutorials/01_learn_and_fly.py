@@ -38,4 +38,5 @@ print("one step from rest at 1 m/s:", base.predict(robot.start, np.array([0.1, 1
 log = run_episode(plant, MPPI(compile_model(base), robot, task), task, steps=60 if SHORT else 400)
 radius = np.hypot(log.column("x"), log.column("y"))
 print(f"driven: {len(log)} rows, radius {radius.mean():.2f} m of the task's 1.50 m")
+log.plot().savefig("driven.svg")
 assert abs(radius.mean() - 1.5) < 0.3

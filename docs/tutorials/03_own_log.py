@@ -8,32 +8,38 @@ real flight that comes with the package; put the path of yours in its place.
 
 from pathlib import Path
 
-import pandas as pd
-
 from sym2real import Trajectory, compare, example_flight, inspect_logs, quadrotor, read_log
 from sym2real.robots import Motors, fit_thrust_per_unit
 
 # What do its columns seem to hold? Every row of the answer has its evidence. Nothing is applied that is only suspected:
 # read the proposal, then correct it by hand.
 
-proposal = inspect_logs(example_flight())
+path = example_flight()  # or "my_flight.csv"
+proposal = inspect_logs(path)
 for row in proposal.rows[:6]:
     print(f"{row.column:>8}  {row.meaning}: {row.evidence}")
 Path("flight.toml").write_text(proposal.toml(), encoding="utf-8")
+print(proposal.toml())
 
 # This flight has the commands of four motors and a measured attitude. The model that fits is of first principles at
 # motor level; its thrust per unit of command is fitted to the first two seconds. Without a mass everything is per
-# kilogram.
+# kilogram. For other commands, or a car, see [by the command line](../tutorial.md).
 
 columns = quadrotor(interface="motors", attitude="measured")
-log = read_log(example_flight(), "flight.toml", columns.layouts, columns.dt)
+log = read_log(path, "flight.toml", columns.layouts, columns.dt)
+log.plot().savefig("flown.svg")
 motors = Motors(thrust=fit_thrust_per_unit(log))
 model = quadrotor(interface="motors", attitude="measured", motors=motors)
-print(compare(model, log))
+gap = compare(model, log)
+print(gap)
+gap.plot().savefig("gap.svg")
+log.plot(model=model).savefig("measured_and_predicted.svg")
 
-# A data frame is a log too, by the same specification, and a log is a data frame.
+# A data frame is a log too, by the same specification, and a log is a data frame (extra `pandas`).
 
-again = Trajectory.from_pandas(pd.read_csv(example_flight()), "flight.toml", columns.layouts, columns.dt)
+import pandas as pd
+
+again = Trajectory.from_pandas(pd.read_csv(path), "flight.toml", columns.layouts, columns.dt)
 assert (again.state == log.state).all()
 print(log.to_pandas().describe().loc[["mean", "std"], ["x", "y", "z"]].round(3))
 

@@ -33,6 +33,7 @@ for report in adapted.reports:
     print(
         f"round {report.number}: {100 * report.error:.1f} cm from the path, predicted within {report.prediction:.3f} m"
     )
+adapted.plot().savefig("rounds.svg")
 print("best round:", adapted.best, "settled:", adapted.settled)
 assert len(adapted.models) == len(adapted.logs) >= 2
 

@@ -31,4 +31,5 @@ subprocess.run([sys.executable, *command, *patient, "--out", "flight"], check=Tr
 
 log = read_log("flight/hover.csv", layouts=robot.layouts)
 print(log, f"mean height {log.column('z').mean():.2f} m")
+log.plot().savefig("flown.svg")
 assert 0.5 < log.column("z").mean() < 1.5

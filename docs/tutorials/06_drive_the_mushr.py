@@ -25,4 +25,5 @@ subprocess.run([sys.executable, *command, *seconds, *patient, "--out", "drive"],
 
 log = read_log("drive/circle.csv", layouts=robot.layouts)
 print(log)
+log.plot().savefig("driven.svg")
 assert abs(log.column("speed")).max() > 0.3

@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from sym2real.adaptation import Improvement, RoundReport
-from sym2real.report.figures import MEASURED, PREDICTED
+from sym2real.report.style import INFORMED, PREDICTED, legend_below, logarithmic
 from sym2real.report.tables import compact_table, number
 
 
@@ -39,7 +39,9 @@ def rounds_table(reports: Sequence[RoundReport], on_top: int, settled: bool) -> 
         "kept: what was learned is not used; crash: the episode ended early",
         f"on top, where verbs open it: the model of round {best.number}",
     ]
-    lines += [f"round {one.number}: kept the model before: {one.learned.refused}" for one in reports if _refused(one)]
+    lines += [
+        f"round {entry.number}: kept the model before: {entry.learned.refused}" for entry in reports if _refused(entry)
+    ]
     effects = best.learned.effects
     lines += [f"effects in the equations: {', '.join(effects)}"] if effects else []
     what = "position error" if reports[0].flown else "prediction"
@@ -79,11 +81,12 @@ def rounds_figure(reports: Sequence[RoundReport], on_top: int) -> Figure:
     figure = Figure(figsize=(6.4, 4.0), layout="constrained")
     axis = figure.subplots()
     rounds = [report.number for report in reports]
-    flown, predicted = ([getattr(one, name) for one in reports] for name in ("error", "prediction"))
+    flown, predicted = ([getattr(report, name) for report in reports] for name in ("error", "prediction"))
     if not all(math.isnan(error) for error in flown):
-        axis.plot(rounds, flown, "o-", color=MEASURED, label="mean distance from the reference")
+        axis.plot(rounds, flown, "o-", color=INFORMED, label="mean distance from the reference")
     axis.plot(rounds, predicted, "s--", color=PREDICTED, label=f"prediction {reports[0].horizon:g} s ahead")
     axis.axvline(on_top, color="0.8", zorder=0, label="on top")
-    axis.set(xlabel="trajectories learned from", ylabel="position error in m", yscale="log", xticks=rounds)
-    axis.legend()
+    axis.set(xlabel="trajectories learned from", ylabel="position error in m", xticks=rounds)
+    logarithmic(axis)
+    legend_below(figure)
     return figure

@@ -7,8 +7,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from sym2real.diagnosis import Comparison
+from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.report.diagnosis import where_lines
-from sym2real.report.ladder import SHOWN_HORIZON
 from sym2real.report.sparkline import sparkline
 from sym2real.report.tables import compact_table, decimals, number
 
@@ -19,7 +19,7 @@ def comparison_report(comparison: Comparison) -> RenderableType:
     if comparison.data is not None:
         parts += [f"[dim]data: {escape(line)}[/]" for line in comparison.data.lines()]
     parts += [comparison_table(comparison), floor_table(comparison), *where_lines(comparison.where)]
-    parts += [f"[bold]worst[/] {escape(one.statement)}" for one in comparison.worst]
+    parts += [f"[bold]worst[/] {escape(segment.statement)}" for segment in comparison.worst]
     if comparison.residuals is not None:
         parts += [escape(line) for line in comparison.residuals.lines()]
     parts += [f"[dim]note: {escape(note)}[/]" for note in comparison.notes]
@@ -34,7 +34,7 @@ def comparison_table(comparison: Comparison) -> Table:
     for channel, error in comparison.one_step.errors.items():
         table.add_column(f"{channel}\n{error.unit}", justify="right", no_wrap=True)
     for errors in (comparison.one_step, *comparison.horizons, comparison.free_run):
-        cells = [f"{number(one.value, 2)} [dim]{number(one.hold, 2)}[/]" for one in errors.errors.values()]
+        cells = [f"{number(entry.value, 2)} [dim]{number(entry.hold, 2)}[/]" for entry in errors.errors.values()]
         table.add_row(f"{errors.horizon:g}", str(errors.windows), *cells)
     return table
 
@@ -45,14 +45,14 @@ def floor_table(comparison: Comparison) -> Table:
     Also fit and skill, and how the error grows with the horizon.
     """
     shown = comparison.horizons or (comparison.one_step,)
-    errors = min(shown, key=lambda one: abs(one.horizon - SHOWN_HORIZON))
+    errors = min(shown, key=lambda at: abs(at.horizon - JUDGED_AT))
     table = compact_table(f"{errors.horizon:g} s ahead, beside what the sensors' noise alone makes")
     table.add_column("channel")
     for heading in ("error", "sensor\nnoise", "excess", "fit %", "skill\nhold", "skill\nmean"):
         table.add_column(heading, justify="right", no_wrap=True)
-    table.add_column(f"to {max(one.horizon for one in shown):g} s", no_wrap=True)
+    table.add_column(f"to {max(at.horizon for at in shown):g} s", no_wrap=True)
     for channel, error in errors.errors.items():
-        over = sparkline([one.errors[channel].value for one in (comparison.one_step, *comparison.horizons)])
+        over = sparkline([at.errors[channel].value for at in (comparison.one_step, *comparison.horizons)])
         sizes = [number(value) for value in (error.value, error.floor, error.excess)]
         skills = (decimals(error.fit, 0), decimals(error.skill, 2), decimals(error.skill_mean, 2))
         table.add_row(f"{channel} {error.unit}", *sizes, *skills, over)

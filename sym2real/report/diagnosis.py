@@ -18,12 +18,12 @@ from sym2real.report.tables import number
 STYLE = {"EFFECT": "bold yellow", "NOTHING_MISSING": "bold green", "UNEXPLAINED": "bold red", "CANNOT_TELL": "bold"}
 
 
-def diagnosis_report(diagnosis: Diagnosis, told: Collection[str] = ()) -> RenderableType:
+def diagnosis_report(diagnosis: Diagnosis, shown_before: Collection[str] = ()) -> RenderableType:
     """Everything a person reads of a diagnosis.
 
     Args:
         diagnosis: what was found.
-        told: remarks on the data that the reader saw before the search, which are not repeated.
+        shown_before: remarks on the data that the reader saw before the search, which are not repeated.
     """
     parts: list[RenderableType] = [f"[{STYLE[diagnosis.verdict]}]{diagnosis.verdict}[/] {escape(diagnosis.summary)}"]
     parts += fault_lines(diagnosis.faults)
@@ -36,13 +36,13 @@ def diagnosis_report(diagnosis: Diagnosis, told: Collection[str] = ()) -> Render
         parts.append(gate_line(diagnosis.gate, diagnosis.gate.best))
     for left in diagnosis.leftovers:
         seen_by = "" if left.explained_by == MISFIT else " on unseen logs"
-        said = f"{left.statement} ({left.measure}{seen_by}): {left.term}"
-        parts.append(f"[red]left over[/] {escape(said)}")
+        statement = f"{left.statement} ({left.measure}{seen_by}): {left.term}"
+        parts.append(f"[red]left over[/] {escape(statement)}")
     if diagnosis.proposal is not None:
         parts.append(proposal_line(diagnosis.proposal))
     base, explained = diagnosis.misfit
     misfit = f"misfit per degree of freedom {number(base)} → {number(explained)}; 1 is fully explained"
-    parts += _remarks([note for note in diagnosis.notes if note not in told])
+    parts += _remarks([note for note in diagnosis.notes if note not in shown_before])
     parts += [f"[dim]not tested: {escape(line)}[/]" for line in not_tried_said(diagnosis.not_tried)]
     parts.append(f"[dim]{misfit}; {diagnosis.tried} hypotheses tested; {diagnosis.seconds:.0f} s[/]")
     return Group(*parts)
@@ -50,13 +50,13 @@ def diagnosis_report(diagnosis: Diagnosis, told: Collection[str] = ()) -> Render
 
 def gate_line(gate: Gate, best: Fall) -> str:
     """Whether held-out predictions become better by as much as they must, and none worse."""
-    said = "[green]gate passed[/]" if gate.passed else "[red]gate not passed[/]"
+    verdict = "[green]gate passed[/]" if gate.passed else "[red]gate not passed[/]"
     risen = "".join(
-        f"; that of {one.channel} after {one.horizon:g} s rises by {-100 * one.part:.0f} %, beyond its interval"
-        for one in gate.worse
+        f"; that of {rise.channel} after {rise.horizon:g} s rises by {-100 * rise.part:.0f} %, beyond its interval"
+        for rise in gate.worse
     )
     fall = f"the held-out error of {best.channel} after {best.horizon:g} s falls by {100 * best.part:.0f} %"
-    return f"{said}: {fall}{risen}"
+    return f"{verdict}: {fall}{risen}"
 
 
 def proposal_line(term: Term) -> str:
@@ -87,13 +87,15 @@ def tried_report(tried: Tried) -> RenderableType:
 
 def fault_lines(faults: Sequence[Fault]) -> list[str]:
     """What is wrong with the data and was undone, a line each, and what to change."""
-    said = [f"{fault.effect}: {fault.evidence}" if fault.effect else fault.evidence for fault in faults]
-    return [f"[red]fault[/] {escape(line)}; fix: {escape(fault.fix)}" for line, fault in zip(said, faults, strict=True)]
+    lines = [f"{fault.effect}: {fault.evidence}" if fault.effect else fault.evidence for fault in faults]
+    return [
+        f"[red]fault[/] {escape(line)}; fix: {escape(fault.fix)}" for line, fault in zip(lines, faults, strict=True)
+    ]
 
 
 def where_lines(where: Sequence[Where]) -> list[str]:
     """Where a model fails, a line each."""
-    return [f"[bold]fails[/] {escape(one.statement)}" for one in where]
+    return [f"[bold]fails[/] {escape(region.statement)}" for region in where]
 
 
 def _remarks(notes: Sequence[str]) -> list[str]:
@@ -109,16 +111,13 @@ def findings_list(findings: Sequence[Finding]) -> Table:
         few = " (provisional: too few independent pieces of data for a test)" if finding.provisional else ""
         share = f"removes {100 * finding.share:.0f} % of the excess error"
         table.add_row(str(place), f"[bold]{escape(finding.effect)}[/]  {share}{few}")
-        for name, one in finding.parameters.items():
+        for name, estimate in finding.parameters.items():
             spread = finding.log_spread.get(name)
             scatter = "" if spread is None else f", logs one by one ± {number(spread, 2)}"
-            interval = f"[dim]95 % {number(one.low)} … {number(one.high)}{scatter}[/]"
-            table.add_row("", f"{escape(name)} = [bold]{escape(one.said)}[/]  {interval}")
+            interval = f"[dim]95 % {number(estimate.low)} … {number(estimate.high)}{scatter}[/]"
+            table.add_row("", f"{escape(name)} = [bold]{escape(estimate.said)}[/]  {interval}")
         if finding.confidence is not None:
-            sure = finding.confidence
-            table.add_row(
-                "sure", f"{100 * sure.value:.0f} %: {sure.right} of {sure.of} such findings in simulation were right"
-            )
+            table.add_row("reliability", finding.confidence.statement)
         if finding.probability is not None:
             others = "none, or another effect, in its place"
             table.add_row("probability", f"{100 * finding.probability:.0f} % against {others}")
@@ -137,9 +136,9 @@ def rivals_table(tried: Tried) -> Table:
     for heading in ("effect", "lowers the held-out loss by", ""):
         table.add_column(heading, justify="right" if "loss" in heading else "left")
     hypothesis = "the hypothesis" if len(tried.findings) == 1 else "the hypothesis, beside the others"
-    for one in tried.findings:
-        table.add_row(one.effect, f"{100 * tried.beside[one.effect]:.1f} %", hypothesis, style="bold")
-        for rival in (rival for rival in tried.rivals if rival.instead_of == one.effect):
-            said = "cannot be told from it" if rival.as_good else ""
-            table.add_row(rival.effect, f"{100 * rival.gain:.1f} %", said)
+    for finding in tried.findings:
+        table.add_row(finding.effect, f"{100 * tried.beside[finding.effect]:.1f} %", hypothesis, style="bold")
+        for rival in (rival for rival in tried.rivals if rival.instead_of == finding.effect):
+            remark = "cannot be told from it" if rival.as_good else ""
+            table.add_row(rival.effect, f"{100 * rival.gain:.1f} %", remark)
     return table

@@ -7,13 +7,14 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import Comparison, Diagnosis, Tried, Where, window_errors
 from sym2real.files import safe_name
 from sym2real.protocols import DynamicsModel
 from sym2real.report.error_figures import ladder_figure, over_time_figure, where_figure
-from sym2real.report.figures import comparison_figure, predictions_of, save
+from sym2real.report.figures import comparison_figure, predictions_of
+from sym2real.report.style import save
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset
 
 Predicting = Equations | DynamicsModel
 MOST_PREDICTED = 4  # logs that get a figure of their own
@@ -50,4 +51,4 @@ def _errors(models: Mapping[str, Predicting], data: Dataset, where: Sequence[Whe
 
 def _save(figures: Mapping[str, Figure], folder: Path) -> Iterator[Path]:
     for name, figure in figures.items():
-        yield save(figure, folder / f"{safe_name(name)}.png")
+        yield save(figure, folder, safe_name(name))

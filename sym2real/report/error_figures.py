@@ -10,11 +10,9 @@ from matplotlib.figure import Figure
 from sym2real.diagnosis import Floor, Where, WindowErrors
 from sym2real.diagnosis.data.conditions import UNITS
 from sym2real.diagnosis.errors.rungs import Stage
-from sym2real.report.figures import INFORMED, MEASURED, PREDICTED, REFERENCE
+from sym2real.report.style import MEASURED, MODELS, REFERENCE, SERIES, legend_below, logarithmic, small
 from sym2real.trajectory import Array
 
-COLOURS = (PREDICTED, INFORMED)
-STAGES = ("#d1495b", "#edae49", "#00798c", "#2a9d5c", "#6c5b7b", "#355070", "#b56576", "#8d6a9f", "#444444")
 BINS = 8
 MOST_FEATURES = 6
 
@@ -32,17 +30,18 @@ def over_time_figure(models: Models) -> Figure:
     size = (max(5.0, min(18.0, 3.2 * count)), 2.0 * len(channels))
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.subplots(len(channels), count, squeeze=False, sharey="row", sharex="col")
-    for colour, (label, errors) in zip(COLOURS, models.items(), strict=False):
+    for style, (label, errors) in zip(MODELS, models.items(), strict=False):
         for column in range(count):
             mine = errors.log == column
             for row, channel in enumerate(channels):
-                axes[row, column].plot(errors.start[mine], errors.errors[channel][mine], color=colour, label=label)
+                axes[row, column].plot(errors.start[mine], errors.errors[channel][mine], **style, label=label)
     for row, channel in enumerate(channels):
         axes[row, 0].set_ylabel(f"{channel} in {'m' if channel in ('z', 'xy', 'position') else 'rad'}")
     for column, name in enumerate(first.names):
         axes[0, column].set_title(name, parse_math=False)
         axes[-1, column].set_xlabel("time in s")
-    axes[0, 0].legend()
+    small(axes.ravel())
+    legend_below(figure)
     ahead = float(np.median(first.end - first.start))
     figure.suptitle(f"prediction error {ahead:.2g} s ahead")
     return figure
@@ -55,16 +54,17 @@ def ladder_figure(stages: Sequence[Stage], floor: Sequence[Floor]) -> Figure:
     figure = Figure(figsize=(3.6 * len(channels), 3.6), layout="constrained")
     axes = np.atleast_1d(figure.subplots(1, len(channels)))
     for axis, (channel, error) in zip(axes, channels.items(), strict=True):
-        for colour, stage in zip(STAGES, stages, strict=False):
-            errors = [stage.horizons[one][channel] for one in horizons]
-            axis.plot(horizons, [one.value for one in errors], "o-", color=colour, label=stage.model)
-            low, high = [one.low for one in errors], [one.high for one in errors]
+        for colour, stage in zip(SERIES, stages, strict=False):
+            errors = [stage.horizons[horizon][channel] for horizon in horizons]
+            axis.plot(horizons, [entry.value for entry in errors], "o-", color=colour, label=stage.model)
+            low, high = [entry.low for entry in errors], [entry.high for entry in errors]
             axis.fill_between(horizons, low, high, color=colour, alpha=0.15, linewidth=0)
-        lowest = [(one.horizon, one.errors[channel][0]) for one in floor if channel in one.errors]
+        lowest = [(entry.horizon, entry.errors[channel][0]) for entry in floor if channel in entry.errors]
         if lowest:
             axis.plot(*zip(*lowest, strict=True), "--", color=REFERENCE, label="noise and disturbances")
-        axis.set(xlabel="horizon in s", ylabel=f"error in {error.unit}", title=channel, yscale="log")
-    axes[0].legend()
+        axis.set(xlabel="horizon in s", ylabel=f"error in {error.unit}", title=channel)
+        logarithmic(axis)
+    legend_below(figure)
     figure.suptitle("held-out error, one effect after the other")
     return figure
 
@@ -76,20 +76,21 @@ def where_figure(models: Models, where: Sequence[Where]) -> Figure:
     channel.
     """
     first = next(iter(models.values()))
-    said = {one.feature: one for one in where}
-    names = [*said, *(name for name in first.features if name not in said)][:MOST_FEATURES]
+    by_feature = {region.feature: region for region in where}
+    names = [*by_feature, *(name for name in first.features if name not in by_feature)][:MOST_FEATURES]
     figure = Figure(figsize=(11, 2.8 * -(-len(names) // 3)), layout="constrained")
     axes = figure.subplots(-(-len(names) // 3), 3, squeeze=False).ravel()
     for axis, name in zip(axes, names, strict=False):
-        channel = said[name].channel if name in said else next(iter(first.errors))
-        for colour, (label, errors) in zip(COLOURS, models.items(), strict=False):
-            axis.plot(*binned(errors.features[name], errors.errors[channel]), "o-", color=colour, label=label)
-        if name in said:
-            axis.axvspan(said[name].low, said[name].high, color=MEASURED, alpha=0.12, linewidth=0)
+        channel = by_feature[name].channel if name in by_feature else next(iter(first.errors))
+        for style, (label, errors) in zip(MODELS, models.items(), strict=False):
+            axis.plot(*binned(errors.features[name], errors.errors[channel]), "o", **style, label=label)
+        if name in by_feature:
+            axis.axvspan(by_feature[name].low, by_feature[name].high, color=MEASURED, alpha=0.12, linewidth=0)
         axis.set(xlabel=f"{name} in {UNITS[name]}", ylabel=f"{channel} error", ylim=(0.0, None))
+    small(axes)
     for axis in axes[len(names) :]:
         axis.set_visible(False)
-    axes[0].legend()
+    legend_below(figure)
     figure.suptitle("where the model fails")
     return figure
 

@@ -12,8 +12,8 @@ from rich import box
 from rich.table import Table
 
 from sym2real.experiments.study.outcome import Outcome, Panel
+from sym2real.report.style import SERIES, legend_below, logarithmic
 
-COLOURS = ("#1b6ca8", "#d1495b", "#2a9d5c", "#edae49", "#6c5b7b", "#00798c", "#b56576", "#444444")
 PANELS_A_ROW = 3
 WIDTH = 48  # characters of a statement below a panel
 
@@ -35,13 +35,12 @@ def outcome_figure(outcome: Outcome) -> Figure:
     figure = Figure(figsize=(4.2 * across, 3.6 * down + 0.5), layout="constrained")
     axes = np.ravel(figure.subplots(down, across, squeeze=False))
     names = list(dict.fromkeys(name for panel in outcome.panels for name in panel.lines))
-    colours = dict(zip(names, COLOURS * math.ceil(len(names) / len(COLOURS)), strict=False))
+    colours = dict(zip(names, SERIES * math.ceil(len(names) / len(SERIES)), strict=False))
     for axis in axes[len(outcome.panels) :]:
         axis.set_visible(False)
     for axis, panel in zip(axes, outcome.panels, strict=False):
         _draw(axis, panel, outcome, colours)
-    shown = {text: handle for axis in axes for handle, text in zip(*axis.get_legend_handles_labels(), strict=True)}
-    figure.legend(shown.values(), shown.keys(), loc="outside upper center", ncols=min(len(shown), 5))
+    legend_below(figure)
     return figure
 
 
@@ -52,6 +51,7 @@ def _draw(axis: Any, panel: Panel, outcome: Outcome, colours: dict[str, str]) ->
         axis.fill_between(line.x, low, high, color=colours[name], alpha=0.15, linewidth=0)
     if panel.level is not None:
         axis.axhline(panel.level, color="black", linestyle="--", linewidth=1, label="MPPI with MuJoCo itself")
-    said = textwrap.fill(f"Paper: {panel.paper}", WIDTH) if panel.paper else ""
-    axis.set(yscale="log", ylabel=outcome.y, title=panel.title)
-    axis.set_xlabel(f"{outcome.x}\n{said}" if said else outcome.x, fontsize=8)
+    quotation = textwrap.fill(f"Paper: {panel.paper}", WIDTH) if panel.paper else ""
+    axis.set(ylabel=outcome.y, title=panel.title)
+    logarithmic(axis)
+    axis.set_xlabel(f"{outcome.x}\n{quotation}" if quotation else outcome.x, fontsize=8)

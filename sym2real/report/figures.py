@@ -4,37 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import cycle
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import ROWS, Comparison, Windows, predict_windows
 from sym2real.diagnosis.data.preparation import prepared
 from sym2real.diagnosis.data.start import Start
-from sym2real.files import whole
+from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.protocols import DynamicsModel
+from sym2real.report.style import MEASURED, MODELS, PREDICTED, REFERENCE, legend_below, logarithmic, small
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
 
-MEASURED, PREDICTED, INFORMED, REFERENCE = "#1b6ca8", "#d1495b", "#2a9d5c", "#8d99ae"
 WINDOWS_DRAWN = 12
-PREDICTED_SECONDS = 0.8
-
-
-def save(figure: Figure, path: Path) -> Path:
-    """Write a figure; the format follows the file's ending."""
-    with whole(path) as beside:
-        figure.savefig(beside, dpi=120)
-    return path
 
 
 def path_figure(trajectory: Trajectory) -> Figure:
     """The path seen from above where there is one, and every position, or joint, and its reference over time."""
     placing = trajectory.layouts.state.placing
-    columns, units = [one for field in placing for one in field.columns], dict.fromkeys(field.unit for field in placing)
+    columns, units = (
+        [name for field in placing for name in field.columns],
+        dict.fromkeys(field.unit for field in placing),
+    )
     plane = all(column in trajectory.layouts.state for column in ("x", "y"))
     figure = Figure(figsize=(10, 4.5), layout="constrained")
     *above, over_time = figure.subplots(1, 2 if plane else 1, squeeze=False)[0]
@@ -43,9 +38,11 @@ def path_figure(trajectory: Trajectory) -> Figure:
     for column, style in zip(columns, cycle(("-", "--", ":")), strict=False):
         over_time.plot(trajectory.time, trajectory.column(column), style, color=MEASURED, label=column)
         if f"ref_{column}" in trajectory.extra:
-            over_time.plot(trajectory.time, trajectory.extra[f"ref_{column}"], style, color=REFERENCE)
+            over_time.plot(
+                trajectory.time, trajectory.extra[f"ref_{column}"], style, color=REFERENCE, label="reference"
+            )
     over_time.set(xlabel="time in s", ylabel=f"position in {', '.join(units)}")
-    over_time.legend()
+    legend_below(figure)
     return figure
 
 
@@ -55,7 +52,6 @@ def _from_above(above: Axes, trajectory: Trajectory) -> None:
         above.plot(trajectory.extra["ref_x"], trajectory.extra["ref_y"], "--", color=REFERENCE, label="reference")
     above.set(xlabel="x in m", ylabel="y in m", aspect="equal")
     above.set_title(trajectory.name, parse_math=False)
-    above.legend()
 
 
 def comparison_figure(comparison: Comparison) -> Figure:
@@ -68,11 +64,12 @@ def comparison_figure(comparison: Comparison) -> Figure:
         horizons = [errors.horizon for errors in points]
         axis.plot(horizons, [errors.errors[channel].value for errors in points], "o-", color=PREDICTED, label="model")
         axis.plot(horizons, [errors.errors[channel].hold for errors in points], "s--", color=REFERENCE, label="hold")
-        floor = [(one.horizon, one.errors[channel][0]) for one in comparison.floor]
+        floor = [(at.horizon, at.errors[channel][0]) for at in comparison.floor]
         if floor:
             axis.plot(*zip(*floor, strict=True), ":", color=MEASURED, label="sensor noise alone")
-        axis.set(xlabel="horizon in s", ylabel=f"error in {first.unit}", title=channel, yscale="log")
-        axis.legend()
+        axis.set(xlabel="horizon in s", ylabel=f"error in {first.unit}", title=channel)
+        logarithmic(axis)
+    legend_below(figure)
     return figure
 
 
@@ -84,19 +81,21 @@ def prediction_figure(trajectory: Trajectory, windows: dict[str, Windows]) -> Fi
         windows: predictions by what the model is called: at most two.
     """
     columns = trajectory.layouts.state.columns
-    rows = -(-len(columns) // 3)
-    figure = Figure(figsize=(12, 2.2 * rows), layout="constrained")
-    axes = figure.subplots(rows, 3, squeeze=False).ravel()
+    across = min(3, len(columns))
+    rows = -(-len(columns) // across)
+    figure = Figure(figsize=(max(3.4 * across, 5.0), 2.0 * rows + 0.6), layout="constrained")
+    axes = figure.subplots(rows, across, squeeze=False).ravel()
     for position, (axis, column) in enumerate(zip(axes, columns, strict=False)):
         axis.plot(trajectory.time, trajectory.state[:, position], color=MEASURED, linewidth=1, label="measured")
-        for colour, (label, predictions) in zip((PREDICTED, INFORMED), windows.items(), strict=False):
+        for style, (label, predictions) in zip(MODELS, windows.items(), strict=False):
             times, values = _pieces(trajectory, predictions, position)
-            axis.plot(times, values, color=colour, linewidth=1, label=label)
+            axis.plot(times, values, **style, linewidth=1.2, label=label)
         axis.set(title=f"{column} in {trajectory.layouts.state.units[column]}")
+    small(axes)
     for axis in axes[len(columns) :]:
         axis.set_visible(False)
-    axes[0].legend()
-    figure.suptitle(f"{trajectory.name}: measured, and predicted {PREDICTED_SECONDS:g} s ahead", parse_math=False)
+    legend_below(figure)
+    figure.suptitle(f"{trajectory.name}: measured, and predicted {JUDGED_AT:g} s ahead", parse_math=False)
     return figure
 
 
@@ -123,7 +122,7 @@ def predictions_of(
     prepared_models = {label: prepared(equations, data) for label, equations in models.items()}
     figures = {}
     for index, trajectory in enumerate(data):
-        steps = min(round(PREDICTED_SECONDS / trajectory.dt), len(trajectory) - ROWS)
+        steps = min(round(JUDGED_AT / trajectory.dt), len(trajectory) - ROWS)
         if steps < 1:
             continue
         windows = {

@@ -10,11 +10,11 @@ from rich.markup import escape
 from rich.table import Table
 
 from sym2real.diagnosis import Floor
+from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.report.sparkline import sparkline
 from sym2real.report.tables import compact_table, number
 
-SHOWN_HORIZON = 0.8  # s
 # What a model that misses nothing would leave; a comparison's lowest error is that of the sensors alone.
 LOWEST = "noise and\ndisturbances"
 # Said where a step of the ladder leads up, beyond the interval of the one before.
@@ -36,7 +36,7 @@ def ladder_table(
         held_out: names of the logs that are scored.
         apart: whether they took no part in any fit; else each is scored by the fit of the others.
     """
-    horizon = stages[0].nearest(SHOWN_HORIZON)
+    horizon = stages[0].nearest(JUDGED_AT)
     channels = stages[0].horizons[horizon]
     main = next(iter(channels))
     title = f"the ladder: error {horizon:g} s ahead on {_names(held_out, apart)}"
@@ -51,20 +51,20 @@ def ladder_table(
     top = max(errors[main].value for errors in stages[0].horizons.values())
     for stage in stages:
         here = stage.horizons[horizon]
-        over = [stage.horizons[one][main].value for one in sorted(stage.horizons)]
+        over = [stage.horizons[at][main].value for at in sorted(stage.horizons)]
         interval = f"{number(here[main].low, 2)}…{number(here[main].high, 2)}"
         first, *others = [number(error.value) for error in here.values()]
         table.add_row(escape(stage.model), first, interval, sparkline(over, highest=top), *others)
     errors = [stage.horizons[horizon][main] for stage in stages]
     rises = any(after.value > before.high for before, after in pairwise(errors))
-    diverged = any(math.isnan(error.value) for one in stages for error in one.horizons[horizon].values())
-    remarks = [said for said, holds in ((TOGETHER, rises), (DIVERGED, diverged)) if holds]
+    diverged = any(math.isnan(error.value) for stage in stages for error in stage.horizons[horizon].values())
+    remarks = [remark for remark, holds in ((TOGETHER, rises), (DIVERGED, diverged)) if holds]
     if remarks:
         table.caption, table.caption_justify = "\n".join(remarks), "left"
-    lowest = {one.horizon: one.errors for one in floor}
+    lowest = {at.horizon: at.errors for at in floor}
     if horizon in lowest:
         first, *others = [number(lowest[horizon].get(channel, (float("nan"), ""))[0], 2) for channel in channels]
-        over = [lowest[one][main][0] for one in sorted(lowest)]
+        over = [lowest[at][main][0] for at in sorted(lowest)]
         table.add_row(LOWEST, first, "", sparkline(over, highest=top), *others, style="dim")
     return table
 

@@ -2,21 +2,46 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from io import BytesIO, StringIO
 
 from matplotlib.figure import Figure
 from rich.console import Console, RenderableType
 
-from sym2real.diagnosis import Comparison, Diagnosis, Plan, Tried
-from sym2real.errors import ModelError
+from sym2real.adaptation.adapt import Adaptation
+from sym2real.dataset import Dataset
+from sym2real.diagnosis import ROWS, Comparison, Diagnosis, Plan, Tried
+from sym2real.errors import ModelError, ShapeError
+from sym2real.report.adaptation import rounds_figure
 from sym2real.report.comparison import comparison_report
 from sym2real.report.diagnosis import diagnosis_report, tried_report
+from sym2real.report.drawing import Predicting
 from sym2real.report.error_figures import ladder_figure
-from sym2real.report.figures import comparison_figure
+from sym2real.report.figures import comparison_figure, path_figure, predictions_of
 from sym2real.report.plan import plan_report
+from sym2real.trajectory import Trajectory
 
 WIDTH = 110  # letters, as wide as a notebook's cell
 PAGE = '<pre style="white-space:pre;overflow-x:auto;line-height:1.25;font-family:monospace">{code}</pre>'
+
+
+def log_plot(log: Trajectory, models: Mapping[str, Predicting]) -> Figure:
+    """The path of a log; with models, measured against predicted.
+
+    Raises:
+        ShapeError: with models, when the log is too short to predict.
+    """
+    if not models:
+        return _shown(path_figure(log))
+    figures = predictions_of(models, Dataset([log]))
+    if not figures:
+        raise ShapeError(f"expected a log of more than {ROWS} rows to predict along, found {len(log)}")
+    return _shown(figures[log.name])
+
+
+def adaptation_plot(adapted: Adaptation) -> Figure:
+    """Errors by round."""
+    return _shown(rounds_figure(adapted.reports, adapted.best))
 
 
 def comparison_plot(comparison: Comparison) -> Figure:

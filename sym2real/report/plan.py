@@ -21,17 +21,19 @@ def plan_report(plan: Plan) -> RenderableType:
     )
     table.add_column("effect", no_wrap=True)
     table.add_column("parameter", no_wrap=True)
-    table.add_column("smallest", justify="right", no_wrap=True)
+    table.add_column("found from", justify="right", no_wrap=True)
+    table.add_column("matters from", justify="right", no_wrap=True)
     table.add_column("unit", no_wrap=True)
     table.add_column("cannot be told from", overflow="fold")
     before = ""
     for row in plan.visible:
         smallest = "[red]unseen[/]" if row.smallest is None else number(row.smallest, 2)
+        matters = "–" if row.matters is None else number(row.matters, 2)
         like = ", ".join([*row.like, *(f"{key} (never)" for key in row.always)])
         name = "" if row.effect == before else row.effect
-        table.add_row(escape(name), row.parameter, smallest, row.unit, escape(like) if name else "")
+        table.add_row(escape(name), row.parameter, smallest, matters, row.unit, escape(like) if name else "")
         before = row.effect
-    parts: list[RenderableType] = [table]
+    parts: list[RenderableType] = [table, "matters from: a tenth of the error of predictions goes with the effect"]
     if plan.blocks < 10:
         parts.append(f"only {plan.blocks} independent pieces of a second: findings would be provisional; fly longer")
     parts += [f"[dim]note: {escape(note)}[/]" for note in plan.notes]

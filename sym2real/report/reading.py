@@ -51,18 +51,18 @@ def read_outcome(file: Path) -> Outcome:
             tuple(found["notes"]),
             found["x"],
             found["y"],
-            tuple(_panel(one) for one in found["panels"]),
+            tuple(_panel(entry) for entry in found["panels"]),
         )
     except (KeyError, TypeError, AttributeError, ValueError) as error:
         raise DataError(file, "an outcome as `sym2real experiment --out` writes it", str(error)) from error
 
 
-def _panel(one: Json) -> Panel:
+def _panel(panel: Json) -> Panel:
     lines = {
         name: Line(*(np.array([_number(value) for value in line[end]]) for end in ("x", "mean", "spread")))
-        for name, line in one["lines"].items()
+        for name, line in panel["lines"].items()
     }
-    return Panel(one["title"], lines, one["level"], one["paper"])
+    return Panel(panel["title"], lines, panel["level"], panel["paper"])
 
 
 def _diagnosis(found: Json) -> Diagnosis:
@@ -71,38 +71,37 @@ def _diagnosis(found: Json) -> Diagnosis:
     return Diagnosis(
         verdict=found["verdict"],
         summary=str(found["summary"]),
-        faults=tuple(Fault(**one) for one in found["faults"]),
-        findings=tuple(_finding(one) for one in found["findings"]),
-        leftovers=tuple(Leftover(**one) for one in found["leftovers"]),
+        faults=tuple(Fault(**entry) for entry in found["faults"]),
+        findings=tuple(_finding(entry) for entry in found["findings"]),
+        leftovers=tuple(Leftover(**entry) for entry in found["leftovers"]),
         proposal=proposal,
-        where=tuple(Where(**one) for one in found["where"]),
-        ladder=tuple(_stage(one) for one in found["ladder"]),
-        floor=tuple(_floor(one) for one in found["floor"]),
+        where=tuple(Where(**entry) for entry in found["where"]),
+        ladder=tuple(_stage(entry) for entry in found["ladder"]),
+        floor=tuple(_floor(entry) for entry in found["floor"]),
         held_out=tuple(found["held_out"]),
         apart=bool(found["held_out_apart"]),
         gate=_gate(found["gate"]),
         seconds=float(found["seconds"]),
         tried=int(found["tried"]),
-        not_tried=tuple(NotTried(**one) for one in found["not_tried"]),
+        not_tried=tuple(NotTried(**entry) for entry in found["not_tried"]),
         notes=tuple(found["notes"]),
     )
 
 
-def _finding(one: Json) -> Finding:
-    sure = one["confidence"]
+def _finding(finding: Json) -> Finding:
+    sure = finding["confidence"]
     return Finding(
-        effect=one["effect"],
-        parameters={name: Estimate(**_numbers(values)) for name, values in one["parameters"].items()},
-        share=_number(one["share"]),
-        group=tuple(one["group"]),
-        separate_by=one["separate_by"],
-        provisional=one["provisional"],
-        fix=one["fix"],
-        log_spread=_numbers(one["spread_over_logs"]),
-        voltage=one.get("full_battery"),
-        confidence=None
-        if sure is None
-        else Confidence(round(sure["value"] * (sure["cases"] + 1) - 0.5), sure["cases"]),
+        effect=finding["effect"],
+        parameters={name: Estimate(**_numbers(values)) for name, values in finding["parameters"].items()},
+        share=_number(finding["share"]),
+        group=tuple(finding["group"]),
+        separate_by=finding["separate_by"],
+        provisional=finding["provisional"],
+        fix=finding["fix"],
+        log_spread=_numbers(finding["spread_over_logs"]),
+        voltage=finding.get("full_battery"),
+        confidence=None if sure is None else _confidence(sure["value"], sure["cases"]),
+        probability=finding.get("probability"),
     )
 
 
@@ -111,23 +110,23 @@ def _confidence(value: float, cases: int) -> Confidence:
     return Confidence(round(value * (cases + 1) - 0.5), cases)
 
 
-def _stage(one: Json) -> Stage:
+def _stage(stage: Json) -> Stage:
     rows = {
         float(row["horizon"]): {name: StageError(**_numbers(error)) for name, error in row["errors"].items()}
-        for row in one["horizons"]
+        for row in stage["horizons"]
     }
-    return Stage(one["model"], rows)
+    return Stage(stage["model"], rows)
 
 
-def _floor(one: Json) -> Floor:
-    errors = {name: (_number(error["value"]), error["unit"]) for name, error in one["errors"].items()}
-    return Floor(float(one["horizon"]), errors)
+def _floor(floor: Json) -> Floor:
+    errors = {name: (_number(error["value"]), error["unit"]) for name, error in floor["errors"].items()}
+    return Floor(float(floor["horizon"]), errors)
 
 
-def _gate(one: Json | None) -> Gate:
-    if one is None:
+def _gate(gate: Json | None) -> Gate:
+    if gate is None:
         return Gate()
-    return Gate(*(_stage({"model": end, "horizons": one[end]}) for end in ("before", "after")))
+    return Gate(*(_stage({"model": end, "horizons": gate[end]}) for end in ("before", "after")))
 
 
 def _numbers(values: Json) -> dict[str, Any]:

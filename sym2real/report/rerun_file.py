@@ -14,17 +14,19 @@ from typing import Any
 
 import numpy as np
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import ROWS
 from sym2real.diagnosis.data.preparation import prepared
+from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.errors import MissingDependencyError
 from sym2real.files import whole
 from sym2real.layout import Layout
 from sym2real.logs.pose import poses
 from sym2real.plants.geometry import Geometry
-from sym2real.report.html.predictions import PIECE, Starts
+from sym2real.report.html.predictions import Starts
 from sym2real.report.html.signals import signal_units, signals
 from sym2real.report.html.variants import Predicting
-from sym2real.trajectory import Array, Dataset
+from sym2real.trajectory import Array
 
 MEASURED, TIMELINE = "measured", "log_time"
 AXES = 0.1  # m, of the frames that are drawn: seen on a robot of a hand's size and on one of an arm's
@@ -64,7 +66,7 @@ def write_rerun(
 
 def _predicted(model: Predicting, data: Dataset) -> list[Array]:
     """By log, states in pieces of 0.8 s ``# (rows, state)``; not a number between them."""
-    steps = max(1, min(round(PIECE / data.dt), max(len(log) for log in data) - ROWS))
+    steps = max(1, min(round(JUDGED_AT / data.dt), max(len(log) for log in data) - ROWS))
     starts = Starts.of(data, steps)
     return starts.along(starts.predicted(*prepared(model, data)))
 
@@ -79,6 +81,7 @@ class _Tree:
     time: Array
 
     def send(self, name: str, layout: Layout, states: Array, robot: Sequence[Geometry]) -> None:
+        """Curves and, where the state has a pose, the moving robot."""
         index = [self.rerun.TimeColumn(TIMELINE, duration=self.time)]
         for signal, values in zip(signal_units(layout), signals(layout, states).T, strict=True):
             scalars = self.rerun.Scalars.columns(scalars=values)

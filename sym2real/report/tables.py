@@ -12,6 +12,7 @@ from rich.table import Table
 
 from sym2real.adaptation import EpisodeReport
 from sym2real.experiments.flying import Flight
+from sym2real.layout import unit_of_place
 from sym2real.regression import Dependence
 from sym2real.symbolic import Equations
 
@@ -90,7 +91,8 @@ def episode_table(reports: Sequence[EpisodeReport]) -> Table:
 def flight_table(flights: Sequence[Flight], plant: str = "simulator") -> Table:
     """One row per flight or drive in a plant: how well it tracked, and how long choosing an action took."""
     table = Table(title=f"flown in the {plant}", title_justify="left")
-    for heading in ("task", "ended", "mean position error m", "last second m", "action median ms", "p99 ms"):
+    unit = unit_of_place(flights[0].trajectory.layouts.state) if flights else "m"
+    for heading in ("task", "ended", f"mean error {unit}", f"last second {unit}", "action median ms", "p99 ms"):
         table.add_column(heading, justify="left" if heading in ("task", "ended") else "right")
     for flight in flights:
         table.add_row(

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from sym2real.diagnosis import Comparison
+from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.report.html.arrays import Arrays
 from sym2real.report.html.charts import Chart, Line, of_model
 from sym2real.report.html.observed import Observed
 from sym2real.report.html.page import Errors, Figures, Part, Section, Table
-from sym2real.report.ladder import SHOWN_HORIZON
 from sym2real.report.tables import decimals, number
 
 QUESTION = "How good is the model?"
@@ -25,13 +27,13 @@ def accuracy(comparison: Comparison, observed: Observed, arrays: Arrays, *, swit
         switched: whether there are switches.
     """
     points = (comparison.one_step, *comparison.horizons)
-    shown = int(np.argmin(np.abs(observed.horizons - SHOWN_HORIZON)))
+    shown = int(np.argmin(np.abs(observed.horizons - JUDGED_AT)))
     rows = []
     for channel, values in observed.by_horizon.items():
         if channel in points[0].errors:
-            one = points[shown].errors[channel]
+            error = points[shown].errors[channel]
             arrays.add(f"errors/{channel}", values)
-            rows.append((channel, one.unit, float(values[0, shown]), one.floor, one.hold))
+            rows.append((channel, error.unit, float(values[0, shown]), error.floor, error.hold))
     ahead = f"{observed.horizons[shown]:g} s ahead"
     parts: list[Part] = [
         Errors(f"Error {ahead}", "Root mean square over windows that start every 0.1 s.", rows, shown),
@@ -45,14 +47,14 @@ def _charts(comparison: Comparison, observed: Observed, arrays: Arrays, switched
     points, charts = (comparison.one_step, *comparison.horizons), []
     arrays.add("horizons", observed.horizons)
     for channel, first in points[0].errors.items():
-        errors = [one.errors[channel] for one in points]
-        beside = np.array([[one.floor, one.hold, one.spread] for one in errors]).T
+        errors = [point.errors[channel] for point in points]
+        beside = np.array([[error.floor, error.hold, error.spread] for error in errors]).T
         arrays.add(f"beside/{channel}", beside)
         lines = of_model(f"errors/{channel}", switched=switched)
-        said = (("sensors' noise", "floor"), ("hold", "hold"), ("mean", "mean"))
+        references = (("sensors' noise", "floor"), ("hold", "hold"), ("mean", "mean"))
         lines += [
             Line(label, role, f"beside/{channel}", row)  # type: ignore[arg-type]
-            for row, (label, role) in enumerate(said)
+            for row, (label, role) in enumerate(references)
             if np.isfinite(beside[row]).any()
         ]
         reading = _reading(channel, errors[-1].value, errors[-1].hold, points[-1].horizon, first.unit)
@@ -62,18 +64,20 @@ def _charts(comparison: Comparison, observed: Observed, arrays: Arrays, switched
 
 
 def _reading(channel: str, value: float, hold: float, horizon: float, unit: str) -> str:
-    than = f"{number(hold / value, 2)} times less than" if value < hold else "no better than"
+    ratio = hold / value if value > 0 else math.inf
+    times = f"{ratio:.0f}" if ratio >= 10 else number(ratio, 2)
+    than = f"{times} times less than" if value < hold else "no better than"
     return f"{number(value, 2)} {unit} off in {channel} after {horizon:g} s, {than} predicting that nothing changes."
 
 
 def _table(comparison: Comparison) -> Table:
     """Every horizon with the errors of every channel; fit and skill at the last one below a free run."""
     channels = comparison.one_step.errors
-    columns = ["horizon in s", *(f"{name} in {one.unit}" for name, one in channels.items()), "skill", "fit in %"]
+    columns = ["horizon in s", *(f"{name} in {error.unit}" for name, error in channels.items()), "skill", "fit in %"]
     rows = []
     for errors in (comparison.one_step, *comparison.horizons, comparison.free_run):
         first = next(iter(errors.errors.values()))
-        sizes = [number(one.value) for one in errors.errors.values()]
+        sizes = [number(error.value) for error in errors.errors.values()]
         rows.append([f"{errors.horizon:g}", *sizes, decimals(first.skill, 2), decimals(first.fit, 0)])
     name = next(iter(channels))
     reading = (

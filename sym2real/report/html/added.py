@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sym2real.diagnosis import Floor
+from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.report.html.arrays import Arrays
 from sym2real.report.html.charts import Chart, Line, of_model
 from sym2real.report.html.observed import Observed
 from sym2real.report.html.page import Figures, Table
-from sym2real.report.html.predictions import PIECE
 from sym2real.report.html.signals import signal_units
-from sym2real.report.ladder import SHOWN_HORIZON
 from sym2real.report.tables import number
 from sym2real.trajectory import Array
 
@@ -38,7 +37,7 @@ def curves(observed: Observed, arrays: Arrays, *, switched: bool) -> Figures:
         lines = [Line("measured", "measured", "measured", place), *of_model("predicted", place, switched=switched)]
         reading = _reading(observed, place, unit, switched)
         charts.append(Chart(name, reading, "time in s", f"{name} in {unit}", "time", lines, kind="time", of_log=True))
-    reading = f"Pieces of {PIECE:g} s, each from a measured start; what leaves a figure is not drawn."
+    reading = f"Pieces of {JUDGED_AT:g} s, each from a measured start; what leaves a figure is not drawn."
     return Figures("Measured against predicted", charts, reading)
 
 
@@ -48,7 +47,7 @@ def _reading(observed: Observed, place: int, unit: str, switched: bool) -> str:
         np.concatenate([predicted[on, :, place] - measured[:, place] for measured, predicted in observed.curves])
         for on in (0, -1)
     )
-    sizes = [number(float(np.sqrt(np.nanmean(np.square(one)))), 2) for one in (before, after)]
+    sizes = [number(float(np.sqrt(np.nanmean(np.square(curve)))), 2) for curve in (before, after)]
     return f"{' → '.join(sizes) if switched else sizes[0]} {unit} off over all pieces of all logs (root mean square)."
 
 
@@ -62,20 +61,18 @@ def ladder_charts(stages: Sequence[Stage], floor: Sequence[Floor], arrays: Array
     """Held-out error of every stage over the horizon, one chart a channel."""
     horizons, charts = sorted(stages[0].horizons), []
     arrays.add("ladder", np.array(horizons))
-    lowest = {one.horizon: one.errors for one in floor}
+    lowest = {at.horizon: at.errors for at in floor}
     for channel, first in stages[0].horizons[horizons[0]].items():
         lines = []
         for place, stage in enumerate(stages):
-            errors = [stage.horizons[one][channel] for one in horizons]
-            ends = [[getattr(one, end) for one in errors] for end in ("value", "low", "high")]
+            errors = [stage.horizons[at][channel] for at in horizons]
+            ends = [[getattr(at, end) for at in errors] for end in ("value", "low", "high")]
             names = [f"ladder-{channel}-{place}-{end}" for end in ("value", "low", "high")]
             for name, values in zip(names, ends, strict=True):
                 arrays.add(name, np.array(values))
             lines.append(Line(stage.model, place, names[0], low=names[1], high=names[2]))
         if lowest:
-            least = [
-                lowest[one][channel][0] if one in lowest and channel in lowest[one] else np.nan for one in horizons
-            ]
+            least = [lowest[at][channel][0] if at in lowest and channel in lowest[at] else np.nan for at in horizons]
             lines.append(
                 Line("noise and disturbances", "floor", arrays.add(f"ladder-{channel}-floor", np.array(least)))
             )
@@ -90,10 +87,10 @@ def ladder_charts(stages: Sequence[Stage], floor: Sequence[Floor], arrays: Array
 
 def ladder_rows(stages: Sequence[Stage], held_out: Sequence[str], *, apart: bool) -> Table:
     """The ladder near 0.8 s ahead as a table."""
-    horizon = stages[0].nearest(SHOWN_HORIZON)
+    horizon = stages[0].nearest(JUDGED_AT)
     channels = stages[0].horizons[horizon]
-    columns = ["model", *(f"{name} in {one.unit}" for name, one in channels.items())]
-    rows = [[stage.model, *(_with_interval(one) for one in stage.horizons[horizon].values())] for stage in stages]
+    columns = ["model", *(f"{name} in {error.unit}" for name, error in channels.items())]
+    rows = [[stage.model, *(_with_interval(error) for error in stage.horizons[horizon].values())] for stage in stages]
     logs = f"{len(held_out)} log{'s' * (len(held_out) != 1)}" if held_out else "pieces"
     how = f"{logs} that took no part in any fit" if apart else f"{logs}, each by the fit of the others"
     if held_out and not apart and len(held_out) == 1:

@@ -14,6 +14,7 @@ from sym2real.report.html.charts import Chart, Line, of_model
 from sym2real.report.html.observed import Observed
 from sym2real.report.html.page import Figures, Lines, Part, Section
 from sym2real.report.html.regions import Region, regions
+from sym2real.report.html.sentences import sentence
 from sym2real.report.html.signals import EULER, signal_units, signals, unwrapped
 from sym2real.report.tables import number
 from sym2real.trajectory import Array
@@ -29,7 +30,7 @@ def failing(comparison: Comparison, observed: Observed, arrays: Arrays, *, switc
     """Section of a model on its logs; arguments as of :func:`~sym2real.report.html.accuracy.accuracy`."""
     parts: list[Part] = []
     if comparison.where:
-        parts.append(Lines("", [f"{one.statement[:1].upper()}{one.statement[1:]}." for one in comparison.where]))
+        parts.append(Lines("", [f"{sentence(where.statement)}." for where in comparison.where]))
     parts.append(Figures("Along a log", _along(comparison, observed, arrays, switched)))
     found = regions(observed, comparison.where)
     if found:
@@ -69,7 +70,7 @@ def _along(comparison: Comparison, observed: Observed, arrays: Arrays, switched:
 def _path(comparison: Comparison, observed: Observed, arrays: Arrays) -> Chart:
     """The path from above in classes of excess error, which switches move."""
     starts = observed.starts
-    floor = min(comparison.horizons or (comparison.one_step,), key=lambda one: abs(one.horizon - observed.ahead))
+    floor = min(comparison.horizons or (comparison.one_step,), key=lambda at: abs(at.horizon - observed.ahead))
     lowest = np.nan_to_num(floor.errors["position"].floor)
     excess = np.sqrt(np.maximum(np.square(observed.by_window["position"]) - lowest**2, 0.0))
     ends = [part * float(np.nanquantile(excess[0], 0.95)) for part in CLASSES]
@@ -78,7 +79,9 @@ def _path(comparison: Comparison, observed: Observed, arrays: Arrays) -> Chart:
         mine = starts.log == index
         across, up = (log.column(column)[starts.row[mine]] for column in PLANE)
         arrays.add(f"across/{index}", across)
-        arrays.add(f"up/{index}", np.stack([_in_class(places[:, mine], up, one) for one in range(len(ends) + 1)], 1))
+        arrays.add(
+            f"up/{index}", np.stack([_in_class(places[:, mine], up, number) for number in range(len(ends) + 1)], 1)
+        )
         arrays.add(f"measured-up/{index}", up)
     names = [f"below {number(ends[0], 2)} m"]
     names += [f"{number(low, 2)} to {number(high, 2)} m" for low, high in pairwise(ends)]
@@ -93,27 +96,29 @@ def _path(comparison: Comparison, observed: Observed, arrays: Arrays) -> Chart:
     return Chart("path from above", reading, "x in m", "y in m", "starts", lines, kind="path", of_log=True)
 
 
-def _in_class(places: Array, up: Array, one: int) -> Array:
+def _in_class(places: Array, up: Array, number: int) -> Array:
     """Heights of the points of a class, and of the point behind each so that stretches join ``# (B, W)``."""
-    inside = places == one
+    inside = places == number
     inside[:, 1:] |= inside[:, :-1] & (places[:, 1:] >= 0)
     return np.where(inside, up, np.nan)
 
 
 def _features(found: Sequence[Region], observed: Observed, arrays: Arrays, switched: bool) -> list[Chart]:
     units, charts = channel_units(observed.layout), []
-    for place, one in enumerate(found):
-        middle = arrays.add(f"feature-{place}", one.middle)
+    for place, region in enumerate(found):
+        middle = arrays.add(f"feature-{place}", region.middle)
         names = [
             arrays.add(f"feature-{place}-{end}", values)
-            for end, values in (("value", one.value), ("low", one.low), ("high", one.high))
+            for end, values in (("value", region.value), ("low", region.low), ("high", region.high))
         ]
         lines = of_model(names[0], switched=switched, low=names[1], high=names[2])
-        unit = units.get(one.channel, "m")
-        spread = f"Between {number(one.value[0].min(), 2)} and {number(one.value[0].max(), 2)} {unit} over its range."
-        reading = f"{one.statement[:1].upper()}{one.statement[1:]}." if one.statement else spread
-        labels = (f"{one.feature} in {one.unit}", f"error in {unit}")
-        title = f"{one.channel} error against {one.feature}"
+        unit = units.get(region.channel, "m")
+        spread = (
+            f"Between {number(region.value[0].min(), 2)} and {number(region.value[0].max(), 2)} {unit} over its range."
+        )
+        reading = f"{sentence(region.statement)}." if region.statement else spread
+        labels = (f"{region.feature} in {region.unit}", f"error in {unit}")
+        title = f"{region.channel} error against {region.feature}"
         charts.append(Chart(title, reading, *labels, middle, lines, zero=True, points=True))
     return charts
 
@@ -136,7 +141,9 @@ def _worst(worst: Sequence[Segment], observed: Observed, arrays: Arrays, switche
         ]
         if switched:
             lines.append(Line("with the switches", "model", values, switched=True))
-        charts.append(Chart(segment.log, f"{segment.statement}.", "time in s", f"{name} in {unit}", time, lines))
+        statement = segment.statement.removeprefix(f"{segment.log} ")
+        title = f"{segment.log}, {segment.start:.1f} s"
+        charts.append(Chart(title, f"{sentence(statement)}.", "time in s", f"{name} in {unit}", time, lines))
     return charts
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Sequence
 
 from markupsafe import Markup
 from sympy import Expr, Symbol
 
+from sym2real.effects.body import Body
+from sym2real.effects.frames import axes
 from sym2real.effects.thrust import ACTING
 from sym2real.report.html.mathml import mathml
 from sym2real.report.html.page import Formula, Formulas
@@ -14,7 +16,7 @@ from sym2real.report.html.variants import WithFindings
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import names_in
 
-LONG = 1500  # characters of MathML: what is longer is folded away
+LONG = 6000  # characters of MathML: what is longer is folded away
 READING = (
     "What acts on the robot in place of what is commanded or known. Marked: what the findings bring; their values "
     "stand with each effect."
@@ -25,19 +27,51 @@ def formulas(variants: WithFindings) -> list[Formulas]:
     """What findings change, and all equations before and after."""
     after, before = variants.equations, variants.shielded
     new = {symbol(name) for name in after.parameters if name not in before.parameters}
-    names = _names(variants)
+    names, attitude = _names(variants), _attitude(before)
     changed = {name: value for name, value in after.quantities.items() if before.quantities.get(name) != value}
-    put_in = [Formula(_shown(name), Markup(), mathml(value, new, names)) for name, value in changed.items()]
-    put_in += [Formula(f"measured {name}", Markup(), mathml(value, new, names)) for name, value in after.output.items()]
-    put_in += [_filter(key, values, new, names) for key, values in after.filters]
-    short = [one for one in put_in if len(one.after) <= LONG]
-    marked = new | {symbol(name) for name in changed}
-    every = [one for one in put_in if len(one.after) > LONG]
-    every += [_both(column, before, after, marked, names) for column in after.next]
-    return [
-        *([Formulas("What is put into the equations", short, READING)] if short else []),
-        Formulas("All equations, before and after", every, "Marked: terms that are no longer the same.", folded=True),
+
+    def shown(expression: Expr, marked: Collection[Symbol] = ()) -> Markup:
+        return mathml(expression.xreplace(attitude), marked, names)
+
+    def both(name: str, was: Expr | None, now: Expr, marked: Collection[Symbol]) -> Formula:
+        return Formula(name, Markup() if was is None else shown(was), shown(now, marked))
+
+    put_in = [both(_shown(name), before.quantities.get(name), value, new) for name, value in changed.items()]
+    put_in += [both(f"measured {name}", symbol(name), value, new) for name, value in after.output.items()]
+    put_in += [
+        Formula(f"commands through {key}", Markup(), Markup(", ").join(shown(value, new) for value in values.values()))
+        for key, values in after.filters
     ]
+    marked = new | {symbol(name) for name in changed}
+    every = [formula for formula in put_in if len(formula.after) > LONG]
+    for column, now in after.next.items():
+        every.append(both(f"{column} after a step", before.next.get(column), now, _in(now, marked)))
+    short = [formula for formula in put_in if len(formula.after) <= LONG]
+    return [
+        *([Formulas("What is put into the equations", short, _reading(READING, short))] if short else []),
+        Formulas("All equations, before and after", every, _reading("Marked: terms that changed.", every), folded=True),
+    ]
+
+
+def _reading(about: str, formulas: Sequence[Formula]) -> str:
+    turned = any("<mi>R</mi>" in formula.after for formula in formulas)
+    return f"{about} R turns vectors from body axes to world axes." if turned else about
+
+
+def _attitude(equations: Equations) -> dict[Expr, Expr]:
+    """Entries of the rotation matrix by their expression in the quaternion; none in a plane."""
+    body = Body.of(equations)
+    if "qw" not in body.names:
+        return {}
+    return {
+        entry: Symbol(f"R|{row}{column}")
+        for column, axis in enumerate(axes(body), start=1)
+        for row, entry in enumerate(axis, start=1)
+    }
+
+
+def _in(expression: Expr, marked: Collection[Symbol]) -> list[Symbol]:
+    return [entry for entry in marked if entry.name in names_in(expression)]
 
 
 def _shown(name: str) -> str:
@@ -50,20 +84,6 @@ def _names(variants: WithFindings) -> dict[str, str]:
         name: f"{name.removeprefix(ACTING)}|acting" for name in variants.equations.quantities if name.startswith(ACTING)
     }
     for key, effect in variants.effects.items():
-        for name, one in effect.symbols().items():
-            names[one.name] = key if name == "value" else f"{key}|{name}"
+        for name, parameter in effect.symbols().items():
+            names[parameter.name] = key if name == "value" else f"{key}|{name}"
     return names
-
-
-def _filter(key: str, values: Mapping[str, Expr], new: Collection[Symbol], names: dict[str, str]) -> Formula:
-    shown = Markup(", ").join(mathml(value, new, names) for value in values.values())
-    return Formula(f"commands through {key}", Markup(), shown)
-
-
-def _both(
-    column: str, before: Equations, after: Equations, marked: Collection[Symbol], names: dict[str, str]
-) -> Formula:
-    was = mathml(before.next[column], (), names) if column in before.next else Markup("–")
-    now = after.next[column]
-    shown = [one for one in marked if one.name in names_in(now)]
-    return Formula(f"{column} after a step", was, mathml(now, shown, names))

@@ -17,26 +17,28 @@ def missing(base: Equations, findings: Sequence[Finding], faults: Sequence[Fault
     """Section of what was found in a base's logs."""
     parts: list[Part] = []
     if findings:
-        parts.append(Cards("Effects that the model lacks", [_card(base, one) for one in findings]))
+        parts.append(Cards("Effects that the model lacks", [_card(base, finding) for finding in findings]))
     else:
         parts.append(Lines("", ["No effect was found that the model lacks."]))
     if faults:
-        said = [f"{one.evidence}; fix: {one.fix}" if one.fix else one.evidence for one in faults]
-        parts.append(Lines("Wrong with the data, and undone where the logs tell how", said))
+        sentences = [f"{fault.evidence}; fix: {fault.fix}" if fault.fix else fault.evidence for fault in faults]
+        parts.append(Lines("Wrong with the data, and undone where the logs tell how", sentences))
     return Section("missing", QUESTION, parts)
 
 
 def _card(base: Equations, finding: Finding) -> Card:
     facts = []
     if finding.confidence is not None:
-        sure = finding.confidence
-        facts.append(("probability", f"{100 * sure.value:.0f} % ({sure.right} of {sure.of} like it were right)"))
+        facts.append(("reliability", finding.confidence.statement))
+    if finding.probability is not None:
+        others = "none, or another effect, in its place"
+        facts.append(("probability", f"{100 * finding.probability:.0f} % against {others}"))
     if finding.provisional:
         facts.append(("provisional", "too few independent pieces of data for a test"))
-    for name, one in finding.parameters.items():
+    for name, estimate in finding.parameters.items():
         spread = finding.log_spread.get(name)
         scatter = "" if spread is None else f"; logs one by one ± {number(spread, 2)}"
-        facts.append((name, f"{one.said} (95 %: {number(one.low)} … {number(one.high)}{scatter})"))
+        facts.append((name, f"{estimate.said} (95 %: {number(estimate.low)} … {number(estimate.high)}{scatter})"))
     rivals = [rival for rival in finding.group if rival != finding.effect]
     if rivals:
         facts.append(("or instead", f"{', '.join(rivals)}: these logs cannot tell"))
@@ -45,4 +47,4 @@ def _card(base: Equations, finding: Finding) -> Card:
     facts.append(("removes", f"{100 * finding.share:.0f} % of the excess error"))
     facts.append(("fix", finding.fix))
     about = effect(finding.effect, finding.bound(base)).of.summary
-    return Card(finding.effect, about, [one for one in facts if one[1]], finding.share)
+    return Card(finding.effect, about, [fact for fact in facts if fact[1]], finding.share)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from torch import Tensor
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import ROWS
 from sym2real.diagnosis.data.start import Start
 from sym2real.diagnosis.data.windows import HORIZONS, channel_units
@@ -17,7 +18,7 @@ from sym2real.layout import Layout
 from sym2real.report.html.predictions import Starts
 from sym2real.report.html.signals import signals, unwrapped
 from sym2real.report.html.variants import Variants, subsets
-from sym2real.trajectory import Array, Dataset
+from sym2real.trajectory import Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +66,8 @@ def observe(
         method: how start states are estimated.
         single: windows that are wanted whole: log and time of the start, in s from the log's start.
     """
-    longest = max(len(one) for one in data) - ROWS
-    steps = sorted({one for horizon in HORIZONS if 1 <= (one := round(horizon / data.dt)) <= longest} | {1})
+    longest = max(len(step) for step in data) - ROWS
+    steps = sorted({step for horizon in HORIZONS if 1 <= (step := round(horizon / data.dt)) <= longest} | {1})
     starts, shown = Starts.of(data, steps[-1], method), min(round(HORIZON / data.dt), steps[-1])
     layout, measured = data.layouts.state, starts.measured
     wanted = [_place(starts, log, seconds) for log, seconds in single]
@@ -83,7 +84,9 @@ def observe(
         starts=starts,
         horizons=np.array(steps) * data.dt,
         ahead=shown * data.dt,
-        by_horizon={name: np.array([[_rms(one[name]) for one in row] for row in by_horizon]) for name in channels},
+        by_horizon={
+            name: np.array([[_rms(errors[name]) for errors in row] for row in by_horizon]) for name in channels
+        },
         by_window={name: np.array([row[name] for row in by_window]) for name in channels},
         curves=tuple(
             unwrapped(layout, signals(layout, log.state), np.array([row[index] for row in curves]))

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import Comparison, Diagnosis, compare
+from sym2real.diagnosis.data.windows import JUDGED_AT
+from sym2real.diagnosis.faults.sanity import check
 from sym2real.report.html.accuracy import accuracy
 from sym2real.report.html.added import curves, ladder_charts, ladder_rows
 from sym2real.report.html.arrays import Arrays
@@ -15,9 +19,10 @@ from sym2real.report.html.missing import missing
 from sym2real.report.html.observed import Observed, observe
 from sym2real.report.html.page import Figures, Formulas, Lines, Page, Part, Section
 from sym2real.report.html.remaining import remaining
+from sym2real.report.html.render import write_page
 from sym2real.report.html.variants import Given, Predicting, Variants, WithFindings
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset
+from sym2real.trajectory import Trajectory
 
 ADDED = "What happens when it is added?"
 
@@ -115,6 +120,20 @@ def diagnosis_page(base: Equations, data: Dataset, found: Diagnosis, title: str,
     )
 
 
+def write_diagnosis_page(found: Diagnosis, base: Equations, logs: Dataset | Trajectory, file: str | Path) -> Path:
+    """Write the page of a diagnosis; the file.
+
+    Args:
+        found: the diagnosis.
+        base: the model that was diagnosed.
+        logs: those of the diagnosis; the faults that it found are undone again.
+        file: what to write.
+    """
+    data = Dataset([logs]) if isinstance(logs, Trajectory) else logs
+    title = f"{base.robot or 'model'}, diagnosed"
+    return write_page(diagnosis_page(base, check(base, data).data, found, title), Path(file))
+
+
 def _added(variants: Variants, found: Diagnosis, observed: Observed, arrays: Arrays) -> list[Part]:
     parts: list[Part] = []
     if found.ladder:
@@ -132,12 +151,12 @@ def _added(variants: Variants, found: Diagnosis, observed: Observed, arrays: Arr
 
 def _observed(variants: Variants, data: Dataset, comparison: Comparison) -> Observed:
     places = {log.name: index for index, log in enumerate(data)}
-    single = [(places[one.log], one.start) for one in comparison.worst if one.log in places]
+    single = [(places[segment.log], segment.start) for segment in comparison.worst if segment.log in places]
     return observe(variants, data, comparison.start, single)
 
 
 def _facts(data: Dataset) -> list[tuple[str, str]]:
-    rows, seconds = sum(map(len, data)), sum(len(one) * one.dt for one in data)
+    rows, seconds = sum(map(len, data)), sum(len(log) * log.dt for log in data)
     return [("logs", str(len(data))), ("rows", str(rows)), ("length", f"{seconds:.0f} s"), ("step", f"{data.dt:.4g} s")]
 
 
@@ -146,6 +165,6 @@ def _names(data: Dataset) -> list[str]:
 
 
 def _said(comparison: Comparison) -> str:
-    errors = comparison.at(0.8) if comparison.horizons else comparison.one_step
+    errors = comparison.at(JUDGED_AT) if comparison.horizons else comparison.one_step
     name, first = next(iter(errors.errors.items()))
     return f"{errors.horizon:g} s ahead the model's {name} is {first.value:.2g} {first.unit} off (root mean square)."

@@ -10,15 +10,13 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import ROWS
 from sym2real.diagnosis.data.start import Start, start_states
-from sym2real.diagnosis.data.windows import STRIDE
+from sym2real.diagnosis.data.windows import JUDGED_AT, STRIDE
 from sym2real.past import past_rows
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import rollout
-from sym2real.trajectory import Dataset
-
-PIECE = 0.8  # s: how far ahead the curves along a log are predicted before they start anew
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,12 +56,12 @@ class Starts:
     @property
     def left(self) -> NDArray[np.int64]:
         """Rows that each window's log has behind its start ``# (W,)``."""
-        return np.array([len(one) for one in self.data])[self.log] - 1 - self.row
+        return np.array([len(log) for log in self.data])[self.log] - 1 - self.row
 
     @property
     def measured(self) -> Tensor:
         """``# (W, steps, state)``; behind a log's end its last row."""
-        return torch.as_tensor(self._rows([one.state for one in self.data], 1))
+        return torch.as_tensor(self._rows([log.state for log in self.data], 1))
 
     def predicted(self, model: DynamicsModel, logs: Dataset) -> Tensor:
         """What a model predicts ``# (W, steps, state)``; behind a log's end not a number.
@@ -74,7 +72,7 @@ class Starts:
         """
         actions, inputs = (
             torch.as_tensor(self._rows(columns, 0))
-            for columns in ([one.action for one in logs], [one.inputs for one in logs])
+            for columns in ([log.action for log in logs], [log.inputs for log in logs])
         )
         with torch.no_grad():
             states = rollout(model, self.state, actions, inputs, past=self._past(model, logs))
@@ -82,7 +80,7 @@ class Starts:
         return states
 
     def along(self, predicted: Tensor) -> list[NDArray[np.float64]]:
-        """Of each log the states predicted along it in pieces of 0.8 s ``# (rows, state)``; two rows between are NaN.
+        """By log, states predicted in pieces of ``JUDGED_AT`` s ``# (rows, state)``; two rows between are NaN.
 
         Args:
             predicted: of every window ``# (W, steps, state)``.
@@ -92,7 +90,7 @@ class Starts:
             mine = self.log == index
             rows, pieces = self.row[mine], predicted[torch.as_tensor(mine)].numpy()
             stride = int(rows[1] - rows[0]) if len(rows) > 1 else 1
-            every = max(1, min(round(PIECE / log.dt), self.steps) // stride)
+            every = max(1, min(round(JUDGED_AT / log.dt), self.steps) // stride)
             states = np.full((len(log), self.data.layouts.state.size), np.nan)
             for row, piece in zip(rows[::every], pieces[::every], strict=True):
                 last = min(row + every * stride - 1, len(log), row + 1 + self.steps)
@@ -113,5 +111,5 @@ class Starts:
         seen = past_rows(model)
         if not any(seen):
             return None
-        parts = [one.past(*seen)[self.row[self.log == index]] for index, one in enumerate(logs)]
+        parts = [log.past(*seen)[self.row[self.log == index]] for index, log in enumerate(logs)]
         return torch.as_tensor(np.concatenate(parts))

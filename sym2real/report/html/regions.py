@@ -41,12 +41,14 @@ class Region:
 
 def regions(observed: Observed, where: Sequence[Where]) -> tuple[Region, ...]:
     """The features of statements first, then others with the first channel."""
-    judged, said = observed.judged, {one.feature: one for one in where}
+    judged, by_feature = observed.judged, {region.feature: region for region in where}
     known = {name: values[judged] for name, values in _features(observed).items()}
-    names = [*(name for name in said if name in known), *(name for name in known if name not in said)]
+    names = [*(name for name in by_feature if name in known), *(name for name in known if name not in by_feature)]
     first = next(iter(observed.by_window))
     return tuple(
-        _region(observed, name, known[name], said.get(name), said[name].channel if name in said else first)
+        _region(
+            observed, name, known[name], by_feature.get(name), by_feature[name].channel if name in by_feature else first
+        )
         for name in names
         if np.ptp(known[name]) > 0
     )[:MOST]
@@ -55,18 +57,18 @@ def regions(observed: Observed, where: Sequence[Where]) -> tuple[Region, ...]:
 def _features(observed: Observed) -> dict[str, Array]:
     """Mean of every feature over the windows that have an error; not a number for others ``# (W,)``."""
     starts, steps = observed.starts, round(observed.ahead / observed.starts.data.dt)
-    said = [features(log) for log in starts.data]
+    by_log = [features(log) for log in starts.data]
     found = {}
-    for name in (name for name in UNITS if all(name in one for one in said)):
+    for name in (name for name in UNITS if all(name in means for means in by_log)):
         values = np.full(len(starts.row), np.nan)
-        for index, one in enumerate(said):
+        for index, means in enumerate(by_log):
             mine = (starts.log == index) & (starts.left >= steps)
-            values[mine] = over_windows(one[name], starts.row[mine], steps)
+            values[mine] = over_windows(means[name], starts.row[mine], steps)
         found[name] = values
     return found
 
 
-def _region(observed: Observed, name: str, values: Array, said: Where | None, channel: str) -> Region:
+def _region(observed: Observed, name: str, values: Array, where: Where | None, channel: str) -> Region:
     squares = np.square(observed.by_window[channel][:, observed.judged])
     log = observed.starts.log[observed.judged]
     blocks = np.unique(log * 10_000 + np.arange(len(log)) // BLOCK, return_inverse=True)[1]
@@ -75,7 +77,7 @@ def _region(observed: Observed, name: str, values: Array, said: Where | None, ch
     ends = [_interval(squares[:, group], blocks[group]) for group in groups]
     value, low, high = (np.stack(part, axis=1) for part in zip(*ends, strict=True))
     middle = np.array([values[group].mean() for group in groups])
-    return Region(name, UNITS[name], channel, middle, value, low, high, said.statement if said else "")
+    return Region(name, UNITS[name], channel, middle, value, low, high, where.statement if where else "")
 
 
 def _interval(squares: Array, blocks: NDArray[np.int64]) -> tuple[Array, Array, Array]:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from sym2real.diagnosis import Comparison, Diagnosis
 from sym2real.diagnosis.predict.competitors import not_tried_said
 from sym2real.report.html.page import Lines, Part, Section
+from sym2real.report.html.sentences import sentences
 from sym2real.report.tables import number
 
 QUESTION = "What remains?"
@@ -23,30 +24,26 @@ def remaining(comparison: Comparison, found: Diagnosis | None, notes: Sequence[s
     """
     parts: list[Part] = [] if found is None else _left_over(found)
     if comparison.residuals is not None and comparison.residuals.lines():
-        parts.append(Lines("One step ahead", _sentences(comparison.residuals.lines())))
+        parts.append(Lines("One step ahead", sentences(comparison.residuals.lines())))
     if comparison.data is not None:
-        parts.append(Lines("The data", _sentences(comparison.data.lines())))
+        parts.append(Lines("The data", sentences(comparison.data.lines())))
     remarks = list(dict.fromkeys([*notes, *(found.notes if found else ()), *comparison.notes]))
     if remarks:
-        parts.append(Lines("Remarks", _sentences(remarks)))
+        parts.append(Lines("Remarks", sentences(remarks)))
     if found is not None and found.not_tried:
-        parts.append(Lines("Not tested", _sentences(list(not_tried_said(found.not_tried)))))
+        parts.append(Lines("Not tested", sentences(not_tried_said(found.not_tried))))
     return Section("remaining", QUESTION, parts)
 
 
 def _left_over(found: Diagnosis) -> list[Part]:
-    lines = [f"{one.statement} ({one.measure}): {one.term}" for one in found.leftovers]
+    lines = [f"{leftover.statement} ({leftover.measure}): {leftover.term}" for leftover in found.leftovers]
     if found.proposal is not None:
         term = found.proposal
         lines.append(
-            f"proposed, unverified: {term.channel} + {term.expression} lowers the whitened loss of pieces left out by "
-            f"{100 * term.gain:.1f} %"
+            f"proposed but unverified: {term.expression} along {term.channel} lowers the whitened loss of pieces left "
+            f"out by {100 * term.gain:.1f} %"
         )
     base, explained = found.misfit
     if not math.isnan(base):
         lines.append(f"misfit per degree of freedom {number(base)} → {number(explained)}; 1 is fully explained")
-    return [Lines("Left over", _sentences(lines or ["nothing that these logs would show"]))]
-
-
-def _sentences(lines: Sequence[str]) -> list[str]:
-    return [f"{line[:1].upper()}{line[1:]}" for line in lines]
+    return [Lines("Left over", sentences(lines or ["nothing that these logs would show"]))]

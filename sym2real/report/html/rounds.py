@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sym2real.adaptation import RoundReport
+from sym2real.dataset import Dataset
 from sym2real.report.adaptation import percent
 from sym2real.report.html.arrays import Arrays
 from sym2real.report.html.charts import Chart, Line
@@ -14,7 +15,6 @@ from sym2real.report.html.page import Figures, Page, Part, Section, Table
 from sym2real.report.html.pages import ADDED, model_page
 from sym2real.report.html.variants import Given, Predicting, Switch
 from sym2real.report.tables import number
-from sym2real.trajectory import Dataset
 
 
 def adaptation_page(
@@ -33,24 +33,24 @@ def adaptation_page(
     best = reports[on_top]
     learned = f"from {best.learned.rows} rows" if on_top else "nothing: the model that was given is the best"
     horizon = f"{best.horizon:g} s ahead"
-    said = f"Learned {learned}; {horizon} its position is {number(best.prediction, 2)} m off on an unseen log."
+    reading = f"Learned {learned}; {horizon} its position is {number(best.prediction, 2)} m off on an unseen log."
     parts: list[Part] = [Figures("Every round", _charts(reports, arrays)), _table(reports, on_top)]
     added = Section("added", ADDED, parts)
-    return model_page(Given(models, (switch,)), data, title, summary=said, added=added, arrays=arrays)
+    return model_page(Given(models, (switch,)), data, title, summary=reading, added=added, arrays=arrays)
 
 
 def _charts(reports: Sequence[RoundReport], arrays: Arrays) -> list[Chart]:
-    arrays.add("rounds", np.array([float(one.number) for one in reports]))
+    arrays.add("rounds", np.array([float(report.number) for report in reports]))
     charts, first = [], reports[0]
     about = {
         "error": ("position error of the episodes", "mean distance from the reference"),
         "prediction": (f"prediction error {first.horizon:g} s ahead", "on the round's own log, which is unseen"),
     }
     for name, (title, label) in about.items():
-        values = np.array([getattr(one, name) for one in reports])
+        values = np.array([getattr(report, name) for report in reports])
         if np.isfinite(values).any():
             lines = [Line(label, "model", arrays.add(f"rounds-{name}", values))]
-            ends = [number(float(one), 2) for one in values[np.isfinite(values)][[0, -1]]]
+            ends = [number(float(value), 2) for value in values[np.isfinite(values)][[0, -1]]]
             reading = f"{ends[0]} m in the first round, {ends[1]} m in the last."
             labels = ("trajectories learned from", "error in m")
             charts.append(Chart(title, reading, *labels, "rounds", lines, zero=True, points=True))
@@ -61,14 +61,14 @@ def _table(reports: Sequence[RoundReport], on_top: int) -> Table:
     columns = ["round", "rows", "error in m", "% better", f"{reports[0].horizon:g} s ahead in m", "% better", ""]
     rows = [
         [
-            str(one.number),
-            str(one.learned.rows),
-            number(one.error),
-            percent(one.tracking),
-            number(one.prediction, 2),
-            percent(one.gain),
-            " ".join(["on top"] * (one.number == on_top) + ["crash"] * one.crashed),
+            str(report.number),
+            str(report.learned.rows),
+            number(report.error),
+            percent(report.tracking),
+            number(report.prediction, 2),
+            percent(report.gain),
+            " ".join(["on top"] * (report.number == on_top) + ["crash"] * report.crashed),
         ]
-        for one in reports
+        for report in reports
     ]
     return Table("Rounds", columns, rows, "Better than the best model before, with its 95 % interval.")

@@ -6,7 +6,8 @@ import numpy as np
 import torch
 
 from sym2real import rotation
-from sym2real.layout import Field, Layout
+from sym2real.field import Field
+from sym2real.layout import Layout
 from sym2real.trajectory import Array
 
 EULER = ("roll", "pitch", "yaw")

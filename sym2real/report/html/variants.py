@@ -15,6 +15,7 @@ import torch
 from sympy import Expr
 from torch import Tensor
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import Finding
 from sym2real.diagnosis.data.preparation import prepared, with_filtered_commands
 from sym2real.diagnosis.predict.library import shielded
@@ -24,7 +25,6 @@ from sym2real.effects.inputs import with_inputs
 from sym2real.effects.sensors import MeasuredModel
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations, compile_model, rollout
-from sym2real.trajectory import Dataset
 
 MOST_SWITCHES = 5
 Predicting = Equations | DynamicsModel
@@ -93,14 +93,14 @@ class WithFindings:
     @property
     def _groups(self) -> list[tuple[Finding, ...]]:
         own, rest = self.findings[: MOST_SWITCHES - 1], self.findings[MOST_SWITCHES - 1 :]
-        return [*((one,) for one in own), *([rest] if rest else [])]
+        return [*((finding,) for finding in own), *([rest] if rest else [])]
 
     @cached_property
     def bound(self) -> Equations:
         """The base with the inputs that the findings' values refer to."""
         equations = self.base
-        for one in self.findings:
-            equations = one.bound(equations)
+        for finding in self.findings:
+            equations = finding.bound(equations)
         return equations
 
     @cached_property
@@ -111,18 +111,20 @@ class WithFindings:
     @cached_property
     def effects(self) -> dict[str, Effect]:
         """The effect of every finding, by its key."""
-        return {one.effect: effect(one.effect, self.bound) for one in self.findings}
+        return {finding.effect: effect(finding.effect, self.bound) for finding in self.findings}
 
     @cached_property
     def equations(self) -> Equations:
         """All effects in the base; their fitted parameters are symbols at null."""
-        return compose(self.shielded, [(self.effects[one.effect], self.values(one)) for one in self.findings])
+        return compose(
+            self.shielded, [(self.effects[finding.effect], self.values(finding)) for finding in self.findings]
+        )
 
-    def values(self, one: Finding) -> dict[str, Expr | float]:
+    def values(self, finding: Finding) -> dict[str, Expr | float]:
         """A symbol for every parameter of a finding that a fit can vary, the value of the others."""
-        of = self.effects[one.effect]
+        of = self.effects[finding.effect]
         fitted = {parameter.name for parameter in of.parameters if parameter.fitted}
-        return {name: of.symbols()[name] if name in fitted else value for name, value in one.values.items()}
+        return {name: of.symbols()[name] if name in fitted else value for name, value in finding.values.items()}
 
     @cached_property
     def _compiled(self) -> torch.jit.ScriptModule:
@@ -132,16 +134,18 @@ class WithFindings:
         """See :class:`Variants`."""
         parameters = dict(self.equations.parameters)
         for group, is_on in zip(self._groups, on, strict=True):
-            for one in group if is_on else ():
-                parameters |= self._numbers(one)
+            for finding in group if is_on else ():
+                parameters |= self._numbers(finding)
         equations = replace(self.equations, parameters=parameters)
         logs = with_filtered_commands(equations, with_inputs(equations.layouts.inputs, data))
         return MeasuredModel(equations, model=_At(self._compiled, equations)), logs
 
-    def _numbers(self, one: Finding) -> dict[str, float]:
-        symbols = self.effects[one.effect].symbols()
-        names = {name: symbols[name].name for name in one.values}
-        return {names[name]: value for name, value in one.values.items() if names[name] in self.equations.parameters}
+    def _numbers(self, finding: Finding) -> dict[str, float]:
+        symbols = self.effects[finding.effect].symbols()
+        names = {name: symbols[name].name for name in finding.values}
+        return {
+            names[name]: value for name, value in finding.values.items() if names[name] in self.equations.parameters
+        }
 
 
 @dataclass(frozen=True)
@@ -165,5 +169,5 @@ class _At:
 
 
 def _switch(group: Sequence[Finding]) -> Switch:
-    about = "; ".join(f"{name} {one.said}" for finding in group for name, one in finding.parameters.items())
+    about = "; ".join(f"{name} {estimate.said}" for finding in group for name, estimate in finding.parameters.items())
     return Switch(" and ".join(finding.effect for finding in group), about)

@@ -1,8 +1,6 @@
 // Charts in uPlot. How a line looks is read from its swatch in the legend, so that the style sheet alone says it.
 
 const DASHES = { dashed: [7, 5], dotted: [2, 4] };
-const HEIGHT = 190;
-const PATH_HEIGHT = 350;
 const MARGIN = { across: 70, along: 50 };
 const POINTS = 60; // more values than this are a curve, and not marked
 
@@ -100,7 +98,7 @@ export class Chart {
   }
 
   size() {
-    return { width: Math.max(200, this.plot.clientWidth), height: HEIGHT };
+    return { width: Math.max(200, this.plot.clientWidth), height: parseFloat(getComputedStyle(this.plot).minHeight) };
   }
 
   // Values below the cursor, beside the lines' names.
@@ -109,7 +107,7 @@ export class Chart {
     let place = 1;
     this.about.lines.forEach((line, index) => {
       const value = at == null ? null : u.data[place][at];
-      this.outputs[index].textContent = value == null ? "" : Number(value.toPrecision(3));
+      this.outputs[index].textContent = value == null ? "" : figures(value);
       place += line.low ? 3 : 1;
     });
   }
@@ -141,10 +139,6 @@ export class Chart {
 
 // A path: both axes have one scale, and every line its own horizontal values.
 export class Path extends Chart {
-  size() {
-    return { ...super.size(), height: PATH_HEIGHT };
-  }
-
   data(state) {
     const lines = this.about.lines.map((line) => [
       this.arrays.row(this.array(line.x, state), 0, 0),

@@ -19,6 +19,12 @@ function summedUp(planes) {
   return steps;
 }
 
+// Three digits, and no row of zeros.
+function figures(value) {
+  if (value == null) return "–";
+  return value !== 0 && Math.abs(value) < 1e-4 ? value.toExponential(2) : String(Number(value.toPrecision(3)));
+}
+
 export class Arrays {
   static async read({ directory, text }) {
     return new Arrays(directory, summedUp(await inflated(text)));

@@ -10,10 +10,6 @@ const charts = [...document.querySelectorAll("figure[data-chart]")].map((figure)
 });
 const inView = new Set();
 
-function figures(value) {
-  return value == null ? "–" : String(Number(value.toPrecision(3)));
-}
-
 function fillErrors() {
   for (const table of document.querySelectorAll("table.errors")) {
     for (const cell of table.querySelectorAll("td.now")) {

@@ -3,7 +3,7 @@
 Anything with `fit(transitions, start=None) → Equations` is an engine. Here: ridge regression of every column's change
 on all columns, in twenty lines.
 
-    python docs/tutorials/08_own_engine.py
+    python docs/tutorials/09_own_engine.py
 """
 
 import sys
@@ -11,8 +11,8 @@ import sys
 import numpy as np
 
 from sym2real import MPPI, ROBOTS, BeamSearch, Dataset, Equations, MujocoPlant, compile_model, make_task, run_episode
+from sym2real.dataset import Transitions
 from sym2real.regression import fit_quality
-from sym2real.trajectory import Transitions
 
 SHORT = "--short" in sys.argv
 
@@ -48,9 +48,13 @@ learned, tested = (Dataset([log]).transitions() for log in logs)
 # An engine is held against another by the error of single steps, or by `compare` over a horizon. A linear model has no
 # words for a heading that turns; beam search has.
 
-for engine in (Ridge(), BeamSearch(angles=robot.recipe.angles)):
-    errors = fit_quality(engine.fit(learned), tested)
-    print(type(engine).__name__, {column: f"{error:.2g}" for column, error in errors.items()})
+engines = {"ridge": Ridge(), "beam": BeamSearch(angles=robot.recipe.angles)}
+models = {name: engine.fit(learned) for name, engine in engines.items()}
+errors = {name: fit_quality(model, tested) for name, model in models.items()}
+for name, columns in errors.items():
+    print(name, {column: f"{error:.2g}" for column, error in columns.items()})
+logs[1].plot(**models).savefig("measured_and_predicted.svg")
+assert errors["beam"]["x"] < errors["ridge"]["x"]
 
 # `learn_base(plant, tasks, Ridge())` takes it as it takes the others. What comes out is `Equations`: it compiles,
 # flies, and can be diagnosed.

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from sym2real.adaptation.adapt import adapt as adapt
     from sym2real.control import MPPI as MPPI
     from sym2real.data import example_flight as example_flight
+    from sym2real.dataset import Dataset as Dataset
     from sym2real.diagnosis import add as add
     from sym2real.diagnosis import compare as compare
     from sym2real.diagnosis import diagnose as diagnose
@@ -59,7 +60,6 @@ if TYPE_CHECKING:
     from sym2real.tasks import TASKS as TASKS
     from sym2real.tasks import Task as Task
     from sym2real.tasks import make_task as make_task
-    from sym2real.trajectory import Dataset as Dataset
     from sym2real.trajectory import Trajectory as Trajectory
 
 __version__ = "0.1.0"
@@ -81,7 +81,8 @@ _NAMES = {
     "robots": ("ROBOTS", "Robot", "car", "quadrotor"),
     "symbolic": ("Equations", "compile_model", "load_model", "rollout", "save_model"),
     "tasks": ("TASKS", "Task", "make_task"),
-    "trajectory": ("Dataset", "Trajectory"),
+    "trajectory": ("Trajectory",),
+    "dataset": ("Dataset",),
 }
 _OWNERS = {name: owner for owner, names in _NAMES.items() for name in names}
 

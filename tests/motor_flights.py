@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sym2real.control.geometric_quadrotor import Gains, GeometricQuadrotor
+from sym2real.dataset import Dataset
 from sym2real.effects import effect
 from sym2real.experiments import standard_conditions
 from sym2real.experiments.excitation import ColouredNoise
-from sym2real.layout import MOTORS, Layout
+from sym2real.layout import Layout
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.plants.mujoco_plant import edited
 from sym2real.robots import CRAZYFLIE, Motors, quadrotor
@@ -21,7 +22,8 @@ from sym2real.robots.crazyflie import ARM, INERTIA, MASS, ROTOR_THRUST, TORQUE_P
 from sym2real.robots.motors import MotorUnit
 from sym2real.symbolic import Equations
 from sym2real.tasks import make_task
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import MOTORS
 
 FAST, EVERY = 0.01, 2  # control period in s, and rows of it to one of the log
 THRUST = 0.15  # N of one rotor at full command

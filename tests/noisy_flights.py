@@ -10,12 +10,13 @@ import numpy as np
 import torch
 
 from sym2real.control import Disturbed, GeometricQuadrotor
+from sym2real.dataset import Dataset
 from sym2real.effects import effect
 from sym2real.experiments.excitation import ColouredNoise
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE
 from sym2real.tasks import make_task
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Trajectory
 
 # Effects left out of the search to keep tests short; each test file adds its own.
 LEFT_OUT = (

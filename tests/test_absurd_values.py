@@ -19,7 +19,7 @@ from sym2real.effects.filters import filter_commands
 from sym2real.errors import DataError, ModelError, ShapeError, Sym2RealError
 from sym2real.experiments.learning import trained_dependence
 from sym2real.experiments.models import open_model
-from sym2real.layout import Field
+from sym2real.field import Field
 from sym2real.logs import LogSpec
 from sym2real.neural.storage import load_residual
 from sym2real.plants import load_plant, save_plant
@@ -40,19 +40,25 @@ def set_at(content: Any, place: list[Any], value: Any) -> None:
 @pytest.mark.parametrize(
     ("place", "value", "message"),
     [
-        (["dt"], HUGE, "finite number under 'dt'"),
-        (["dt"], float("nan"), "finite number under 'dt'"),
-        (["parameters", "k"], HUGE, "finite number under 'k'"),
-        (["parameters", "k"], float("nan"), "finite number under 'k'"),
-        (["numbers", "mass"], float("inf"), "finite number under 'mass'"),
-        (["effects"], [{"effect": "slope", "values": {"gx": float("nan")}}], "finite number under 'gx'"),
-        (["layouts", "state", 0, "kind"], "matrix", "vector or quaternion or circle, found 'matrix'"),
-        (["layouts", "state", 0, "columns"], "xy", "columns: expected a value of type list"),
-        (["layouts", "state", 0, "hidden"], "no", "hidden: expected a value of type bool"),
+        (["dt"], HUGE, r"out of range - at `\$\.dt"),
+        (["dt"], float("nan"), "JSON is malformed"),
+        (["parameters", "k"], HUGE, r"out of range - at `\$\.parameters"),
+        (["parameters", "k"], float("nan"), "JSON is malformed"),
+        (["numbers", "mass"], float("inf"), "JSON is malformed"),
+        (
+            ["effects"],
+            [{"effect": "slope", "values": {"gx": "a"}}],
+            r"`float`, got `str` - at `\$\.effects\[0\]\.values",
+        ),
+        (["layouts", "state", 0, "kind"], "matrix", r"'matrix' - at `\$\[0\]\.kind"),
+        (["layouts", "state", 0, "columns"], "xy", r"`array`, got `str` - at `.*\.columns"),
+        (["layouts", "state", 0, "columns"], ["x y"], "letters, digits and _, found 'x y'"),
+        (["layouts", "state", 0, "hidden"], "no", r"`bool`, got `str` - at `.*\.hidden"),
         (["layouts", "state", 0, "colour"], "red", "unknown entry of a field 'colour'"),
-        (["layouts", "state", 0], ["x"], "expected a field with its columns"),
-        (["layouts", "state", 0], {"name": "position"}, "expected 'columns' of a field"),
-        (["notes"], [{"a": 1}], "texts under 'notes'"),
+        (["colour"], "red", "unknown field `colour`"),
+        (["layouts", "state", 0], ["x"], r"`object`, got `array` - at `\$\.layouts"),
+        (["layouts", "state", 0], {"name": "position"}, "missing required field `columns`"),
+        (["notes"], [{"a": 1}], r"`str`, got `object` - at `\$\.notes"),
         (["next", "x"], "1" * 5000, "equation of 'x'"),
     ],
 )
@@ -89,7 +95,7 @@ def test_a_file_that_is_nested_without_end(name: str, tmp_path: Path) -> None:
         "plant.toml": lambda: load_plant(tmp_path),
         "spec.toml": lambda: LogSpec.load(file),
     }
-    with pytest.raises(Sym2RealError, match=rf"{name}.*(too deeply|recursion)"):
+    with pytest.raises(Sym2RealError, match=rf"{name}.*(too deeply|recursion|got `array`)"):
         opened[name]()
 
 

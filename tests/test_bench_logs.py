@@ -15,10 +15,11 @@ import log_changes
 import mistakes
 from mistakes_list import MISTAKES
 
+from sym2real.dataset import Dataset
 from sym2real.experiments.flights import car_drives, quadrotor_flights
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic import Equations, compile_model
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Trajectory
 
 ROBOTS = {"crazyflie": CRAZYFLIE, "mushr": MUSHR}
 

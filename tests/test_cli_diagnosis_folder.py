@@ -13,6 +13,7 @@ import pytest
 from rich.console import Console
 
 from sym2real.cli.diagnosis_folder import write_diagnosis
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, diagnose
 from sym2real.diagnosis.errors.rungs import Stage, StageError
 from sym2real.diagnosis.score.finding import Estimate, Finding
@@ -20,7 +21,6 @@ from sym2real.diagnosis.score.held_out import Gate
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import load_model
-from sym2real.trajectory import Dataset
 
 HEAVIER = Finding("added_mass", {"value": Estimate(0.004, 0.0039, 0.0041, "kg")}, share=1.0)
 FOUND = Diagnosis("EFFECT", "Missing: added_mass.", findings=(HEAVIER,))

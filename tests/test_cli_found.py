@@ -16,9 +16,9 @@ from sym2real.cli import main
 from sym2real.cli.found import write_simulator
 from sym2real.cli.model import logs_for
 from sym2real.data import example_flight
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, add_term, compare, diagnose, try_effect
 from sym2real.diagnosis.estimate.simulator import flown_along, with_effects_of
-from sym2real.diagnosis.search.select import Selection
 from sym2real.effects import noted
 from sym2real.effects.voltage import with_voltage
 from sym2real.errors import ModelError
@@ -28,7 +28,6 @@ from sym2real.logs import read_logs, write_log
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import load_model, save_model
-from sym2real.trajectory import Dataset
 
 # Left out to keep the tests short; mass, wind, tilt, drag and what stands for them compete.
 EXCLUDED = (
@@ -200,21 +199,19 @@ def test_bad_hypotheses_get_one_clear_error(
     assert not (folder / "unused").exists()
 
 
-def test_an_interrupted_search_answers_with_what_it_has(
-    folder: Path, logs: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_interrupted_search_answers_with_what_it_has(logs: list[str]) -> None:
     base = CRAZYFLIE.nominal()
     data = Dataset(list(read_logs([Path(log) for log in logs], layouts=base.layouts, dt=base.dt)))
 
-    def interrupted(_: Selection) -> None:
-        raise KeyboardInterrupt
+    def interrupt(message: str) -> None:
+        if message.startswith("found so far"):
+            raise KeyboardInterrupt
 
-    monkeypatch.setattr(Selection, "prune", interrupted)
-    found = diagnose(base, data, exclude=EXCLUDED, finish_on_interrupt=True)
-    assert [one.effect for one in found.findings][:1] == ["added_mass"]
+    found = diagnose(base, data, exclude=EXCLUDED, finish_on_interrupt=True, on_progress=interrupt)
+    assert [finding.effect for finding in found.findings] == ["added_mass"]
     assert any("interrupted" in note for note in found.notes)
     with pytest.raises(KeyboardInterrupt):
-        diagnose(base, data, exclude=EXCLUDED)
+        diagnose(base, data, exclude=EXCLUDED, on_progress=interrupt)
 
 
 def test_an_informed_model_is_diagnosed_again_and_nothing_is_left(folder: Path, logs: list[str]) -> None:

@@ -11,6 +11,7 @@ from report_pages import BASE, diagnosis, logs
 
 from sym2real.cli import main
 from sym2real.cli.diagnosis_folder import write_diagnosis
+from sym2real.cli.output import write_json
 from sym2real.cli.places import anywhere
 from sym2real.cli.terminal import Report
 from sym2real.logs import write_log
@@ -59,12 +60,10 @@ def test_the_folder_of_a_diagnosis_becomes_a_page_from_anywhere(
     assert page.read_text(encoding="utf-8").count('name="switch"') == 2
 
 
-def test_a_diagnosis_of_before_says_what_it_lacks(
-    flown: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    write_diagnosis(BASE, logs(), diagnosis(), tmp_path / "found", Report(None))
+def test_a_diagnosis_of_before_says_what_it_lacks(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_json(diagnosis().to_dict(), tmp_path / "diagnosis.json")
     with pytest.raises(SystemExit):
-        main(["report", str(tmp_path / "found")])
+        main(["report", str(tmp_path)])
     assert "model, logs, spec and columns" in capsys.readouterr().err
 
 

@@ -9,6 +9,7 @@ import inspect
 from pathlib import Path
 from typing import Any
 
+import matplotlib
 import numpy as np
 import pandas as pd
 import pytest
@@ -31,6 +32,7 @@ from sym2real import (
 )
 from sym2real.errors import DataError, ModelError, ShapeError
 from sym2real.registry import Registry
+from sym2real.report.style import save
 from sym2real.robots import ROBOTS, Motors, fit_thrust_per_unit
 from sym2real.upward import OWNERS, upward
 
@@ -186,7 +188,7 @@ def test_arrays_need_stamps_or_a_step() -> None:
         Trajectory.from_arrays(np.zeros((2, 3)), np.zeros((2, 2)), layouts, dt=0.1)
 
 
-def test_a_notebook_shows_answers(flight: Trajectory, equations: Equations) -> None:
+def test_a_notebook_shows_answers(flight: Trajectory, equations: Equations, tmp_path: Path) -> None:
     """One line, a table and a picture of each; nothing is a heap of arrays."""
     gap = compare(equations, flight)
     found = diagnose(equations, flight, exclude=["sensor_*", "*:*", "wind"])
@@ -197,12 +199,41 @@ def test_a_notebook_shows_answers(flight: Trajectory, equations: Equations) -> N
         assert answer.plot()._repr_png_().startswith(b"\x89PNG")
         assert answer._repr_html_().startswith("<pre")
     assert "position" in gap._repr_html_()
+    page = found.report(equations, flight, tmp_path / "report.html").read_text()
+    assert page.count("<section") == 5
     assert found.verdict in found._repr_html_()
     assert repr(equations).startswith("<Equations: x y z vx vy vz")
     shown = equations._repr_latex_()
     assert shown.count("&=") == len(equations.latex())
     assert shown.count("{") == shown.count("}")
     assert "linear_drag" in plan(equations, flight)._repr_html_()
+
+
+def test_a_log_is_drawn_with_and_without_models(flight: Trajectory, equations: Equations) -> None:
+    path, both = flight.plot(), flight.plot(before=equations, after=equations)
+    assert len(path.axes) == 2
+    assert [one.get_text() for one in both.legends[0].get_texts()] == ["measured", "before", "after"]
+    assert len([one for one in both.axes if one.get_visible()]) == len(flight.layouts.state.columns)
+    with pytest.raises(ShapeError, match="found 5"):
+        flight.rows(0, 5).plot(model=equations)
+
+
+def test_legends_cover_no_data(flight: Trajectory, equations: Equations) -> None:
+    """Outside of every axis, once the figure is laid out."""
+    for figure in (flight.plot(), flight.plot(model=equations), compare(equations, flight).plot()):
+        figure.canvas.draw()
+        legend = figure.legends[0].get_window_extent()
+        assert not any(legend.overlaps(axis.get_window_extent()) for axis in figure.axes if axis.get_visible())
+
+
+@pytest.mark.parametrize(("form", "begins"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
+def test_figures_have_the_format_that_matplotlib_is_told(
+    form: str, begins: bytes, flight: Trajectory, tmp_path: Path
+) -> None:
+    with matplotlib.rc_context({"savefig.format": form}):
+        written = save(flight.plot(), tmp_path, "flight.v2")
+    assert written.name == f"flight.v2.{form}"
+    assert written.read_bytes().startswith(begins)
 
 
 def test_what_was_not_scored_has_no_picture() -> None:

@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 from kinematic_car import car
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.heading import against_the_path
 from sym2real.diagnosis.faults.report import data_report
 from sym2real.diagnosis.faults.sanity import check
@@ -18,7 +19,7 @@ from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import Inspection, LogSpec, inspect_logs, read_log, read_logs, write_log
 from sym2real.logs.course import between, course, together
 from sym2real.robots import MUSHR
-from sym2real.trajectory import Array, Dataset
+from sym2real.trajectory import Array
 
 TIME, POSITION, YAW, SPEED, STEER = car()
 WRAPPED = (YAW + np.pi) % (2 * np.pi) - np.pi

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from sym2real.data import example_flight
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, compare, diagnose, locate, window_errors, worst_segments
 from sym2real.effects import EFFECTS, Kind, catalogue, same_group
 from sym2real.effects.body import Body
@@ -24,7 +25,6 @@ from sym2real.logs import read_log, read_logs, write_log
 from sym2real.registry import Registry
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset
 
 SEED = 20261121
 FLIGHTS, HELD_OUT, ROWS = 4, 2, 250

@@ -25,7 +25,6 @@ LEARN = ("learn", "mushr", "--out", "model", "--episodes", "2", "--steps", "60",
 ENDED = {0, 2}  # 2: so short a drive makes a model that cannot drive, which is saved and said
 LOADED = (learning, tables)  # here, once for all the forks
 FILES_BETWEEN = 3  # that a run may write until it is ended
-SECONDS = 300  # on a machine that others use; it takes two
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +36,7 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def learned(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     """Files of a run of ``learn`` that nothing disturbed."""
     folder = tmp_path_factory.mktemp("learned")
-    assert forked(LEARN, folder, seconds=SECONDS).status in ENDED
+    assert forked(LEARN, folder).status in ENDED
     return whole_files(folder)
 
 
@@ -58,7 +57,7 @@ def whole_files(folder: Path) -> dict[str, bytes]:
 
 def run_until(number: signal.Signals, due: Callable[[], bool], arguments: Sequence[str], folder: Path) -> int:
     """Run the command line, send a signal as soon as something is so, and say how it ended."""
-    process = started(lambda: main(arguments), folder, SECONDS)
+    process = started(lambda: main(arguments), folder)
     while not due():
         ended, status = os.waitpid(process, os.WNOHANG)
         if ended:
@@ -140,5 +139,5 @@ def test_two_that_learn_in_one_folder_leave_the_model_of_one(learned: dict[str, 
 
 def both(commands: Sequence[Sequence[str]], folder: Path) -> list[int]:
     """How two runs that begin together end."""
-    processes = [started(lambda one=one: main(one), folder, SECONDS) for one in commands]  # type: ignore[misc]
+    processes = [started(lambda one=one: main(one), folder) for one in commands]  # type: ignore[misc]
     return [os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]) for process in processes]

@@ -12,12 +12,12 @@ from motor_flights import MIXER, equations, motor_flights, reordered
 from proposals import with_proposed_motors
 
 from sym2real.data import example_flight
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.motor_columns import order_of_motors, spin_said, turned_the_other_way
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.logs import LogSpec, inspect_logs, read_logs
 from sym2real.logs.motor_order import ORDERS, Turning, motor_order
 from sym2real.robots import Motors, quadrotor
-from sym2real.trajectory import Dataset
 
 SWAPPED = (1, 0, 2, 3)
 PX4 = (0, 3, 1, 2)  # of motor1 to motor4, the place in PX4's order

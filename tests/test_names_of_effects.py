@@ -1,4 +1,4 @@
-"""Names of effects and of columns stand with the effects and in the layout: nothing else may decide by them."""
+"""Names of effects and of columns stand with the effects and in the vocabulary: nothing else may decide by them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import sym2real
 from sym2real.effects import EFFECTS
-from sym2real.layout import VOCABULARY
+from sym2real.vocabulary import VOCABULARY
 
 ROOT = Path(sym2real.__file__).parent
 COLUMNS = {column for _, field in VOCABULARY for column in field.columns}
@@ -25,9 +25,6 @@ EXCEPTIONS = {
         sin_yaw=4, cos_yaw=3, x=2, y=2, z=2, qw=1, qx=1, qy=1, qz=1, vz=1, vx=1, vy=1
     ),
     "diagnosis/score/tried.py": Counter({"gain": 1}),  # an entry of what `add --fit --json` prints
-    # The rules of the search that it has beside its one principle.
-    "diagnosis/search/growing.py": Counter({"limit:": 2, "gain:": 1, "offset:": 1}),
-    "diagnosis/search/pairs.py": Counter({"lever_arm": 1, "tyre_slip": 1, "gain:steer": 1, "understeer": 1}),
 }
 
 
@@ -57,7 +54,7 @@ def test_nothing_but_effects_and_layout_decides_by_the_name_of_an_effect_or_a_co
             beyond = names - EXCEPTIONS.get(str(path.relative_to(ROOT)), Counter())
             if beyond:
                 found[str(path.relative_to(ROOT))] = dict(beyond)
-    assert not found, "ask the effect (its `searching`), or the layout for the columns of a field"
+    assert not found, "ask the effect (its `searching`), or the vocabulary for the columns of a field"
 
 
 def test_no_exception_outlives_what_it_was_for() -> None:

@@ -17,10 +17,13 @@ FLOORS: dict[str, int] = {
         (
             "errors",
             "registry",
+            "field",
+            "vocabulary",
             "layout",
             "rotation",
             "past",
             "trajectory",
+            "dataset",
             "protocols",
             "data",
             "native",
@@ -39,8 +42,8 @@ FLOORS: dict[str, int] = {
 DIAGNOSIS_FLOORS = {
     name: floor
     for floor, name in enumerate(
-        ("stages", "data", "faults", "predict", "estimate", "errors", "search", "score", "unexplained", "design",
-         "conclusion", "answer", "pipeline", "adding")
+        ("settings", "stages", "data", "faults", "predict", "estimate", "errors", "search", "score", "unexplained",
+         "design", "conclusion", "answer", "pipeline", "adding")
     )
 }  # fmt: skip
 MOST_FILES = 12

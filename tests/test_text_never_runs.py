@@ -24,12 +24,14 @@ from sym2real.adaptation.episode_report import EpisodeReport
 from sym2real.adaptation.record import Record
 from sym2real.cli import main
 from sym2real.cli.diagnosis_folder import remove_earlier, write_diagnosis
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, add_term, training_region
 from sym2real.effects import noted
 from sym2real.errors import ModelError, Sym2RealError
 from sym2real.experiments.learning import Learned, trained_dependence
 from sym2real.experiments.models import open_model
-from sym2real.layout import Field, Layout, Layouts
+from sym2real.field import Field
+from sym2real.layout import Layout, Layouts
 from sym2real.logs import LogSpec, inspect_logs, read_logs, write_log
 from sym2real.neural import Composed, Ensemble, ResidualMLP
 from sym2real.neural.model_folder import open_model as open_whole
@@ -37,7 +39,6 @@ from sym2real.neural.model_folder import save_model as save_whole
 from sym2real.neural.symbolic_residual import SymbolicResidual
 from sym2real.plants import load_plant, save_plant
 from sym2real.regression import Dependence
-from sym2real.regression.hall_of_fame import read_hall_of_fame
 from sym2real.report.tables import dependence_table, equation_table
 from sym2real.robots import MUSHR
 from sym2real.symbolic import Equations, symbol
@@ -47,7 +48,7 @@ from sym2real.symbolic.compile import class_from_source
 from sym2real.symbolic.exporting import latex_document, python_source
 from sym2real.symbolic.program import Instruction, Program
 from sym2real.symbolic.source import function_source
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Trajectory
 
 RUN = 'open("RAN", "w").close()'
 PAYLOADS = {
@@ -120,7 +121,6 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write_log(log, folder / "logs" / "log.csv")
     (folder / "logs" / "spec.toml").write_text(inspect_logs([folder / "logs" / "log.csv"]).toml())
     Record(folder / "run", MUSHR.layouts).claim(SETTINGS)
-    (folder / "run" / "x.csv").write_text("Complexity,Loss,Equation\n1,0.1,x + 1.0f-5\n")
     write_diagnosis(
         MUSHR.nominal(), Dataset([log]), Diagnosis("NOTHING_MISSING", "Nothing."), folder / "found", CONSOLE
     )
@@ -196,7 +196,6 @@ USES: dict[str, Callable[[Path], object]] = {
     "logs/log.parquet": lambda folder: use_log(folder / "log.parquet"),
     "logs/log.csv": lambda folder: use_columns(folder / "log.csv"),
     "run/settings.json": lambda folder: Record(folder, MUSHR.layouts).claim(SETTINGS),
-    "run/x.csv": lambda folder: read_hall_of_fame(folder / "x.csv"),
     "found/diagnosis.json": remove_earlier,
 }
 NOT_READ = (".png", ".pt")  # figures; a TorchScript archive is for others

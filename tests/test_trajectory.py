@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sym2real.dataset import Dataset
 from sym2real.errors import ShapeError, UnknownNameError
 from sym2real.layout import Layout, Layouts
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Trajectory
 
 LAYOUTS = Layouts(Layout.of(["x", "vx"]), Layout.of(["speed"]), Layout.of(["fx"]))
 

@@ -17,12 +17,12 @@ from matplotlib.figure import Figure
 
 from sym2real import Dataset, Equations, Trajectory, diagnose, example_flight, read_log, try_effect
 from sym2real.diagnosis import Tried
+from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.experiments.real_flight import motor_level_equations
-from sym2real.report.figures import INFORMED, MEASURED, PREDICTED, REFERENCE
+from sym2real.report.style import INFORMED, MEASURED, MODELS, PREDICTED, REFERENCE, legend_below
 
 SPEC = "crazyflie_battery_drag"
 FITTED = 0.75  # of the flight
-HORIZON = 0.8  # s between two starts of the predictions
 OUT = Path(__file__).resolve().parent.parent / "docs" / "images" / "flight.svg"
 
 
@@ -41,6 +41,7 @@ def main() -> None:
     path, horizons = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
     draw_path(path, kept, {"first principles": model, f"+ {' + '.join(names)}": fitted.apply(model)})
     draw_errors(horizons, fitted)
+    legend_below(figure)
     OUT.parent.mkdir(exist_ok=True)
     figure.savefig(OUT, metadata={"Date": None})
     print(f"{OUT.name}: {OUT.stat().st_size / 1000:.0f} kB")
@@ -48,15 +49,14 @@ def main() -> None:
 
 def draw_path(axis: Axes, log: Trajectory, models: dict[str, Equations]) -> None:
     """The path from above: measured, and predicted from starts along it."""
-    axis.plot(log.column("x"), log.column("y"), color=MEASURED, linewidth=3, alpha=0.5, label="measured")
-    restart = np.arange(len(log)) % round(HORIZON / log.dt) == 0
-    for (label, model), colour in zip(models.items(), (PREDICTED, INFORMED), strict=True):
-        predicted = model.simulate(log, HORIZON)
+    axis.plot(log.column("x"), log.column("y"), color=MEASURED, linewidth=3, alpha=0.35, label="measured")
+    restart = np.arange(len(log)) % round(JUDGED_AT / log.dt) == 0
+    for (label, model), style in zip(models.items(), MODELS, strict=True):
+        predicted = model.simulate(log, JUDGED_AT)
         x, y = (np.insert(predicted.column(name), np.flatnonzero(restart) + 1, np.nan) for name in "xy")
-        axis.plot(x, y, color=colour, linewidth=1.4, label=label)
+        axis.plot(x, y, **style, linewidth=1.4, label=label)
     axis.set(xlabel="x in m", ylabel="y in m", aspect="equal")
-    axis.set_title(f"a real Crazyflie, predicted {HORIZON:g} s ahead", fontsize=9)
-    figure_legend(axis)
+    axis.set_title(f"a real Crazyflie, predicted {JUDGED_AT:g} s ahead", fontsize=9)
 
 
 def draw_errors(axis: Axes, found: Tried) -> None:
@@ -69,15 +69,9 @@ def draw_errors(axis: Axes, found: Tried) -> None:
             horizons, [one.low for one in errors], [one.high for one in errors], color=colour, alpha=0.15, linewidth=0
         )
     floor = [(one.horizon, one.errors["position"][0]) for one in found.floor]
-    axis.plot(*zip(*floor, strict=True), "--", color=REFERENCE)
-    axis.annotate("noise and disturbances", floor[-1], (-2, -12), textcoords="offset points", ha="right", fontsize=8)
+    axis.plot(*zip(*floor, strict=True), ":", color=REFERENCE, label="noise and disturbances")
     axis.set(xlabel="horizon in s", ylabel="position error in m, root mean square", ylim=(0.0, None))
     axis.set_title("on the last quarter, held out", fontsize=9)
-
-
-def figure_legend(axis: Axes) -> None:
-    """Above the data, none of which it covers."""
-    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18), ncols=3, frameon=False, fontsize=8)
 
 
 if __name__ == "__main__":

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from sym2real.adaptation.target import MakeController
+    from sym2real.dataset import Dataset
     from sym2real.logs import LogSpec
     from sym2real.neural.composed import Base
     from sym2real.protocols import Plant
     from sym2real.robots import Robot
     from sym2real.tasks import Task
-    from sym2real.trajectory import Dataset
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from sym2real.protocols import Learner
     from sym2real.report.html.page import Page
 
-FIGURE = "adaptation.png"
+FIGURE = "adaptation"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,7 +88,7 @@ class AdaptVerb(ABC):
         from sym2real.cli.progress import stage_one_progress
 
         with stage_one_progress() as on_progress:
-            found = adapt(
+            adaptation = adapt(
                 run.model,
                 run.chosen.target,
                 run.chosen.task,
@@ -100,7 +100,7 @@ class AdaptVerb(ABC):
                 on_progress=on_progress,
                 controller=run.chosen.controller,
             )
-        return self._tell(found.reports, found.best, console, lambda: self._page(found))
+        return self._tell(adaptation.reports, adaptation.best, console, lambda: self._page(adaptation))
 
     def _prepared(self, model: Model, chosen: Chosen) -> _Run:
         from sym2real.adaptation import Adapting
@@ -170,15 +170,17 @@ class AdaptVerb(ABC):
             console.print(line, markup=False)
         return {"dry_run": lines, "rounds": [report.to_dict() for report in done], "most": most}
 
-    def _page(self, found: Adaptation) -> Page:
+    def _page(self, adaptation: Adaptation) -> Page:
         from sym2real.cli.report_folder import title_of
+        from sym2real.dataset import Dataset
         from sym2real.neural.composed import in_double
         from sym2real.report.html.rounds import adaptation_page
-        from sym2real.trajectory import Dataset
 
-        given, adapted = (in_double(found.models[number]) for number in (0, found.best))
-        unseen = Dataset(log for logs in found.logs[found.best :] for log in logs)
-        return adaptation_page((given, adapted), unseen, found.reports, found.best, title_of(self.out, "adapted"))
+        given, adapted = (in_double(adaptation.models[number]) for number in (0, adaptation.best))
+        unseen = Dataset(log for logs in adaptation.logs[adaptation.best :] for log in logs)
+        return adaptation_page(
+            (given, adapted), unseen, adaptation.reports, adaptation.best, title_of(self.out, "adapted")
+        )
 
     def _tell(
         self, reports: Sequence[RoundReport], on_top: int, console: Console, page: Callable[[], Page]
@@ -189,10 +191,10 @@ class AdaptVerb(ABC):
         from sym2real.cli.report import write_report
         from sym2real.files import read_object
         from sym2real.report.adaptation import rounds_figure, rounds_table
-        from sym2real.report.figures import save
+        from sym2real.report.style import save
 
         console.print(rounds_table(reports, on_top, settled(reports)))
-        figure = save(rounds_figure(reports, on_top), self.out / FIGURE)
+        figure = save(rounds_figure(reports, on_top), self.out, FIGURE)
         console.print(f"model of round {on_top}, {ANSWER} and figure in {self.out}", markup=False)
         result = read_object(self.out / ANSWER, "an adaptation") | {"model": self.out, "figure": figure}
         if self.report:

@@ -74,7 +74,7 @@ class Add(OfLogs):
         terms = [text.removeprefix(TERM).partition("=") for text in self.effects if text.startswith(TERM)]
         named = [text for text in self.effects if not text.startswith(TERM)]
         effects = chosen_effects(named, base)
-        chosen = [(one.key, values) for one, values in effects]
+        chosen = [(put_in.key, values) for put_in, values in effects]
         if not chosen and not terms:
             raise ModelError("expected an effect and its values, found none; `sym2real effects` lists them")
         result: dict[str, Any] = {}
@@ -85,7 +85,7 @@ class Add(OfLogs):
             if not chosen or any(values for _, values in chosen):
                 raise ModelError("--fit finds the values of effects: expected their names alone")
             tried, figures = self._fitted(base, [key for key, _ in chosen], console)
-            chosen = [(one.effect, one.values) for one in tried.findings]
+            chosen = [(found.effect, found.values) for found in tried.findings]
             for finding in tried.findings:
                 base = finding.bound(base)
             result = {**tried.to_dict(), "figures": figures}
@@ -97,11 +97,11 @@ class Add(OfLogs):
         for channel, _, expression in terms:
             changed = add_term(changed, channel, expression)
         save_model(changed, self.out)
-        for note in (one for one in changed.notes if one not in result.get("notes", ())):
+        for note in (note for note in changed.notes if note not in result.get("notes", ())):
             console.print(f"note: {note}", markup=False)
         names = _changed(base, changed)
-        said = f"changed equations: {', '.join(names)}; " if names else ""
-        console.print(f"model in {self.out}; {said}`sym2real show {self.out}` prints it", markup=False)
+        changed_names = f"changed equations: {', '.join(names)}; " if names else ""
+        console.print(f"model in {self.out}; {changed_names}`sym2real show {self.out}` prints it", markup=False)
         if chosen:
             write_simulator(changed, self.out / "simulator", console)
         added: list[dict[str, Any]] = [{"effect": key, "values": values} for key, values in chosen]

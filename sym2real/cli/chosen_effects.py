@@ -37,8 +37,8 @@ def chosen_effects(texts: Sequence[str], described: Describable) -> list[tuple[E
         if keys.count(key) > 1:
             raise ModelError(f"{key}: expected once with all its values behind it, found {keys.count(key)} times")
     chosen = [(effect(key, described), values) for key, values in named]
-    for one, _ in chosen:
-        if reason := one.why_not(described):
+    for chosen_effect, _ in chosen:
+        if reason := chosen_effect.why_not(described):
             raise ModelError(reason)
     return chosen
 
@@ -53,19 +53,19 @@ def require_values(chosen: Sequence[tuple[Effect, Mapping[str, float]]], otherwi
     Raises:
         ModelError: with the parameters that an effect has, their units and bounds.
     """
-    for one, values in chosen:
+    for effect, values in chosen:
         if not values:
-            known = "; ".join(f"{parameter.name}=… {_unit_and_bounds(parameter)}" for parameter in one.parameters)
-            raise ModelError(f"{one.key}: expected a value ({known}){otherwise}, found none")
+            known = "; ".join(f"{parameter.name}=… {_unit_and_bounds(parameter)}" for parameter in effect.parameters)
+            raise ModelError(f"{effect.key}: expected a value ({known}){otherwise}, found none")
 
 
 def beyond_bounds(chosen: Sequence[tuple[Effect, Mapping[str, float]]]) -> list[str]:
     """One line per value outside the bounds that the catalogue gives it for this robot; impossible ones are errors."""
     return [
-        f"{one.key} {parameter.name}={values[parameter.name]:g} is outside what is likely here: "
+        f"{effect.key} {parameter.name}={values[parameter.name]:g} is outside what is likely here: "
         f"{_unit_and_bounds(parameter)}"
-        for one, values in chosen
-        for parameter in one.parameters
+        for effect, values in chosen
+        for parameter in effect.parameters
         if parameter.name in values
         and values[parameter.name] in parameter.domain
         and not parameter.low <= values[parameter.name] <= parameter.high

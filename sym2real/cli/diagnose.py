@@ -59,8 +59,7 @@ class Diagnose(OfLogs):
         from sym2real.cli.found import plain_simulator
         from sym2real.cli.model import equations_below, folder_of, logs_for, require_another_folder
         from sym2real.cli.progress import stages_progress
-        from sym2real.cli.recording import write_recording
-        from sym2real.cli.report import write_report
+        from sym2real.cli.report import write_recording, write_report
         from sym2real.cli.report_folder import title_of
         from sym2real.diagnosis import data_report, diagnose, training_region
         from sym2real.diagnosis.faults.sanity import check
@@ -76,7 +75,7 @@ class Diagnose(OfLogs):
         for line in about_data:
             console.print(f"data: {line}", style="dim", markup=False)
         with stages_progress() as on_progress:
-            found = diagnose(
+            diagnosis = diagnose(
                 base,
                 data,
                 plain_simulator(base),
@@ -88,19 +87,19 @@ class Diagnose(OfLogs):
                 on_progress=on_progress,
                 finish_on_interrupt=True,
             )
-        found = replace(found, notes=(*about_model, *found.notes))
-        console.print(diagnosis_report(found, [*about_data, *about_model]))
-        if found.proposal is not None:
+        diagnosis = replace(diagnosis, notes=(*about_model, *diagnosis.notes))
+        console.print(diagnosis_report(diagnosis, [*about_data, *about_model]))
+        if diagnosis.proposal is not None:
             console.print("to try what is proposed:")
-            console.print(term_command(found.proposal, self.model), markup=False, soft_wrap=True)
-        result = found.to_dict()
+            console.print(term_command(diagnosis.proposal, self.model), markup=False, soft_wrap=True)
+        result = diagnosis.to_dict()
         if self.out:
-            result = write_diagnosis(base, data, found, self.out, console, asked=self._asked())
+            result = write_diagnosis(base, data, diagnosis, self.out, console, asked=self._asked())
         if self.report:
-            page = diagnosis_page(base, check(base, data).data, found, title_of(self.model, "diagnosed"))
+            page = diagnosis_page(base, check(base, data).data, diagnosis, title_of(self.model, "diagnosed"))
             result["report"] = write_report(page, self.report, console)
         if self.rerun:
-            models = {"base": base} | ({"with effects": found.apply(base)} if found.findings else {})
+            models = {"base": base} | ({"with effects": diagnosis.apply(base)} if diagnosis.findings else {})
             result["rerun"] = write_recording(self.rerun, check(base, data).data, models, base, console)
         return result
 

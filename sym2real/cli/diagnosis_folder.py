@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 
 if TYPE_CHECKING:
+    from sym2real.dataset import Dataset
     from sym2real.diagnosis import Diagnosis
     from sym2real.symbolic import Equations
-    from sym2real.trajectory import Dataset
 
 ANSWER, FILES, ASKED = "diagnosis.json", "files", "asked"
 
@@ -20,7 +20,7 @@ ANSWER, FILES, ASKED = "diagnosis.json", "files", "asked"
 def write_diagnosis(
     base: Equations,
     data: Dataset,
-    found: Diagnosis,
+    diagnosis: Diagnosis,
     out: Path,
     console: Console,
     *,
@@ -29,7 +29,7 @@ def write_diagnosis(
     """Write the answer, its figures and, where something is established, model and simulator; Ctrl-C ends that.
 
     Args:
-        base, data, found: model, logs and diagnosis.
+        base, data, diagnosis: the model, the logs and what they tell of it.
         out: the folder.
         console: is told where things are.
         asked: model, logs and specification as the user named them, from which a report can be written later.
@@ -41,10 +41,10 @@ def write_diagnosis(
 
     remove_earlier(out)
     written: list[str] = []
-    result = {**found.to_dict(), ASKED: dict(asked), FILES: written}
+    result = {**diagnosis.to_dict(), ASKED: dict(asked), FILES: written}
     write_json(result, out / ANSWER)  # what took minutes, before what takes seconds
     try:
-        for file in _files(base, data, found, out, console):
+        for file in _files(base, data, diagnosis, out, console):
             written.append(file.relative_to(out).as_posix())
         console.print(f"{ANSWER} and figures in {out}", markup=False)
     except KeyboardInterrupt:
@@ -54,17 +54,17 @@ def write_diagnosis(
     return result
 
 
-def _files(base: Equations, data: Dataset, found: Diagnosis, out: Path, console: Console) -> Iterator[Path]:
+def _files(base: Equations, data: Dataset, diagnosis: Diagnosis, out: Path, console: Console) -> Iterator[Path]:
     from sym2real.cli.found import write_figures, write_model_and_simulator
 
-    informed = found.apply(base) if found.findings else None
-    if informed is not None and found.established:
+    informed = diagnosis.apply(base) if diagnosis.findings else None
+    if informed is not None and diagnosis.established:
         yield from write_model_and_simulator(informed, out, console)
     elif informed is not None:
-        few = any(finding.provisional for finding in found.findings)
+        few = any(finding.provisional for finding in diagnosis.findings)
         why = "too little data to test it" if few else "held-out predictions do not bear it out"
         console.print(f"{why}: no model or simulator was written; `sym2real add` makes one", markup=False)
-    yield from write_figures(base, informed, data, found, out)
+    yield from write_figures(base, informed, data, diagnosis, out)
 
 
 def remove_earlier(out: Path) -> None:

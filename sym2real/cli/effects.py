@@ -73,7 +73,7 @@ class Effects:
         def has(robot: Robot) -> bool:
             return kind.fits(Body.of(robot)) and (not column or column in columns_of(kind, robot))
 
-        others = [one.name for one in ROBOTS.values() if has(one)]
+        others = [other.name for other in ROBOTS.values() if has(other)]
         if others and self.robot not in others:
             raise ModelError(
                 f"{self.robot} has no effect {name}; `sym2real effects {name} --robot {others[0]}` shows it"

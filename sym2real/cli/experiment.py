@@ -96,8 +96,8 @@ def _show(outcome: Outcome, out: Path, console: Console, report: Path | None = N
     from sym2real.cli.output import write_json
     from sym2real.cli.report import write_report
     from sym2real.report.experiment import outcome_figure, outcome_table
-    from sym2real.report.figures import save
     from sym2real.report.html.study import study_page
+    from sym2real.report.style import save
 
     console.print(outcome_table(outcome))
     for note in outcome.notes:
@@ -105,7 +105,7 @@ def _show(outcome: Outcome, out: Path, console: Console, report: Path | None = N
     rows = [dict(zip(outcome.columns, row, strict=True)) for row in outcome.rows]
     result: dict[str, Any] = {"title": outcome.title, "notes": outcome.notes, "rows": rows, **outcome.curves()}
     if outcome.panels:
-        result["figure"] = save(outcome_figure(outcome), out / "figure.png")
+        result["figure"] = save(outcome_figure(outcome), out, "figure")
         console.print(f"curves in {result['figure']}", markup=False)
     if report:
         result["report"] = write_report(study_page(outcome), report, console)
@@ -121,9 +121,12 @@ def _list(console: Console) -> dict[str, Any]:
     from sym2real.experiments.study.contestants import CONTESTANTS
 
     about = {name: experiment(name).about for name in experiment_names()}
-    for title, rows in (("experiments", about), ("contestants", {key: one.title for key, one in CONTESTANTS.items()})):
+    for title, rows in (
+        ("experiments", about),
+        ("contestants", {key: contestant.title for key, contestant in CONTESTANTS.items()}),
+    ):
         table = Table(title=title, title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
         for name, text in rows.items():
             table.add_row(name, text)
         console.print(table)
-    return {"experiments": about, "contestants": {key: asdict(one) for key, one in CONTESTANTS.items()}}
+    return {"experiments": about, "contestants": {key: asdict(contestant) for key, contestant in CONTESTANTS.items()}}

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 if TYPE_CHECKING:
+    from sym2real.dataset import Dataset
     from sym2real.diagnosis import Diagnosis, Tried
     from sym2real.plants import MujocoPlant
     from sym2real.symbolic import Equations
-    from sym2real.trajectory import Dataset
 
 
 def plain_simulator(equations: Equations) -> MujocoPlant | None:

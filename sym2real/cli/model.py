@@ -11,6 +11,7 @@ from typing import Any
 from rich.console import Console
 
 from sym2real.cli.progress import stage_one_progress
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.start import ROWS
 from sym2real.errors import DataError, ModelError
@@ -24,7 +25,7 @@ from sym2real.neural.composed import Base, state_of
 from sym2real.neural.model_folder import below
 from sym2real.robots import ROBOTS, Robot
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Trajectory
 
 
 def open_with_progress(name: str) -> Model:
@@ -120,7 +121,7 @@ def logs_for(base: Base, paths: Sequence[Path], spec: LogSpec | None, *, apart_f
 
 def _digest(log: LogFiles) -> bytes:
     """Of the content of a log's files; a ROS 2 bag is a folder."""
-    inside = [file for one in log for file in (sorted(one.iterdir()) if one.is_dir() else [one])]
+    inside = [file for path in log for file in (sorted(path.iterdir()) if path.is_dir() else [path])]
     return sha256(b"".join(file.read_bytes() for file in inside if file.is_file())).digest()
 
 

@@ -7,9 +7,9 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
-from sym2real.layout import MOTORS, POSITION, RATE_COMMAND, SPEED_COLUMN, STEER_COLUMN, THRUST_COLUMN
 from sym2real.logs import Inspection, LogSpec
 from sym2real.logs.units import UNITS
+from sym2real.vocabulary import MOTORS, POSITION, RATE_COMMAND, SPEED_COLUMN, STEER_COLUMN, THRUST_COLUMN
 
 OUT = "runs/nominal"
 THRUST_AND_RATES = {THRUST_COLUMN, *RATE_COMMAND.columns}
@@ -54,13 +54,13 @@ def _car(spec: LogSpec) -> NominalLine:
 
 
 def _quadrotor(inspection: Inspection, spec: Path | None) -> NominalLine:
-    found = inspection.spec
-    columns = {*found.columns} | ({"attitude"} if found.attitude.sources else set())
+    log_spec = inspection.spec
+    columns = {*log_spec.columns} | ({"attitude"} if log_spec.attitude.sources else set())
     options, remarks = _interface(inspection, columns)
     needed = {*POSITION.columns} | {"attitude"} | (set() if options else {"thrust, or four motors"})
     if missing := _missing(needed, columns):
         return NominalLine("", (f"no `nominal` line for this log: {missing}",))
-    command = ["sym2real", "nominal", "quadrotor", *options, *_step(found)]
+    command = ["sym2real", "nominal", "quadrotor", *options, *_step(log_spec)]
     if "motors" in options:
         log, file = str(inspection.paths[0]), str(spec) if spec else "SPEC.toml"
         command += ["--fit-thrust", shlex.quote(log), "--spec", shlex.quote(file)]

@@ -67,18 +67,18 @@ def _count(optional: bool, most: int = MOST_COUNT) -> PrimitiveConstructorSpec[A
 
 
 def _three_positive(optional: bool) -> PrimitiveConstructorSpec[Any]:
-    one = _positive(optional=False)
+    constructor = _positive(optional=False)
     return PrimitiveConstructorSpec(
         nargs=3,
         metavar="FLOAT FLOAT FLOAT",
-        instance_from_str=lambda typed: tuple(one.instance_from_str([text]) for text in typed),
+        instance_from_str=lambda typed: tuple(constructor.instance_from_str([text]) for text in typed),
         is_instance=lambda value: isinstance(value, tuple) or (optional and value is None),
         str_from_instance=lambda values: ["None"] if values is None else [str(value) for value in values],
     )
 
 
 def _memory() -> PrimitiveConstructorSpec[Any]:
-    one = option(
+    constructor = option(
         int,
         "INT",
         f"auto, off or a whole number from 0 to {MOST_COMMANDS}",
@@ -89,7 +89,7 @@ def _memory() -> PrimitiveConstructorSpec[Any]:
     return PrimitiveConstructorSpec(
         nargs=1,
         metavar="auto|off|INT",
-        instance_from_str=lambda typed: words[typed[0]] if typed[0] in words else one.instance_from_str(typed),
+        instance_from_str=lambda typed: words[typed[0]] if typed[0] in words else constructor.instance_from_str(typed),
         is_instance=lambda value: value == "auto" or isinstance(value, int),
         str_from_instance=lambda value: [str(value)],
     )

@@ -107,7 +107,7 @@ def _number_or_text(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | 
     """Numbers, and what may also be left out: tyro's own names Python's classes where a value cannot be read."""
     options = get_args(info.type)
     optional = len(options) == 2 and type(None) in options
-    kind = next(one for one in options if one is not type(None)) if optional else info.type
+    kind = next(option for option in options if option is not type(None)) if optional else info.type
     if kind not in WANTED or not (optional or kind in (float, int)):
         return None
     return option(kind, *WANTED[kind], optional=optional)

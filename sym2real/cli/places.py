@@ -49,7 +49,7 @@ def places_read(verb: Any) -> dict[str, list[Path]]:
     ):
         value = getattr(verb, name)
         given = value if isinstance(value, tuple) else (value,)
-        found[name] = [Path(one) for one in given if one is not None and _exists(Path(one))]
+        found[name] = [Path(entry) for entry in given if entry is not None and _exists(Path(entry))]
     return found
 
 
@@ -61,7 +61,9 @@ def anywhere(place: str | Path) -> str:
 def _names_places(hint: Any) -> bool:
     """Whether a type is that of places: a path, a place, or holds either."""
     inside = (*get_args(hint), *getattr(hint, "__metadata__", ()))
-    return hint is Path or IS_PLACE in inside or any(_names_places(one) for one in inside if not isinstance(one, str))
+    return (
+        hint is Path or IS_PLACE in inside or any(_names_places(part) for part in inside if not isinstance(part, str))
+    )
 
 
 def _exists(path: Path) -> bool:

@@ -58,9 +58,9 @@ class PlanFlight(OfLogs):
 
         if not self.what:
             raise ModelError(f"expected a robot ({', '.join(ROBOTS)}) and manoeuvres, or logs; found neither")
-        found = self._of_robot(console) if self.what[0] in ROBOTS else self._of_logs(console)
-        console.print(plan_report(found))
-        return found.to_dict()
+        outcome = self._of_robot(console) if self.what[0] in ROBOTS else self._of_logs(console)
+        console.print(plan_report(outcome))
+        return outcome.to_dict()
 
     def _of_robot(self, console: Console) -> Plan:
         from sym2real.cli.model import equations_below
@@ -115,11 +115,13 @@ class PlanFlight(OfLogs):
 
         logs = read_logs(paths, spec=self.naming)
         shared = set.intersection(*({*log.layouts.state, *log.layouts.action} for log in logs))
-        found = [one for one in ROBOTS.values() if shared.issuperset({*one.layouts.state, *one.layouts.action})]
-        if len(found) != 1:
+        robots = [
+            robot for robot in ROBOTS.values() if shared.issuperset({*robot.layouts.state, *robot.layouts.action})
+        ]
+        if len(robots) != 1:
             wanted = "--model MODEL for logs that have not the columns of one registered robot"
             raise ModelError(f"expected {wanted} ({', '.join(ROBOTS)}): a model folder or a robot's name; found none")
-        return found[0]
+        return robots[0]
 
 
 def manoeuvres_of(texts: Sequence[str], robot: Robot) -> list[Manoeuvre]:

@@ -1,7 +1,8 @@
-"""``sym2real report``: the page of what a folder holds, and the pages that other verbs write with ``--report``."""
+"""``sym2real report``: the page of what a folder holds, and the pages and recordings that other verbs write."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -10,7 +11,10 @@ import tyro
 from rich.console import Console
 
 if TYPE_CHECKING:
+    from sym2real.dataset import Dataset
+    from sym2real.neural.model_folder import Model
     from sym2real.report.html.page import Page
+    from sym2real.report.html.variants import Predicting
 
 FILE = "report.html"
 
@@ -48,4 +52,17 @@ def write_report(page: Page, file: Path, console: Console) -> Path:
 
     write_page(page, file)
     console.print(f"report in {file}", markup=False)
+    return file
+
+
+def write_recording(file: Path, data: Dataset, models: Mapping[str, Predicting], of: Model, console: Console) -> Path:
+    """Write what was measured and what models predict, with the robot of a model where it is known; say where it is."""
+    from sym2real.plants import MujocoPlant
+    from sym2real.plants.geometry import geometries
+    from sym2real.report.rerun_file import write_rerun
+    from sym2real.robots import ROBOTS
+
+    name = getattr(of, "robot", "")
+    write_rerun(file, data, models, geometries(MujocoPlant(ROBOTS[name])) if name in ROBOTS else ())
+    console.print(f"recording in {file}: rerun {file}", markup=False)
     return file

@@ -46,26 +46,26 @@ def _diagnosis(folder: Path, console: Console) -> Page:
     base, notes = equations_below(str(asked["model"]), console)
     naming = OfLogs(spec=asked["spec"], columns=tuple(asked["columns"])).naming
     data = logs_for(base, [Path(log) for log in asked["logs"]], naming)
-    found = read_diagnosis(folder / ANSWER)
-    return diagnosis_page(base, check(base, data).data, found, title_of(asked["model"], "diagnosed"), notes)
+    diagnosis = read_diagnosis(folder / ANSWER)
+    return diagnosis_page(base, check(base, data).data, diagnosis, title_of(asked["model"], "diagnosed"), notes)
 
 
 def _adaptation(folder: Path, console: Console) -> Page:
     from sym2real.adaptation.rounds import ANSWER, LOG, round_folder, rounds_in
+    from sym2real.dataset import Dataset
     from sym2real.errors import DataError
     from sym2real.files import read_object
     from sym2real.logs import read_log
     from sym2real.neural.composed import in_double
     from sym2real.neural.model_folder import open_model
     from sym2real.report.html.rounds import adaptation_page
-    from sym2real.trajectory import Dataset
 
     del console
     reports, on_top = rounds_in(folder), read_object(folder / ANSWER, "an adaptation").get("on_top")
     if not isinstance(on_top, int) or not 0 <= on_top < len(reports):
         raise DataError(folder / ANSWER, f"a round that is there (0 to {len(reports) - 1}) as 'on_top'", repr(on_top))
     given, adapted = (in_double(open_model(round_folder(folder, number))) for number in (0, on_top))
-    files = [round_folder(folder, one.number) / LOG for one in reports[on_top:]]
+    files = [round_folder(folder, report.number) / LOG for report in reports[on_top:]]
     if not all(file.is_file() for file in files):
         raise DataError(folder, "logs of its rounds", "recorded ones, which stay where they are: adapt with --report")
     unseen = Dataset(read_log(file) for file in files)

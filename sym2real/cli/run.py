@@ -87,12 +87,12 @@ class Run:
 
     def _page(self, model: Model, flight: Flight) -> Page:
         from sym2real.cli.report_folder import title_of
+        from sym2real.dataset import Dataset
         from sym2real.diagnosis import compare
         from sym2real.layout import unit_of_place
         from sym2real.neural.composed import in_double
         from sym2real.report.html.pages import comparison_page
         from sym2real.report.tables import number
-        from sym2real.trajectory import Dataset
 
         predictor, data = in_double(model), Dataset([flight.trajectory])
         facts = [
@@ -154,8 +154,9 @@ def flight_result(flight: Flight) -> dict[str, Any]:
 def write_flight(flight: Flight, folder: Path) -> dict[str, Any]:
     """Write a flight's log and a figure of its path; where they are."""
     from sym2real.logs import write_log
-    from sym2real.report.figures import path_figure, save
+    from sym2real.report.figures import path_figure
+    from sym2real.report.style import save
 
     name = flight.trajectory.name
     write_log(flight.trajectory, folder / f"{name}.csv")
-    return {"log": folder / f"{name}.csv", "figure": save(path_figure(flight.trajectory), folder / f"{name}.png")}
+    return {"log": folder / f"{name}.csv", "figure": save(path_figure(flight.trajectory), folder, name)}

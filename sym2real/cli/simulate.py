@@ -29,7 +29,7 @@ class Simulate:
     OUT_IS_LOG: ClassVar[bool] = True
 
     robot: RobotPlace
-    """Name of the robot (crazyflie, mushr, hexarotor, cart_pole), or the folder of a simulator."""
+    """Name of the robot (crazyflie, mushr, arm, cart_pole, …), or the folder of a simulator."""
     task: TaskName
     """hover, circle, lemniscate, track, park, reverse_circle or, of any robot, regulate."""
     out: Path
@@ -92,7 +92,7 @@ class Simulate:
         unit = unit_of_place(robot.layouts.state)
         names = ", ".join(change.name for change in plant.changes) or "the plain simulator"
         console.print(
-            f"{len(trajectory)} rows, {ended}mean position error {error:.3g} {unit}, {names}; log in {self.out}",
+            f"{len(trajectory)} rows, {ended}mean error {error:.3g} {unit}, {names}; log in {self.out}",
             markup=False,
         )
         return {"log": self.out, "rows": len(trajectory), "tracking": error, "crashed": crashed}

@@ -55,8 +55,8 @@ class Story:
             flights = flown_with(case, models, [TASK], seconds=self.seconds, samples=self.samples, seed=self.seed)
         console.print(flight_table(flights))
         truth = [{"effect": key, "values": dict(values)} for key, values in case.effects]
-        said = "; ".join(f"{key} {dict(values)}" for key, values in case.effects)
-        console.print(f"the hidden effect was {said}", markup=False, style="bold")
+        effects = "; ".join(f"{key} {dict(values)}" for key, values in case.effects)
+        console.print(f"the hidden effect was {effects}", markup=False, style="bold")
         closed_loop = {flight.trajectory.name: flight.tracking for flight in flights}
         return {"truth": truth, "compared": compared, "diagnosis": found, "closed_loop": closed_loop}
 

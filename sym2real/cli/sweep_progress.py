@@ -25,13 +25,14 @@ def sweep_progress(console: Console, folder: Path) -> Iterator[Callable[[Progres
         return Group(*(Text(line, style="dim", no_wrap=True, overflow="ellipsis") for line in lines))
 
     def show(progress: Progress) -> None:
+        """Take the newest state, and print what has just ended."""
         kept[:] = kept or [progress.done]
         newest[0] = progress
         if progress.newest:
             here = progress.done - kept[0]
             left = (time.monotonic() - began) / here * (progress.total - progress.done)
-            said = f"; {duration(left)} left" if progress.done < progress.total else ""
-            line = f"{progress.done}/{progress.total} {progress.newest} ({duration(progress.seconds)}{said})"
+            remaining = f"; {duration(left)} left" if progress.done < progress.total else ""
+            line = f"{progress.done}/{progress.total} {progress.newest} ({duration(progress.seconds)}{remaining})"
             console.print(line, markup=False)
         elif progress.done:
             console.print(f"{progress.done} of {progress.total} were answered before", markup=False)

@@ -19,18 +19,17 @@ import torch
 import tyro
 from figures import Figure, report
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare
 from sym2real.experiments.models import base_folder, cached_base
-from sym2real.experiments.study.contestants import CONTESTANTS, Contestant
+from sym2real.experiments.study.contestants import COMMANDS, CONTESTANTS, Contestant
 from sym2real.experiments.study.effects_first import informing
-from sym2real.experiments.study.learners import COMMANDS
 from sym2real.logs import read_logs
 from sym2real.neural import ResidualTraining
 from sym2real.neural.composed import in_double
 from sym2real.neural.model_folder import Model
 from sym2real.robots import MUSHR
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset
 
 BESIDE = Path(__file__).resolve().parents[3] / "shared" / "data"
 FOLDER, HORIZON, SEEDS = "mushr_steering_offset", 1.0, (1, 2, 3)

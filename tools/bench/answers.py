@@ -28,7 +28,8 @@ def answer_of(found: Diagnosis) -> Record:
         "findings": found.to_dict()["findings"],
         "faults": [fault.to_dict() for fault in found.faults],
         "leftover": None if found.leftover is None else found.leftover.to_dict(),
-        "position_error": [stage.horizons[stage.nearest(HORIZON)]["position"].value for stage in found.ladder],
+        # Of the place, whatever a robot's place is.
+        "position_error": [next(iter(stage.horizons[stage.nearest(HORIZON)].values())).value for stage in found.ladder],
         "notes": list(found.notes),
         "misfit": list(found.misfit),
         "seconds": found.seconds,

@@ -21,6 +21,7 @@ from base_flown import CLOSED_LOOP_SEEDS, CM, STAGE_SEED, TEST_SEED, TRAIN_SEED,
 from figures import Figure, report
 
 from sym2real.adaptation import StageOne, stage_one
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import predict_windows
 from sym2real.effects import effect
 from sym2real.experiments.flights import car_drives, quadrotor_flights, reverse_drives
@@ -29,7 +30,7 @@ from sym2real.plants import MujocoPlant
 from sym2real.regression import BeamSearch, dependence
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import Equations, compile_model
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Trajectory
 
 HORIZON = 0.8
 

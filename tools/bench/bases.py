@@ -12,6 +12,7 @@ from typing import Literal
 from answers import UNFORESEEN, Record, answer_of, refusal
 
 from sym2real.cli.found import plain_simulator
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
 from sym2real.effects.visible import visible_state
 from sym2real.errors import Sym2RealError
@@ -26,7 +27,6 @@ from sym2real.robots.mushr import WHEELBASE
 from sym2real.symbolic import Equations, load_model
 from sym2real.symbolic.storage import save_model
 from sym2real.tasks.task import flies
-from sym2real.trajectory import Dataset
 
 Kind = Literal["simulator", "logs", "first principles"]
 HEALTHY_SEED = 6_900_000  # of the runs that a base is fitted to

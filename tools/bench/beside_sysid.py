@@ -29,6 +29,7 @@ from rich.console import Console
 from sysid_parameters import FREE
 
 from sym2real.cli.found import plain_simulator
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare, diagnose
 from sym2real.effects import effect, same_group
 from sym2real.errors import MissingDependencyError, ModelError
@@ -36,7 +37,7 @@ from sym2real.experiments.standard_cases import standard_cases
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.plants.mujoco_plant import edited
 from sym2real.robots import ROBOTS, Robot
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
 
 BENCH, SECONDS, ITERATIONS = "mujoco.sysid", 0.5, 30
 SKIPPED, HELD_OUT = 10, 2  # rows at the start of a log; logs at the end

@@ -20,10 +20,10 @@ from base_flown import TEST_SEED, TRAIN_SEED, say
 from base_model import position_errors
 from figures import Figure, report
 
+from sym2real.dataset import Dataset
 from sym2real.experiments.flights import car_drives, quadrotor_flights
 from sym2real.regression import ENGINES
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
-from sym2real.trajectory import Dataset
 
 COUNTS = (1, 2, 3, 5, 10)
 TESTS = 20

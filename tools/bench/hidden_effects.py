@@ -31,9 +31,10 @@ from sym2real.effects import equivalents
 from sym2real.experiments.models import cached_base
 from sym2real.experiments.standard_cases import standard_cases
 from sym2real.files import write_text
-from sym2real.layout import WRENCH, Layout
+from sym2real.layout import Layout
 from sym2real.robots import ROBOTS
 from sym2real.symbolic import Equations
+from sym2real.vocabulary import WRENCH
 
 # Of a robot's cases without an effect so many are asked with each seed of those with one.
 NULLS_A_ROUND = 25

@@ -5,6 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import WARM_UP
 from sym2real.diagnosis.data.windows import HORIZONS
 from sym2real.diagnosis.errors.rungs import windows_of
@@ -14,7 +15,7 @@ from sym2real.effects.sensors import Sensors
 from sym2real.experiments.standard_set import Case
 from sym2real.plants import MujocoPlant
 from sym2real.robots import ROBOTS
-from sym2real.trajectory import Array, Dataset
+from sym2real.trajectory import Array
 
 MOST_WINDOWS = 60
 

@@ -14,10 +14,11 @@ import numpy as np
 from foreign_plant import ForeignPlant
 from numpy.typing import ArrayLike
 
+from sym2real.dataset import Dataset
 from sym2real.experiments.excitation import ColouredNoise
 from sym2real.plants import run_episode
 from sym2real.robots import ROBOTS
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
 
 ROBOT = ROBOTS["mushr"]  # whose state and actions a car has
 WHEELBASE = 5.0  # m, highway-env's

@@ -9,7 +9,8 @@ import numpy as np
 import torch
 
 from sym2real import rotation
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.dataset import Dataset
+from sym2real.trajectory import Array, Trajectory
 
 FARTHEST = 5.0  # m that a world's origin is moved by
 SPLIT = (0.4, 0.6)  # part of a log that its first piece is

@@ -15,7 +15,8 @@ import numpy as np
 import torch
 
 from sym2real import rotation
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.dataset import Dataset
+from sym2real.trajectory import Array, Trajectory
 
 Columns = Mapping[str, Array]
 Rng = np.random.Generator

@@ -24,6 +24,7 @@ from rich.console import Console
 
 from sym2real.control import GeometricQuadrotor
 from sym2real.control.geometric_quadrotor import Gains
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import ROWS, compare, diagnose
 from sym2real.effects import EFFECTS, effect
 from sym2real.errors import Sym2RealError
@@ -34,7 +35,7 @@ from sym2real.protocols import Change, Controller
 from sym2real.robots import CRAZYFLIE, Motors, quadrotor
 from sym2real.symbolic import Equations
 from sym2real.tasks import make_task
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
 
 BENCH, AHEAD, SECONDS, WRONG = "motor draws", 0.5, 8.0, 50.0
 KINDS, FOURTH = ("hover", "circle", "lemniscate"), "random rates"

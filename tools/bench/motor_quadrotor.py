@@ -17,11 +17,12 @@ import torch
 from numpy.typing import ArrayLike
 
 from sym2real.experiments.excitation import ColouredNoise
-from sym2real.layout import MOTORS, Layout
+from sym2real.layout import Layout
 from sym2real.protocols import Change, Controller, Filter
 from sym2real.robots import CRAZYFLIE, Robot
 from sym2real.robots.crazyflie import ARM, HOVER, INERTIA, MASS, ROTOR_THRUST, TORQUE_PER_THRUST
 from sym2real.trajectory import Array
+from sym2real.vocabulary import MOTORS
 
 DT, PHYSICS_DT = 0.01, 0.001  # s
 FASTEST = 2600.0  # rad/s

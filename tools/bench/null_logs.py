@@ -22,9 +22,10 @@ from figures import Figure, report
 from repeated import Settings, share
 from rich.console import Console
 
+from sym2real.dataset import Dataset
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import ROBOTS, Robot
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Trajectory
 
 BENCH = "null logs"
 RATES = {"16 Hz": 16.0, "20 Hz": 20.0, "25 Hz": 25.0}

@@ -33,6 +33,7 @@ from rich.markup import escape
 from rotorpy_plant import QUICK, Quadrotor, RotorpyPlant
 from single_track_plant import WHEELBASE, Car, SingleTrackPlant
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, diagnose
 from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.effects import same_group
@@ -45,7 +46,6 @@ from sym2real.report.diagnosis import diagnosis_report
 from sym2real.robots import ROBOTS, Robot, car
 from sym2real.robots.robot import GRAVITY
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Dataset
 
 RUNS = 8
 HORIZON = 0.8  # s

@@ -10,10 +10,11 @@ import torch
 from figures import Figure
 
 from sym2real import rotation
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, Finding
 from sym2real.robots.robot import GRAVITY
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Array, Dataset, Trajectory
+from sym2real.trajectory import Array, Trajectory
 
 # Delays of the car count whether they are shifts or first-order.
 DELAYS = ("delay", "lag")

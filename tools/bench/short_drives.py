@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import Plan, plan
 from sym2real.effects import effect
 from sym2real.errors import ModelError
@@ -22,7 +23,7 @@ from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Change
 from sym2real.robots import MUSHR, Robot, car
 from sym2real.robots.mushr import WHEELBASE
-from sym2real.trajectory import Array, Dataset
+from sym2real.trajectory import Array
 
 SECONDS, DRIVES = 3.0, 20
 # Of pose estimates by scan matching indoors: a centimetre and half a degree.

@@ -21,6 +21,7 @@ from figures import Figure, report
 
 from sym2real.adaptation.fine_tuning import FineTuning
 from sym2real.control import geometric_controller
+from sym2real.dataset import Dataset
 from sym2real.effects import effect
 from sym2real.experiments.standard_conditions import sensors
 from sym2real.neural import Composed, ResidualTraining
@@ -28,7 +29,7 @@ from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import compile_model, rollout
 from sym2real.tasks import make_task
-from sym2real.trajectory import Dataset, Trajectory
+from sym2real.trajectory import Trajectory
 
 ROWS, BAR = 400, "<= 10"
 # Robot, effect, its values, task of the training, task of the test, horizon in s.

@@ -244,7 +244,8 @@ def test_a_peer_that_talks_nonsense_is_left(uri: str, reply: bytes, caplog: pyte
         _, host, port = node.request_topic("/pose")
         with socket.create_connection((host, port)) as peer:
             peer.sendall(reply)
-            peer.shutdown(socket.SHUT_WR)
+            with contextlib.suppress(OSError):  # it may have left at the first bytes
+                peer.shutdown(socket.SHUT_WR)
             peer.settimeout(60.0)
             with contextlib.suppress(ConnectionResetError):
                 while peer.recv(100):

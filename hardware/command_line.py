@@ -38,6 +38,13 @@ def main(verb: Any, prog: str, description: str | None, arguments: Sequence[str]
     # A person beside a robot reads what it waits for while it waits.
     console = Console(stderr=chosen.json == STANDARD_OUTPUT, highlight=False)
     try:
+        _explained(chosen, console)
+    except KeyboardInterrupt:  # also while an error is told
+        _stop("interrupted: the robot stands, the record is closed", 130)
+
+
+def _explained(chosen: Any, console: Console) -> None:
+    try:
         with kept_apart(chosen):
             result = chosen.run(console)
             write_json(result, chosen.json)
@@ -47,8 +54,6 @@ def main(verb: Any, prog: str, description: str | None, arguments: Sequence[str]
         _stop(f"error: {error}", 2)
     except OSError as error:
         _stop(f"error: {DataError(error.filename or 'a file', 'one that can be used', reason(error))}", 2)
-    except KeyboardInterrupt:
-        _stop("interrupted: the robot stands, the record is closed", 130)
 
 
 def _stop(text: str, status: int) -> NoReturn:

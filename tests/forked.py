@@ -9,6 +9,7 @@ import sys
 import tempfile
 import traceback
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -98,7 +99,14 @@ def _child(work: Callable[[], None], folder: Path, streams: tuple[Path, Path], s
     except BaseException:
         traceback.print_exc()
     finally:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        _ignore_ctrl_c()
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(status)
+
+
+def _ignore_ctrl_c() -> None:
+    """One that comes after the work was done is raised here."""
+    while signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+        with suppress(KeyboardInterrupt):
+            signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -29,6 +29,7 @@ CHANNELS = {"position": "m", "attitude": "rad", "velocity": "m/s", "rate": "rad/
 HORIZONS = (0.1, 0.5, 0.8)
 # Chromium as root, offline; without these it calls its makers' hosts at every start.
 FLAGS = ("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking")
+PATIENCE = 120_000  # ms; a busy machine takes its time
 QUIET = ("--disable-component-update", "--disable-sync")
 
 
@@ -101,7 +102,7 @@ def browser() -> Iterator[Any]:
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path=program, args=[*FLAGS, *QUIET])
+        opened = playwright.chromium.launch(executable_path=program, args=[*FLAGS, *QUIET], timeout=PATIENCE)
         try:
             yield opened
         finally:

@@ -8,7 +8,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -19,7 +19,7 @@ from hardware.fakes.master import FakeMaster
 from hardware.ros1 import Node
 
 SYSTEM_PYTHON = "/usr/bin/python3"  # Debian's rospy belongs to it
-STARTING = 20.0  # s; a busy machine takes its time
+PATIENCE = 120.0  # s; a busy machine takes its time
 PACKAGES = "python3-rospy python3-rosmaster python3-geometry-msgs python3-rosbag"
 
 
@@ -48,7 +48,7 @@ def master() -> Iterator[str]:
         yield uri
     finally:
         process.terminate()
-        process.wait(10)
+        process.wait(PATIENCE)
 
 
 def environment(uri: str) -> dict[str, str]:
@@ -73,9 +73,8 @@ def rospy_script(uri: str, text: str, *arguments: str | Path) -> subprocess.Pope
     return subprocess.Popen(command, env=environment(uri), stdout=subprocess.PIPE, stderr=sys.stderr, text=True)
 
 
-def wait_for(done: object, seconds: float = STARTING) -> None:
+def wait_for(done: Callable[[], object], seconds: float = PATIENCE) -> None:
     """Wait until a call is true; fail after some seconds."""
-    assert callable(done)
     end = time.monotonic() + seconds
     while not done():
         if time.monotonic() > end:

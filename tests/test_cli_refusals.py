@@ -127,3 +127,18 @@ def test_the_command_of_a_proposed_term_is_one_line_of_a_shell() -> None:
     words = shlex.split(command)
     assert words[:3] == ["sym2real", "add", "my runs/base"]
     assert words[3] == "term:fz=0.0123*vx*vx - 0.0456*vy*vy + 0.0789*vz*vx"
+
+
+def test_ctrl_c_while_an_error_is_told_ends_as_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[str] = []
+
+    def say(text: str) -> None:
+        told.append(text)
+        if len(told) == 1:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("sym2real.cli.say_error", say)
+    with pytest.raises(SystemExit) as ended:
+        main(["no-such-verb"])
+    assert ended.value.code == 130
+    assert told[1] == "interrupted: files that were already written stay"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -80,24 +81,30 @@ def cluster(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]
     scheduler = subprocess.Popen([*start, "scheduler", "--port", "0", "--no-dashboard", *place], **options)
     processes = [scheduler]
     try:
-        while not file.exists():
+        while not (address := address_in(file)):
             assert scheduler.poll() is None
             time.sleep(0.05)
         alone = ["--nthreads", "1", "--no-nanny", "--no-dashboard"]
         processes += [subprocess.Popen([*start, "worker", *place, *alone], **options) for _ in range(2)]
-        yield str(file), processes[1:]
+        yield address, processes[1:]
     finally:
         for process in processes:
             process.kill()
             process.wait()
 
 
+def address_in(file: Path) -> str:
+    """The scheduler's, empty until it has written it."""
+    try:
+        return str(json.loads(file.read_text())["address"])
+    except (FileNotFoundError, json.JSONDecodeError):
+        return ""
+
+
 def test_a_sweep_on_a_cluster_outlives_a_worker(
     tmp_path: Path, cluster: tuple[str, list[subprocess.Popen[bytes]]]
 ) -> None:
-    import json
-
-    file, workers = cluster
+    address, workers = cluster
     log = tmp_path / "log"
     jobs = [Square(value, str(log), wait=0.3) for value in range(8)]
     killed: list[int] = []
@@ -107,9 +114,7 @@ def test_a_sweep_on_a_cluster_outlives_a_worker(
             killed.append(workers[0].pid)
             os.kill(workers[0].pid, signal.SIGKILL)
 
-    answers = run_sweep(
-        jobs, tmp_path / "sweep", cluster=json.loads(Path(file).read_text())["address"], on_progress=kill_one
-    )
+    answers = run_sweep(jobs, tmp_path / "sweep", cluster=address, on_progress=kill_one)
     assert killed and workers[0].wait() == -signal.SIGKILL
     assert sorted(record["square"] for record in answers.values()) == [n**2 for n in range(8)]
     assert {int(line.split()[2]) for line in log.read_text().splitlines()} >= {workers[1].pid}

@@ -20,7 +20,7 @@ from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic.storage import save_model
 
 # A machine that others use may be late: what is tested is what happens, not how fast.
-PATIENT = ["--limits.pose-age", "5", "--limits.late", "5", "--limits.overruns", "10000"]
+PATIENT = ["--limits.pose-age", "60", "--limits.late", "60", "--limits.overruns", "10000"]
 FAR = ["--limits.low", "-9", "-9", "--limits.high", "9", "9"]
 
 
@@ -62,7 +62,7 @@ def test_a_dry_run_checks_the_drone_and_sends_nothing(tmp_path: Path, capsys: py
     save_model(CRAZYFLIE.nominal(), tmp_path / "model")
     out = tmp_path / "adapted"
     command = ["crazyflie", str(tmp_path / "model"), "hover", "--sim", "--dry-run", "--out", str(out), "--json", "-"]
-    run_verb(of_every_robot(Adapt), "adapt", None, [*command, "--limits.pose-age", "5", "--limits.attitude-age", "5"])
+    run_verb(of_every_robot(Adapt), "adapt", None, [*command, "--limits.pose-age", "60", "--limits.attitude-age", "60"])
     told = capsys.readouterr()
     assert json.loads(told.out)["most"] == 11
     assert "target: a Crazyflie 2.1, a fake one" in told.err

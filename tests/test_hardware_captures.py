@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from ros_peers import master
+from ros_peers import master, wait_for
 
 from hardware.captures import capture_of
 from hardware.crazyflie.laboratory import CrazyflieLaboratory
@@ -36,9 +36,11 @@ def told(uri: str, topic: str, fake: FakeCrazyflie) -> Iterator[None]:
 
         thread = threading.Thread(target=tell)
         thread.start()
-        yield
-        over.set()
-        thread.join()
+        try:
+            yield
+        finally:
+            over.set()
+            thread.join()
 
 
 def test_the_crazyflie_is_seen_by_a_topic_of_ros() -> None:
@@ -52,7 +54,7 @@ def test_the_crazyflie_is_seen_by_a_topic_of_ros() -> None:
             reading = opened.link.state()
             np.testing.assert_allclose(reading.state[:3], fake.vehicle.state[:3], atol=0.01)
             assert reading.extra["capture_yaw"] == pytest.approx(0.0, abs=1e-6)
-            assert reading.ages["pose"] < 1.0
+            wait_for(lambda: opened.link.state().ages["pose"] < 1.0)
 
 
 def test_a_kind_that_is_not_ros_is_the_librarys() -> None:

@@ -6,8 +6,7 @@ import os
 import re
 import signal
 import sys
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -25,6 +24,8 @@ LEARN = ("learn", "mushr", "--out", "model", "--episodes", "2", "--steps", "60",
 ENDED = {0, 2}  # 2: so short a drive makes a model that cannot drive, which is saved and said
 LOADED = (learning, tables)  # here, once for all the forks
 FILES_BETWEEN = 3  # that a run may write until it is ended
+MADE, WRITTEN = "os.mkdir", "os.rename"  # a folder beside a file's place, and the file moved to it
+PLACES = {MADE: 0, WRITTEN: 1}  # which argument the new place is
 
 
 @pytest.fixture(scope="module")
@@ -55,16 +56,31 @@ def whole_files(folder: Path) -> dict[str, bytes]:
     return found
 
 
-def run_until(number: signal.Signals, due: Callable[[], bool], arguments: Sequence[str], folder: Path) -> int:
-    """Run the command line, send a signal as soon as something is so, and say how it ended."""
-    process = started(lambda: main(arguments), folder)
-    while not due():
-        ended, status = os.waitpid(process, os.WNOHANG)
-        if ended:
-            return os.waitstatus_to_exitcode(status)
-        time.sleep(0.002)
-    os.kill(process, number)
-    return os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
+def run_until(number: signal.Signals, event: str, count: int, arguments: Sequence[str], folder: Path) -> int:
+    """Run the command line, have it send itself a signal just before it makes its so-manieth place; how it ended.
+
+    Args:
+        number: the signal.
+        event: Python's name for how it makes one, of its audit events.
+        count: of places in the folder that were not there.
+        arguments: what is typed after the program's name.
+        folder: where it runs.
+    """
+    left = [count]
+
+    def hear(name: str, called: tuple[object, ...]) -> None:
+        if name != event:
+            return
+        place = Path(str(called[PLACES[event]])).absolute()
+        left[0] -= place.is_relative_to(folder) and not place.exists()
+        if left[0] == 0:
+            os.kill(os.getpid(), number)
+
+    def work() -> None:
+        sys.addaudithook(hear)
+        main(arguments)
+
+    return in_fork(work, folder).status
 
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGKILL, -signal.SIGKILL), (signal.SIGINT, 130)])
@@ -75,8 +91,7 @@ def test_learning_that_is_ended_again_and_again_goes_on_to_the_same_bytes(
     ends = []
     while not ENDED.intersection(ends):
         kept = whole_files(tmp_path)
-        due = len(kept) + FILES_BETWEEN
-        ends.append(run_until(number, lambda due=due: len(whole_files(tmp_path)) >= due, LEARN, tmp_path))  # type: ignore[misc]
+        ends.append(run_until(number, WRITTEN, FILES_BETWEEN + 1, LEARN, tmp_path))
         files = whole_files(tmp_path)
         assert files.items() >= kept.items()
         assert all(learned[name] == content for name, content in files.items())
@@ -94,15 +109,17 @@ def test_a_run_that_is_ended_while_it_writes_leaves_whole_files_or_none(
         ["export", str(model), "torchscript", "--out", "new/model.pt"],
     )
     for one, arguments in enumerate(commands):
-        whole, ended = tmp_path / f"whole {one}", tmp_path / f"ended {one}"
+        whole = tmp_path / f"whole {one}"
         whole.mkdir()
-        ended.mkdir()
         assert forked(arguments, whole).status == 0
-        status = run_until(number, lambda ended=ended: any(ended.iterdir()), arguments, ended)  # type: ignore[misc]
-        assert status in {0, 130 if number == signal.SIGINT else -number}
-        assert whole_files(ended).keys() <= whole_files(whole).keys()
-        assert all(len(content) == len(whole_files(whole)[name]) for name, content in whole_files(ended).items())
-        assert number == signal.SIGKILL or not list(ended.rglob(".writing-*"))
+        for event in PLACES:
+            ended = tmp_path / f"ended {one} {event}"
+            ended.mkdir()
+            status = run_until(number, event, one + 1, arguments, ended)
+            assert status == (130 if number == signal.SIGINT else -number)
+            assert whole_files(ended).keys() <= whole_files(whole).keys()
+            assert all(len(content) == len(whole_files(whole)[name]) for name, content in whole_files(ended).items())
+            assert number == signal.SIGKILL or not list(ended.rglob(".writing-*"))
 
 
 def test_ctrl_c_is_one_line_on_standard_error_and_keeps_the_last_diagnosis(model: Path, tmp_path: Path) -> None:
@@ -111,9 +128,12 @@ def test_ctrl_c_is_one_line_on_standard_error_and_keeps_the_last_diagnosis(model
     (tmp_path / "out" / "diagnosis.json").write_text('{"files": []}')
     before = whole_files(tmp_path)
 
+    def hear(name: str, called: tuple[object, ...]) -> None:
+        if name == "open" and str(called[0]).endswith("flight.csv"):
+            os.kill(os.getpid(), signal.SIGINT)
+
     def interrupted() -> None:
-        signal.signal(signal.SIGVTALRM, lambda *_: os.kill(os.getpid(), signal.SIGINT))
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0.05)
+        sys.addaudithook(hear)
         main(["diagnose", str(model), "flight.csv", "--out", "out"])
 
     done = in_fork(interrupted, tmp_path)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from report_pages import BASE, HOSTILE, browser, diagnosis, logs, picture
+from report_pages import BASE, HOSTILE, PATIENCE, browser, diagnosis, logs, picture
 
 from sym2real.report import html
 from sym2real.report.html.arrays import Arrays
@@ -58,6 +58,7 @@ def chrome() -> Iterator[Any]:
 def visited(chrome: Any, file: Path, width: int, scheme: str) -> Iterator[Opened]:
     """The page in a window of its own."""
     context = chrome.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme)
+    context.set_default_timeout(PATIENCE)
     found = Opened(context.new_page())
     found.page.on("console", lambda message: found.said.append(message.text))
     found.page.on("pageerror", lambda error: found.said.append(str(error)))
@@ -90,7 +91,16 @@ def opened(shared: Opened) -> Opened:
     return shared
 
 
-DRAWN = "(canvas) => new Promise((done) => requestAnimationFrame(() => done(canvas.toDataURL())))"
+# A chart that comes into view is drawn some frames later.
+DRAWN = """async (canvas) => {
+  let same = 0, shown = "";
+  while (same < 3) {
+    await new Promise(requestAnimationFrame);
+    same = canvas.toDataURL() === shown ? same + 1 : 0;
+    shown = canvas.toDataURL();
+  }
+  return shown;
+}"""
 
 
 def drawn(opened: Opened, title: str) -> str:
@@ -145,7 +155,8 @@ def test_the_policy_stops_what_slipped_through(chrome: Any, file: Path) -> None:
         added = "document.body.append(Object.assign(document.createElement('script'), {text: 'broken = 1'}))"
         opened.page.evaluate(added)
         assert opened.page.evaluate("window.broken") is None
-        assert any("Content Security Policy" in text for text in opened.said)
+        while not any("Content Security Policy" in text for text in opened.said):
+            opened.page.wait_for_event("console")
 
 
 def errors_shown(opened: Opened, column: str) -> list[float]:

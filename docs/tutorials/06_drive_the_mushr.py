@@ -9,7 +9,7 @@ motion capture. Hold the button for autonomy on the real one.
 import subprocess
 import sys
 
-from sym2real import ROBOTS, read_log, save_model
+from sym2real import ROBOTS, read_logs, save_model
 
 SHORT = "--short" in sys.argv
 
@@ -20,10 +20,10 @@ save_model(robot.nominal(), "model")
 command = ["-m", "hardware.drive_mushr", "model", "circle", "--sim", "--samples", "64"]
 seconds = ["--seconds", "3" if SHORT else "10"]
 # A busy machine may be late; a real drive keeps the limits as they are.
-patient = ["--limits.late", "5", "--limits.pose-age", "5", "--limits.overruns", "10000"]
+patient = ["--limits.late", "9", "--limits.pose-age", "9", "--limits.overruns", "10000"]
 subprocess.run([sys.executable, *command, *seconds, *patient, "--out", "drive"], check=True)
 
-log = read_log("drive/circle.csv", layouts=robot.layouts)
+log = max(read_logs("drive/circle.csv", layouts=robot.layouts), key=len)
 print(log)
 log.plot().savefig("driven.svg")
 assert abs(log.column("speed")).max() > 0.3

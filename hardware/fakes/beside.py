@@ -20,7 +20,7 @@ class Fake:
 
     Args:
         address: where it answers.
-        tell: writes it a line.
+        tell: writes it a line, and returns once it has answered with one.
     """
 
     address: str
@@ -42,14 +42,15 @@ def beside(module: str, options: Sequence[str]) -> Iterator[Fake]:
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT)
     assert process.stdout is not None
     assert process.stdin is not None
-    told = process.stdin
+    told, heard = process.stdin, process.stdout
 
     def tell(line: str) -> None:
         told.write(f"{line}\n")
         told.flush()
+        heard.readline()
 
     try:
-        words = process.stdout.readline().strip()
+        words = heard.readline().strip()
         if "://" not in words:
             raise LinkError(f"the fake robot did not start: {words or 'no word'}")
         yield Fake(words, tell)
@@ -57,4 +58,4 @@ def beside(module: str, options: Sequence[str]) -> Iterator[Fake]:
         process.kill()  # it would linger, for the watchdogs of a client that was killed
         process.wait()
         told.close()
-        process.stdout.close()
+        heard.close()

@@ -117,6 +117,7 @@ class FakeMushr:
         self.car, self._node, self._clock = car, node, clock or SystemClock()
         self._lock, self._closing = threading.Lock(), threading.Event()
         self.poses_lost = False  # motion capture sees the car no more
+        self.time = self._clock.now()  # of the car's newest period; on a busy machine it comes late
         self._poses = node.advertise(POSES, POSE)
         for source in PRIORITIES:
             node.subscribe(f"{INPUTS}/{source}", ACKERMANN, self._hearing(source))
@@ -149,12 +150,12 @@ class FakeMushr:
         return heard
 
     def _run(self) -> None:
-        start = due = self._clock.now()
+        start = self.time
         while not self._closing.is_set():
             with self._lock:
-                x, y, yaw = self.car.advance(self._clock.now())
+                x, y, yaw = self.car.advance(self.time)
             if not self.poses_lost:
                 turned = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
-                self._poses.publish(Message(WALL + due - start, "map", (), (x, y, 0.0, *turned)))
-            due += PERIOD
-            self._clock.sleep_until(due)
+                self._poses.publish(Message(WALL + self.time - start, "map", (), (x, y, 0.0, *turned)))
+            self._clock.sleep_until(self.time + PERIOD)
+            self.time += PERIOD

@@ -27,7 +27,7 @@ class FakeCar:
     """A MuSHR on ROS 1 with MuJoCo behind it, its multiplexer, its motion capture, and a ROS master.
 
     It prints the master's address, and ends when its standard input does (Ctrl-D). A line with x and y in m and yaw in
-    rad puts the car there.
+    rad puts the car there, and is answered once it stands there.
 
     For example:
       python -m hardware.fakes.mushr_process --latency 0.2 --effects offset:steer value=0.1
@@ -60,6 +60,7 @@ class FakeCar:
             for line in sys.stdin:
                 x, y, yaw = map(float, line.split())
                 fake.put(x, y, yaw)
+                print("there", flush=True)
             time.sleep(LINGER)
         return {"master": master}
 

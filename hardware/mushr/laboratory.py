@@ -31,7 +31,7 @@ from sym2real.trajectory import Array
 NODE = "/sym2real"
 LOOPBACK = "127.0.0.1"
 BEHIND = 0.3  # m from the start, where a person might have put the fake car
-PUT = 1.0  # s until filters see the place where it was put, and no way there
+PUT = 0.3  # s until filters see the place where it was put, and no way there
 STOCK, LIMITS = CarLimits(), DriveLimits()
 
 

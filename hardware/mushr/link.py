@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
@@ -24,6 +25,7 @@ from sym2real.trajectory import Array
 
 COMMANDS = "/car/mux/ackermann_cmd_mux/input/navigation"  # lowest priority but one: a person's joystick comes before
 CONNECTING = 10.0  # s
+LISTENING = 2.0  # s until the car has heard of a topic, where it listens
 UNHEARD = "unheard"  # the flag of a car that nobody hears the commands of
 ZEROS = 5  # periods of zeros on the way out: the mux holds a command for 0.2 s
 
@@ -72,10 +74,12 @@ class MushrLink(Closing):
             LinkError: naming what did not answer.
         """
         self._capture.connect()
-        self._await(lambda: bool(np.isfinite(self.state().state).all()), "a whole state: poses with stamps that go on")
+        if not self._within(CONNECTING, lambda: bool(np.isfinite(self.state().state).all())):
+            raise self._missing("whole state: poses with stamps that go on")
         publisher = self._publisher = self._node.advertise(self.topic, ACKERMANN)
-        if not self.dry:
-            self._await(lambda: publisher.subscribers > 0, f"subscriber of {self.topic}: is the car's mux running?")
+        # A dry link goes on without: a check says it in its own words.
+        if not self._within(LISTENING if self.dry else CONNECTING, lambda: publisher.subscribers > 0) and not self.dry:
+            raise self._missing(f"subscriber of {self.topic}: is the car's mux running?")
 
     def arm(self) -> None:
         """Zeros: the car stands. Autonomy itself is the button that a person holds.
@@ -140,11 +144,14 @@ class MushrLink(Closing):
         self._sent, self._sent_at = told, self._clock.now()
         return told.copy()
 
-    def _await(self, ready: object, what: str) -> None:
-        assert callable(ready)
+    def _within(self, seconds: float, ready: Callable[[], bool]) -> bool:
         start = due = self._clock.now()
         while not ready():
-            if due - start > CONNECTING:
-                raise LinkError(f"{self._node.master}: no {what} ({CONNECTING:g} s)")
+            if due - start > seconds:
+                return False
             due += self.robot.dt / 2
             self._clock.sleep_until(due)
+        return True
+
+    def _missing(self, what: str) -> LinkError:
+        return LinkError(f"{self._node.master}: no {what} ({CONNECTING:g} s)")

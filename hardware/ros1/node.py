@@ -62,8 +62,8 @@ class Node(Closing):
     def close(self) -> None:
         """Tell the master and let go of all connections; it may be called twice."""
         for topic, publisher in self._publishers.items():
+            publisher.close()  # first: subscribers whom the master tells of it hear no more
             self._leave("unregisterPublisher", topic)
-            publisher.close()
         for topic, subscription in self._subscriptions.items():
             self._leave("unregisterSubscriber", topic)
             subscription.close()

@@ -34,6 +34,7 @@ class Subscription:
         self.topic, self.kind, self._caller, self._heard, self._ask = topic, kind, caller, heard, ask
         self._connections: dict[str, socket.socket | None] = {}
         self._lock = threading.Lock()
+        self._hearing = threading.RLock()  # who listens may close its node
         self._closed = False
 
     def follow(self, publishers: Iterable[str]) -> None:
@@ -50,7 +51,8 @@ class Subscription:
 
     def close(self) -> None:
         """Leave all publishers; nothing is heard afterwards."""
-        self._closed = True
+        with self._hearing:
+            self._closed = True
         self.follow(())
 
     def _listen(self, publisher: str) -> None:
@@ -58,19 +60,28 @@ class Subscription:
         try:
             connection = self._connect(publisher)
             with self._lock:
-                if publisher not in self._connections:
-                    return
-                self._connections[publisher] = connection
-            while not self._closed:
-                self._heard(self.kind.decode(read_block(connection)))
+                if publisher in self._connections:
+                    self._connections[publisher] = connection
+                else:  # it has left meanwhile
+                    _hang_up(connection)
+            while self._hear(self.kind.decode(read_block(connection))):
+                pass
         except (OSError, LinkError) as error:
             if not self._closed:
                 LOGGER.warning("%s from %s: %s", self.topic, publisher, error)
         finally:
-            _hang_up(connection)
+            if connection is not None:
+                connection.close()
             with self._lock:
                 if self._connections.get(publisher) is connection:
                     self._connections.pop(publisher, None)
+
+    def _hear(self, message: Message) -> bool:
+        """Tell of a message, unless this is closed; whether it is open."""
+        with self._hearing:
+            if not self._closed:
+                self._heard(message)
+            return not self._closed
 
     def _connect(self, publisher: str) -> socket.socket:
         connection = socket.create_connection(self._ask(publisher, self.topic), CONNECTING)
@@ -89,7 +100,7 @@ class Subscription:
 
 
 def _hang_up(connection: socket.socket | None) -> None:
+    """Who listens there still reads what has come, such as a car's last zeros, and closes it then."""
     if connection is not None:
         with contextlib.suppress(OSError):
             connection.shutdown(socket.SHUT_RDWR)
-        connection.close()

@@ -126,13 +126,18 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
     try:
+        _explained(given)
+    except KeyboardInterrupt:  # also while an error is told
+        _stop("interrupted: files that were already written stay", 130)
+
+
+def _explained(given: list[str]) -> None:
+    try:
         _main(given)
     except Sym2RealError as error:
         _stop(f"error: {error}", 2)
     except OSError as error:
         _stop(f"error: {DataError(error.filename or 'a file', 'one that can be used', reason(error))}", 2)
-    except KeyboardInterrupt:
-        _stop("interrupted: files that were already written stay", 130)
     except Exception as error:
         if net_is_off():
             raise

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 from pathlib import Path
 
 from sym2real.adaptation import Adaptation, Adapting, Progress, adapt
@@ -32,7 +31,3 @@ def adapted_to_wind(folder: Path | None, kill_at: str = "") -> Adaptation:
 
     task = make_task("circle", CRAZYFLIE)
     return adapt(CRAZYFLIE.nominal(), windy(), task, NARROW, SMALL, folder=folder, on_progress=watch)
-
-
-if __name__ == "__main__":
-    adapted_to_wind(Path(sys.argv[1]), sys.argv[2])

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import subprocess
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,6 +13,7 @@ import numpy as np
 import pytest
 import torch
 from adaptation_runs import NARROW, SMALL, adapted_to_wind, windy
+from forked import in_fork
 
 from sym2real.adaptation import Adaptation, Adapting, Improvement, adapt, improvement, undo
 from sym2real.adaptation.episode_report import episode_cost
@@ -91,9 +90,8 @@ def comparable(value: Any) -> Any:
 
 @pytest.mark.parametrize("where", ["round 1: circle", "round 2: learning"])
 def test_a_killed_run_goes_on_to_the_same_bytes(where: str, folder: Path, adapted: Adaptation, tmp_path: Path) -> None:
-    script = Path(__file__).with_name("adaptation_runs.py")
-    killed = subprocess.run([sys.executable, str(script), str(tmp_path / "run"), where], check=False)
-    assert killed.returncode == -9
+    killed = in_fork(lambda: adapted_to_wind(tmp_path / "run", where), tmp_path)
+    assert killed.status == -9
     assert not (tmp_path / "run" / "rounds" / "02" / "round.json").exists()
     kept = (tmp_path / "run" / "rounds" / "00" / "log.parquet").stat().st_mtime_ns
     continued = adapted_to_wind(tmp_path / "run")

@@ -6,11 +6,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 import platformdirs
+from filelock import FileLock
 
 from sym2real import __version__
 from sym2real.adaptation import Progress, StageOne
 from sym2real.errors import ModelError, UnknownNameError
-from sym2real.experiments.learning import learn_from_drives, learn_in_simulation
+from sym2real.experiments.learning import Learned, learn_from_drives, learn_in_simulation
+from sym2real.files import make_folder
 from sym2real.neural import Model
 from sym2real.neural import open_model as open_folder
 from sym2real.neural.composed import Base, state_of
@@ -53,15 +55,19 @@ def _require_columns_of_its_robot(base: Base, name: str) -> None:
 def cached_base(robot: Robot, on_progress: Callable[[Progress], None] = lambda _: None) -> Equations:
     """The base of a robot in its plain simulator, learned at the first call and kept in the user's cache."""
     folder = base_folder(robot)
-    if not (folder / "equations.json").exists():
-        count = robot.recipe.episodes
-        if robot.recipe.base == "drives":
-            learned = learn_from_drives(robot, count)
-        else:
-            settings = StageOne(episodes=count, until_settled=False)
-            learned = learn_in_simulation(robot, "beam", settings, folder / "episodes", on_progress)
-        learned.save(folder)
-    return load_model(folder)
+    make_folder(folder.parent)
+    with FileLock(f"{folder}.lock"):  # another process may want it at the same time
+        if not (folder / "equations.json").exists():
+            _learned(robot, folder, on_progress).save(folder)
+        return load_model(folder)
+
+
+def _learned(robot: Robot, folder: Path, on_progress: Callable[[Progress], None]) -> Learned:
+    count = robot.recipe.episodes
+    if robot.recipe.base == "drives":
+        return learn_from_drives(robot, count)
+    settings = StageOne(episodes=count, until_settled=False)
+    return learn_in_simulation(robot, "beam", settings, folder / "episodes", on_progress)
 
 
 def base_folder(robot: Robot) -> Path:

@@ -43,6 +43,12 @@ def _fingerprint() -> str:
 def _install(python: Path, extra: str) -> None:
     print("installing sym2real and what it needs; the first time takes a few minutes", flush=True)
     target = f"{ROOT}[{extra}]" if extra else str(ROOT)
-    command = [str(python), "-m", "pip", "install", "--quiet", "--constraint", str(CONSTRAINTS), "--editable", target]
+    # Python compiles what it imports; pip would compile all that torch and SymPy have.
+    quiet = ["--quiet", "--no-compile", "--constraint", str(CONSTRAINTS)]
+    command = [str(python), "-m", "pip", "install", *quiet, "--editable", target]
     if subprocess.run(command, check=False).returncode != 0:
         sys.exit("installation failed; pip's message above says why")
+
+
+if __name__ == "__main__":
+    python_with(",".join(sys.argv[1:]))

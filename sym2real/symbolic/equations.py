@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
@@ -260,8 +261,11 @@ def _finite(what: str, values: Mapping[str, float]) -> dict[str, float]:
     return found
 
 
+_read = lru_cache(4096)(parse_expression)  # a model is often opened again
+
+
 def _parsed(name: str, written: str) -> Expr:
     try:
-        return parse_expression(str(written))
+        return _read(str(written))
     except ModelError as error:
         raise ModelError(f"equation of {name!r}: {error}") from error

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,6 +23,7 @@ from hardware.row import Row
 from sym2real.errors import DataError
 from sym2real.logs import read_log
 from sym2real.robots import CRAZYFLIE
+from tests.forked import in_fork
 from tests.hardware_link import SimulatedLink, TestClock
 
 PLACE = np.array([0.0, 0.0, 0.5, 1.0, *[0.0] * 9])
@@ -132,34 +135,23 @@ def test_a_stream_is_readable_while_it_grows_and_where_it_is_cut_off(tmp_path: P
         read_log(cut)
 
 
-KILLED = """
-import sys, time
-sys.path.insert(0, {root!r})
-from hardware.recorder import Recorder
-from sym2real.robots import CRAZYFLIE
-from tests.test_hardware_recorder import fly
-recorder = Recorder({path!r}, CRAZYFLIE, {{}})
-rows = fly(recorder)
-while recorder.written < len(rows):
-    time.sleep(0.01)
-print(len(rows), flush=True)
-time.sleep(60.0)
-"""
-
-
 @pytest.mark.parametrize("ending", [".parquet", ".csv"])
 def test_a_killed_process_leaves_its_rows(tmp_path: Path, ending: str) -> None:
     """kill -9 as soon as the recorder calls the rows written: all of them are there."""
     path = tmp_path / f"flight{ending}"
-    root = str(Path(__file__).resolve().parent.parent)
-    code = KILLED.format(root=root, path=str(path))
-    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
-    assert process.stdout is not None
-    rows = int(process.stdout.readline())
-    process.send_signal(signal.SIGKILL)
-    process.wait()
+
+    def killed() -> None:
+        recorder = Recorder(path, CRAZYFLIE, {})
+        rows = fly(recorder)
+        while recorder.written < len(rows):
+            time.sleep(0.01)
+        print(len(rows), flush=True)
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    ran = in_fork(killed, tmp_path)
+    assert ran.status == -signal.SIGKILL
     growing = path.with_suffix(".arrow") if ending == ".parquet" else path
-    assert len(read_log(growing, layouts=CRAZYFLIE.layouts)) == rows
+    assert len(read_log(growing, layouts=CRAZYFLIE.layouts)) == int(ran.out)
     assert "killed" in yaml.safe_load(path.with_suffix(".yaml").read_text())["ended"]
 
 

@@ -18,7 +18,7 @@ from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.beam import Beam
-from sym2real.diagnosis.search.select import Selection, price
+from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import effect
 from sym2real.robots import CRAZYFLIE
@@ -80,7 +80,7 @@ def test_no_set_that_was_looked_at_is_cheaper_than_the_answer_and_beyond_chance(
     selection = selection_of(problems()[1])
     beam = Beam(selection)
     beam.search()
-    own = price(selection.loss, len(selection.chosen))
+    own = selection.price(selection.loss, len(selection.chosen))
     cheaper = [effects for effects in beam.sets.values() if effects.price < own]
     assert all(any(not selection.significant(effects.fit, member) for member in effects.chosen) for effects in cheaper)
     assert {
@@ -122,6 +122,7 @@ def test_whoever_ends_a_search_keeps_the_best_set_so_far() -> None:
 
 
 def test_an_effect_more_costs_a_share_of_the_loss() -> None:
+    price = selection_of(problems()[1]).price
     prices = [price(1000.0, count) for count in range(SETTINGS.most_findings + 1)]
     assert prices[0] == 1000.0
     assert all(1.009 < more / less < 1.04 for less, more in pairwise(prices))

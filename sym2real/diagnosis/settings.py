@@ -27,13 +27,11 @@ class Settings:
     false_alarms_by_logs: float = _of(0.01, "theory", "chance of a false alarm of an effect by whole logs")
     fewest_pieces: int = _of(10, "theory", "blocks of a second, or windows, without which no test is made")
     fewest_logs: int = _of(6, "theory", "logs from which whole logs are tested as well, each with a trim of its own")
-    certain_logs: int = _of(3, "theory", "logs of which a large fall of the loss in every one is no chance")
-    certain_fall: float = _of(0.1, "tuned", "part of the loss that counts as a large fall: null sets show 0.002")
     residual_chance: float = _of(0.05, "theory", "chance of calling white residuals correlated, shared among the lags")
     error_fall: float = _of(0.10, "theory", "part of an error whose coming or going matters to a user")
     gain: float = _of(0.01, "tuned", "part of the held-out loss that an effect must save: null sets show 0.002")
     gain_beside: float = _of(
-        0.03, "tuned", "the same beside an effect whose form may be a little wrong: simulated logs"
+        0.03, "tuned", "the same beside another effect, whose form may be a little wrong, where logs are few: real logs"
     )
     most_findings: int = _of(8, "theory", "effects in one set: more have no test left on the logs of a day")
     odds: float = _of(0.05, "theory", "weight beside a finding from which another may be what is there")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import dataclass
 from math import inf, sqrt
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy import stats
 from torch import Tensor
 
-from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Fit, Hypothesis, Problems
+from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Fit, Hypothesis, Problems, solve
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.settings import SETTINGS
 
@@ -28,37 +28,86 @@ def beyond_chance(problems: Problems, fit: Fit, candidate: Candidate, origin: Te
     """
     if problems.block_count < SETTINGS.fewest_pieces:
         return True
-    if candidate.needs_start:  # its null is no value that a fit could be near: the loss itself is tested
-        values = fit.values.clone()
-        values[candidate.slots] = origin[candidate.slots]
-        rest = tuple(tied for tied in fit.free if tied not in candidate.free)
-        before = problems.fit([Hypothesis(rest, values)], REFIT_STEPS)[0]
-        if large_in_every_log(problems, before.loss, fit.loss):
-            return True
-        chance = chance_of_gain(problems, before.loss, fit.loss)
-    else:
-        neutral, places = _neutral(problems, fit, candidate, origin), [fit.free.index(tied) for tied in candidate.free]
-        chance = p_value(problems, fit, places, neutral)
-        enough = len(places) + 1 < SETTINGS.fewest_logs <= problems.log_count
-        if enough and p_value(problems, fit, places, neutral, problems.logs) > SETTINGS.false_alarms_by_logs:
-            return False
-    return chance < SETTINGS.false_alarms / max(1, tried)
+    distance = Distance.of(problems, fit, candidate, origin)
+    enough = len(candidate.free) + 1 < SETTINGS.fewest_logs <= problems.log_count
+    if enough and distance.chance(problems.logs) > SETTINGS.false_alarms_by_logs:
+        return False
+    return distance.chance(problems.blocks) < SETTINGS.false_alarms / max(1, tried)
 
 
 def beyond_trim(problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor, tried: int) -> bool:
     """Whether whole logs, whose trim differs from run to run, tell a candidate from none at the rate of a data set.
 
-    An effect without a null to start from is told by ranks of blocks alone; few logs have no ranks to speak of.
+    Few logs have no trim to speak of.
 
     Args:
         problems, fit, candidate, origin, tried: as of :func:`beyond_chance`.
     """
     if problems.log_count < SETTINGS.fewest_logs:
         return False
-    if candidate.needs_start:
-        return True
-    neutral, places = _neutral(problems, fit, candidate, origin), [fit.free.index(tied) for tied in candidate.free]
-    return p_value(problems, fit, places, neutral, problems.logs) < SETTINGS.false_alarms / max(1, tried)
+    chance = Distance.of(problems, fit, candidate, origin).chance(problems.logs)
+    return chance < SETTINGS.false_alarms / max(1, tried)
+
+
+@dataclass(frozen=True, eq=False)
+class Distance:
+    """How far parameters are from none, and what tells it.
+
+    Args:
+        away: in units of their scales ``# (n,)``.
+        places: of these parameters among all that are free.
+        gradient, curvature: half the loss's derivatives by all that is free ``# (S, A), (S, A, A)``.
+    """
+
+    away: Tensor
+    places: list[int]
+    gradient: Tensor
+    curvature: Tensor
+
+    @classmethod
+    def of(cls, problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor) -> Distance:
+        """Of an effect in a fit; of one whose null is no value that a fit could be near, the part of it that is there.
+
+        Args:
+            problems, fit, candidate, origin: as of :func:`beyond_chance`.
+        """
+        if candidate.needs_start:
+            return cls._of_part(problems, fit, candidate, origin)
+        neutral, places = _neutral(problems, fit, candidate, origin), [fit.free.index(tied) for tied in candidate.free]
+        slots = [tied[0] for tied in candidate.free]
+        away = (fit.values[slots] - neutral) / problems.problem.library.scale[slots]
+        return cls(away, places, fit.gradient, fit.curvature)
+
+    @classmethod
+    def _of_part(cls, problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor) -> Distance:
+        """Between the predictions without and with an effect a line is drawn: 0 without it, 1 as it was fitted."""
+        values = fit.values.clone()
+        values[candidate.slots] = origin[candidate.slots]
+        rest = tuple(tied for tied in fit.free if tied not in candidate.free)
+        before = problems.fit([Hypothesis(rest, values)], REFIT_STEPS)[0]
+        without, whole = problems.problem.residuals(torch.stack([before.values, fit.values]))
+        products = problems.whitening.products(torch.stack([whole, whole - without], dim=-1))
+        gradient, curvature = products[:, 1:, 0], products[:, 1:, 1:]
+        best = solve(curvature.sum(0), -gradient.sum(0))
+        return cls(1.0 + best, [0], gradient + curvature[:, :, 0] * best, curvature)
+
+    def chance(self, clusters: NDArray[np.int64]) -> float:
+        """Probability of being so far by chance: Hotelling's test on the jackknife by clusters, -1 for none ``# (S,)``.
+
+        Where one cluster holds most of what tells the parameters, they are nearly none without it. J. MacKinnon,
+        M. Nielsen, M. Webb, "Cluster-robust inference: a guide to empirical practice", J. Econometrics 232 (2023).
+        """
+        used = torch.as_tensor(clusters >= 0)
+        index, count = torch.as_tensor(clusters)[used], int(clusters.max()) + 1
+        none = self.gradient - self.curvature[:, :, self.places] @ self.away
+        gradient, curvature = (
+            part.sum(0) - part.new_zeros(count, *part.shape[1:]).index_add(0, index, part[used])
+            for part in (none, self.curvature)
+        )
+        left_out = -(torch.linalg.pinv(curvature, hermitian=True) @ gradient[..., None])[:, self.places, 0]
+        apart = left_out - left_out.mean(0)
+        inflation = len(clusters) / max(1, int(used.sum()))
+        return chance_of(self.away, apart.T @ apart * inflation * (count - 1) / count, count)
 
 
 def _neutral(problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor) -> Tensor:
@@ -123,25 +172,6 @@ def half_widths(problems: Problems, fit: Fit) -> Tensor:
     return torch.maximum(half, deviation * torch.as_tensor(stats.t.ppf(0.975, (number - 1).numpy())))
 
 
-def p_value(
-    problems: Problems, fit: Fit, places: Sequence[int], null: Tensor, clusters: NDArray[np.int64] | None = None
-) -> float:
-    """Probability of parameters this far from null by chance: Hotelling's test on clusters.
-
-    Args:
-        problems: what was fitted.
-        fit: at its best.
-        places: which of its free parameters.
-        null: their values without effect ``# (len(places),)``.
-        clusters: as of :func:`covariance`.
-    """
-    index = list(places)
-    slots = [fit.free[i][0] for i in index]
-    away = (fit.values[slots] - null) / problems.problem.library.scale[slots]
-    count = problems.block_count if clusters is None else len(np.unique(clusters[clusters >= 0]))
-    return chance_of(away, covariance(problems, fit, clusters)[index][:, index], count)
-
-
 def chance_of(away: Tensor, spread: Tensor, count: int) -> float:
     """Probability of parameters this far from none by chance, by Hotelling's test.
 
@@ -156,23 +186,6 @@ def chance_of(away: Tensor, spread: Tensor, count: int) -> float:
     squared = float(away @ torch.linalg.pinv(spread, hermitian=True) @ away)
     freedom = count - size
     return float(stats.f.sf(squared * freedom / (size * (count - 1)), size, freedom))
-
-
-def large_in_every_log(problems: Problems, before: Tensor, after: Tensor) -> bool:
-    """Whether several logs all lose a large part of their loss.
-
-    A rate limit acts for a second of a drive: the few blocks that it explains, however well, are too few for a test on
-    blocks, in most of which nothing changes but by what the other parameters move.
-
-    Args:
-        problems: what was fitted.
-        before, after: whitened squares per segment ``# (S,)``.
-    """
-    if problems.log_count < SETTINGS.certain_logs:
-        return False
-    log, zeros = torch.as_tensor(problems.logs), torch.zeros(problems.log_count, dtype=torch.float64)
-    old, new = (zeros.index_add(0, log, loss) for loss in (before, after))
-    return bool((new < (1 - SETTINGS.certain_fall) * old).all())
 
 
 def chance_of_gain(problems: Problems, before: Tensor, after: Tensor) -> float:

@@ -74,14 +74,16 @@ class Beam:
     on_progress: OnProgress = lambda _: None
     sets: dict[Names, EffectSet] = field(default_factory=dict)
     looked_around: set[Names] = field(default_factory=set)
+    fitted_anew: set[Names] = field(default_factory=set)
     _significant: dict[Names, bool] = field(default_factory=dict)
 
     def search(self) -> None:
         """Look around until there is nothing left to; whoever ends it by Ctrl-C keeps the best set so far."""
         self._keep(self.selection.set_of(self.selection.chosen, self.selection.fit))
         try:
-            while (effects := next(self._waiting(), None)) is not None:
-                self._look_around(effects)
+            while (effects := next(self._waiting(), None)) is not None or self._fitted_better():
+                if effects is not None:
+                    self._look_around(effects)
                 if names := [member.name for member in self._best().chosen]:
                     self.on_progress(f"found so far: {', '.join(names)}; searching on")
         finally:
@@ -130,10 +132,23 @@ class Beam:
         return min(self.sets.values(), key=lambda effects: effects.price)
 
     def _best(self) -> EffectSet:
-        """The cheapest set that is beyond chance; of a search that has just begun with others, the cheapest."""
+        """The cheapest set that is beyond chance; of a search that has just begun with others, the cheapest.
+
+        A limit that acts nearly always does what a gain or a load does: a threshold stands only where it saves more
+        than an effect without one in its place, by more than the standard error.
+        """
         by_price = sorted(self.sets.values(), key=lambda effects: effects.price)
         holding = (effects for effects in by_price if self._worth_its_size(effects) and self._holds(effects))
-        return next(holding, by_price[0])
+        best = next(holding, by_price[0])
+        plainer = (
+            effects
+            for effects in by_price
+            if len(effects.names - best.names) == len(best.names - effects.names) == 1
+            and effects.thresholds < best.thresholds
+            and not self.selection.surely_cheaper(best, effects)
+            and self._holds(effects)
+        )
+        return next(plainer, best)
 
     def _look_around(self, effects: EffectSet) -> None:
         self.looked_around.add(effects.names)
@@ -149,6 +164,19 @@ class Beam:
                 significant = all(self.selection.significant(fit, member) for member in pair)
                 if significant and self.selection.surely_cheaper(larger, effects):
                     self._keep(larger)
+
+    def _fitted_better(self) -> bool:
+        """Whether the best set, or it with one effect left out, has a better fit from other starts of its effects."""
+        better = False
+        for effects in list(self._around(self._best())):
+            if effects.names not in self.fitted_anew:
+                self.fitted_anew.add(effects.names)
+                for fitted in self.selection.fitted_anew(effects):
+                    self._keep(fitted)
+                if self.sets[effects.names] is not effects:
+                    self.looked_around.discard(effects.names)
+                    better = True
+        return better
 
     def _grows(self, effects: EffectSet) -> bool:
         """Whether some effect is worth its place beside a set's."""

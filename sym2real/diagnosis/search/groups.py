@@ -6,7 +6,6 @@ import torch
 from torch import Tensor
 
 from sym2real.diagnosis.search.near import Near
-from sym2real.diagnosis.search.select import price
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.catalogue import always_alike
 
@@ -37,7 +36,7 @@ def as_good(near: Near, without: Tensor, rival: Tensor) -> bool:
         near: the chosen set.
         without, rival: loss per fold without the finding, and with the rival in its place ``# (folds,)``.
     """
-    chosen, count = near.selection.held_out, len(near.selection.chosen)
+    chosen, count, price = near.selection.held_out, len(near.selection.chosen), near.selection.price
     if price(float(rival.sum()), count) >= price(float(without.sum()), count - 1):
         return False
     beyond = 1.0 - float(chosen.sum()) / float(rival.sum())

@@ -15,7 +15,7 @@ from torch import Tensor
 
 from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Fit, Hypothesis
 from sym2real.diagnosis.predict.candidate import Candidate
-from sym2real.diagnosis.search.select import Selection, price
+from sym2real.diagnosis.search.select import Selection
 
 # Pairs that are refitted in full.
 REFITTED = 2
@@ -50,7 +50,7 @@ def hidden_pairs(selection: Selection, chosen: Sequence[Candidate], values: Tens
         if selection.open([*chosen, first], [second]):
             both = left(first, second)
             apart = alone[first.name] + alone[second.name] - nothing
-            if price(both, len(chosen) + 2) < price(min(nothing, apart), len(chosen)):
+            if selection.price(both, len(chosen) + 2) < selection.price(min(nothing, apart), len(chosen)):
                 promising.append((both, (first, second)))
     pairs = [pair for _, pair in sorted(promising, key=lambda entry: entry[0])[:REFITTED]]
     starts = [problems.moved(at, problems.best_step(at)) for at in (part(*pair) for pair in pairs)]

@@ -22,11 +22,6 @@ Screening = tuple[float, list[tuple[float, Candidate, Tensor]]]
 AT_BOUND = 1e-6
 
 
-def price(loss: float, count: int) -> float:
-    """What a set of effects costs: its held-out loss, dearer by what each of its effects must take off it."""
-    return loss / ((1 - SETTINGS.gain) * (1 - SETTINGS.gain_beside) ** (count - 1)) if count else loss
-
-
 @dataclass(frozen=True, eq=False)
 class EffectSet:
     """Effects and their joint fit.
@@ -35,11 +30,13 @@ class EffectSet:
         chosen: the effects, in the order in which they came in.
         fit: of all.
         held_out: loss per fold ``# (folds,)``.
+        price: the loss of all folds with the effects' charges.
     """
 
     chosen: tuple[Candidate, ...]
     fit: Fit
     held_out: Tensor
+    price: float
 
     @property
     def candidate(self) -> Candidate:
@@ -51,15 +48,15 @@ class EffectSet:
         """Held-out loss of all folds."""
         return float(self.held_out.sum())
 
-    @property
-    def price(self) -> float:
-        """Held-out loss with the effects' charges."""
-        return price(self.loss, len(self.chosen))
-
     @cached_property
     def names(self) -> frozenset[str]:
         """Of the effects."""
         return frozenset(candidate.name for candidate in self.chosen)
+
+    @cached_property
+    def thresholds(self) -> int:
+        """Number of effects that do nothing on one side of a threshold."""
+        return sum(candidate.needs_start for candidate in self.chosen)
 
     @property
     def smaller(self) -> list[frozenset[str]]:
@@ -100,7 +97,18 @@ class Selection:
 
     def set_of(self, chosen: Sequence[Candidate], fit: Fit) -> EffectSet:
         """Effects, their joint fit, and its loss on what is left out."""
-        return EffectSet(tuple(chosen), fit, self.problems.held_out(fit))
+        held_out = self.problems.held_out(fit)
+        return EffectSet(tuple(chosen), fit, held_out, self.price(float(held_out.sum()), len(chosen)))
+
+    def price(self, loss: float, count: int) -> float:
+        """What a set of effects costs: its held-out loss, dearer by what each of its effects must take off it.
+
+        What is beside an effect whose form is a little wrong must save more, unless there are whole logs enough to tell
+        it from trim (see ``needed.py``).
+        """
+        logs_tell = self.problems.log_count >= SETTINGS.fewest_logs
+        beside = SETTINGS.gain if logs_tell else SETTINGS.gain_beside
+        return loss / ((1 - SETTINGS.gain) * (1 - beside) ** (count - 1)) if count else loss
 
     def put(self, chosen: Sequence[Candidate], fit: Fit) -> None:
         """Make this the present state."""
@@ -145,7 +153,7 @@ class Selection:
         """Price of a set with the effect that its sensitivity matrix promises most of; its own where none helps."""
         reference, screened = self._screening(effects)
         lowest = min([reference, *(loss for loss, _, _ in screened)])
-        return min(effects.price, price(lowest, len(effects.chosen) + 1))
+        return min(effects.price, self.price(lowest, len(effects.chosen) + 1))
 
     def _screening(self, effects: EffectSet) -> Screening:
         if effects not in self._screenings:
@@ -171,6 +179,16 @@ class Selection:
         )
         joined = [self.set_of([*chosen, candidate], fit) for (candidate, _), fit in zip(started, fits, strict=True)]
         return sorted(joined, key=lambda scored: scored.loss)
+
+    def fitted_anew(self, effects: EffectSet) -> list[EffectSet]:
+        """The same effects, fitted from the other starts of each: a set may have several valleys."""
+        free, hypotheses = self.free(effects.chosen), list[Hypothesis]()
+        for candidate in effects.chosen:
+            for start in candidate.starts:
+                values = effects.fit.values.clone()
+                values[list(candidate.free[0])] = start
+                hypotheses.append(Hypothesis(free, values))
+        return [self.set_of(effects.chosen, fit) for fit in self.problems.fit(hypotheses, REFIT_STEPS)]
 
     def _screened(self, chosen: Sequence[Candidate], values: Tensor, rivals: Sequence[Candidate]) -> Screening:
         """Held-out loss without any rival, and rivals by the one that is predicted with them, each with its start."""
@@ -231,7 +249,7 @@ class Selection:
         places, slots = [fit.free.index(tied) for tied in candidate.free], [tied[0] for tied in candidate.free]
         step = (self.origin[slots] - fit.values[slots]) / scale[slots]
         loss = self.problems.left_out(self.problems.by_fold(fit).without(places, step)).sum()
-        return price(float(loss), len(of.chosen) - 1)
+        return self.price(float(loss), len(of.chosen) - 1)
 
     def without_one(self, chosen: Sequence[Candidate], fit: Fit, candidate: Candidate) -> tuple[list[Candidate], Fit]:
         """The fit of a set of effects but one, from that of all of them."""

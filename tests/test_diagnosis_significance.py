@@ -1,0 +1,76 @@
+"""Tests beyond chance: level, power, and clusters that hold all that tells a parameter."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from noisy_flights import flights_with
+
+from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Hypothesis, Problems
+from sym2real.diagnosis.estimate.significance import Distance
+from sym2real.diagnosis.estimate.whitening import Spread
+from sym2real.diagnosis.predict.candidate import candidates
+from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.effects import effect
+from sym2real.robots import CRAZYFLIE
+
+CLUSTERS = 30
+
+
+def distance(columns: np.ndarray, noise: np.ndarray, size: float, tested: list[int]) -> Distance:
+    """Linear regression of noise and ``size`` in every tested parameter on columns ``# (S, A)``."""
+    truth = np.zeros(columns.shape[1])
+    truth[tested] = size
+    measured = columns @ truth + noise
+    best = np.linalg.lstsq(columns, measured, rcond=None)[0]
+    gradient = columns * (columns @ best - measured)[:, None]
+    curvature = columns[:, :, None] * columns[:, None, :]
+    return Distance(torch.as_tensor(best[tested]), tested, torch.as_tensor(gradient), torch.as_tensor(curvature))
+
+
+def test_the_chance_is_uniform_where_nothing_is_there_though_noise_lasts() -> None:
+    """Noise that is alike within a cluster, as trim is: by clusters no more is found than by chance."""
+    rng, clusters = np.random.default_rng(3), np.repeat(np.arange(CLUSTERS), 4)
+    columns = np.repeat(rng.standard_normal((CLUSTERS, 3)), 4, axis=0)
+    chances = np.array(
+        [
+            distance(columns, np.repeat(rng.standard_normal(CLUSTERS), 4), 0.0, [0, 1]).chance(clusters)
+            for _ in range(400)
+        ]
+    )
+    assert [np.mean(chances < level) for level in (0.05, 0.3)] == [
+        pytest.approx(0.05, abs=0.03),
+        pytest.approx(0.3, abs=0.08),
+    ]
+
+
+@pytest.mark.parametrize(("bursts", "found"), [(1, False), (3, True)], ids=["one", "three"])
+def test_a_burst_that_one_cluster_holds_is_chance_and_three_alike_are_none(bursts: int, found: bool) -> None:
+    """A limit acts for a second of a drive, and nearly nothing tells it in all other seconds."""
+    rng, clusters = np.random.default_rng(5), np.arange(CLUSTERS)
+    columns = 0.01 * rng.standard_normal((CLUSTERS, 1))
+    columns[:bursts] = 20.0
+    noise = rng.standard_normal(CLUSTERS)
+    noise[:bursts] *= 0.5
+    assert (distance(columns, noise, 1.0, [0]).chance(clusters) < 1e-5) is found
+
+
+def test_the_part_of_an_effect_that_is_there_is_as_sure_as_its_parameter() -> None:
+    """A mass, tested by its value, and, as if it had no null to start from, by the line between both predictions."""
+    base, data = CRAZYFLIE.nominal(), flights_with("added_mass", {"value": 1e-4})
+    library = Library.of(base, [effect("added_mass", base)])
+    problem = Problem(library, data)
+    spread = Spread.of(problem, library.null)
+    variances = torch.as_tensor(problem.segments.noise).square(), torch.ones(len(spread.names), dtype=torch.float64)
+    problems, (mass,) = Problems.of(problem, spread.whitening(*variances)), candidates(library, data)
+    (fit,) = problems.fit([Hypothesis(mass.free, library.null)], REFIT_STEPS)
+    by_value, by_part = (
+        Distance.of(problems, fit, candidate, library.null).chance(problems.blocks)
+        for candidate in (mass, replace(mass, needs_start=True))
+    )
+    assert 0.0 < by_value < 0.5
+    assert np.log(by_part) == pytest.approx(np.log(by_value), rel=0.02)

@@ -40,7 +40,7 @@ def flights_with_all(hidden: Mapping[str, Mapping[str, float]], count: int = 4, 
     robot, runs = CRAZYFLIE, []
     for index in range(count):
         rng = np.random.default_rng([5, index])
-        name = ("hover", "circle", "lemniscate", "circle")[index]
+        name = ("hover", "circle", "lemniscate", "circle")[index % 4]
         task = make_task(name, robot)
         changes = [effect(key, robot).inject(**values) for key, values in hidden.items()]
         tracking = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, task.reference, yaw_rate=0.7)

@@ -11,7 +11,7 @@ import pytest
 import torch
 from noisy_flights import flights_with_all
 
-from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.fit import Hypothesis, Problems
 from sym2real.diagnosis.estimate.significance import standard_error
 from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.candidate import Candidate, candidates
@@ -106,7 +106,7 @@ def test_a_set_is_surely_cheaper_only_beyond_a_standard_error() -> None:
     assert float(gain.sum()) == pytest.approx(right.loss - larger.loss, rel=1e-6)
     for part, surely in ((0.5, False), (2.0, True)):
         wanted = right.price - part * standard_error(weighed, gain)
-        cheaper = replace(larger, held_out=wanted / larger.price * larger.held_out)
+        cheaper = replace(larger, price=wanted)
         assert beam.selection.surely_cheaper(cheaper, right) is surely
     assert all(beam.selection.surely_cheaper(right, beam.sets[part]) for part in right.smaller)
 
@@ -126,3 +126,29 @@ def test_an_effect_more_costs_a_share_of_the_loss() -> None:
     prices = [price(1000.0, count) for count in range(SETTINGS.most_findings + 1)]
     assert prices[0] == 1000.0
     assert all(1.009 < more / less < 1.04 for less, more in pairwise(prices))
+
+
+@pytest.mark.parametrize("last", [False, True])
+def test_of_two_effects_that_do_the_same_the_one_without_a_threshold_is_named(last: bool) -> None:
+    """A limit that always acts is a load: the same parameter under another name, without a null to start from."""
+    _, tried = problems()
+    (mass,) = (candidate for candidate in tried if candidate.name == "added_mass")
+    threshold = replace(mass, name="always beyond a threshold", starts=(0.003,), needs_start=True)
+    selection = selection_of([*tried, threshold] if last else [threshold, *tried])
+    Beam(selection).search()
+    assert {candidate.name for candidate in selection.chosen} == set(HIDDEN)
+
+
+def test_a_set_in_a_higher_valley_is_fitted_anew_from_the_starts_of_its_effects() -> None:
+    """A mass that a fit does not leave, because it says that it has no slope there."""
+    _, tried = problems()
+    begun = tuple(replace(one, starts=(0.003,)) if one.name == "added_mass" else one for one in tried)
+    selection = selection_of(begun)
+    beam = Beam(selection)
+    beam.search()
+    best = beam.sets[frozenset(HIDDEN)]
+    values = best.fit.values.clone()
+    values[[slot for one in best.chosen if one.name == "added_mass" for slot in one.slots]] = 0.02
+    (high,) = selection.problems.quadratics([Hypothesis(best.fit.free, values)])
+    stuck = selection.set_of(best.chosen, replace(high, gradient=0 * high.gradient))
+    assert min(fitted.fit.total for fitted in selection.fitted_anew(stuck)) == pytest.approx(best.fit.total, rel=1e-3)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 import torch
-from noisy_flights import flights_with
+from noisy_flights import flights_with, flights_with_all
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.estimate.fit import Problems
@@ -24,10 +24,9 @@ from sym2real.robots import CRAZYFLIE
 WIND = {"fx": 0.02, "fy": -0.01}
 
 
-def chosen(keys: tuple[str, ...], *names: str, times: int = 1) -> Selection:
-    """Some of the effects put into a selection for flights in wind, so many times four, whatever they gain."""
-    base, logs = CRAZYFLIE.nominal(), list(flights_with("wind", WIND))
-    data = Dataset([replace(log, name=f"{log.name} {time}") for time in range(times) for log in logs])
+def chosen(keys: tuple[str, ...], *names: str, flights: Dataset | None = None) -> Selection:
+    """Some of the effects put into a selection for flights, four in wind by default, whatever they gain."""
+    base, data = CRAZYFLIE.nominal(), flights_with("wind", WIND) if flights is None else flights
     library = Library.of(base, [effect(key, base) for key in keys])
     problem, tried = Problem(library, data), candidates(library, data)
     spread = Spread.of(problem, library.null)
@@ -68,10 +67,22 @@ def test_what_no_prediction_needs_is_dropped_and_what_it_needs_stays() -> None:
     assert wind.tolist() == pytest.approx([WIND["fx"], WIND["fy"]], rel=0.1)
 
 
+@pytest.mark.parametrize(("logs", "stays"), [(4, False), (8, True)], ids=["four logs", "eight logs"])
+def test_what_whole_logs_establish_stays_beside_what_predictions_need(logs: int, stays: bool) -> None:
+    """80 mg, in flights without trim: too little for a prediction among noise, and there in every flight."""
+    flights = flights_with_all({"wind": WIND, "added_mass": {"value": 8e-5}}, count=logs)
+    selection = chosen(("wind", "added_mass"), "wind", "added_mass", flights=flights)
+    problem = selection.problems.problem
+    keep_needed(selection, problem.library, problem.data)
+    assert [one.name for one in selection.chosen] == ["wind", "added_mass"][: 1 + stays]
+
+
 @pytest.mark.parametrize(("value", "times"), [(1e-6, 1), (-0.02, 2)], ids=["tiny, in few logs", "wrong"])
 def test_what_is_not_needed_goes_where_few_logs_show_it_or_predictions_are_worse(value: float, times: int) -> None:
     """A wind at a value that no fit corrects."""
-    selection = chosen(("wind", "linear_drag"), "wind", times=times)
+    logs = list(flights_with("wind", WIND))
+    flights = Dataset([replace(log, name=f"{log.name} {time}") for time in range(times) for log in logs])
+    selection = chosen(("wind", "linear_drag"), "wind", flights=flights)
     values = selection.fit.values.clone()
     values[selection.chosen[0].slots] = value
     selection.put(selection.chosen, replace(selection.fit, values=values, gradient=0 * selection.fit.gradient))

@@ -21,9 +21,10 @@ from itertools import groupby, islice
 
 from sym2real.diagnosis.estimate.weighing import Prepared
 from sym2real.diagnosis.predict.candidate import Candidate
+from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.needed import keep_needed
 from sym2real.diagnosis.search.pairs import hidden_pairs
-from sym2real.diagnosis.search.select import EffectSet, Selection
+from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.stages import OnProgress, Stages
 
@@ -75,6 +76,7 @@ class Beam:
     sets: dict[Names, EffectSet] = field(default_factory=dict)
     looked_around: set[Names] = field(default_factory=set)
     fitted_anew: set[Names] = field(default_factory=set)
+    _left_out: set[tuple[Names, Names]] = field(default_factory=set)
     _significant: dict[Names, bool] = field(default_factory=dict)
 
     def search(self) -> None:
@@ -112,7 +114,8 @@ class Beam:
 
     def _without(self, effects: EffectSet, left_out: Candidate) -> EffectSet:
         names = effects.names - {left_out.name}
-        if names not in self.sets:
+        if (effects.names, names) not in self._left_out:
+            self._left_out.add((effects.names, names))
             self._keep(self.selection.set_of(*self.selection.without_one(effects.chosen, effects.fit, left_out)))
         return self.sets[names]
 

@@ -18,7 +18,8 @@ from torch import Tensor
 
 from sym2real.diagnosis.estimate.fit import Fit
 from sym2real.diagnosis.predict.candidate import Candidate
-from sym2real.diagnosis.search.select import EffectSet, Selection
+from sym2real.diagnosis.search.effect_set import EffectSet
+from sym2real.diagnosis.search.select import Selection
 
 DRAWS = 2000
 

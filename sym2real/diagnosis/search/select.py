@@ -1,16 +1,16 @@
-"""A set of effects and its fit, what joins it best, and whether its effects are beyond chance."""
+"""The present set of a search: what joins it best, what is left of it, and whether its effects are beyond chance."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 
 from torch import Tensor
 
 from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Fit, Free, Hypothesis, Problems
 from sym2real.diagnosis.estimate.significance import beyond_chance, standard_error
 from sym2real.diagnosis.predict.candidate import Candidate
+from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.settings import SETTINGS
 
 # Candidates that are refitted in full after screening: at most so many, none that is to save less than this part of the
@@ -20,48 +20,6 @@ REFITTED, PROMISING = 6, 0.3
 Screening = tuple[float, list[tuple[float, Candidate, Tensor]]]
 # In units of a parameter's scale: nearer to a bound a value is at it.
 AT_BOUND = 1e-6
-
-
-@dataclass(frozen=True, eq=False)
-class EffectSet:
-    """Effects and their joint fit.
-
-    Args:
-        chosen: the effects, in the order in which they came in.
-        fit: of all.
-        held_out: loss per fold ``# (folds,)``.
-        price: the loss of all folds with the effects' charges.
-    """
-
-    chosen: tuple[Candidate, ...]
-    fit: Fit
-    held_out: Tensor
-    price: float
-
-    @property
-    def candidate(self) -> Candidate:
-        """The effect that came in last."""
-        return self.chosen[-1]
-
-    @cached_property
-    def loss(self) -> float:
-        """Held-out loss of all folds."""
-        return float(self.held_out.sum())
-
-    @cached_property
-    def names(self) -> frozenset[str]:
-        """Of the effects."""
-        return frozenset(candidate.name for candidate in self.chosen)
-
-    @cached_property
-    def thresholds(self) -> int:
-        """Number of effects that do nothing on one side of a threshold."""
-        return sum(candidate.needs_start for candidate in self.chosen)
-
-    @property
-    def smaller(self) -> list[frozenset[str]]:
-        """Names of the sets with one effect less."""
-        return [self.names - {name} for name in self.names]
 
 
 @dataclass(eq=False)

@@ -4,12 +4,13 @@ A set costs what it leaves of logs that its fit left out, and a charge for every
 fit what comes of it by one more effect, the most promising of them on the set's own sensitivity matrix, and by one
 less. That is done in those few sets of every size to which one effect more promises the lowest price, so that no first
 effect decides what the next ones look like, unless the set is as large as the best one and even that price is higher;
-and in the best set, and in it with each of its effects left out, which exchanges that effect for others, and begins its
-own fit again from its other starts. The search ends where all of these have been looked around in. The answer is the
-cheapest set of which every effect is beyond chance. Sets on the way need not be: while much is missing, errors are
-large, and no test tells. So the cheapest set is looked around in as the best one is, whether it is beyond chance or
-not: it may stand between two families of effects. Where no single effect helps, two may that hide each other. The best
-of some hundred pairs saves something by luck, so what a pair saves must be beyond its standard error.
+and in the best set, and in it with each of its effects left out, which exchanges that effect for others. The search
+ends where all of these have been looked around in and, as a set may have several valleys, fitted anew from the other
+starts of their effects. The answer is the cheapest set of which every effect is beyond chance. Sets on the way need not
+be: while much is missing, errors are large, and no test tells. So the cheapest set is looked around in as the best one
+is, whether it is beyond chance or not: it may stand between two families of effects. Where no single effect helps, two
+may that hide each other. The best of some hundred pairs saves something by luck, so what a pair saves must be beyond
+its standard error.
 """
 
 from __future__ import annotations

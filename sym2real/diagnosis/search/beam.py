@@ -30,7 +30,7 @@ from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.stages import OnProgress, Stages
 
 # Cheapest sets of a size of which it is asked what one effect more promises, and those that are looked around in.
-SCREENED, WIDTH = 8, 2
+SCREENED, WIDTH = 4, 2
 # Relative fall of the whitened squares by which a fit of the same set is another one.
 BETTER = 1e-4
 

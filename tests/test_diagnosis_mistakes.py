@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from noisy_flights import flights
 from paper_robots import PAPER_ROBOTS
 
 from sym2real.dataset import Dataset
@@ -145,6 +146,14 @@ def test_no_effect_is_taken_for_a_mistake(robot: str, key: str, values: dict[str
     data = simulate_case(Case(robot, ((key, values),) if key else (), seed=72), trajectories=3, rows=260)
     assert mistakes(ROBOTS[robot].nominal(), data) == []
     assert bad_rows(data) == []
+
+
+@pytest.mark.parametrize("rows", [2, 3, 4])
+def test_late_commands_make_no_late_sensor(rows: int) -> None:
+    """Attitude and rates answer late together, which no sensor is; a row is named by another rule."""
+    data = flights()
+    late = Dataset(Late("commands", log.layouts.action.columns, -rows, log.dt).made(log) for log in data)
+    assert mistakes(ROBOTS["crazyflie"].nominal(), late) == []
 
 
 def with_state(data: Dataset, columns: tuple[str, ...], rng: np.random.Generator, change: str) -> Dataset:

@@ -4,8 +4,8 @@ A model's single steps hold both: that velocity moves the position and rates tur
 Over a stretch of a log the sum of what they foretell, each from the measured row, must be what was measured; both
 without the log's mean, since wind, trim or a tilted board make constants. As sums, nothing noisy is differentiated.
 
-A heading is also held against its measured rate, whatever the model says: a car's model turns it by commands, and where
-these arrive late, heading and rate are late together, which no sensor is.
+An attitude or a heading is also held against its measured rates, whatever the model says: a model may turn it by
+commands, and where these arrive late, attitude and rates are late together, which no sensor is.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from sym2real.effects.visible import VisibleModel, visible_in_double, visible_st
 from sym2real.layout import Layout
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import HEADING
+from sym2real.vocabulary import ATTITUDE, HEADING
 
 STRETCH, FEWEST_ROWS = 0.4, 4  # s; rows
-TURNED = "heading by its rate"
+TURNED = "turn about {} by its rate"
 LEVEL = 2  # the first components of a world vector lie level, whichever way its axes are turned
 
 
@@ -107,24 +107,28 @@ class Balances:
         blocks = [np.arange(length // rows) // seconds for length in lengths]
         firsts = np.cumsum([0, *(block[-1] + 1 if len(block) else 0 for block in blocks[:-1])])
         quantities = _quantities(data.layouts.state)
-        turned = _turned(measured, layout, _summed(now.numpy() * self.model.dt, lengths, rows))
+        turns = _turned(measured, layout, _summed(now.numpy() * self.model.dt, lengths, rows))
         return Balance(
-            (*quantities, *(TURNED for _ in turned)),
-            (*(field for field, _ in quantities.values()), *("" for _ in turned)),
-            (*(measured[:, places] for _, places in quantities.values()), *(by_heading for by_heading, _ in turned)),
-            (*(foretold[:, places] for _, places in quantities.values()), *(by_rate for _, by_rate in turned)),
+            (*quantities, *turns),
+            (*(field for field, _ in quantities.values()), *("" for _ in turns)),
+            (*(measured[:, places] for _, places in quantities.values()), *(angle for angle, _ in turns.values())),
+            (*(foretold[:, places] for _, places in quantities.values()), *(rate for _, rate in turns.values())),
             np.concatenate([block + first for block, first in zip(blocks, firsts, strict=True)]),
             known,
             rows,
         )
 
 
-def _turned(changes: Array, layout: Layout, sums: Array) -> list[tuple[Array, Array]]:
-    """Turn of a heading over stretches, and of its rate ``# (stretches, 1)`` each; nothing without both."""
-    if RATES[-1] not in layout or not layout.has_field(HEADING.name):
-        return []
-    heading = dict(zip((field.name for field in layout.fields), places_of_fields(layout), strict=True))[HEADING.name]
-    return [(changes[:, list(heading)], sums[:, [layout.index(RATES[-1])]])]
+def _turned(changes: Array, layout: Layout, sums: Array) -> dict[str, tuple[Array, Array]]:
+    """Quantity → turn over stretches, and its rate's ``# (stretches, 1)`` each; nothing without both."""
+    rates = {ATTITUDE.name: RATES, HEADING.name: RATES[-1:]}
+    fields = zip((field.name for field in layout.fields), places_of_fields(layout), strict=True)
+    turns = [turn for name, places in fields if name in rates for turn in zip(places, rates[name], strict=True)]
+    return {
+        TURNED.format(rate[-1]): (changes[:, [place]], sums[:, [layout.index(rate)]])
+        for place, rate in turns
+        if rate in layout
+    }
 
 
 def _summed(changes: Array, lengths: Sequence[int], rows: int) -> Array:

@@ -5,12 +5,12 @@ Whoever runs a bench with them to choose between two ways of doing something has
 
 SEALED = {
     "invariance": 774_210_000,
-    "car draws": 218_650_000,
+    "car draws": 731_940_000,
     "motor draws": 935_480_000,
     "user mistakes": 406_130_000,
     "null logs": 591_720_000,
     "standard answers": 163_090_000,
     "fewer numbers": 852_340_000,
     "mujoco.sysid": 347_560_000,
-    "new robots": 690_830_000,
+    "new robots": 524_170_000,
 }

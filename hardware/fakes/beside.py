@@ -47,7 +47,8 @@ def beside(module: str, options: Sequence[str]) -> Iterator[Fake]:
     def tell(line: str) -> None:
         told.write(f"{line}\n")
         told.flush()
-        heard.readline()
+        if not heard.readline():
+            raise LinkError(f"the fake robot ended before it answered: {line}")
 
     try:
         words = heard.readline().strip()

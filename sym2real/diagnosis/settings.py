@@ -31,7 +31,7 @@ class Settings:
     error_fall: float = _of(0.10, "theory", "part of an error whose coming or going matters to a user")
     gain: float = _of(0.01, "tuned", "part of the held-out loss that an effect must save: null sets show 0.002")
     gain_beside: float = _of(
-        0.03, "tuned", "the same beside another effect, whose form may be a little wrong, where logs are few: real logs"
+        0.03, "tuned", "the same of an effect where logs are few, or a constant, beside one of a wrong form: real logs"
     )
     most_findings: int = _of(8, "theory", "effects in one set: more have no test left on the logs of a day")
     odds: float = _of(0.05, "theory", "weight beside a finding from which another may be what is there")

@@ -55,11 +55,16 @@ def _require_columns_of_its_robot(base: Base, name: str) -> None:
 def cached_base(robot: Robot, on_progress: Callable[[Progress], None] = lambda _: None) -> Equations:
     """The base of a robot in its plain simulator, learned at the first call and kept in the user's cache."""
     folder = base_folder(robot)
-    make_folder(folder.parent)
-    with FileLock(f"{folder}.lock"):  # another process may want it at the same time
-        if not (folder / "equations.json").exists():
-            _learned(robot, folder, on_progress).save(folder)
-        return load_model(folder)
+    if not _is_there(folder):
+        make_folder(folder.parent)
+        with FileLock(f"{folder}.lock"):  # another process may learn it at the same time
+            if not _is_there(folder):
+                _learned(robot, folder, on_progress).save(folder)
+    return load_model(folder)
+
+
+def _is_there(folder: Path) -> bool:
+    return (folder / "equations.json").exists()
 
 
 def _learned(robot: Robot, folder: Path, on_progress: Callable[[Progress], None]) -> Learned:

@@ -2,9 +2,9 @@
 
 An effect of size β changes the residuals of a log by r(β); what the free start cannot absorb of it, whitened, is
 λ(β) = ‖r(β)‖². It is found where λ exceeds what the acceptance rule of the search asks for: a relative gain, and
-Student's t on blocks. Near zero λ = β²F with the sensitivity matrix F = JᵀC⁻¹J; effects that begin at a threshold
-(limits, grip, dead bands) are tried at rising sizes instead. From which size on an effect matters for predictions is
-another number (see ``mattering.py``).
+Hotelling's test on blocks, which is Student's t for one parameter. Near zero λ = β²F with the sensitivity matrix F =
+JᵀC⁻¹J; effects that begin at a threshold (limits, grip, dead bands) are tried at rising sizes instead. From which size
+on an effect matters for predictions is another number (see ``mattering.py``).
 
 Two effects cannot be told apart where one's residuals are the other's: the part of F that fitting the other removes,
 tr(F_ab F_bb⁻¹ F_ba) / tr F_aa in units of the parameters' scales, is above 0.96 (a correlation of 0.98). A delay and

@@ -80,21 +80,27 @@ class Distance:
 
     @classmethod
     def _of_part(cls, problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor) -> Distance:
-        """Between the predictions without and with an effect a line is drawn: 0 without it, 1 as it was fitted."""
+        """Between the predictions without and with an effect a line is drawn: 0 without it, 1 as it was fitted.
+
+        All that is free beside the effect stays free. A part below 0 is none.
+        """
         values = fit.values.clone()
         values[candidate.slots] = origin[candidate.slots]
         rest = tuple(tied for tied in fit.free if tied not in candidate.free)
         before = problems.fit([Hypothesis(rest, values)], REFIT_STEPS)[0]
-        without, whole = problems.problem.residuals(torch.stack([before.values, fit.values]))
-        products = problems.whitening.products(torch.stack([whole, whole - without], dim=-1))
+        beside = tuple(tied for tied in fit.whole if tied not in candidate.free)
+        (columns,) = problems.problem.linearised(fit.values[None], [beside])
+        whole, slopes = columns[..., :1], columns[..., 1:]
+        line = whole - problems.problem.residuals(before.values[None])[0, ..., None]
+        products = problems.whitening.products(torch.cat([whole, line, slopes], dim=-1))
         gradient, curvature = products[:, 1:, 0], products[:, 1:, 1:]
-        best = solve(curvature.sum(0), -gradient.sum(0))
-        return cls(1.0 + best, [0], gradient + curvature[:, :, 0] * best, curvature)
+        step = solve(curvature.sum(0), -gradient.sum(0))
+        return cls((1.0 + step[:1]).clamp_min(0.0), [0], gradient + curvature @ step, curvature)
 
     def chance(self, clusters: NDArray[np.int64]) -> float:
         """Probability of being so far by chance: Hotelling's test on the jackknife by clusters, -1 for none ``# (S,)``.
 
-        Where one cluster holds most of what tells the parameters, they are nearly none without it. J. MacKinnon,
+        Where one cluster holds all that tells the parameters, they are none without it. J. MacKinnon,
         M. Nielsen, M. Webb, "Cluster-robust inference: a guide to empirical practice", J. Econometrics 232 (2023).
         """
         used = torch.as_tensor(clusters >= 0)
@@ -116,17 +122,6 @@ def _neutral(problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor)
         problems.nuisance.nearest(tied, float(fit.values[tied[0]]), float(origin[tied[0]])) for tied in candidate.free
     ]
     return torch.tensor(nearest, dtype=torch.float64)
-
-
-def covariance(problems: Problems, fit: Fit, clusters: NDArray[np.int64] | None = None) -> Tensor:
-    """Cluster-robust covariance of the free parameters in units of their scale ``# (A, A)``.
-
-    Args:
-        problems: what was fitted.
-        fit: at its best.
-        clusters: of every segment, -1 for none ``# (S,)``; by default blocks of a second.
-    """
-    return clustered(fit.gradient, fit.curvature, problems.blocks if clusters is None else clusters)
 
 
 def clustered(gradient: Tensor, curvature: Tensor, clusters: NDArray[np.int64]) -> Tensor:
@@ -158,7 +153,7 @@ def half_widths(problems: Problems, fit: Fit) -> Tensor:
         problems: what was fitted.
         fit: at its best.
     """
-    blocks = covariance(problems, fit).diagonal().clamp_min(0).sqrt()
+    blocks = clustered(fit.gradient, fit.curvature, problems.blocks).diagonal().clamp_min(0).sqrt()
     half = blocks * float(stats.t.ppf(0.975, max(1, problems.block_count - 1)))
     if problems.log_count < SETTINGS.fewest_logs:
         return half
@@ -188,21 +183,6 @@ def chance_of(away: Tensor, spread: Tensor, count: int) -> float:
     return float(stats.f.sf(squared * freedom / (size * (count - 1)), size, freedom))
 
 
-def chance_of_gain(problems: Problems, before: Tensor, after: Tensor) -> float:
-    """Probability that a loss falls so widely by chance: Wilcoxon's one-sided signed-rank test on blocks.
-
-    Ranks, because a limit saves much in few blocks and little in many.
-
-    Args:
-        problems: what was fitted.
-        before, after: whitened squares per segment ``# (S,)``.
-    """
-    gains = _by_block(problems, before - after)
-    if not bool(gains.any()):
-        return 1.0
-    return float(stats.wilcoxon(gains.numpy(), alternative="greater").pvalue)
-
-
 def standard_error(problems: Problems, difference: Tensor) -> float:
     """Standard error of a sum over segments ``# (S,)``, by blocks; of a single block nobody can say.
 
@@ -211,10 +191,10 @@ def standard_error(problems: Problems, difference: Tensor) -> float:
     if problems.block_count < 2:
         return inf
     used = float(np.mean(problems.blocks >= 0))
-    return sqrt(problems.block_count) * float(_by_block(problems, difference).std()) / used
+    return sqrt(problems.block_count) * float(by_block(problems, difference).std()) / used
 
 
-def _by_block(problems: Problems, values: Tensor) -> Tensor:
+def by_block(problems: Problems, values: Tensor) -> Tensor:
     """Sums of segments' values over blocks ``# (S,) -> (blocks,)``."""
     used = torch.as_tensor(problems.blocks >= 0)
     sums = torch.zeros(problems.block_count, dtype=torch.float64)

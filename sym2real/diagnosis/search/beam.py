@@ -149,6 +149,7 @@ class Beam:
             for effects in by_price
             if len(effects.names - best.names) == len(best.names - effects.names) == 1
             and effects.thresholds < best.thresholds
+            and self._worth_its_size(effects)
             and not self.selection.surely_cheaper(best, effects)
             and self._holds(effects)
         )
@@ -193,3 +194,5 @@ class Beam:
         if known is None or effects.fit.total < (1 - BETTER) * known.fit.total:
             self.sets[effects.names] = effects
             self._significant.pop(effects.names, None)
+            self.selection.forget(effects.names)
+            self._left_out = {asked for asked in self._left_out if asked[0] != effects.names}

@@ -107,6 +107,10 @@ class Selection:
             self._larger[effects.names] = self.refitted(effects.chosen, promising)
         return self._larger[effects.names]
 
+    def forget(self, names: frozenset[str]) -> None:
+        """Larger sets were fitted from a fit of these effects that has been replaced."""
+        self._larger.pop(names, None)
+
     def promise(self, effects: EffectSet) -> float:
         """Price of a set with the effect that its sensitivity matrix promises most of; its own where none helps."""
         reference, screened = self._screening(effects)
@@ -119,10 +123,10 @@ class Selection:
             self._screenings[effects] = self._screened(effects.chosen, effects.fit.values, rivals)
         return self._screenings[effects]
 
-    def surely_cheaper(self, larger: EffectSet, smaller: EffectSet) -> bool:
+    def surely_cheaper(self, cheaper: EffectSet, other: EffectSet) -> bool:
         """Whether a set costs less than another by more than the standard error of how held-out losses differ."""
-        gain = self.problems.held_out_segments(smaller.fit) - self.problems.held_out_segments(larger.fit)
-        return smaller.price - larger.price > standard_error(self.problems, gain)
+        gain = self.problems.held_out_segments(other.fit) - self.problems.held_out_segments(cheaper.fit)
+        return other.price - cheaper.price > standard_error(self.problems, gain)
 
     def open(self, chosen: Sequence[Candidate], rivals: Sequence[Candidate]) -> list[Candidate]:
         """Those of the rivals that share no parameter with what is chosen."""

@@ -13,10 +13,11 @@ from sym2real.adaptation import StageOne
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare, diagnose
 from sym2real.effects import applicable, effect
-from sym2real.errors import ModelError, ShapeError, UnknownNameError
+from sym2real.errors import DataError, ModelError, ShapeError, UnknownNameError
 from sym2real.experiments.learning import learn_in_simulation
 from sym2real.experiments.models import open_model
 from sym2real.experiments.noisy_runs import Effects, noisy_runs
+from sym2real.logs import read_log
 from sym2real.plants import MujocoPlant
 from sym2real.robots import ROBOTS, Robot
 from sym2real.symbolic import Equations, compile_model, load_model, save_model
@@ -278,3 +279,16 @@ def test_a_period_is_whole_steps(arm: Robot) -> None:
         Robot.from_mjcf(arm.description.mjcf, dt=0.0105)
     with pytest.raises(UnknownNameError, match="actuator"):
         Robot.from_mjcf(arm.description.mjcf, actions=["push"])
+
+
+def test_a_log_needs_no_column_of_pushes_that_nobody_applied(tmp_path: Path) -> None:
+    robot = ROBOTS["cart_pole"]
+    rows = np.linspace(0.0, 1.0, 30)[:, None] * np.ones((1, 6)) * [1.0, 0.1, 0.2, 0.3, 0.4, 0.5]
+    names = ("time", *robot.layouts.state.columns, *robot.layouts.action.columns)
+    np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header=",".join(names), comments="")
+    log = read_log(tmp_path / "log.csv", layouts=robot.layouts)
+    assert log.layouts.inputs.columns == tuple(f"{joint}_push" for joint in ("slider", "pole"))
+    assert not log.inputs.any()
+    np.savetxt(tmp_path / "short.csv", rows[:, :-1], delimiter=",", header=",".join(names[:-1]), comments="")
+    with pytest.raises(DataError, match=r"columns of the model: drive \(N\)"):
+        read_log(tmp_path / "short.csv", layouts=robot.layouts)

@@ -32,7 +32,9 @@ def go(
     write_log(drive, log)
     main(["run", str(model), *run, "--out", str(folder / "run")])
     assert (folder / "run" / f"{task}.csv").exists()
-    main(["compare", str(model), str(log), "--json", str(folder / "compare.json")])
+    page = folder / "page.html"
+    main(["compare", str(model), str(log), "--json", str(folder / "compare.json"), "--report", str(page)])
+    assert "Where does it fail?" in page.read_text(encoding="utf-8")
     main(["diagnose", str(model), str(log), "--json", str(answer)])
     # One short log has too few independent pieces.
     assert json.loads(answer.read_text())["verdict"] in {"EFFECT", "CANNOT_TELL"}

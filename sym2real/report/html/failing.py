@@ -150,7 +150,8 @@ def _worst(worst: Sequence[Segment], observed: Observed, arrays: Arrays, switche
 def _farthest(segment: Segment, observed: Observed, measured: Array, predicted: Array) -> int:
     """Place of the signal of a segment's channel that ends farthest off."""
     names = list(signal_units(observed.layout))
-    wanted = SIGNALS.get(segment.channel, EULER)
+    columns = {field.name: field.columns for field in observed.layout.fields}
+    wanted = SIGNALS.get(segment.channel) or (*columns.get(segment.channel, ()), *EULER)
     places = [names.index(name) for name in wanted if name in names]
     away = np.abs(np.nan_to_num(predicted - measured))[-1, places]
     return places[int(np.argmax(away))]

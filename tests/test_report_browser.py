@@ -94,7 +94,8 @@ def opened(shared: Opened) -> Opened:
 # A chart that comes into view is drawn some frames later.
 DRAWN = """async (canvas) => {
   let same = 0, shown = "";
-  while (same < 3) {
+  for (let frame = 0; same < 3; frame++) {
+    if (frame > 600) throw new Error("the chart never comes to rest");
     await new Promise(requestAnimationFrame);
     same = canvas.toDataURL() === shown ? same + 1 : 0;
     shown = canvas.toDataURL();

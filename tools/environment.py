@@ -1,4 +1,7 @@
-"""Makes or reuses ``.venv`` with the project installed; needs nothing but Python ≥ 3.11."""
+"""Makes or reuses ``.venv`` with the project installed; needs nothing but Python ≥ 3.11.
+
+python3 tools/environment.py test docs      # with these extras
+"""
 
 from __future__ import annotations
 

@@ -77,8 +77,8 @@ class MushrLink(Closing):
         if not self._within(CONNECTING, lambda: bool(np.isfinite(self.state().state).all())):
             raise self._missing("whole state: poses with stamps that go on")
         publisher = self._publisher = self._node.advertise(self.topic, ACKERMANN)
-        # A dry link goes on without: a check says it in its own words.
-        if not self._within(LISTENING if self.dry else CONNECTING, lambda: publisher.subscribers > 0) and not self.dry:
+        heard = self._within(LISTENING if self.dry else CONNECTING, lambda: publisher.subscribers > 0)
+        if not (heard or self.dry):  # a dry link goes on without: a check says it in its own words
             raise self._missing(f"subscriber of {self.topic}: is the car's mux running?")
 
     def arm(self) -> None:

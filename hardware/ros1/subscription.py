@@ -60,10 +60,9 @@ class Subscription:
         try:
             connection = self._connect(publisher)
             with self._lock:
-                if publisher in self._connections:
-                    self._connections[publisher] = connection
-                else:  # it has left meanwhile
-                    _hang_up(connection)
+                if publisher not in self._connections:  # it has left meanwhile
+                    return
+                self._connections[publisher] = connection
             while self._hear(self.kind.decode(read_block(connection))):
                 pass
         except (OSError, LinkError) as error:

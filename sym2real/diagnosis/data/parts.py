@@ -5,7 +5,9 @@ from __future__ import annotations
 from math import ceil
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
+from torch import Tensor
 
 from sym2real.diagnosis.data.segments import Segments
 
@@ -28,6 +30,12 @@ def folds_of(segments: Segments) -> NDArray[np.int64]:
 def logs_of(segments: Segments) -> NDArray[np.int64]:
     """Log of every segment, by its number among those that have segments ``# (S,)``."""
     return np.unique(segments.log, return_inverse=True)[1].astype(np.int64)
+
+
+def summed(values: Tensor, parts: NDArray[np.int64]) -> Tensor:
+    """Sums over parts ``# (parts, ...)`` of what every segment has ``# (S, ...)``; -1 is no part ``# (S,)``."""
+    used, count = torch.as_tensor(parts >= 0), int(parts.max()) + 1
+    return values.new_zeros(count, *values.shape[1:]).index_add(0, torch.as_tensor(parts)[used], values[used])
 
 
 def blocks_of(segments: Segments, dt: float) -> NDArray[np.int64]:

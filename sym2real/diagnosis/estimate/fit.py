@@ -11,7 +11,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from sym2real.diagnosis.data.parts import blocks_of, folds_of, logs_of
+from sym2real.diagnosis.data.parts import blocks_of, folds_of, logs_of, summed
 from sym2real.diagnosis.estimate.whitening import Whitening
 from sym2real.diagnosis.predict.nuisance import Nuisance
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -210,12 +210,7 @@ class Problems:
 
     def by_fold(self, fit: Fit) -> Fit:
         """The same summed over the segments of every fold."""
-        index = torch.as_tensor(self.folds)
-        count = int(index.max()) + 1
-        loss, gradient, curvature = (
-            part.new_zeros(count, *part.shape[1:]).index_add(0, index, part)
-            for part in (fit.loss, fit.gradient, fit.curvature)
-        )
+        loss, gradient, curvature = (summed(part, self.folds) for part in (fit.loss, fit.gradient, fit.curvature))
         return replace(fit, loss=loss, gradient=gradient, curvature=curvature)
 
     def left_out(self, fit: Fit) -> Tensor:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy import stats
 from torch import Tensor
 
+from sym2real.diagnosis.data.parts import summed
 from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Fit, Hypothesis, Problems, solve
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.settings import SETTINGS
@@ -103,17 +104,11 @@ class Distance:
         Where one cluster holds all that tells the parameters, they are none without it. J. MacKinnon,
         M. Nielsen, M. Webb, "Cluster-robust inference: a guide to empirical practice", J. Econometrics 232 (2023).
         """
-        used = torch.as_tensor(clusters >= 0)
-        index, count = torch.as_tensor(clusters)[used], int(clusters.max()) + 1
         none = self.gradient - self.curvature[:, :, self.places] @ self.away
-        gradient, curvature = (
-            part.sum(0) - part.new_zeros(count, *part.shape[1:]).index_add(0, index, part[used])
-            for part in (none, self.curvature)
-        )
+        gradient, curvature = (part.sum(0) - summed(part, clusters) for part in (none, self.curvature))
         left_out = -(torch.linalg.pinv(curvature, hermitian=True) @ gradient[..., None])[:, self.places, 0]
-        apart = left_out - left_out.mean(0)
-        inflation = len(clusters) / max(1, int(used.sum()))
-        return chance_of(self.away, apart.T @ apart * inflation * (count - 1) / count, count)
+        apart, count = left_out - left_out.mean(0), len(left_out)
+        return chance_of(self.away, apart.T @ apart * _gaps(clusters) * (count - 1) / count, count)
 
 
 def _neutral(problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor) -> Tensor:
@@ -131,15 +126,16 @@ def clustered(gradient: Tensor, curvature: Tensor, clusters: NDArray[np.int64]) 
         gradient, curvature: half the loss's derivatives ``# (S, A), (S, A, A)``.
         clusters: of every segment, -1 for none ``# (S,)``.
     """
-    used = torch.as_tensor(clusters >= 0)
-    index = torch.as_tensor(clusters)[used]
-    count = int(clusters.max()) + 1
-    scores = gradient.new_zeros(count, gradient.shape[1]).index_add(0, index, gradient[used])
-    inflation = len(clusters) / max(1, int(used.sum()))
-    inverse = torch.linalg.pinv(curvature.sum(0), hermitian=True)
-    meat = (scores - scores.mean(0)).T @ (scores - scores.mean(0)) * inflation * count / max(1, count - 1)
+    scores = summed(gradient, clusters)
+    count, inverse = len(scores), torch.linalg.pinv(curvature.sum(0), hermitian=True)
+    meat = (scores - scores.mean(0)).T @ (scores - scores.mean(0)) * _gaps(clusters) * count / max(1, count - 1)
     result: Tensor = inverse @ meat @ inverse
     return result
+
+
+def _gaps(clusters: NDArray[np.int64]) -> float:
+    """Segments over those that lie in a cluster: what is in the gaps between blocks tells parameters, too."""
+    return len(clusters) / max(1, int(np.sum(clusters >= 0)))
 
 
 def half_widths(problems: Problems, fit: Fit) -> Tensor:
@@ -157,11 +153,9 @@ def half_widths(problems: Problems, fit: Fit) -> Tensor:
     half = blocks * float(stats.t.ppf(0.975, max(1, problems.block_count - 1)))
     if problems.log_count < SETTINGS.fewest_logs:
         return half
-    log = torch.as_tensor(problems.logs)
     inverse = torch.linalg.pinv(fit.curvature.sum(0), hermitian=True)
-    zeros = torch.zeros(problems.log_count, len(inverse), dtype=torch.float64)
-    moves = zeros.index_add(0, log, fit.gradient) @ inverse
-    shares = zeros.index_add(0, log, (inverse @ fit.curvature @ inverse).diagonal(dim1=1, dim2=2))
+    moves = summed(fit.gradient, problems.logs) @ inverse
+    shares = summed((inverse @ fit.curvature @ inverse).diagonal(dim1=1, dim2=2), problems.logs)
     number = (shares.sum(0).square() / shares.square().sum(0).clamp_min(1e-300)).clamp_min(2.0)
     deviation = (moves.square().sum(0) * number / (number - 1)).sqrt()
     return torch.maximum(half, deviation * torch.as_tensor(stats.t.ppf(0.975, (number - 1).numpy())))
@@ -190,12 +184,4 @@ def standard_error(problems: Problems, difference: Tensor) -> float:
     """
     if problems.block_count < 2:
         return inf
-    used = float(np.mean(problems.blocks >= 0))
-    return sqrt(problems.block_count) * float(by_block(problems, difference).std()) / used
-
-
-def by_block(problems: Problems, values: Tensor) -> Tensor:
-    """Sums of segments' values over blocks ``# (S,) -> (blocks,)``."""
-    used = torch.as_tensor(problems.blocks >= 0)
-    sums = torch.zeros(problems.block_count, dtype=torch.float64)
-    return sums.index_add(0, torch.as_tensor(problems.blocks)[used], values[used])
+    return sqrt(problems.block_count) * float(summed(difference, problems.blocks).std()) * _gaps(problems.blocks)

@@ -27,8 +27,8 @@ from scipy import stats
 from torch import Tensor
 
 from sym2real.dataset import Dataset
+from sym2real.diagnosis.data.parts import summed
 from sym2real.diagnosis.estimate.fit import Problems, solve
-from sym2real.diagnosis.estimate.significance import by_block
 from sym2real.diagnosis.estimate.whitening import PIECES, disturbances
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
@@ -230,10 +230,10 @@ def _chance(rows: _Rows, problems: Problems, omega: float) -> float:
             gains[part] = _changes(gradient[part], curvature[part], plain) - _changes(
                 gradient[part], curvature[part], -solve(h, g)
             )
-    by_blocks = by_block(problems, gains)
-    if not bool(by_blocks.any()):
+    by_block = summed(gains, problems.blocks)
+    if not bool(by_block.any()):
         return 1.0
-    return float(stats.wilcoxon(by_blocks.numpy(), alternative="greater").pvalue)
+    return float(stats.wilcoxon(by_block.numpy(), alternative="greater").pvalue)
 
 
 def _changes(gradient: Tensor, curvature: Tensor, step: Tensor) -> Tensor:

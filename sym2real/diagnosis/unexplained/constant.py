@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy import stats
 from torch import Tensor
 
+from sym2real.diagnosis.data.parts import summed
 from sym2real.diagnosis.data.tangent import places_of_fields
 from sym2real.diagnosis.estimate.calibrate import Calibration
 from sym2real.diagnosis.estimate.fit import Problems
@@ -75,7 +76,7 @@ class Constants:
 
     def held_out(self, folds: NDArray[np.int64]) -> tuple[Tensor, Tensor]:
         """Fall of the loss by each constant of the other folds, and the most that one a fold could give ``# (D,)``."""
-        gradient, curvature = (_summed(part, folds) for part in (self.gradient, self.curvature))
+        gradient, curvature = (summed(part, folds) for part in (self.gradient, self.curvature))
         others = (curvature.sum(0) - curvature).clamp_min(1e-300)
         step = -(gradient.sum(0) - gradient) / others
         fall = -(2 * gradient * step + curvature * step.square()).sum(0)
@@ -84,10 +85,9 @@ class Constants:
     def p_values(self, clusters: NDArray[np.int64]) -> Tensor:
         """Probability of constants this far from zero by chance ``# (D,)``: Student's t over clusters, -1 for none."""
         sizes = self.sizes
-        used = clusters >= 0
-        scores = _summed((self.gradient + self.curvature * sizes)[torch.as_tensor(used)], clusters[used])
+        scores = summed(self.gradient + self.curvature * sizes, clusters)
         count, whole = len(scores), self.curvature.sum(0).clamp_min(1e-300)
-        inflation = len(clusters) / max(1, int(used.sum()))
+        inflation = len(clusters) / max(1, int(np.sum(clusters >= 0)))
         variance = (scores - scores.mean(0)).square().sum(0) * inflation * count / max(1, count - 1) / whole.square()
         ratio = sizes.abs() / variance.sqrt().clamp_min(1e-300)
         return torch.as_tensor(2 * stats.t.sf(ratio.numpy(), max(1, count - 1)))
@@ -130,12 +130,6 @@ def find_constants(
 def _clusters(problems: Problems) -> NDArray[np.int64]:
     """Logs, each with a trim of its own; blocks of a second where there are few."""
     return problems.blocks if problems.log_count < SETTINGS.fewest_logs else problems.logs
-
-
-def _summed(rows: Tensor, groups: NDArray[np.int64]) -> Tensor:
-    """Sums over groups ``# (groups, D)`` of rows ``# (S, D)``."""
-    index = torch.as_tensor(groups)
-    return rows.new_zeros(int(index.max()) + 1, rows.shape[1]).index_add(0, index, rows)
 
 
 def _offsets(problem: Problem) -> list[tuple[str, str, Tensor]]:

@@ -15,6 +15,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from sym2real.diagnosis.data.parts import summed
 from sym2real.diagnosis.estimate.fit import Free, solve
 from sym2real.diagnosis.estimate.significance import chance_of, clustered
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
@@ -191,10 +192,7 @@ class Judged:
 
     def fall(self, folds: NDArray[np.int64]) -> float:
         """Fall of the held-out loss by the term."""
-        index = torch.as_tensor(folds)
-        empty = self.curvature.new_zeros(int(index.max()) + 1, *self.curvature.shape[1:])
-        gradient = empty[..., 0].index_add(0, index, self.gradient)
-        curvature = empty.index_add(0, index, self.curvature)
+        gradient, curvature = summed(self.gradient, folds), summed(self.curvature, folds)
         before = _saved(gradient[:, : self.found], curvature[:, : self.found, : self.found])
         return _saved(gradient, curvature) - before
 

@@ -10,6 +10,7 @@ import torch
 import whole_way
 
 from sym2real.adaptation import StageOne
+from sym2real.cli import main
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare, diagnose
 from sym2real.effects import applicable, effect
@@ -272,6 +273,23 @@ def test_a_file_that_is_no_robot_is_refused_with_the_reason(
     file.write_text(ARM.replace(part, instead))
     with pytest.raises(ModelError, match=match):
         Robot.from_mjcf(file)
+
+
+def test_the_base_of_a_robot_is_its_first_principles_where_there_are_any(arm: Robot, tmp_path: Path) -> None:
+    file = tmp_path / "held.xml"
+    held = '<equality><joint joint1="waist" joint2="reach"/></equality></mujoco>'
+    file.write_text(ARM.replace("</mujoco>", held))
+    given = Robot.from_mjcf(file, rigid_body=arm.nominal)
+    cases = {"nominal": (arm, CART_POLE, ROBOTS["differential_drive"], given), "episodes": (Robot.from_mjcf(file),)}
+    for base, robots in cases.items():
+        assert {robot.recipe.base for robot in robots} == {base}
+
+
+def test_a_robots_name_as_model_is_its_nominal_equations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("platformdirs.user_cache_dir", lambda _: tmp_path)
+    assert open_model("cart_pole").to_json() == CART_POLE.nominal().to_json()
+    main(["learn", "cart_pole", "--out", str(tmp_path / "base")])
+    assert load_model(tmp_path / "base").to_json() == CART_POLE.nominal().to_json()
 
 
 def test_a_period_is_whole_steps(arm: Robot) -> None:

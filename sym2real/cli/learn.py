@@ -15,6 +15,7 @@ from sym2real.cli.positionals import RobotName
 
 if TYPE_CHECKING:
     from sym2real.adaptation import StageOne
+    from sym2real.experiments.learning import Learned
     from sym2real.robots import Robot
 
 
@@ -46,7 +47,8 @@ class Learn(OfLogs):
     engine: str = "beam"
     """Search engine: beam (built in), operon or pysr (extras)."""
     episodes: OptionalCount = None
-    """At most so many episodes; by default 10 for a quadrotor and 20 for a car, fewer when nothing gets better."""
+    """At most so many episodes; by default 10 for a quadrotor and 20 for a car, fewer when nothing gets better. Of a
+    robot of joints or of wheels on one axle the base is its first-principles equations unless this is given."""
     steps: Count = 400
     """Control steps an episode at most."""
     samples: OptionalSamples = None
@@ -60,9 +62,8 @@ class Learn(OfLogs):
 
     def run(self, console: Console) -> dict[str, Any]:
         """Learn, print the tables, write the model."""
-        from sym2real.cli.progress import stage_one_progress
         from sym2real.errors import ModelError
-        from sym2real.experiments.learning import learn_from_logs, learn_in_simulation
+        from sym2real.experiments.learning import learn_from_logs
         from sym2real.experiments.measured import measured
         from sym2real.report.tables import dependence_table, episode_table, equation_table
 
@@ -70,9 +71,7 @@ class Learn(OfLogs):
         if self.data:
             learned = learn_from_logs(measured(self.robot), self.data, self.naming, self.engine, numbers)
         else:
-            robot, settings = self._simulated(), self._settings()
-            with stage_one_progress() as on_progress:
-                learned = learn_in_simulation(robot, self.engine, settings, self.out / "episodes", on_progress)
+            learned = self._from(self._simulated(), console)
         learned.save(self.out)
         if learned.reports:
             console.print(episode_table(learned.reports))
@@ -90,6 +89,17 @@ class Learn(OfLogs):
             "episodes": [asdict(report) for report in learned.reports],
             "dependence": [asdict(row) for row in learned.dependence],
         }
+
+    def _from(self, robot: Robot, console: Console) -> Learned:
+        """The base of a robot that has a simulator."""
+        from sym2real.cli.progress import stage_one_progress
+        from sym2real.experiments.learning import from_description, learn_in_simulation
+
+        if robot.recipe.base == "nominal" and self.episodes is None:
+            console.print("its base is its first-principles equations; --episodes N learns one by regression instead")
+            return from_description(robot)
+        with stage_one_progress() as on_progress:
+            return learn_in_simulation(robot, self.engine, self._settings(robot), self.out / "episodes", on_progress)
 
     def _simulated(self) -> Robot:
         """The robot that has a simulator.
@@ -138,12 +148,11 @@ class Learn(OfLogs):
             found[name] = float(value)
         return found
 
-    def _settings(self) -> StageOne:
+    def _settings(self, robot: Robot) -> StageOne:
         from sym2real.adaptation import StageOne
-        from sym2real.robots import ROBOTS
 
         return StageOne(
-            episodes=self.episodes or ROBOTS[self.robot].recipe.most_episodes,
+            episodes=self.episodes or robot.recipe.most_episodes,
             steps=self.steps,
             samples=self.samples,
             pushed=self.wrench,

@@ -88,14 +88,10 @@ def learn_in_simulation(
 ) -> Learned:
     """Stage I in the robot's plain simulator; ``folder`` keeps the episodes and lets an interrupted run go on.
 
-    Of a robot whose base is its nominal equations, these, with region and dependences of flights by a regulator.
-
     Raises:
         UnknownNameError: for an engine that does not exist.
         ModelError: when the equations miss a dependence that control needs.
     """
-    if robot.recipe.base == "nominal":
-        return from_description(robot)
     search = ENGINES[engine](angles=robot.recipe.angles)
     plant, tasks = MujocoPlant(robot), training_tasks(robot)
     base = stage_one(plant, tasks, search, settings, folder=folder, on_progress=on_progress)

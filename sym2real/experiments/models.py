@@ -11,7 +11,7 @@ from filelock import FileLock
 from sym2real import __version__
 from sym2real.adaptation import Progress, StageOne
 from sym2real.errors import ModelError, UnknownNameError
-from sym2real.experiments.learning import Learned, learn_from_drives, learn_in_simulation
+from sym2real.experiments.learning import Learned, from_description, learn_from_drives, learn_in_simulation
 from sym2real.files import make_folder
 from sym2real.neural import Model
 from sym2real.neural import open_model as open_folder
@@ -71,6 +71,8 @@ def _learned(robot: Robot, folder: Path, on_progress: Callable[[Progress], None]
     count = robot.recipe.episodes
     if robot.recipe.base == "drives":
         return learn_from_drives(robot, count)
+    if robot.recipe.base == "nominal":
+        return from_description(robot)
     settings = StageOne(episodes=count, until_settled=False)
     return learn_in_simulation(robot, "beam", settings, folder / "episodes", on_progress)
 

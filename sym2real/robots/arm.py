@@ -1,9 +1,7 @@
 """Arm of six joints that motors turn, on a fixed base; no short equation holds its motion."""
 
-from dataclasses import replace
 from pathlib import Path
 
 from sym2real.robots.from_mjcf import from_mjcf
 
-_ARM = from_mjcf(Path(__file__).with_suffix(".xml"), title="Six-joint arm")
-ARM = replace(_ARM, recipe=replace(_ARM.recipe, base="nominal"))
+ARM = from_mjcf(Path(__file__).with_suffix(".xml"), title="Six-joint arm")

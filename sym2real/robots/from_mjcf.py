@@ -15,6 +15,7 @@ from sym2real.errors import ModelError, UnknownNameError
 from sym2real.layout import Layout, Layouts
 from sym2real.robots import mjcf_columns as columns
 from sym2real.robots import planar
+from sym2real.robots.covered import against_rolling, against_tree
 from sym2real.robots.description import Crash, Description
 from sym2real.robots.recipe import Recipe
 from sym2real.robots.robot import GRAVITY, Limits, MPPISettings, Robot
@@ -60,7 +61,8 @@ def from_mjcf(
         state: columns of the state (:mod:`sym2real.robots.mjcf_columns`); all by default. With ``sin_yaw`` the robot
             is one of the plane (:mod:`sym2real.robots.planar`).
         dt: control period in s, a multiple of the file's time step; by default the one nearest to 20 ms.
-        recipe: how a model is learned; by default the task ``regulate`` from its start.
+        recipe: how a model is learned; by default on the task ``regulate`` from its start, and its base is the
+            first-principles equations where there are any.
         mppi: sampling; by default a horizon of 40 periods.
         numbers: further ones, SI units.
         rigid_body: makes the first-principles equations; by default those of
@@ -91,6 +93,8 @@ def from_mjcf(
         layouts = replace(layouts, inputs=planar.inputs_of(model))
         coordinates = planar.PlanarCoordinates(wheels, data.qpos.copy(), model.nv)
         own |= wheels.numbers(model, data, wanted)
+    against = against_tree(model, layouts.state) if wheels is None else against_rolling(model, wheels)
+    described = rigid_body is not None or not against
     return Robot(
         name=name or Path(file).stem,
         layouts=layouts,
@@ -108,7 +112,7 @@ def from_mjcf(
             crash=_crash(model) if wheels is None else "rolled over",
             quantities=columns.quantities_of(model) + _derived_rates(model, layouts.state),
         ),
-        recipe=recipe or default_recipe(model, layouts.state, wanted, low, high),
+        recipe=recipe or default_recipe(model, layouts.state, wanted, high - low, described),
         numbers=own | dict(numbers or {}),
         mppi=mppi or MPPISettings(horizon=HORIZON * _period(model, dt), noise=tuple(NOISE * (high - low))),
         rigid_body=rigid_body or cache(partial(_equations, file, layouts, wanted, _period(model, dt))),
@@ -116,10 +120,13 @@ def from_mjcf(
     )
 
 
-def default_recipe(model: mujoco.MjModel, state: Layout, actions: Mapping[str, str], low: Array, high: Array) -> Recipe:
+def default_recipe(
+    model: mujoco.MjModel, state: Layout, actions: Mapping[str, str], span: Array, described: bool
+) -> Recipe:
     """Regulation about the start; every actuator must show in the rate of the joint that it moves.
 
-    Of a robot in a plane paths from its nominal equations, and its turning rate: contacts are no short equations.
+    Of a robot in a plane paths, and its turning rate. ``span`` is that of the commands ``# (action,)``; a robot that is
+    ``described`` has first-principles equations, which are its base.
     """
     found = {column: model.actuator(name).id for name, column in actions.items()}
     by_joint = {
@@ -134,8 +141,8 @@ def default_recipe(model: mujoco.MjModel, state: Layout, actions: Mapping[str, s
         moved = [(RATE.columns[2], column) for column in found]
     return Recipe(
         tasks=(("circle", {}), ("lemniscate", {})) if on_paths else (("regulate", {}),),
-        base="nominal" if on_paths else "episodes",
-        dither=tuple(DITHER * (high - low)),
+        base="nominal" if described else "episodes",
+        dither=tuple(DITHER * span),
         dependencies=tuple((rate, column) for rate, column in moved if rate in state),
         angles=tuple(column for column in state if state.units[column] == "rad"),
         cost_weights=WEIGHTS,

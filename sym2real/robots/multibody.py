@@ -25,6 +25,7 @@ from sympy import Expr, Integer, count_ops
 from sym2real.errors import ModelError
 from sym2real.layout import Layouts
 from sym2real.robots import mjcf_columns as columns
+from sym2real.robots.covered import against_tree
 from sym2real.robots.joint_forces import Forces
 from sym2real.robots.joint_tree import Link, as_expression, links_of
 from sym2real.robots.spatial import (
@@ -84,7 +85,11 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     Raises:
         ModelError: for what these equations do not cover, naming it.
     """
-    _require_covered(model, layouts)
+    if found := against_tree(model, layouts.state):
+        raise ModelError(
+            "expected a robot of hinges and slides that the state holds, with actuators on joints, found "
+            f"{' and '.join(found)}: learn its equations from the simulator"
+        )
     links = links_of(model)
     build = _Build()
     build.quantities |= {
@@ -210,21 +215,3 @@ def _solved(build: _Build, matrix: Values, wanted: Values) -> Values:
 
 def _short_pair(build: _Build, name: str, pair: tuple[Values, Values]) -> tuple[Values, Values]:
     return build.each(f"{name}_w", pair[0]), build.each(f"{name}_v", pair[1])
-
-
-def _require_covered(model: mujoco.MjModel, layouts: Layouts) -> None:
-    names = columns.names_of(model, "joint")
-    missing = [column for name in names for column in (name, rate_column(name)) if column not in layouts.state]
-    by_joint = (model.actuator_trntype == columns.BY_JOINT).all() and not model.actuator_dyntype.any()
-    wrong = {
-        "a free joint": columns.FREE in model.jnt_type.tolist(),
-        f"no {', '.join(missing)} in the state": bool(missing),
-        "tendons or equality constraints": bool(model.ntendon or model.neq),
-        "an actuator with a filter, or on no joint": not by_joint,
-    }
-    found = [what for what, holds in wrong.items() if holds]
-    if found:
-        raise ModelError(
-            "expected a robot of hinges and slides that the state holds, with actuators on joints, found "
-            f"{' and '.join(found)}: learn its equations from the simulator"
-        )

@@ -26,6 +26,7 @@ from sympy import Expr
 from sym2real.errors import ModelError
 from sym2real.layout import Layouts
 from sym2real.robots import mjcf_columns as columns
+from sym2real.robots.covered import against_rolling
 from sym2real.robots.joint_forces import Forces
 from sym2real.robots.joint_tree import Link, as_expression, links_of
 from sym2real.robots.nominal_car import along_the_arc
@@ -88,7 +89,11 @@ def rolling(model: mujoco.MjModel, data: Any, layouts: Layouts, actions: Mapping
         ModelError: for what these equations do not cover, naming it.
     """
     wheels = Wheels.of(model, data)
-    _require_covered(model, wheels)
+    if found := against_rolling(model, wheels):
+        raise ModelError(
+            f"expected wheels of one axle that roll with the robot, found {' and '.join(found)}: "
+            "learn its equations from the simulator"
+        )
     links = [link for link in links_of(model) if link.joint in wheels.names]
     aside, turn = (wheels.first + dof for dof in OF_FREE[1:])
     moment, lever = float(columns.inertias(model, data)[aside, turn]), model.body_ipos[wheels.body, :2].tolist()
@@ -132,19 +137,3 @@ def _numbers(links: Sequence[Link], wheels: Wheels, inertia: Array) -> dict[str,
         plain = float(inertia[row, column]) - sum(link.armature * part for link, part in parts)
         found[name] = plain + sum(part * symbol(armature_quantity(link.joint)) for link, part in parts)
     return found
-
-
-def _require_covered(model: mujoco.MjModel, wheels: Wheels) -> None:
-    by_joint = (model.actuator_trntype == columns.BY_JOINT).all() and not model.actuator_dyntype.any()
-    wrong = {
-        "wheels that do not leave it a way ahead and a turn alone": not wheels.steers_by_itself,
-        "joints that do not roll with it": not wheels.ways.any(axis=1).all(),
-        "springs or servos of position on wheels": model.jnt_stiffness.any() or model.actuator_biasprm[:, 1].any(),
-        "an actuator with a filter, or on no joint": not by_joint,
-    }
-    found = [what for what, holds in wrong.items() if holds]
-    if found:
-        raise ModelError(
-            f"expected wheels of one axle that roll with the robot, found {' and '.join(found)}: "
-            "learn its equations from the simulator"
-        )

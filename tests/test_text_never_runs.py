@@ -18,6 +18,7 @@ from pathlib import Path
 import file_strings
 import numpy as np
 import pytest
+import two_links
 from rich.console import Console
 
 from sym2real.adaptation.episode_report import EpisodeReport
@@ -40,7 +41,8 @@ from sym2real.neural.symbolic_residual import SymbolicResidual
 from sym2real.plants import load_plant, save_plant
 from sym2real.regression import Dependence
 from sym2real.report.tables import dependence_table, equation_table
-from sym2real.robots import MUSHR
+from sym2real.robots import MUSHR, Robot
+from sym2real.robots.own import origin_of, robot_of
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.c_rollout import rollout_text
 from sym2real.symbolic.c_source import CLines
@@ -99,7 +101,13 @@ def equations_with_everything() -> Equations:
         filters=[("lag:steer", {"value": "0.1"})],
         start={"lagged": "vx"},
         effects=[("lag:steer", {"value": 0.1})],
+        origin=origin_of(own_robot()),
     )
+
+
+def own_robot() -> Robot:
+    """One that no registry knows."""
+    return Robot.from_mjcf(two_links.MJCF, name="links", title="Two links", numbers={"reach": 0.75})
 
 
 @pytest.fixture(scope="module")
@@ -115,6 +123,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     save_whole(Composed(equations, ResidualMLP(visible, (4,))), folder / "network")
     save_whole(Composed(ensemble, SymbolicResidual(visible, {"vx": 0.1 * symbol("speed")})), folder / "expressions")
     save_plant(MUSHR, [("slope", {"gx": 0.1}), ("lag:steer", {"value": 0.1})], folder / "plant")
+    save_plant(own_robot(), [("load:hand", {"value": 0.1})], folder / "own")
     log = drive()
     (folder / "logs").mkdir()
     write_log(log, folder / "logs" / "log.parquet")
@@ -153,6 +162,7 @@ def use_model(folder: Path) -> None:
     CONSOLE.print(equation_table(equations), *noted(equations), markup=False)
     latex_document(equations)
     equations.text()
+    robot_of(equations)
     assert Equations.from_json(equations.to_json()).text() == equations.text()
 
 
@@ -163,7 +173,7 @@ def use_training(folder: Path) -> None:
 
 def use_plant(folder: Path) -> None:
     plant = load_plant(folder)
-    plant.step(MUSHR.rest)
+    plant.step(plant.robot.rest)
 
 
 def use_specification(folder: Path) -> None:
@@ -192,6 +202,7 @@ USES: dict[str, Callable[[Path], object]] = {
     **{f"expressions/{name}": open_whole for name in ("model.json", "ensemble.safetensors", "residual.json")},
     "plant/plant.toml": use_plant,
     "plant/robot.xml": use_plant,
+    **{f"own/{name}": use_plant for name in ("plant.toml", "robot.xml", "origin.json")},
     "logs/spec.toml": use_specification,
     "logs/log.parquet": lambda folder: use_log(folder / "log.parquet"),
     "logs/log.csv": lambda folder: use_columns(folder / "log.csv"),

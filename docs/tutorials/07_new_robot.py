@@ -88,5 +88,5 @@ print("after ", compare(informed, logs))
 logs[2].plot(before=model, after=informed).savefig("measured_and_predicted.svg")
 
 # Logs of a real pendulum take the place of the simulated ones: `read_log("swing.csv", layouts=robot.layouts)`.
-# `ROBOTS.register("pendulum", robot)` gives it a name in a program. On the command line it needs two files and a line
-# in the package, as [a new robot](../new_robot.md) says.
+# `sym2real nominal mjcf pendulum.xml --out runs/pendulum` makes a folder of it, which the verbs of the command line take;
+# [a new robot](../new_robot.md) says more.

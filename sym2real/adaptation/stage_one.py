@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -183,7 +183,7 @@ class _Loop:
         def fit() -> Equations:
             robot = self.plant.robot
             fitted = self.engine.fit(Dataset(episodes).transitions(), start)
-            return replace(fitted, robot=robot.name, numbers=robot.numbers)
+            return robot.signed(fitted)
 
         return self.record.equations(name, fit)
 

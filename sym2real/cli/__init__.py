@@ -26,6 +26,7 @@ from sym2real.cli.inspect import Inspect
 from sym2real.cli.learn import Learn
 from sym2real.cli.loading import loading
 from sym2real.cli.nominal import NominalCar, NominalQuadrotor
+from sym2real.cli.nominal_mjcf import NominalMjcf
 from sym2real.cli.output import STANDARD_OUTPUT, report_for, show_json, write_json
 from sym2real.cli.parsing import parse
 from sym2real.cli.places import kept_apart
@@ -73,7 +74,11 @@ The experiments of the paper, as a study that you can repeat:
   sym2real experiment sim2sim --out runs/sim2sim
       every case beside what the paper says of it
 
-A robot that is neither of the two starts from numbers alone: sym2real nominal quadrotor --help
+A robot of your own starts from its MJCF or, where it flies or drives, from numbers alone:
+  sym2real nominal mjcf arm.xml --out runs/arm
+      the folder holds the robot: every verb that takes a model takes it
+  sym2real nominal quadrotor --help
+      a quadrotor, or a car
 
 Every verb answers --help, and --json FILE writes its result (- is standard output). sym2real --version says which one
 this is.
@@ -84,7 +89,8 @@ VERBS: dict[str, Any] = {
     "simulate": Simulate,
     "learn": Learn,
     "nominal": Annotated[NominalQuadrotor, tyro.conf.subcommand("quadrotor")]
-    | Annotated[NominalCar, tyro.conf.subcommand("car")],
+    | Annotated[NominalCar, tyro.conf.subcommand("car")]
+    | Annotated[NominalMjcf, tyro.conf.subcommand("mjcf")],
     "run": Run,
     "show": Show,
     "export": Export,
@@ -98,7 +104,9 @@ VERBS: dict[str, Any] = {
     "experiment": RunExperiment,
     "report": WriteReport,
 }
-OF_SEVERAL = {"nominal": "Rigid-body equations from numbers alone."}  # verbs whose words are in no class
+OF_SEVERAL = {
+    "nominal": "First-principles equations: from numbers alone, or from the MJCF of a robot of joints."
+}  # verbs whose words are in no class
 Verb: Any = reduce(
     or_,
     (Annotated[kind, tyro.conf.subcommand(name, description=OF_SEVERAL.get(name))] for name, kind in VERBS.items()),

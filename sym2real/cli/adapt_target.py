@@ -23,7 +23,7 @@ class Chosen:
     Args:
         target: a plant, or recordings.
         task: what is flown; None with recordings.
-        robot: None where the model names none that is registered.
+        robot: None where the model names none that is known.
         words: what it is, for a person.
         controller: makes what flies a model; MPPI by default.
     """
@@ -56,6 +56,7 @@ def chosen_target(
     from sym2real.errors import ModelError, UnknownNameError
     from sym2real.plants.plant_file import PLANT
     from sym2real.robots import ROBOTS
+    from sym2real.robots.own import robot_of
 
     folder = Path(target)
     if not folder.exists() and target not in ROBOTS:
@@ -71,7 +72,7 @@ def chosen_target(
         raise ModelError(f"--spec is for logs; {target} is a simulator")
     if task is None:
         raise ModelError(f"TASK: expected what to fly in {target}, such as circle, found nothing")
-    if base.robot not in ROBOTS:
+    if robot_of(base) is None:
         raise ModelError(
             f"{model} names no registered robot ({', '.join(ROBOTS)}), so it cannot fly in {target}; "
             "give a folder of logs to adapt it to them"
@@ -84,7 +85,7 @@ def _recordings(base: Base, folder: Path, spec: LogSpec | None) -> Chosen:
     from sym2real.cli.model import logs_for
     from sym2real.errors import ModelError
     from sym2real.logs.reader import logs_of
-    from sym2real.robots import ROBOTS
+    from sym2real.robots.own import robot_of
     from sym2real.symbolic import Equations
 
     if not isinstance(base, Equations):
@@ -94,7 +95,7 @@ def _recordings(base: Base, folder: Path, spec: LogSpec | None) -> Chosen:
     logs = tuple(logs_for(base, files, spec) for files in found)
     names = ["+".join(file.name for file in files) for files in found]
     rows = ", ".join(f"{name} ({log.rows} rows)" for name, log in zip(names, logs, strict=True))
-    return Chosen(logs, None, ROBOTS.get(base.robot), f"{len(logs)} logs: {rows}")
+    return Chosen(logs, None, robot_of(base), f"{len(logs)} logs: {rows}")
 
 
 def _simulator(base: Base, target: str, name: str, noise: bool) -> Chosen:

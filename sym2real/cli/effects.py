@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
+from sym2real.cli.places import Place
 from sym2real.cli.positionals import OptionalName
 
 if TYPE_CHECKING:
@@ -25,8 +26,8 @@ class Effects:
 
     name: OptionalName = None
     """KIND or KIND:COLUMN; the whole catalogue by default."""
-    robot: str = "crazyflie"
-    """Robot whose effects are listed and whose numbers give units, bounds and scales."""
+    robot: Place = "crazyflie"
+    """Robot whose effects are listed and whose numbers give units, bounds and scales: its name or a model folder."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
 
@@ -34,16 +35,16 @@ class Effects:
         """Print the catalogue or the page."""
         from sym2real.effects import EFFECTS, Body, effect
         from sym2real.effects.catalogue import columns_of
+        from sym2real.experiments.models import robot_called
         from sym2real.report.effects import catalogue_table, effect_page
-        from sym2real.robots import ROBOTS
 
-        robot = ROBOTS[self.robot]
+        robot = robot_called(self.robot)
         if self.name is None:
             kinds = [kind for kind in EFFECTS.values() if kind.fits(Body.of(robot))]
             console.print(catalogue_table(kinds, robot.title))
             return {"effects": [{"name": kind.name, "stage": kind.stage, "summary": kind.summary} for kind in kinds]}
         name = self.name
-        self._require_robot(name)
+        self._require_robot(name, robot)
         kind = EFFECTS[name.partition(":")[0]]
         if ":" not in name and kind.columns and kind.column_needed:
             name = f"{name}:{columns_of(kind, robot)[0]}"
@@ -60,7 +61,7 @@ class Effects:
             "group": list(chosen.group),
         }
 
-    def _require_robot(self, name: str) -> None:
+    def _require_robot(self, name: str, robot: Robot) -> None:
         """Refuse an effect that another robot has and this one has not."""
         from sym2real.effects import EFFECTS, Body
         from sym2real.effects.catalogue import columns_of
@@ -73,8 +74,8 @@ class Effects:
         def has(robot: Robot) -> bool:
             return kind.fits(Body.of(robot)) and (not column or column in columns_of(kind, robot))
 
-        others = [other.name for other in ROBOTS.values() if has(other)]
-        if others and self.robot not in others:
+        others = [] if has(robot) else [other.name for other in ROBOTS.values() if has(other)]
+        if others:
             raise ModelError(
                 f"{self.robot} has no effect {name}; `sym2real effects {name} --robot {others[0]}` shows it"
             )

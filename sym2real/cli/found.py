@@ -23,11 +23,11 @@ def plain_simulator(equations: Equations) -> MujocoPlant | None:
     from sym2real.effects.visible import visible_state
     from sym2real.experiments.learning import FROM_LOGS
     from sym2real.plants import MujocoPlant
-    from sym2real.robots import ROBOTS
+    from sym2real.robots.own import robot_of
 
-    if equations.robot not in ROBOTS or FROM_LOGS in equations.notes:
+    robot = robot_of(equations)
+    if robot is None or FROM_LOGS in equations.notes:
         return None
-    robot = ROBOTS[equations.robot]
     same = visible_state(equations) == robot.layouts.state and equations.layouts.action == robot.layouts.action
     return MujocoPlant(robot) if same else None
 
@@ -56,6 +56,7 @@ def write_simulator(informed: Equations, folder: Path, console: Console) -> tupl
     from sym2real.effects import as_simulated
     from sym2real.errors import Sym2RealError
     from sym2real.plants import save_plant
+    from sym2real.plants.plant_file import PARTS
 
     plain = plain_simulator(informed)
     if plain is None:
@@ -66,7 +67,7 @@ def write_simulator(informed: Equations, folder: Path, console: Console) -> tupl
         console.print(f"note: no simulator was written: {error}", style="dim", markup=False)
         return ()
     console.print(f"simulator with it in {description} and {plant}", markup=False)
-    return description, plant
+    return tuple(folder / name for name in PARTS if (folder / name).exists())
 
 
 def write_figures(

@@ -24,6 +24,7 @@ from sym2real.neural import Model
 from sym2real.neural.composed import Base, state_of
 from sym2real.neural.model_folder import below
 from sym2real.robots import ROBOTS, Robot
+from sym2real.robots.own import robot_of
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Trajectory
 
@@ -76,21 +77,21 @@ def require_another_folder(model: str, out: Path) -> None:
         raise ModelError(f"--out: the new model would replace {own}, which it is made from; name another folder")
 
 
-def robot_of(base: Base, model: str) -> Robot:
+def flown_robot(base: Base, model: str) -> Robot:
     """The robot that a model describes.
 
     Raises:
         ModelError: when the model does not say, or says a robot that is not registered.
     """
-    known = ", ".join(ROBOTS)
-    if not base.robot:
-        raise ModelError(
-            f"{model} names no registered robot ({known}), as models of `nominal` do, so there is no simulator and no "
-            f"task for it; `sym2real learn {next(iter(ROBOTS))} --out FOLDER` makes a model that `run` flies"
-        )
-    if base.robot not in ROBOTS:
+    robot, known = robot_of(base), ", ".join(ROBOTS)
+    if robot is None and base.robot:
         raise ModelError(f"{model}: expected the model of a registered robot ({known}), found {base.robot!r}")
-    return ROBOTS[base.robot]
+    if robot is None:
+        raise ModelError(
+            f"{model} names no robot, as models of numbers alone do, so there is no simulator and no task for it; "
+            f"`sym2real nominal mjcf` makes one from a description, `sym2real learn` one of {known}"
+        )
+    return robot
 
 
 def logs_for(base: Base, paths: Sequence[Path], spec: LogSpec | None, *, apart_from: Sequence[Path] = ()) -> Dataset:

@@ -15,7 +15,8 @@ from sym2real.cli.of_logs import OfLogs
 from sym2real.cli.places import Place
 
 if TYPE_CHECKING:
-    from sym2real.diagnosis import Plan
+    from sym2real.dataset import Dataset
+    from sym2real.diagnosis import AssumedNoise, Plan
     from sym2real.robots import Robot
     from sym2real.tasks.standard_paths import Manoeuvre
 
@@ -24,27 +25,31 @@ if TYPE_CHECKING:
 class PlanFlight(OfLogs):
     """Say what a planned manoeuvre can show: the smallest effect of each kind, and which it cannot tell apart.
 
-    With a robot's name its manoeuvres are flown or driven in the plain simulator: hover, circle or eight (cars: circle
-    or eight), each followed by its size= and speed= (m, m/s), height= and swing= (m), modulation= (part of the speed)
-    or clockwise=1. With logs, what was flown is judged, with the noise that the logs have.
+    With a robot's name, or the folder of a model that holds its robot, its manoeuvres are flown or driven in the plain
+    simulator: hover, circle or eight (cars: circle or eight), each followed by its size= and speed= (m, m/s), height=
+    and swing= (m), modulation= (part of the speed) or clockwise=1; of joints regulate, followed by their goals (m,
+    rad). With logs, what was flown is judged, with the noise that the logs have.
 
     For example:
       sym2real plan crazyflie hover
       sym2real plan crazyflie hover circle size=0.5 speed=1 eight --yaw-rate 0.6 --seconds 10
       sym2real plan mushr circle speed=1 circle speed=1 clockwise=1
-      sym2real plan flight1.csv flight2.csv --spec flight.toml --model runs/nominal
+      sym2real plan runs/arm regulate q1=0.8 q2=-0.4 regulate q1=-0.8
+      sym2real plan runs/nominal flight1.csv flight2.csv --spec flight.toml
     """
 
     what: tyro.conf.Positional[tuple[Place, ...]]
-    """A robot's name and manoeuvres (its usual ones by default), or logs."""
+    """A robot's name or a model folder, then manoeuvres (its usual ones by default) or logs; or logs alone."""
     model: Place | None = None
-    """A model folder; by default the first-principles equations of the robot, or of the one whose columns logs have."""
+    """A model folder beside a robot's name or logs; by default the first-principles equations of the robot, or of
+    the one whose columns the logs have."""
     seconds: Seconds = 8.0
     """Length of each manoeuvre in s."""
     yaw_rate: float = 0.0
     """Of a quadrotor's heading in rad/s."""
     dither: NotNegative = 1.0
-    """Noise on the commands: 1 is thrust 5 mN and rates 0.15 rad/s, or steering 0.03 rad and speed 0.1 m/s."""
+    """Noise on the commands: 1 is thrust 5 mN and rates 0.15 rad/s, or steering 0.03 rad and speed 0.1 m/s; of other
+    robots a fiftieth of the commands' range."""
     exclude: tuple[str, ...] = ()
     """Effects that are not looked at (KIND or KIND:COLUMN)."""
     json: Path | None = None
@@ -52,55 +57,77 @@ class PlanFlight(OfLogs):
 
     def run(self, console: Console) -> dict[str, Any]:
         """Simulate or read, print the table."""
-        from sym2real.errors import ModelError
         from sym2real.report.plan import plan_report
-        from sym2real.robots import ROBOTS
 
-        if not self.what:
-            raise ModelError(f"expected a robot ({', '.join(ROBOTS)}) and manoeuvres, or logs; found neither")
-        outcome = self._of_robot(console) if self.what[0] in ROBOTS else self._of_logs(console)
+        outcome = self._planned(console)
         console.print(plan_report(outcome))
         return outcome.to_dict()
 
-    def _of_robot(self, console: Console) -> Plan:
+    def _planned(self, console: Console) -> Plan:
+        from sym2real.errors import ModelError, UnknownNameError
+        from sym2real.experiments.models import robot_called
+        from sym2real.robots import ROBOTS
+        from sym2real.symbolic.storage import EQUATIONS
+
+        if not self.what:
+            raise ModelError(f"expected a robot ({', '.join(ROBOTS)}) and manoeuvres, or logs; found neither")
+        first, rest = self.what[0], self.what[1:]
+        if not (Path(first) / EQUATIONS).exists():
+            if first in ROBOTS:
+                return self._of_robot(ROBOTS[first], self.model, rest, console)
+            if not Path(first).exists():
+                raise UnknownNameError("robot or log", first, ROBOTS)
+            return self._of_logs(self.what, self.model, console)
+        if self.model is not None:
+            raise ModelError(f"--model: expected one model, found {self.model} beside {first}")
+        if rest and Path(rest[0]).exists():
+            return self._of_logs(rest, first, console)
+        return self._of_robot(robot_called(first), first, rest, console)
+
+    def _of_robot(self, robot: Robot, model: str | None, texts: Sequence[str], console: Console) -> Plan:
         from sym2real.cli.model import equations_below
         from sym2real.cli.progress import stages_progress
         from sym2real.diagnosis import plan
         from sym2real.effects.visible import visible_state
         from sym2real.errors import ModelError
-        from sym2real.experiments.planned import planned_runs, usual_noise
-        from sym2real.robots import ROBOTS
 
-        robot = ROBOTS[self.what[0]]
-        equations, notes = (robot.nominal(), ()) if self.model is None else equations_below(self.model, console)
+        equations, notes = (robot.nominal(), ()) if model is None else equations_below(model, console)
         if (visible_state(equations), equations.layouts.action) != (robot.layouts.state, robot.layouts.action):
             other = f"one of a {equations.robot}" if equations.robot not in ("", robot.name) else "other columns"
-            raise ModelError(f"{self.model}: expected a model with the columns of a {robot.name}, found {other}")
-        chosen = manoeuvres_of(self.what[1:], robot)
+            raise ModelError(f"{model}: expected a model with the columns of a {robot.name}, found {other}")
         steps_in(self.seconds, robot.dt)
         with stages_progress() as on_progress:
             on_progress("flying in the plain simulator")
-            runs = planned_runs(robot, chosen, seconds=self.seconds, yaw_rate=self.yaw_rate, dither=self.dither)
+            runs, noise = self._simulated(robot, texts)
             on_progress("computing the Fisher information of every effect")
-            found = plan(equations, runs, usual_noise(robot), self.exclude)
+            found = plan(equations, runs, noise, self.exclude)
         return replace(found, notes=(*notes, *found.notes))
 
-    def _of_logs(self, console: Console) -> Plan:
+    def _simulated(self, robot: Robot, texts: Sequence[str]) -> tuple[Dataset, AssumedNoise | None]:
+        """Runs of a robot, and the noise that they lack."""
+        from sym2real.cli.chosen_effects import with_values
+        from sym2real.experiments.planned import goals_of, planned_moves, planned_runs, usual_noise
+        from sym2real.tasks.task import follows_paths
+
+        if not follows_paths(robot):
+            goals = goals_of(robot, with_values(texts, "a manoeuvre"))
+            return planned_moves(robot, goals, seconds=self.seconds, dither=self.dither), None
+        chosen = manoeuvres_of(texts, robot)
+        runs = planned_runs(robot, chosen, seconds=self.seconds, yaw_rate=self.yaw_rate, dither=self.dither)
+        return runs, usual_noise(robot)
+
+    def _of_logs(self, logs: Sequence[str], model: str | None, console: Console) -> Plan:
         from sym2real.cli.model import equations_below, logs_for
         from sym2real.cli.progress import stages_progress
         from sym2real.diagnosis import plan
-        from sym2real.errors import UnknownNameError
-        from sym2real.robots import ROBOTS
 
-        if not Path(self.what[0]).exists():
-            raise UnknownNameError("robot or log", self.what[0], ROBOTS)
-        paths = [Path(name) for name in self.what]
-        if self.model is None:
+        paths = [Path(name) for name in logs]
+        if model is None:
             robot = self._robot_of(paths)
             console.print(f"the logs have the columns of a {robot.title}: its first-principles equations are taken")
             equations, notes = robot.nominal(), tuple[str, ...]()
         else:
-            equations, notes = equations_below(self.model, console)
+            equations, notes = equations_below(model, console)
         data = logs_for(equations, paths, self.naming)
         with stages_progress() as on_progress:
             on_progress("estimating the covariance of errors")

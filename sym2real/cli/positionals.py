@@ -13,6 +13,7 @@ ModelPlace = Annotated[Place, tyro.conf.Positional, tyro.conf.arg(metavar="MODEL
 TargetPlace = Annotated[Place, tyro.conf.Positional, tyro.conf.arg(metavar="TARGET")]
 ExperimentPlace = Annotated[Place, tyro.conf.Positional, tyro.conf.arg(metavar="NAME")]
 RobotPlace = Annotated[Place, tyro.conf.Positional, tyro.conf.arg(metavar="ROBOT")]
+DescriptionFile = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FILE.xml")]
 RobotName = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="ROBOT")]
 TaskName = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="TASK")]
 OptionalTask = Annotated[str | None, tyro.conf.Positional, tyro.conf.arg(metavar="[TASK]")]

@@ -12,7 +12,7 @@ from rich.console import Console
 
 if TYPE_CHECKING:
     from sym2real.dataset import Dataset
-    from sym2real.neural.model_folder import Model
+    from sym2real.neural.composed import Base
     from sym2real.report.html.page import Page
     from sym2real.report.html.variants import Predicting
 
@@ -55,14 +55,14 @@ def write_report(page: Page, file: Path, console: Console) -> Path:
     return file
 
 
-def write_recording(file: Path, data: Dataset, models: Mapping[str, Predicting], of: Model, console: Console) -> Path:
+def write_recording(file: Path, data: Dataset, models: Mapping[str, Predicting], of: Base, console: Console) -> Path:
     """Write what was measured and what models predict, with the robot of a model where it is known; say where it is."""
     from sym2real.plants import MujocoPlant
     from sym2real.plants.geometry import geometries
     from sym2real.report.rerun_file import write_rerun
-    from sym2real.robots import ROBOTS
+    from sym2real.robots.own import robot_of
 
-    name = getattr(of, "robot", "")
-    write_rerun(file, data, models, geometries(MujocoPlant(ROBOTS[name])) if name in ROBOTS else ())
+    robot = robot_of(of)
+    write_rerun(file, data, models, () if robot is None else geometries(MujocoPlant(robot)))
     console.print(f"recording in {file}: rerun {file}", markup=False)
     return file

@@ -56,7 +56,7 @@ class Run:
 
     def run(self, console: Console) -> dict[str, Any]:
         """Fly, print the figures, write the log."""
-        from sym2real.cli.model import open_with_progress, robot_of
+        from sym2real.cli.model import flown_robot, open_with_progress
         from sym2real.cli.progress import steps_progress
         from sym2real.cli.report import write_report
         from sym2real.control import mppi_controller
@@ -66,7 +66,7 @@ class Run:
         from sym2real.tasks import make_task
 
         model = open_with_progress(self.model)
-        robot = robot_of(below(model), self.model)
+        robot = flown_robot(below(model), self.model)
         self._require_inputs(below(model), robot)
         task = make_task(self.task, robot)
         period = robot.dt if self.realtime else None

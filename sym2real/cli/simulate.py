@@ -29,7 +29,8 @@ class Simulate:
     OUT_IS_LOG: ClassVar[bool] = True
 
     robot: RobotPlace
-    """Name of the robot (crazyflie, mushr, arm, cart_pole, …), or the folder of a simulator."""
+    """Name of the robot (crazyflie, mushr, arm, cart_pole, …), the folder of a simulator, or that of a model for the
+    plain robot that it is of."""
     task: TaskName
     """hover, circle, lemniscate, track, park, reverse_circle or, of any robot, regulate."""
     out: Path
@@ -56,15 +57,17 @@ class Simulate:
         from sym2real.cli.chosen_effects import beyond_bounds, chosen_effects, require_values
         from sym2real.control import RandomCommands, geometric_controller
         from sym2real.errors import ModelError
+        from sym2real.experiments.models import robot_called
         from sym2real.experiments.standard_conditions import sensors
         from sym2real.layout import unit_of_place
         from sym2real.logs import write_log
         from sym2real.plants import MujocoPlant, load_plant, run_episode
-        from sym2real.robots import ROBOTS
+        from sym2real.symbolic.storage import EQUATIONS
         from sym2real.tasks import make_task
 
-        written = load_plant(self.robot) if Path(self.robot).is_dir() else None
-        robot = ROBOTS[self.robot] if written is None else written.robot
+        of_simulator = Path(self.robot).is_dir() and not (Path(self.robot) / EQUATIONS).exists()
+        written = load_plant(self.robot) if of_simulator else None
+        robot = robot_called(self.robot) if written is None else written.robot
         task = make_task(self.task, robot)
         effects = chosen_effects(self.effects, robot)
         require_values(effects)

@@ -38,7 +38,7 @@ class Report(PlainConsole):
 
     def __init__(self, stream: TextIO | None) -> None:
         self._held = _Held(stream)
-        super().__init__(file=self._held, highlight=False)
+        super().__init__(file=self._held, highlight=False, emoji=False)
 
     def release(self) -> None:
         """Say what has been held.
@@ -99,7 +99,7 @@ def put(stream: TextIO | None, text: str) -> None:
 @cache
 def progress_console() -> Console:
     """Where progress is drawn: standard error, so that a pipe gets reports alone."""
-    return PlainConsole(stderr=True, highlight=False)
+    return PlainConsole(stderr=True, highlight=False, emoji=False)
 
 
 def say_error(text: str) -> None:

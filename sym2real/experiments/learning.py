@@ -117,7 +117,7 @@ def learn_from_drives(robot: Robot, count: int) -> Learned:
     drives = car_drives(count, DRIVES_SEED, robot=robot)
     drives += car_drives(PUSHED_DRIVES, DRIVES_SEED + 1, pushed=True, robot=robot)
     fitted = ENGINES["beam"](angles=robot.recipe.angles).fit(drives.transitions())
-    return _learned(replace(fitted, robot=robot.name, numbers=robot.numbers), drives, robot.recipe.dependencies, ())
+    return _learned(robot.signed(fitted), drives, robot.recipe.dependencies, ())
 
 
 def learn_from_logs(

@@ -74,10 +74,11 @@ def step_of(logs: Dataset) -> float:
     return nice_period(float(np.median(np.concatenate([np.diff(log.time) for log in logs]))))
 
 
-def step_of_logs(paths: Sequence[Path], spec: LogSpec | None) -> float:
-    """The same of files.
+def step_of_logs(paths: Sequence[Path], spec: LogSpec | None, layouts: Layouts | None = None) -> float:
+    """The same of files, of a robot with these columns; of the standard ones without.
 
     Raises:
         DataError: when one cannot be read.
     """
-    return step_of(read_logs(paths, spec=None if spec is None else replace(spec, time=replace(spec.time, dt=None))))
+    as_recorded = None if spec is None else replace(spec, time=replace(spec.time, dt=None))
+    return step_of(read_logs(paths, spec=as_recorded, layouts=layouts))

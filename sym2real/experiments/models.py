@@ -18,6 +18,7 @@ from sym2real.neural import open_model as open_folder
 from sym2real.neural.composed import Base, state_of
 from sym2real.neural.model_folder import below
 from sym2real.robots import ROBOTS, Robot
+from sym2real.robots.own import robot_of
 from sym2real.symbolic import Equations, load_model
 
 
@@ -42,7 +43,7 @@ def open_model(name: str, on_progress: Callable[[Progress], None] = lambda _: No
 
 
 def _require_columns_of_its_robot(base: Base, name: str) -> None:
-    if base.robot not in ROBOTS:
+    if getattr(base, "origin", None) is not None or base.robot not in ROBOTS:
         return
     found, wanted = state_of(base).columns, ROBOTS[base.robot].layouts.state.columns
     if found != wanted:
@@ -50,6 +51,25 @@ def _require_columns_of_its_robot(base: Base, name: str) -> None:
             f"{name}: its model names the robot {base.robot}: expected the state {' '.join(wanted)}, "
             f"found {' '.join(found)}"
         )
+
+
+def robot_called(name: str) -> Robot:
+    """A registered robot by its name, or the robot of a model folder.
+
+    Raises:
+        UnknownNameError: when it is neither.
+        ModelError: for the folder of a model that does not say whose it is.
+        DataError: for a folder without a model.
+    """
+    if not Path(name).is_dir():
+        return ROBOTS[name]
+    robot = robot_of(below(open_folder(Path(name))))
+    if robot is None:
+        raise ModelError(
+            f"{name}: expected the model of a robot that has a description, found one of numbers or logs alone: "
+            "`sym2real nominal mjcf` makes one with a description"
+        )
+    return robot
 
 
 def cached_base(robot: Robot, on_progress: Callable[[Progress], None] = lambda _: None) -> Equations:

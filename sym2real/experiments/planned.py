@@ -16,12 +16,14 @@ from sym2real.diagnosis import AssumedNoise
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.experiments import standard_conditions as conditions
 from sym2real.experiments.excitation import dither_of
+from sym2real.experiments.noisy_runs import noisy_runs
 from sym2real.experiments.standard_set import GAINS, AtItsPace
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Controller
 from sym2real.robots import Robot
+from sym2real.tasks.regulate import regulate
 from sym2real.tasks.standard_paths import Manoeuvre, path_of
-from sym2real.tasks.task import flies, motion
+from sym2real.tasks.task import Task, flies, motion
 from sym2real.trajectory import Trajectory
 from sym2real.vocabulary import STEER_COLUMN, THRUST_COLUMN, WRENCH
 
@@ -31,6 +33,7 @@ USUAL = {
     "drive": (Manoeuvre("circle", 1.5, 1.0), Manoeuvre("eight", 2.0, 1.0)),
 }
 DEFAULTS = {"flight": {"size": 0.5, "speed": 0.6, "height": 0.6}, "drive": {"size": 1.5, "speed": 1.0}}
+REACH = 0.4  # m, rad: of joints, to either side of the start
 # Rows over which the whitening holds a disturbance: a fifth of a segment.
 HELD = {"flight": 5, "drive": 4}
 
@@ -105,14 +108,53 @@ def planned_runs(
         sent = Disturbed(controller, noise.of_step, robot.low, robot.high)
         start = reference(torch.zeros((), dtype=torch.float64)).numpy()
         run = run_episode(MujocoPlant(robot), sent, start=start, steps=steps, name=f"{manoeuvre.shape}_{index + 1}")
-        if len(run) < steps:
-            raise ModelError(
-                f"{manoeuvre.shape}: the simulated {robot.title} crashed after "
-                f"{len(run) * robot.dt:g} of {seconds:g} s; "
-                "plan a slower, larger or higher one"
-            )
+        _require_whole(robot, manoeuvre.shape, run, steps, "plan a slower, larger or higher one")
         runs.append(run)
     return Dataset(runs)
+
+
+def goals_of(robot: Robot, texts: Sequence[tuple[str, Mapping[str, float]]]) -> list[Task]:
+    """Where a robot of joints is to go: each ``regulate`` with the joints' goals, m and rad; its start for the others.
+
+    By default there and back: all joints that an actuator moves by :data:`REACH` to either side of the start.
+
+    Raises:
+        UnknownNameError: for another name, or a column that the robot does not have.
+    """
+    layout = robot.layouts.state
+    for name, _ in texts:
+        if name != "regulate":
+            raise UnknownNameError(f"manoeuvre of a {robot.title}", name, ["regulate"])
+    moved = {rate for rate, _ in robot.recipe.dependencies}
+    start = {joint: float(robot.start[layout.index(joint)]) for joint in layout.joints if layout.rates[joint] in moved}
+    usual = [{joint: place + side * REACH for joint, place in start.items()} for side in (1.0, -1.0)]
+    goals = [goal for _, goal in texts] or usual
+    return [regulate(robot, goal) for goal in goals]
+
+
+def planned_moves(robot: Robot, goals: Sequence[Task], *, seconds: float = 8.0, dither: float = 1.0) -> Dataset:
+    """Noisy runs to each goal in the plain simulator.
+
+    Args:
+        robot: of joints.
+        goals: as of :func:`goals_of`.
+        seconds: of each.
+        dither: factor on the robot's own, a fiftieth of its commands' range.
+
+    Raises:
+        ModelError: for a goal on the way to which a joint leaves its range.
+    """
+    steps = round(seconds / robot.dt)
+    runs = noisy_runs(robot, goals, count=len(goals), rows=steps, dither=dither)
+    for number, run in enumerate(runs, 1):
+        _require_whole(robot, f"goal {number}", run, steps, "plan a nearer one")
+    return runs
+
+
+def _require_whole(robot: Robot, name: str, run: Trajectory, steps: int, instead: str) -> None:
+    if len(run) < steps:
+        after, planned = len(run) * robot.dt, steps * robot.dt
+        raise ModelError(f"{name}: the simulated {robot.title} crashed after {after:g} of {planned:g} s; {instead}")
 
 
 def usual_noise(robot: Robot, noise: conditions.SensorNoise = conditions.STANDARD_NOISE) -> AssumedNoise:

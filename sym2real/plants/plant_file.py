@@ -3,6 +3,8 @@
 ``robot.xml`` has the masses, the centre of mass, the friction, the actuators' lags: everything that a change edits
 before compilation. ``plant.toml`` names every effect with its values; the forces, command filters and sensors among
 them act when :func:`load_plant` opens the folder. MuJoCo writes numbers with six digits.
+
+``origin.json`` makes a robot again that no registry knows, without the effects.
 """
 
 from __future__ import annotations
@@ -14,15 +16,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import mujoco
 
 from sym2real.effects import effect
 from sym2real.errors import DataError, ModelError, Sym2RealError, reason
-from sym2real.files import read_text, read_toml, whole
+from sym2real.files import read_as, read_text, read_toml, whole, write_text
 from sym2real.plants.mujoco_plant import MujocoPlant, edited
 from sym2real.robots import ROBOTS, Robot
+from sym2real.robots.own import origin_of, robot_from
+from sym2real.symbolic.origin import Origin
 
-DESCRIPTION, PLANT = "robot.xml", "plant.toml"
+DESCRIPTION, PLANT, ORIGIN = "robot.xml", "plant.toml", "origin.json"
+PARTS = (DESCRIPTION, PLANT, ORIGIN)
 HEADER = """\
 # A simulated robot with effects. {description} holds what a body, a tyre or an actuator has; the effects' forces,
 # command filters and sensors act where this folder is opened: sym2real simulate FOLDER TASK, or load_plant(FOLDER).
@@ -48,8 +54,12 @@ def save_plant(robot: Robot, effects: Chosen, folder: str | Path) -> tuple[Path,
         DataError: when there is no writing there.
     """
     folder, given = Path(folder), [(key, dict(values)) for key, values in effects]
+    origin = origin_of(robot)
+    if origin is not None:
+        robot = robot_from(origin)  # which needs no file beside its description
     changes = [effect(key, robot).inject(**values) for key, values in given]
     lines = [HEADER.format(description=DESCRIPTION), f'robot = "{robot.name}"', f'description = "{DESCRIPTION}"']
+    lines += [] if origin is None else [f'origin = "{ORIGIN}"']
     for key, values in given:
         lines += ["", "[[effects]]", f"effect = {json.dumps(key)}"]
         lines += [f"{name} = {value!r}" for name, value in values.items()]
@@ -58,6 +68,8 @@ def save_plant(robot: Robot, effects: Chosen, folder: str | Path) -> tuple[Path,
     with whole(folder / DESCRIPTION) as body, whole(folder / PLANT) as plant:
         body.write_text(description.to_xml(), encoding="utf-8")
         plant.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    if origin is not None:
+        write_text(folder / ORIGIN, msgspec.json.encode(origin).decode())
     return folder / DESCRIPTION, folder / PLANT
 
 
@@ -72,7 +84,7 @@ def load_plant(folder: str | Path) -> MujocoPlant:
     what = "a plant file: robot, description and [[effects]]"
     table = read_toml(file, what)
     try:
-        robot, description = ROBOTS[table["robot"]], file.parent / table["description"]
+        robot, description = _robot(table, file.parent), file.parent / table["description"]
         chosen = [(str(entry.pop("effect")), entry) for entry in table.get("effects", [])]
     except (KeyError, AttributeError, TypeError) as error:
         raise DataError(file, what, reason(error)) from error
@@ -89,6 +101,15 @@ def load_plant(folder: str | Path) -> MujocoPlant:
         raise DataError(
             description, f"a MuJoCo description of a {robot.name}", " ".join(reason(error).split())
         ) from error
+
+
+def _robot(table: Mapping[str, Any], folder: Path) -> Robot:
+    """The plain robot: by its description where there is one, else the registered one of that name."""
+    if "origin" not in table:
+        return ROBOTS[table["robot"]]
+    if table["origin"] != ORIGIN:
+        raise DataError(folder / PLANT, f"origin = {ORIGIN!r}", f"{table['origin']!r:.80}")
+    return robot_from(read_as(folder / ORIGIN, Origin, "what makes a robot"))
 
 
 def _numbers(key: str, values: Mapping[str, Any]) -> dict[str, float]:

@@ -81,7 +81,7 @@ def plan_html(plan: Plan) -> str:
 
 
 def _html(report: RenderableType) -> str:
-    console = Console(file=StringIO(), record=True, width=WIDTH, force_terminal=True)
+    console = Console(file=StringIO(), record=True, emoji=False, width=WIDTH, force_terminal=True)
     console.print(report)
     return console.export_html(inline_styles=True, code_format=PAGE)
 

@@ -14,6 +14,7 @@ from sym2real.adaptation import EpisodeReport
 from sym2real.experiments.flying import Flight
 from sym2real.layout import unit_of_place
 from sym2real.regression import Dependence
+from sym2real.robots import Robot
 from sym2real.symbolic import Equations
 
 
@@ -42,6 +43,18 @@ def equation_table(equations: Equations) -> Table:
         table.add_row(name, "", readable(expression))
     for name, expression in equations.next.items():
         table.add_row(f"{name}′", str(nodes[name]), readable(expression))
+    return table
+
+
+def columns_table(robot: Robot) -> Table:
+    """What a log of a robot holds beside the time, and the limits of its commands."""
+    table = compact_table("")
+    for heading in ("column", "unit", ""):
+        table.add_column(heading)
+    for column, unit in robot.layouts.state.units.items():
+        table.add_row(column, unit, "measured")
+    for (column, unit), low, high in zip(robot.layouts.action.units.items(), robot.low, robot.high, strict=True):
+        table.add_row(column, unit, f"commanded, from {number(low)} to {number(high)}")
     return table
 
 

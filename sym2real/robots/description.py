@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -17,6 +17,22 @@ if TYPE_CHECKING:
 Crash = Literal["contact", "rolled over", "joint range", "never"]
 
 
+def is_text(mjcf: str) -> bool:
+    """Whether an MJCF is given as itself, not by the name of its file."""
+    return mjcf.lstrip().startswith("<")
+
+
+def spec_of(mjcf: str) -> mujoco.MjSpec:
+    """An MJCF, a text or the path of a file, to be edited or compiled; includes are looked for beside a file.
+
+    Raises:
+        ValueError: when MuJoCo cannot read it.
+    """
+    import mujoco  # noqa: PLC0415 — a simulator stays out of light imports
+
+    return mujoco.MjSpec.from_string(mjcf) if is_text(mjcf) else mujoco.MjSpec.from_file(mjcf)
+
+
 def unchanged(actions: Array) -> Array:
     """Actuator controls that are the actions themselves ``# (..., action)``."""
     return actions
@@ -27,7 +43,7 @@ class Description:
     """What a simulator needs of a robot.
 
     Args:
-        mjcf: name of a file in this package, or path of any MJCF.
+        mjcf: name of a file in this package, path of any MJCF, or its text.
         physics_dt: period of the simulator in s.
         start: state after a reset without one ``# (state,)``.
         rest: the action that holds the robot where it is ``# (action,)``.
@@ -39,6 +55,7 @@ class Description:
         crash: what ends an episode: touching anything, rolling over by 60°, leaving a joint's range, or nothing.
         coarse_substeps: physics steps per control period that are enough for planning; 0 for those of the simulator.
         quantities: names that its nominal equations derive, for effects.
+        actuators: those that are commanded, each with its column, of a robot that its MJCF and these alone describe.
     """
 
     mjcf: str
@@ -52,12 +69,10 @@ class Description:
     crash: Crash = "never"
     coarse_substeps: int = 0
     quantities: tuple[str, ...] = ()
+    actuators: Mapping[str, str] = field(default_factory=dict)
 
     def spec(self) -> mujoco.MjSpec:
         """The description, to be edited or compiled; meshes and includes are looked for beside a file."""
-        import mujoco  # noqa: PLC0415 — a simulator stays out of light imports
-
-        if Path(self.mjcf).is_absolute():
-            return mujoco.MjSpec.from_file(self.mjcf)
-        text = resources.files("sym2real.robots").joinpath(self.mjcf).read_text(encoding="utf-8")
-        return mujoco.MjSpec.from_string(text)
+        if is_text(self.mjcf) or Path(self.mjcf).is_absolute():
+            return spec_of(self.mjcf)
+        return spec_of(resources.files("sym2real.robots").joinpath(self.mjcf).read_text(encoding="utf-8"))

@@ -16,7 +16,7 @@ from sym2real.layout import Layout, Layouts
 from sym2real.robots import mjcf_columns as columns
 from sym2real.robots import planar
 from sym2real.robots.covered import against_rolling, against_tree
-from sym2real.robots.description import Crash, Description
+from sym2real.robots.description import Crash, Description, is_text
 from sym2real.robots.recipe import Recipe
 from sym2real.robots.robot import GRAVITY, Limits, MPPISettings, Robot
 from sym2real.trajectory import Array
@@ -51,10 +51,11 @@ def from_mjcf(
     """A robot from its MJCF alone.
 
     It starts at the file's first keyframe, whose controls are its action at rest. A free joint makes touching
-    anything a crash; of other robots leaving a joint's range is one.
+    anything a crash; of other robots leaving a joint's range is one. Its equations carry the description with them, so
+    that a folder of them is enough to simulate it.
 
     Args:
-        path: of the file; meshes and includes are looked for beside it.
+        path: of the file, or its text; meshes and includes are looked for beside a file.
         name: key in the registry; by default the file's stem.
         actions: actuators that are commanded, as ``{actuator: column}`` where columns are to be called otherwise; all
             by default.
@@ -74,7 +75,7 @@ def from_mjcf(
         ModelError: for a file that MuJoCo does not open, or a joint, actuator or period that is not covered.
         UnknownNameError: for an actuator or column that the file does not have.
     """
-    file = str(Path(path).resolve())
+    file = str(path) if is_text(str(path)) else str(Path(path).resolve())
     model, data = columns.opened(file)
     wanted = _named(columns.names_of(model, "actuator") if actions is None else actions)
     known = columns.state_columns(model)
@@ -111,6 +112,7 @@ def from_mjcf(
             body=_free_body(model),
             crash=_crash(model) if wheels is None else "rolled over",
             quantities=columns.quantities_of(model) + _derived_rates(model, layouts.state),
+            actuators=wanted,
         ),
         recipe=recipe or default_recipe(model, layouts.state, wanted, high - low, described),
         numbers=own | dict(numbers or {}),

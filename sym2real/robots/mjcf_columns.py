@@ -16,6 +16,7 @@ import numpy as np
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.field import Field, is_name
 from sym2real.layout import Layout, Layouts
+from sym2real.robots.description import is_text, spec_of
 from sym2real.trajectory import Array
 from sym2real.vocabulary import (
     ATTITUDE,
@@ -204,16 +205,17 @@ def ranges_of(model: mujoco.MjModel, actuators: Sequence[int]) -> tuple[Array, A
     return ranges[:, 0], ranges[:, 1]
 
 
-def opened(path: str) -> tuple[mujoco.MjModel, Any]:
-    """The compiled model, and data at its first keyframe, or where it starts without one.
+def opened(mjcf: str) -> tuple[mujoco.MjModel, Any]:
+    """The compiled model of a file or a text, and data at its first keyframe, or where it starts without one.
 
     Raises:
         ModelError: when MuJoCo cannot read or compile it.
     """
     try:
-        model = mujoco.MjSpec.from_file(path).compile()
+        model = spec_of(mjcf).compile()
     except (ValueError, OSError, mujoco.FatalError) as error:
-        raise ModelError(f"{path}: expected an MJCF that MuJoCo opens, found: {' '.join(str(error).split())}") from None
+        name = "the robot's description" if is_text(mjcf) else mjcf
+        raise ModelError(f"{name}: expected an MJCF that MuJoCo opens, found: {' '.join(str(error).split())}") from None
     data = mujoco.MjData(model)
     if model.nkey:
         mujoco.mj_resetDataKeyframe(model, data, 0)

@@ -186,7 +186,13 @@ class Robot:
 
     def nominal(self) -> Equations:
         """First-principles equations, with the robot's name and numbers."""
-        return replace(self.rigid_body(), robot=self.name, numbers=self.numbers)
+        return self.signed(self.rigid_body())
+
+    def signed(self, equations: Equations) -> Equations:
+        """Equations that say whose they are: name and numbers, and of a robot of one's own what it was made from."""
+        from sym2real.robots.own import origin_of  # noqa: PLC0415 — it makes robots
+
+        return replace(equations, robot=self.name, numbers=self.numbers, origin=origin_of(self))
 
     def within(self, low: Array, high: Array) -> Robot:
         """The robot with other limits of its commands ``# (action,)``."""

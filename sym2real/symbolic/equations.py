@@ -16,6 +16,7 @@ from sym2real.layout import Layouts
 from sym2real.symbolic import printing
 from sym2real.symbolic.complexity import complexity
 from sym2real.symbolic.expressions import canonical, exchange, names_in, require_names, symbol
+from sym2real.symbolic.origin import Origin
 from sym2real.symbolic.parsing import parse_expression
 from sym2real.symbolic.predicting import Predicting
 from sym2real.symbolic.serialise import read_equations, write_equations
@@ -42,6 +43,7 @@ class Equations(Predicting):
         start: hidden state column → its first value, over state, action, inputs and parameters.
         effects: physical effects that were put in, key and values in SI units, the first one first and what went in
             together from the dynamics outwards: nothing in an expression says that a mass was once smaller.
+        origin: what makes the robot again, of one that no registry knows.
 
     Raises:
         UnknownNameError: when an expression uses a name that is none of these.
@@ -67,6 +69,7 @@ class Equations(Predicting):
     filters: tuple[tuple[str, Mapping[str, Expr]], ...] = ()
     start: Mapping[str, Expr] = field(default_factory=dict)
     effects: tuple[tuple[str, Mapping[str, float]], ...] = ()
+    origin: Origin | None = None
 
     def __post_init__(self) -> None:
         parameters = _finite("parameter", self.parameters)
@@ -137,6 +140,7 @@ class Equations(Predicting):
         filters: Iterable[tuple[str, Mapping[str, str]]] = (),
         start: Mapping[str, str] = EMPTY,
         effects: Iterable[tuple[str, Mapping[str, float]]] = (),
+        origin: Origin | None = None,
     ) -> Equations:
         """Equations from text (Python syntax, see :mod:`sym2real.symbolic.parsing`).
 
@@ -162,6 +166,7 @@ class Equations(Predicting):
             filters=kept,
             start=read(start),
             effects=tuple(effects),
+            origin=origin,
         )
 
     def __repr__(self) -> str:

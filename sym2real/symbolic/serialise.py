@@ -14,6 +14,7 @@ from sym2real.errors import ModelError
 from sym2real.field import Group, read_fields
 from sym2real.layout import Layout, Layouts
 from sym2real.symbolic.expressions import text
+from sym2real.symbolic.origin import Origin
 
 if TYPE_CHECKING:
     from sym2real.symbolic.equations import Equations
@@ -42,6 +43,7 @@ def write_equations(equations: Equations) -> str:
         "filters": [{"effect": key, "values": written(values)} for key, values in equations.filters],
         "start": written(equations.start),
         "effects": [{"effect": key, "values": dict(values)} for key, values in equations.effects],
+        **({} if equations.origin is None else {"origin": msgspec.to_builtins(equations.origin)}),
     }
     return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
@@ -72,6 +74,7 @@ class Written(msgspec.Struct, forbid_unknown_fields=True):
     filters: tuple[Chosen[str], ...] = ()
     start: dict[str, str] = {}
     effects: tuple[Chosen[float], ...] = ()
+    origin: Origin | None = None
 
 
 def read_equations(source: str) -> dict[str, Any]:
@@ -85,7 +88,7 @@ def read_equations(source: str) -> dict[str, Any]:
         layouts = Layouts(*(Layout(read_fields(found.layouts[group])) for group in GROUPS))
     except (KeyError, ValueError, RecursionError) as error:
         raise ModelError(f"expected equations in JSON of format {FORMAT!r}, found another text: {error}") from error
-    same = ("dt", "output", "quantities", "parameters", "robot", "notes", "numbers", "start")
+    same = ("dt", "output", "quantities", "parameters", "robot", "notes", "numbers", "start", "origin")
     return {
         "layouts": layouts,
         "equations": found.next,

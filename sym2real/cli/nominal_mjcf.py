@@ -1,0 +1,90 @@
+"""``sym2real nominal mjcf``: equations of motion of a robot of a user's own, from its MJCF."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from rich.console import Console
+
+from sym2real.cli.numbers import OptionalPositive
+from sym2real.cli.of_logs import OfLogs
+from sym2real.cli.positionals import DescriptionFile
+
+if TYPE_CHECKING:
+    from sym2real.robots import Robot
+
+
+@dataclass(frozen=True)
+class NominalMjcf(OfLogs):
+    """Equations of motion of a robot's own MJCF, by its bodies: nothing is simulated or fitted.
+
+    For trees of hinges and slides with actuators on joints (arms, pendulums, cart-poles), and for robots of the plane
+    on wheels of one axle. The joint J becomes the states J (rad or m) and J_rate, every actuator an action in its unit,
+    a site S of a moving body a place where load:S may hang. The folder holds the robot too: simulate, plan and effects
+    take it in the place of a robot's name, the other verbs as a model. Give --log where you have logs: a model with
+    their time step uses all of their rows.
+
+    For example:
+      sym2real nominal mjcf arm.xml --log swing1.csv swing2.csv --out runs/arm
+      sym2real nominal mjcf arm.xml --actions shoulder_motor=tau1 elbow_motor=tau2 --out runs/arm
+      sym2real nominal mjcf rover.xml --state x y sin_yaw cos_yaw vx vy wz --out runs/rover
+    """
+
+    OUT_IS_NEW: ClassVar = True
+
+    file: DescriptionFile
+    """The robot's MJCF; meshes and includes are looked for beside it."""
+    out: Path
+    """Folder of the model."""
+    actions: tuple[str, ...] = ()
+    """Actuators that are commanded, ACTUATOR or ACTUATOR=COLUMN to call the column otherwise; all by default."""
+    state: tuple[str, ...] = ()
+    """Columns of the state; all joints and their rates by default. With x y sin_yaw cos_yaw vx vy wz a free body on
+    wheels is a robot of the plane."""
+    dt: OptionalPositive = None
+    """Control period in s, whole time steps of the file; by default that of --log, else about 0.02."""
+    log: tuple[Path, ...] = ()
+    """Logs that the model is for: it gets their time step."""
+    json: Path | None = None
+    """Write the result to this file (- is standard output)."""
+
+    def run(self, console: Console) -> dict[str, Any]:
+        """Make the equations, print what the robot measures and takes, write the model."""
+        from sym2real.report.tables import columns_table
+        from sym2real.symbolic import save_model
+
+        robot = self._robot()
+        equations = robot.nominal()
+        save_model(equations, self.out)
+        console.print(f"a log of it holds the time in s, in steps of about {robot.dt:g} s, and")
+        console.print(columns_table(robot))
+        if equations.origin is None:
+            console.print(
+                "note: the file needs others beside it (a field of heights), so no simulator goes with the model"
+            )
+        console.print(
+            f"model in {self.out}; `sym2real show {self.out}` prints its equations, `sym2real effects --robot "
+            f"{self.out}` what it may lack",
+            markup=False,
+        )
+        units = {**robot.layouts.state.units, **robot.layouts.action.units}
+        return {"model": self.out, "nodes": equations.complexity(), "dt": robot.dt, "columns": units}
+
+    def _robot(self) -> Robot:
+        from sym2real.errors import ModelError
+        from sym2real.experiments.measured import step_of_logs
+        from sym2real.files import require_file
+        from sym2real.robots import Robot
+
+        if (self.spec is not None or self.columns) and not self.log:
+            raise ModelError("--spec and --columns name the columns of --log, found no --log")
+        require_file(self.file)
+        parts = (text.partition("=") for text in self.actions)
+        actions = {actuator: column or actuator for actuator, _, column in parts}
+        robot = Robot.from_mjcf(self.file, actions=actions or None, state=self.state or None, dt=self.dt)
+        if not self.log or self.dt is not None:
+            return robot
+        step = step_of_logs(self.log, self.naming, robot.layouts)
+        return Robot.from_mjcf(self.file, actions=actions or None, state=self.state or None, dt=step)

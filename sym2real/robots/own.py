@@ -1,0 +1,104 @@
+"""Robots of a user's own, which no registry knows: what their equations carry, and the robot that this makes again."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Protocol
+
+import mujoco
+import numpy as np
+
+from sym2real.robots.description import is_text, spec_of
+from sym2real.robots.robot import Robot
+from sym2real.symbolic.origin import Origin
+from sym2real.trajectory import Array
+
+
+class OfRobot(Protocol):
+    """What may say which robot it is of: equations, networks."""
+
+    @property
+    def robot(self) -> str:
+        """Name of the robot; empty where it is not known."""
+        ...
+
+
+def robot_of(model: OfRobot) -> Robot | None:
+    """The robot that a model is of: the one that it carries, else the registered one of its name; None without.
+
+    Raises:
+        ModelError: for a carried description that is none.
+    """
+    from sym2real.robots import ROBOTS  # noqa: PLC0415 — the registry opens this module's robots too
+
+    origin = getattr(model, "origin", None)
+    return robot_from(origin) if origin is not None else ROBOTS.get(model.robot)
+
+
+@cache
+def robot_from(origin: Origin) -> Robot:
+    """The robot that was made from this, always the same one.
+
+    Raises:
+        ModelError, UnknownNameError: as of :func:`sym2real.robots.from_mjcf.from_mjcf`.
+    """
+    return Robot.from_mjcf(
+        origin.mjcf,
+        name=origin.name,
+        actions=dict(origin.actions),
+        state=origin.state,
+        dt=origin.dt,
+        numbers=dict(origin.numbers),
+        title=origin.title,
+    )
+
+
+def origin_of(robot: Robot) -> Origin | None:
+    """What makes the robot again; None for one that the package has, or that is not from an MJCF alone.
+
+    None too where the description cannot do without files beside it: meshes can, fields of heights cannot.
+    """
+    mjcf, actuators = robot.description.mjcf, robot.description.actuators
+    if not actuators or Path(mjcf).parent == Path(__file__).parent:
+        return None
+    text = mjcf if is_text(mjcf) else alone(mjcf)
+    if text is None:
+        return None
+    numbers = tuple((name, float(value)) for name, value in robot.numbers.items())
+    return Origin(
+        text, robot.name, robot.title, tuple(actuators.items()), robot.layouts.state.columns, robot.dt, numbers
+    )
+
+
+def alone(mjcf: str) -> str | None:
+    """An MJCF of the same bodies and contacts that needs no include, mesh or picture; None where it needs more.
+
+    Every body's inertia is written out, and what touches stays: MuJoCo lets a mesh touch with its convex hull.
+    """
+    spec = spec_of(mjcf)
+    spec.compiler.discardvisual = bool(spec.meshes or spec.textures or spec.skins)
+    model = spec.compile()
+    for mesh in spec.meshes:
+        mesh.file, mesh.scale, mesh.userface, mesh.uservert = "", [1.0] * 3, [], _hull(model, mesh.id).ravel()
+    for body in spec.bodies:
+        if model.body_mass[body.id] > 0:
+            body.explicitinertial, body.fullinertia = True, [np.nan] * 6
+            body.mass, body.inertia = model.body_mass[body.id], model.body_inertia[body.id]
+            body.ipos, body.iquat = model.body_ipos[body.id], model.body_iquat[body.id]
+    spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
+    spec.compile()
+    text = spec.to_xml()
+    return None if 'file="' in text else text
+
+
+def _hull(model: mujoco.MjModel, mesh: int) -> Array:
+    """Corners of a mesh's convex hull where the file has them, m ``# (corners, 3)``."""
+    first, turn = model.mesh_vertadr[mesh], np.empty(9)
+    mujoco.mju_quat2Mat(turn, model.mesh_quat[mesh])
+    corners = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
+    if (graph := int(model.mesh_graphadr[mesh])) >= 0:
+        count = int(model.mesh_graph[graph])
+        corners = corners[model.mesh_graph[graph + 2 + count : graph + 2 + 2 * count]]
+    found: Array = corners @ turn.reshape(3, 3).T + model.mesh_pos[mesh]
+    return found

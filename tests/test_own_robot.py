@@ -1,0 +1,215 @@
+"""A robot that is known from its MJCF alone: one command makes a folder that holds it, whatever becomes of the file."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+import two_links
+from cli_results import result_of
+from scipy.spatial import ConvexHull
+
+from sym2real.cli import main
+from sym2real.effects import effect
+from sym2real.experiments.models import robot_called
+from sym2real.plants import MujocoPlant, load_plant, save_plant
+from sym2real.robots import ROBOTS, Robot
+from sym2real.robots.own import robot_of
+from sym2real.symbolic import Equations, load_model, save_model
+from sym2real.trajectory import Array
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A model folder ``arm`` and two logs; the file that it was made from is gone, and its name is another robot's."""
+    place = tmp_path_factory.mktemp("own")
+    (place / "arm.xml").write_text(two_links.MJCF)
+    for seed in (1, 2):
+        two_links.write(place / f"swing{seed}.csv", two_links.swings(load=0.3, seed=seed, seconds=8.0))
+    logs = [str(place / f"swing{seed}.csv") for seed in (1, 2)]
+    main(["nominal", "mjcf", str(place / "arm.xml"), "--log", *logs, "--out", str(place / "arm")])
+    (place / "arm.xml").unlink()
+    return place
+
+
+def moved(plant: MujocoPlant, steps: int = 60) -> Array:
+    """States of an episode under random commands."""
+    rng, robot = np.random.default_rng(0), plant.robot
+    states = [plant.reset(robot.start)]
+    states += [plant.step(0.3 * rng.uniform(robot.low, robot.high)) for _ in range(steps)]
+    return np.array(states)
+
+
+def test_the_command_and_python_give_the_same_equations(folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "arm.xml").write_text(two_links.MJCF)
+    robot = Robot.from_mjcf(tmp_path / "arm.xml", dt=two_links.STEP)
+    assert load_model(folder / "arm").to_json() == robot.nominal().to_json()
+    assert Equations.from_json(robot.nominal().to_json()).origin == robot.nominal().origin
+
+
+def test_the_robot_of_a_folder_is_that_of_its_file(folder: Path, tmp_path: Path) -> None:
+    """Numbers of a description that MuJoCo writes have six digits."""
+    (tmp_path / "arm.xml").write_text(two_links.MJCF)
+    known, made = Robot.from_mjcf(tmp_path / "arm.xml", dt=two_links.STEP), robot_called(str(folder / "arm"))
+    assert made.layouts == known.layouts
+    assert made.numbers == known.numbers
+    np.testing.assert_allclose(moved(MujocoPlant(made)), moved(MujocoPlant(known)), atol=1e-4)
+    assert robot_of(load_model(folder / "arm")) is made
+    assert made.name in ROBOTS  # which is another one
+
+
+def test_what_is_made_of_a_model_holds_its_robot_too(folder: Path, tmp_path: Path) -> None:
+    """`add` writes a model and a simulator: a mass in the hand there is the mass in the file's own simulator."""
+    main(["add", str(folder / "arm"), "load:hand", "value=0.3", "--out", str(tmp_path / "heavier")])
+    plant, robot = load_plant(tmp_path / "heavier" / "simulator"), robot_called(str(tmp_path / "heavier"))
+    assert plant.robot is robot is robot_called(str(folder / "arm"))
+    loaded = MujocoPlant(robot, (effect("load:hand", robot).inject(value=0.3),))
+    np.testing.assert_allclose(moved(plant), moved(loaded), atol=1e-4)
+    assert np.abs(moved(plant) - moved(MujocoPlant(robot))).max() > 0.05
+    simulator = str(tmp_path / "heavier" / "simulator")
+    main(["run", str(tmp_path / "heavier"), "regulate", "--plant", simulator, "--seconds", "0.1", "--samples", "32"])
+    main(["simulate", simulator, "regulate", "--seconds", "0.5", "--out", str(tmp_path / "log.csv")])
+
+
+def test_every_question_has_an_answer_from_the_folder_alone(folder: Path, tmp_path: Path) -> None:
+    model, logs = str(folder / "arm"), [str(folder / f"swing{seed}.csv") for seed in (1, 2)]
+    assert result_of(["compare", model, *logs], tmp_path)["horizons"]
+    found = result_of(
+        ["diagnose", model, *logs, "--exclude", "*:tau?", "sensor_*", "--out", str(tmp_path / "a")], tmp_path
+    )
+    assert found["findings"][0]["effect"] == "load:hand"
+    assert load_plant(tmp_path / "a" / "simulator").changes
+    simulated = ["simulate", model, "regulate", "--seconds", "1", "--noise", "--out", str(tmp_path / "simulated.csv")]
+    assert result_of(simulated, tmp_path)["rows"] == round(1 / two_links.STEP)
+    of_logs = result_of(["plan", model, *logs, "--exclude", "*:tau?"], tmp_path)
+    assert of_logs["seconds"] == pytest.approx(16.0, abs=0.1)
+    known = result_of(["effects", "--robot", model], tmp_path)
+    assert "load" in {row["name"] for row in known["effects"]}
+
+
+def test_goals_of_joints_are_planned_before_anything_moves(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Farther goals show smaller loads, and a joint's range is heeded."""
+
+    def planned(*goals: str) -> dict[str, Any]:
+        excluded = ["--exclude", "*:tau?", "*:q?", "delay", "lag"]
+        return result_of(["plan", str(folder / "arm"), *goals, *excluded], tmp_path)
+
+    near, far = (
+        {row["effect"]: row["smallest"] for row in planned("regulate", f"q1={goal}")["visible"]} for goal in (0.1, 1.2)
+    )
+    assert far["load:hand"] < 0.5 * near["load:hand"]
+    assert planned()["seconds"] == pytest.approx(16.0)
+    assert "load:hand" in capsys.readouterr().out  # no picture of one
+    for wrong, said in (
+        (["regulate", "q1=2.8"], "a nearer one"),
+        (["circle"], "'circle'"),
+        (["regulate", "q9=1"], "q9"),
+    ):
+        with pytest.raises(SystemExit):
+            planned(*wrong)
+        assert said in capsys.readouterr().err
+
+
+def test_actuators_and_period_are_chosen_on_the_command_line(tmp_path: Path) -> None:
+    (tmp_path / "links.xml").write_text(two_links.MJCF)
+    asked = ["nominal", "mjcf", str(tmp_path / "links.xml"), "--actions", "tau2=elbow", "--dt", "0.005"]
+    main([*asked, "--out", str(tmp_path / "links")])
+    robot = robot_called(str(tmp_path / "links"))
+    assert (robot.layouts.action.columns, robot.dt) == (("elbow",), 0.005)
+    np.testing.assert_array_equal(robot.description.to_control(np.array([2.0])), [0.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["none.xml"], "none.xml"),
+        (["links.xml", "--actions", "tau9"], "did you mean 'tau"),
+        (["links.xml", "--state", "q1", "q3"], "q3"),
+        (["links.xml", "--dt", "0.0015"], "whole steps of 0.001 s"),
+        (["links.xml", "--spec", "log.toml"], "found no --log"),
+        (["links.xml", "--log", "short.csv"], "tau2 (N m)"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_words(
+    arguments: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("links.xml").write_text(two_links.MJCF)
+    two_links.write(Path("short.csv"), two_links.swings(seconds=0.3)[:, :-1], two_links.COLUMNS[:-1])
+    with pytest.raises(SystemExit):
+        main(["nominal", "mjcf", *arguments, "--out", "out"])
+    assert said in capsys.readouterr().err
+    assert not Path("out").exists()
+
+
+def test_meshes_and_includes_need_not_lie_beside_a_folder(tmp_path: Path) -> None:
+    """A mesh gives its body a mass, and touches: both stay, of the convex hull that MuJoCo lets touch."""
+    source = tmp_path / "robot"
+    (source / "meshes").mkdir(parents=True)
+    write_stl(source / "meshes" / "link.stl")
+    (source / "floor.xml").write_text(
+        '<mujocoinclude><worldbody><geom name="floor" type="plane" size="5 5 1"/></worldbody></mujocoinclude>'
+    )
+    (source / "robot.xml").write_text(MESHED)
+    robot = Robot.from_mjcf(source / "robot.xml")
+    save_model(robot.nominal(), tmp_path / "model")
+    save_plant(robot, [("load:tip", {"value": 0.2})], tmp_path / "plant")
+    before = touches(MujocoPlant(robot))
+    plain = [moved(MujocoPlant(robot)), moved(MujocoPlant(robot, (effect("load:tip", robot).inject(value=0.2),)))]
+    for file in sorted(source.rglob("*.*")):
+        file.unlink()
+    made = robot_called(str(tmp_path / "model"))
+    np.testing.assert_allclose(moved(MujocoPlant(made)), plain[0], atol=1e-4)
+    np.testing.assert_allclose(moved(load_plant(tmp_path / "plant")), plain[1], atol=1e-4)
+    assert touches(MujocoPlant(made)) == before
+    assert any(before)
+    assert not all(before)
+
+
+MESHED = """
+<mujoco model="meshed">
+  <compiler meshdir="meshes"/>
+  <include file="floor.xml"/>
+  <asset>
+    <texture name="grey" type="2d" builtin="checker" width="8" height="8"/>
+    <material name="grey" texture="grey"/>
+    <mesh name="link" file="link.stl" scale="1 1 1.5"/>
+  </asset>
+  <worldbody>
+    <body name="link" pos="0 0 0.4" euler="10 0 0">
+      <joint name="swing" axis="0 1 0"/>
+      <geom type="mesh" mesh="link" pos="0.01 0 0" euler="0 5 0" material="grey"/>
+      <geom type="mesh" mesh="link" contype="0" conaffinity="0" mass="0.1"/>
+      <site name="tip" pos="0 0 -0.3"/>
+    </body>
+  </worldbody>
+  <actuator><motor name="torque" joint="swing" ctrlrange="-2 2"/></actuator>
+</mujoco>
+"""
+
+
+def write_stl(file: Path) -> None:
+    """A lump of random corners, longer below its joint than above."""
+    corners = np.random.default_rng(0).normal(size=(40, 3)) * [0.04, 0.03, 0.1] + [0.0, 0.01, -0.15]
+    inside, triangles = corners.mean(axis=0), []
+    for a, b, c in corners[ConvexHull(corners).simplices]:
+        outwards = np.cross(b - a, c - a) @ (a - inside) > 0
+        triangles.append(np.concatenate([np.zeros(3), a, *((b, c) if outwards else (c, b))]))
+    packed = b"".join(struct.pack("<12fH", *triangle, 0) for triangle in triangles)
+    file.write_bytes(bytes(80) + struct.pack("<I", len(triangles)) + packed)
+
+
+def touches(plant: MujocoPlant) -> list[bool]:
+    """Where on its way around the link meets the floor."""
+    met = []
+    for angle in np.linspace(0.0, 2 * np.pi, 60):
+        plant.reset([angle, 0.0])
+        mujoco.mj_forward(plant.mj_model, plant.mj_data)
+        met.append(bool(plant.mj_data.ncon))
+    return met

@@ -88,5 +88,5 @@ print("after ", compare(informed, logs))
 logs[2].plot(before=model, after=informed).savefig("measured_and_predicted.svg")
 
 # Logs of a real pendulum take the place of the simulated ones: `read_log("swing.csv", layouts=robot.layouts)`.
-# `sym2real nominal mjcf pendulum.xml --out runs/pendulum` makes a folder of it, which the verbs of the command line take;
+# `sym2real nominal mjcf pendulum.xml --out runs/pendulum` makes a folder of it that the command line takes;
 # [a new robot](../new_robot.md) says more.

@@ -88,8 +88,9 @@ def flown_robot(base: Base, model: str) -> Robot:
         raise ModelError(f"{model}: expected the model of a registered robot ({known}), found {base.robot!r}")
     if robot is None:
         raise ModelError(
-            f"{model} names no robot, as models of numbers alone do, so there is no simulator and no task for it; "
-            f"`sym2real nominal mjcf` makes one from a description, `sym2real learn` one of {known}"
+            f"{model} names no registered robot ({known}) and holds none, as models of numbers alone, so there is "
+            f"no simulator and no task; `sym2real learn {next(iter(ROBOTS))} --out FOLDER` makes a model that `run` "
+            "flies, `sym2real nominal mjcf` one of your own robot"
         )
     return robot
 

@@ -72,7 +72,7 @@ BAD = {
     "[time]\ncolumn = 't'\nrate = 50": "either a column or a rate, found both",
     "[time]\nrate = 0": "time.rate to be a number > 0, found 0",
     "[time]\ndt = 'fast'": "time.dt to be a number > 0, found 'fast'",
-    "[columns]\nwxx = 'a'": "did you mean .*'wx'",
+    "[columns]\n'the x' = 'a'": "names of letters, digits and _, found 'the x'",
     "[columns]\nx = 3": "column 'x': expected x = \"column\"",
     "[columns]\nx = {column = 'a', units = 'm'}": "did you mean 'unit'",
     "[columns]\nx = {column = 'a', unit = 'deg'}": "column 'x': expected a unit that fits.*known: cm, m, mm",
@@ -158,8 +158,9 @@ def test_pulses_of_a_servo_count_from_their_middle(tmp_path: Path) -> None:
 
 def test_the_page_on_specifications_holds() -> None:
     page = (Path(__file__).parents[1] / "docs" / "specification.md").read_text(encoding="utf-8")
-    quad, vehicle, bag = (LogSpec.parse(text) for text in re.findall(r"```toml\n(.*?)```", page, re.DOTALL))
+    quad, vehicle, arm, bag = (LogSpec.parse(text) for text in re.findall(r"```toml\n(.*?)```", page, re.DOTALL))
     assert (quad.frames, quad.columns["motor2"].column, vehicle.columns["steer"].zero) == ("ned_frd", "m4", 1500.0)
+    assert (arm.columns["shoulder"], arm.derive) == (Source("shoulder_deg", "deg", zero=90.0), ("rate",))
     assert (bag.time, bag.columns["steer"].column) == (TimeBase("t"), "/car/command.steering_angle")
     assert bag.attitude is not None
     assert [name.rpartition(".")[2] for name in bag.attitude.quaternion] == ["w", "x", "y", "z"]
@@ -267,6 +268,11 @@ def test_dropped_rows_are_not_judged_and_lines_keep_their_numbers(tmp_path: Path
         read(tmp_path, {**columns, "x": [1, 1, 1, np.inf, 1]}, toml)
     with pytest.raises(DataError, match="more than the 5 rows to drop"):
         read(tmp_path, columns, toml.replace("drop_first = 1", "drop_first = 4"))
+
+
+def test_a_column_that_nobody_knows(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match=r"specification 'unnamed' standard columns, found .*did you mean .*'wx'"):
+        read(tmp_path, {**STAMPS, "a": [1, 2]}, "[columns]\nwxx = 'a'")
 
 
 def test_a_column_that_the_log_has_not(tmp_path: Path) -> None:

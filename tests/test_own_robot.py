@@ -133,7 +133,7 @@ def test_actuators_and_period_are_chosen_on_the_command_line(tmp_path: Path) -> 
         (["links.xml", "--state", "q1", "q3"], "q3"),
         (["links.xml", "--dt", "0.0015"], "whole steps of 0.001 s"),
         (["links.xml", "--spec", "log.toml"], "found no --log"),
-        (["links.xml", "--log", "short.csv"], "tau2 (N m)"),
+        (["links.xml", "--log", "unstamped.csv"], "a column of stamps, or --dt"),
     ],
 )
 def test_what_cannot_be_is_refused_in_words(
@@ -141,7 +141,7 @@ def test_what_cannot_be_is_refused_in_words(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("links.xml").write_text(two_links.MJCF)
-    two_links.write(Path("short.csv"), two_links.swings(seconds=0.3)[:, :-1], two_links.COLUMNS[:-1])
+    two_links.write(Path("unstamped.csv"), two_links.swings(seconds=0.3)[:, 1:], two_links.COLUMNS[1:])
     with pytest.raises(SystemExit):
         main(["nominal", "mjcf", *arguments, "--out", "out"])
     assert said in capsys.readouterr().err

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from rich.console import Console
 
+from sym2real.cli.places import Place
 from sym2real.cli.positionals import Logs
+
+if TYPE_CHECKING:
+    from sym2real.logs import Inspection
 
 
 @dataclass(frozen=True)
@@ -16,10 +20,14 @@ class Inspect:
     """Say what logs seem to hold, with the evidence per column, and propose a specification that maps them.
 
     Nothing is decided behind your back: a suspected sign flip is written as a comment with its evidence. The last line
-    is the `nominal` command for such a log. Of logs with more than 30000 rows of evidence (five minutes at 100 Hz),
+    is the `nominal` command for such a log. A robot of joints has columns of its own: with --model they are looked for
+    by their names and numbers (q1, theta1, shoulder_vel, position[0], effort[0]), and what is missing is said. Of logs
+    with more than 30000 rows of evidence (five minutes at 100 Hz),
     stretches are looked at, which is said.
 
-    Example: sym2real inspect flight.csv --out flight.toml
+    For example:
+      sym2real inspect flight.csv --out flight.toml
+      sym2real inspect swing.csv --model runs/arm --out swing.toml
     """
 
     OUT_IS_FILE: ClassVar[bool] = True
@@ -28,6 +36,8 @@ class Inspect:
     """Logs of one kind: CSV, Parquet, bags, MCAP, ULog; files without a common column but stamps are one log."""
     columns: tuple[str, ...] = ()
     """Names of the columns of text files without a header, in their order."""
+    model: Place | None = None
+    """The model whose logs they are: a folder, or a robot's name."""
     out: Path | None = None
     """Write the proposed specification (TOML) here; printed otherwise."""
     json: Path | None = None
@@ -35,12 +45,11 @@ class Inspect:
 
     def run(self, console: Console) -> dict[str, Any]:
         """Print the evidence, write or print the specification."""
-        from sym2real.cli.nominal_line import nominal_line
+        from sym2real.cli.nominal_line import NominalLine, nominal_line
         from sym2real.files import write_text
-        from sym2real.logs import inspect_logs
         from sym2real.report.inspection import inspection_table
 
-        inspection = inspect_logs(self.logs, self.columns)
+        inspection = self._inspection()
         console.print(inspection_table(inspection))
         text = inspection.toml()
         if self.out:
@@ -48,7 +57,7 @@ class Inspect:
             console.print(f"specification in {self.out}; use it with --spec {self.out}", markup=False)
         else:
             console.print(text, markup=False, soft_wrap=True)
-        line = nominal_line(inspection, self.out)
+        line = nominal_line(inspection, self.out) if self.model is None else NominalLine("")
         if line.command:
             console.print(f"first equations for it: {line.command}", markup=False, soft_wrap=True)
         for remark in line.remarks:
@@ -56,3 +65,12 @@ class Inspect:
         columns = [asdict(row) for row in inspection.rows]
         flips = list(inspection.suspected_flips)
         return {"columns": columns, "suspected_flips": flips, "spec": text, "nominal": asdict(line)}
+
+    def _inspection(self) -> Inspection:
+        from sym2real.logs import inspect_logs
+
+        if self.model is None:
+            return inspect_logs(self.logs, self.columns)
+        from sym2real.cli.model import columns_of
+
+        return inspect_logs(self.logs, self.columns, *columns_of(self.model))

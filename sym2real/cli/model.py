@@ -16,6 +16,7 @@ from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.start import ROWS
 from sym2real.errors import DataError, ModelError
 from sym2real.experiments.models import base_folder, open_model
+from sym2real.layout import Layouts
 from sym2real.logs import LogSpec, read_logs
 from sym2real.logs.dropouts import tells_of_loss
 from sym2real.logs.reader import logs_of
@@ -50,6 +51,21 @@ def equations_below(name: str, console: Console) -> tuple[Equations, tuple[str, 
     note = f"{name} has a learned residual on its equations; this is about the equations below, without it"
     console.print(f"note: {note}", style="yellow", markup=False)
     return equations, (note,)
+
+
+def columns_of(model: str) -> tuple[Layouts, dict[str, str]]:
+    """Columns that logs of a model hold, a folder or a robot's name, and the joint that an action moves where known.
+
+    Raises:
+        UnknownNameError: when it is neither.
+        ModelError, DataError: for a folder without a model that can be opened.
+    """
+    base = None if model in ROBOTS and not Path(model).is_dir() else below(open_model(model))
+    robot = ROBOTS[model] if base is None else robot_of(base)
+    layouts = ROBOTS[model].layouts if base is None else replace(base.layouts, state=state_of(base))
+    joints = {rate: joint for joint, rate in layouts.state.rates.items()}
+    moving = () if robot is None else robot.recipe.dependencies
+    return layouts, {action: joints[rate] for rate, action in moving if rate in joints}
 
 
 def said_of(notes: Sequence[str], result: Mapping[str, Any]) -> dict[str, list[str]]:

@@ -12,6 +12,10 @@ from sym2real.logs.units import UNITS
 from sym2real.vocabulary import MOTORS, POSITION, RATE_COMMAND, SPEED_COLUMN, STEER_COLUMN, THRUST_COLUMN
 
 OUT = "runs/nominal"
+OF_JOINTS = (
+    "is it of a robot of joints? `sym2real nominal mjcf ROBOT.xml --out runs/robot` makes its model, and "
+    "`sym2real inspect LOG --model runs/robot` finds its columns"
+)
 THRUST_AND_RATES = {THRUST_COLUMN, *RATE_COMMAND.columns}
 DRIVEN = {STEER_COLUMN, SPEED_COLUMN}
 
@@ -36,9 +40,8 @@ def nominal_line(inspection: Inspection, spec: Path | None) -> NominalLine:
         inspection: of the logs.
         spec: where the proposed specification was written; None where it was not.
     """
-    if DRIVEN & inspection.spec.columns.keys():
-        return _car(inspection.spec)
-    return _quadrotor(inspection, spec)
+    line = _car(inspection.spec) if DRIVEN & inspection.spec.columns.keys() else _quadrotor(inspection, spec)
+    return line if line.command else NominalLine("", (*line.remarks, OF_JOINTS))
 
 
 def _step(spec: LogSpec) -> list[str]:

@@ -74,7 +74,6 @@ class NominalMjcf(OfLogs):
 
     def _robot(self) -> Robot:
         from sym2real.errors import ModelError
-        from sym2real.experiments.measured import step_of_logs
         from sym2real.files import require_file
         from sym2real.robots import Robot
 
@@ -86,5 +85,17 @@ class NominalMjcf(OfLogs):
         robot = Robot.from_mjcf(self.file, actions=actions or None, state=self.state or None, dt=self.dt)
         if not self.log or self.dt is not None:
             return robot
-        step = step_of_logs(self.log, self.naming, robot.layouts)
-        return Robot.from_mjcf(self.file, actions=actions or None, state=self.state or None, dt=step)
+        return Robot.from_mjcf(self.file, actions=actions or None, state=self.state or None, dt=self._step(robot))
+
+    def _step(self, robot: Robot) -> float:
+        """Time step of the logs in s; without a specification by the column that holds their stamps."""
+        from sym2real.errors import DataError
+        from sym2real.experiments.measured import step_of_logs
+        from sym2real.logs import inspect_logs
+
+        if self.spec is not None:
+            return step_of_logs(self.log, self.naming, robot.layouts)
+        step = inspect_logs(self.log, self.columns).spec.time.dt
+        if step is None:
+            raise DataError(self.log[0], "a column of stamps, or --dt", "neither")
+        return step

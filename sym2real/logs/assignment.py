@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
+from sym2real.layout import Layouts
+from sym2real.logs.name_words import words_and_unit
 from sym2real.logs.names import Named, read_name
 
 PREFIX = {"position": "", "velocity": "v", "rate": "w", "force": "f", "torque": "t"}
+MOVING = ("position", "velocity", "rate")
+# Words of robots of joints, alone or with a number; and angles whose names are also those of joints.
+JOINTS, NUMBERED = frozenset({"joint", "joints", "effort", "efforts"}), frozenset({"tau", "torque", "dq", "qd", "qdot"})
+GREEK = frozenset({"theta", "phi", "psi"})
 ATTITUDE_OF_ROLE = {"state": "attitude", "command": "attitude_command", "reference": "reference_attitude"}
 ANGLES = ("roll", "pitch", "yaw")
 # World axes as navigation names them, in the order of x, y, z: north-east-down, or east-north-up.
@@ -55,12 +61,33 @@ def assign(names: Sequence[str]) -> Assignment:
     result.columns = {name: name for pair in HEADINGS if {*pair} <= {*names} for name in pair}
     names = [name for name in names if name not in result.columns]
     result.named = {name: named for name in names if (named := read_name(name)) is not None}
+    for name in _counted_joints(result.named, names):
+        del result.named[name]
     result.named |= _compass(names) | _numbered(names)
     _settle_letters(result)
     for name, named in result.named.items():
         _place(result, name, named)
     _settle(result)
     return result
+
+
+def within(found: Assignment, layouts: Layouts) -> Assignment:
+    """What of an assignment a model with these columns has a use for."""
+    wanted = {*layouts.state, *layouts.action, *layouts.inputs}
+    turning = {"attitude", "reference_attitude"} if wanted & {"qw", "sin_yaw"} else set()
+    attitudes = turning | ({"attitude_command"} if "qw_cmd" in wanted else set())
+    made_of = {"yaw": "sin_yaw", "wheel_speed": "vx"}
+
+    def is_of_use(column: str) -> bool:
+        standard = column.removeprefix("ref_")
+        return made_of.get(standard, standard) in wanted
+
+    return replace(
+        found,
+        columns={standard: name for standard, name in found.columns.items() if is_of_use(standard)},
+        quaternions={name: parts for name, parts in found.quaternions.items() if name in attitudes},
+        angles={name: parts for name, parts in found.angles.items() if name in attitudes},
+    )
 
 
 def _compass(names: Sequence[str]) -> dict[str, Named]:
@@ -80,17 +107,48 @@ def _compass(names: Sequence[str]) -> dict[str, Named]:
     return found
 
 
-def _numbered(names: Sequence[str]) -> dict[str, Named]:
-    """Names that differ in a number alone: three from 1 are axes, four that would be rates or forces are rotors."""
+def _families(names: Sequence[str]) -> dict[tuple[str, str], dict[str, str]]:
+    """Names that differ in a number alone: what stands before and behind it → number → name."""
     families: dict[tuple[str, str], dict[str, str]] = {}
     for name in names:
         if match := re.fullmatch(r"(.*?)_?\[?(\d)\]?(\D*)", name):
             families.setdefault((match[1], match[3]), {})[match[2]] = name
+    return families
+
+
+def speaks_of_joints(names: Sequence[str]) -> bool:
+    """Whether a log is of a robot of joints, by the words in the names of its columns."""
+    words = [set(words_and_unit(name)[0]) for name in names]
+    return any(said & JOINTS or (said & NUMBERED and any(map(str.isdigit, said))) for said in words)
+
+
+def _counted_joints(named: Mapping[str, Named], names: Sequence[str]) -> list[str]:
+    """Names whose number would be an axis and counts joints: no axis has the number 3, and two from 1 are no y and z.
+
+    Nor are those of a log that speaks of joints or efforts; and a robot has one heading, not a theta1 and a theta2.
+    """
+    of_joints = speaks_of_joints(names)
+    return [
+        name
+        for columns in _families(names).values()
+        for name in columns.values()
+        if name in named
+        and (
+            (named[name].counted and (of_joints or {*columns} not in ({"0", "1"}, {"0", "1", "2"})))
+            or (named[name].quantity in ANGLES and len(columns) > 1 and GREEK.intersection(words_and_unit(name)[0]))
+        )
+    ]
+
+
+def _numbered(names: Sequence[str]) -> dict[str, Named]:
+    """Names that differ in a number alone: three from 1 are axes, four that would be rates or forces are rotors."""
     found: dict[str, Named] = {}
-    for (head, tail), columns in families.items():
+    if speaks_of_joints(names):
+        return found
+    for (head, tail), columns in _families(names).items():
         digits = "".join(sorted(columns))
         meant = {digit: read_name(f"{head}_{axis}{tail}") for digit, axis in zip("123", "xyz", strict=True)}
-        if digits == "123" and all(named and named.quantity in PREFIX for named in meant.values()):
+        if digits == "123" and all(named and named.quantity in MOVING for named in meant.values()):
             found |= {columns[digit]: named for digit, named in meant.items() if named}
         elif digits in {"0123", "1234"} and (named := meant["1"]) and named.quantity in {"rate", "force"}:
             found |= {column: Named("motor", digit, "command", named.unit) for digit, column in columns.items()}

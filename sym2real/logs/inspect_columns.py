@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from sym2real.logs.assignment import speaks_of_joints
 from sym2real.logs.draft import Draft
 from sym2real.logs.extremes import at_extremes
 from sym2real.trajectory import Array
@@ -13,14 +14,14 @@ SATURATED = 0.01  # share of rows that stay at the extreme value
 FEW = 3
 
 
-def inspect_columns(draft: Draft) -> None:
-    """Remarks on every numeric column, and on those that nothing was made of."""
+def inspect_columns(draft: Draft, *, of_model: bool) -> None:
+    """Remarks on every numeric column, and on those that nothing was made of; whether a model's were looked for."""
     tables = draft.tables
     known = {finding.column for finding in draft.findings}
     pooled = {name: np.concatenate([table.columns[name] for table in tables]) for name in tables[0].columns}
     for name in pooled:
         if name not in known:
-            _unknown(draft, name)
+            _unknown(draft, name, of_model=of_model)
         if remark := _remark([table.columns[name] for table in tables]):
             draft.add(name, "remark", "", remark, "certain")
     _copies(draft, pooled)
@@ -28,7 +29,7 @@ def inspect_columns(draft: Draft) -> None:
         draft.add(name, "?", "", "text, left out", "unknown")
 
 
-def _unknown(draft: Draft, name: str) -> None:
+def _unknown(draft: Draft, name: str, *, of_model: bool) -> None:
     for standard, column in draft.assignment.columns.items():
         if column == name:
             draft.add(name, standard, "", "by its name", "likely")
@@ -38,6 +39,8 @@ def _unknown(draft: Draft, name: str) -> None:
         return
     named = draft.assignment.named.get(name)
     says = f"named like {named.role} {named.quantity} {named.axis}".strip() if named else "the name says nothing"
+    if not of_model and any(map(str.isdigit, name)) and speaks_of_joints(list(draft.tables[0].columns)):
+        says = "it may be a joint's: --model says of which robot"
     draft.add(name, "?", "?", f"{says}; kept as an extra column", "unknown")
 
 

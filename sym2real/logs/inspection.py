@@ -7,30 +7,35 @@ a commented line with its evidence.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 
 from sym2real.errors import DataError
+from sym2real.layout import Layouts
 from sym2real.logs import spec_text
-from sym2real.logs.assignment import Assignment, assign
+from sym2real.logs.assignment import Assignment, assign, within
 from sym2real.logs.draft import Draft, Finding
 from sym2real.logs.dropouts import is_slow, without_dropouts
 from sym2real.logs.inspect_attitude import inspect_attitudes
 from sym2real.logs.inspect_columns import inspect_columns
 from sym2real.logs.inspect_commands import inspect_commands
 from sym2real.logs.inspect_heading import inspect_yaw
+from sym2real.logs.inspect_joints import inspect_joints
 from sym2real.logs.inspect_motion import inspect_rates, inspect_velocities
 from sym2real.logs.inspect_motors import inspect_motor_order
 from sym2real.logs.inspect_position import inspect_positions
 from sym2real.logs.inspect_time import inspect_time
 from sym2real.logs.inspect_wheel import inspect_wheel
+from sym2real.logs.joint_names import Matching, match_own
 from sym2real.logs.reader import expand
 from sym2real.logs.several_files import one_log_each, read_parts
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.table import Table
 
 FEWEST_ROWS = 20
+NOTHING: Mapping[str, str] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -59,12 +64,20 @@ class Inspection:
         return spec_text.specification(self.spec, self.comments)
 
 
-def inspect_logs(paths: str | Path | Iterable[str | Path], columns: Sequence[str] = ()) -> Inspection:
+def inspect_logs(
+    paths: str | Path | Iterable[str | Path],
+    columns: Sequence[str] = (),
+    layouts: Layouts | None = None,
+    moved: Mapping[str, str] = NOTHING,
+) -> Inspection:
     """Look into logs of one kind (the same columns); a folder stands for the logs in it.
 
     Args:
         paths: of the logs; files without a common column but stamps are parts of one.
         columns: names of the columns of text files that have no header.
+        layouts: of the model whose logs they are: its own columns, such as those of joints, are looked for, and no
+            others.
+        moved: joint that an action of the model moves, as far as that is known.
 
     Raises:
         DataError: when a file cannot be read, is too short, or has other columns than the first.
@@ -76,7 +89,8 @@ def inspect_logs(paths: str | Path | Iterable[str | Path], columns: Sequence[str
     logs = one_log_each(expand(paths), columns)
     tables = [read_parts(files, header=columns) for files in logs]
     _check_alike(tables)
-    draft = _draft(tables, assign(list(tables[0].columns)))
+    assignment, matching = _assigned(list(tables[0].columns), layouts, moved)
+    draft = _draft(tables, assignment)
     inspect_time(draft)
     inspect_positions(draft)
     inspect_yaw(draft)
@@ -86,8 +100,20 @@ def inspect_logs(paths: str | Path | Iterable[str | Path], columns: Sequence[str
     inspect_rates(draft)
     inspect_commands(draft)
     inspect_motor_order(draft)
-    inspect_columns(draft)
+    if layouts is not None:
+        inspect_joints(draft, matching, layouts)
+    inspect_columns(draft, of_model=layouts is not None)
     return _finished(tuple(file for files in logs for file in files), draft, tuple(columns))
+
+
+def _assigned(names: Sequence[str], layouts: Layouts | None, moved: Mapping[str, str]) -> tuple[Assignment, Matching]:
+    """Which column of the model, or of all standard ones, each column of a log may be."""
+    if layouts is None:
+        return assign(names), Matching({}, {})
+    matching = match_own(names, layouts, moved)
+    own = {column: match.source for column, match in matching.found.items()}
+    rest = within(assign([name for name in names if name not in own.values()]), layouts)
+    return replace(rest, columns={**rest.columns, **own}), matching
 
 
 def _draft(tables: list[Table], assignment: Assignment) -> Draft:

@@ -47,7 +47,8 @@ def require_columns(file: str | Path, standard: Collection[str], others: Collect
         return
     there = [*standard, *others]
     listed = ", ".join(there[:MOST_NAMED]) + (f" … ({len(there)} columns)" if len(there) > MOST_NAMED else "")
-    hints = [*_close(missing, others), *_other_interface(layouts, standard), *_derivable(missing, standard)]
+    hints = [*_close(missing, others), *_other_interface(layouts, standard)]
+    hints += _derivable(missing, standard, layouts)
     if others:
         hints.append("a log specification (--spec) names foreign columns, `sym2real inspect` proposes one")
     raise DataError(file, f"columns of the model: {_with_units(missing, units)}", "; ".join((f"only {listed}", *hints)))
@@ -76,9 +77,12 @@ def _other_interface(layouts: Layouts, standard: Collection[str]) -> list[str]:
     ]
 
 
-def _derivable(missing: Collection[str], standard: Collection[str]) -> list[str]:
-    return [
-        f'derive = ["{what}"] in a log specification computes {", ".join(columns)}'
-        for what, columns, sources in DERIVED
+def _derivable(missing: Collection[str], standard: Collection[str], layouts: Layouts) -> list[str]:
+    joints = [("rate", (layouts.state.rates[joint],), {joint}) for joint in layouts.state.joints]
+    found = [
+        (what, ", ".join(columns))
+        for what, columns, sources in (*DERIVED, *joints)
         if sources <= set(standard) and set(columns) & set(missing)
     ]
+    together = {what: ", ".join(columns for other, columns in found if other == what) for what, _ in found}
+    return [f'derive = ["{what}"] in a log specification computes {columns}' for what, columns in together.items()]

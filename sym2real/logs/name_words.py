@@ -8,6 +8,7 @@ from sym2real.logs.units import UNITS
 
 THRUST = frozenset({"thrust", "collective", "thr"})
 FORCE = frozenset({"f", "force"})
+TORQUE = frozenset({"torque", "torques", "tau", "tor", "trq", "moment", "effort", "efforts"})
 BATTERY = frozenset({"vbat", "vbatt", "battery", "batt", "bat", "voltage"})
 
 UNIT_WORDS = {
@@ -29,6 +30,8 @@ TAILS: dict[tuple[str, ...], str] = {
 LETTERS = (
     (("m", "n"), "mN", THRUST | FORCE),
     (("n",), "N", THRUST | FORCE),
+    (("mnm",), "mN m", TORQUE),
+    (("nm",), "N m", TORQUE),
     (("m", "v"), "mV", BATTERY),
     (("v",), "V", BATTERY),
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from sym2real.logs.name_words import BATTERY, FORCE, THRUST, words_and_unit
+from sym2real.logs.name_words import BATTERY, FORCE, THRUST, TORQUE, words_and_unit
 
 Role = Literal["state", "command", "reference"]
 
@@ -21,7 +21,6 @@ COMMAND = frozenset({
 
 TIME = frozenset({"t", "time", "timestamp", "timestamps", "stamp", "tick", "elapsed", "clock", "epoch", "times"})
 NOT_VOLTAGE = frozenset({"current", "percent", "percentage", "level", "temperature", "temp", "charge", "remaining"})
-TORQUE = frozenset({"torque", "tau", "tor", "moment"})
 STEER = frozenset({"steer", "steering", "delta", "steerangle"})
 SERVO = frozenset({"servo"})
 THROTTLE = frozenset({"throttle"})
@@ -61,12 +60,14 @@ class Named:
         axis: "x", "y", "z", "w", a digit where the name only counts, or "".
         role: measured, sent or wanted.
         unit: unit that the name states, or "".
+        counted: whether the axis is a number in the name.
     """
 
     quantity: str
     axis: str = ""
     role: Role = "state"
     unit: str = ""
+    counted: bool = False
 
 
 def read_name(name: str) -> Named | None:
@@ -88,7 +89,8 @@ def read_name(name: str) -> Named | None:
         role = "reference"
     if quantity in {"thrust", "throttle", "motor", "steer"}:
         role = "command"
-    return Named(quantity, axis, role, _unit_of(quantity, unit))
+    counted = bool(rest.digit and axis) and rest.axis == rest.digit and quantity != "quaternion"
+    return Named(quantity, axis, role, _unit_of(quantity, unit), counted and axis in {"x", "y", "z"})
 
 
 Found = tuple[str, str] | None
@@ -151,9 +153,11 @@ def _command(name: _Words) -> Found:
 
 
 def _wrench(name: _Words) -> Found:
-    if name.has(FORCE) and name.counted:
-        return "force", name.counted
-    return ("torque", name.counted) if name.has(TORQUE) and name.counted else None
+    """By a letter: what is counted are joints, or rotors."""
+    axis = "" if name.axis.isdigit() or name.axis == "w" else name.axis
+    if name.has(FORCE) and axis:
+        return "force", axis
+    return ("torque", axis) if name.has(TORQUE) and axis else None
 
 
 def _rate(name: _Words) -> Found:

@@ -15,8 +15,9 @@ from sym2real.errors import DataError, reason
 from sym2real.layout import Layouts
 from sym2real.logs.dropouts import CUT, without_dropouts
 from sym2real.logs.grouping import layouts_from_json, trajectory, visible
+from sym2real.logs.of_model import for_model
 from sym2real.logs.recordings import is_bag_folder
-from sym2real.logs.resample import COMMANDS, GAP_INTERVALS, gaps, is_regular, resample
+from sym2real.logs.resample import GAP_INTERVALS, gaps, is_regular, resample
 from sym2real.logs.several_files import LogFiles, one_log_each, read_parts
 from sym2real.logs.specification import LogSpec, load_spec
 from sym2real.logs.standard import Standard, add_derived, own_specification, stamps, standardise, tidy, with_header
@@ -69,7 +70,7 @@ def log_of_table(
     table: Table, spec: LogSpec | str | Path | None = None, layouts: Layouts | None = None, dt: float | None = None
 ) -> Trajectory:
     """A table as one trajectory; arguments and errors as of :func:`read_log`."""
-    log = _Opened.open(table, _loaded(spec), dt)
+    log = _Opened.open(table, _loaded(spec), layouts, dt)
     if log.gaps:
         row = log.gaps[0]
         interval = log.standard.time[row] - log.standard.time[row - 1]
@@ -79,7 +80,7 @@ def log_of_table(
             row,
             log.spec.time.column,
         )
-    return log.trajectory(0, len(log.table), layouts, "")
+    return log.trajectory(0, len(log.table), "")
 
 
 def read_logs(
@@ -102,15 +103,13 @@ def read_logs(
     trajectories: list[Trajectory] = []
     known = with_header(_loaded(spec), columns)
     for files in logs_of(paths, known):
-        log = _Opened.open(_read(files, known), known, dt)
+        log = _Opened.open(_read(files, known), known, layouts, dt)
         bounds = [0, *log.gaps, len(log.table)]
         pieces = [(a, b) for a, b in pairwise(bounds) if b - a >= SHORTEST or len(bounds) == 2]
         if not pieces:
             raise DataError(log.table.path, "two or more rows without a gap between them", "gaps between all rows")
         suffixes = [f"#{i + 1}" for i in range(len(pieces))] if log.gaps else [""]
-        trajectories += [
-            log.trajectory(*piece, layouts, suffix) for piece, suffix in zip(pieces, suffixes, strict=True)
-        ]
+        trajectories += [log.trajectory(*piece, suffix) for piece, suffix in zip(pieces, suffixes, strict=True)]
     return Dataset(trajectories)
 
 
@@ -165,14 +164,17 @@ class _Opened:
     whole: Table
     table: Table
     spec: LogSpec
+    layouts: Layouts | None
     standard: Standard
     dt: float | None
     gaps: list[int]
 
     @classmethod
-    def open(cls, whole: Table, given: LogSpec | None, dt: float | None) -> _Opened:
+    def open(cls, whole: Table, given: LogSpec | None, layouts: Layouts | None, dt: float | None) -> _Opened:
         """Name the columns of a log; arguments and errors as of :func:`read_log`."""
-        used = given or own_specification((*whole.columns, *whole.texts))
+        found = layouts or _own_layouts(whole)
+        known = None if found is None else visible(found)
+        used = for_model(given or own_specification((*whole.columns, *whole.texts)), whole, known)
         rows = len(whole) - used.drop_first - used.drop_last
         if rows < 1:
             raise DataError(
@@ -187,26 +189,26 @@ class _Opened:
         standard = replace(standard, notes=(*standard.notes, *left_out))
         step = dt if dt is not None else used.time.dt
         # Where rows are missing, a log is in pieces whether anybody asks for equal steps or not.
-        found = [] if step is None and not left_out else gaps(standard.time, step or 0.0).tolist()
-        return cls(whole, table, used, standard, step, found)
+        cuts = [] if step is None and not left_out else gaps(standard.time, step or 0.0).tolist()
+        return cls(whole, table, used, known, standard, step, cuts)
 
-    def trajectory(self, start: int, stop: int, layouts: Layouts | None, suffix: str) -> Trajectory:
-        """Rows ``start`` to ``stop`` with these layouts or the log's own; a suffix of the name says that it was cut."""
+    def trajectory(self, start: int, stop: int, suffix: str) -> Trajectory:
+        """Rows ``start`` to ``stop``; a suffix of the name says that it was cut."""
         log = self.standard.rows(start, stop)
         if suffix:
             note = f"{CUT}: rows {self.table.line(start)} to {self.table.line(stop - 1)}"
             log = replace(log, notes=(*log.notes, note))
-        log = add_derived(log, self.spec)
-        known = visible(layouts or self._own_layouts() or Layouts.of(log.columns))
+        log = add_derived(log, self.spec, self.layouts)
+        known = self.layouts or Layouts.of(log.columns)
         if not known.state.size:
             names = ", ".join(self.whole.columns)
             raise DataError(self.table.path, "standard state columns, or a log specification", f"columns {names}")
         if self.dt is not None and len(log.time) > 1 and not is_regular(log.time, self.dt):
             self._require_rows_for(self.dt, log.time)
-            log = resample(log, self.dt, COMMANDS | set(known.action.columns))
-        name = self._metadata("name") or self.table.path.stem
+            log = resample(log, self.dt, known)
+        name = _metadata(self.table, "name") or self.table.path.stem
         result = trajectory(self.table, log, known, name + suffix)
-        return replace(result, raw=self.whole.columns, notes=self._own_notes() + result.notes)
+        return replace(result, raw=self.whole.columns, notes=_own_notes(self.table) + result.notes)
 
     def _require_rows_for(self, dt: float, time: Array) -> None:
         apart = float(np.median(np.diff(time)))
@@ -225,21 +227,24 @@ class _Opened:
                 column=self.spec.time.column or None,
             )
 
-    def _metadata(self, key: str) -> str:
-        return (self.table.metadata or {}).get(key, "")
 
-    def _own_notes(self) -> tuple[str, ...]:
-        try:
-            notes = json.loads(self._metadata("notes") or "[]")
-            if not isinstance(notes, list):
-                raise TypeError(f"{notes!r:.80}")
-            return tuple(str(note) for note in notes)
-        except (TypeError, ValueError, RecursionError) as error:
-            raise DataError(self.table.path, "notes in the file's metadata, a JSON list", reason(error)) from None
+def _metadata(table: Table, key: str) -> str:
+    return (table.metadata or {}).get(key, "")
 
-    def _own_layouts(self) -> Layouts | None:
-        text = self._metadata("layouts")
-        try:
-            return layouts_from_json(text) if text else None
-        except (KeyError, ValueError, RecursionError) as error:
-            raise DataError(self.table.path, "layouts in the file's metadata", reason(error)) from None
+
+def _own_notes(table: Table) -> tuple[str, ...]:
+    try:
+        notes = json.loads(_metadata(table, "notes") or "[]")
+        if not isinstance(notes, list):
+            raise TypeError(f"{notes!r:.80}")
+        return tuple(str(note) for note in notes)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise DataError(table.path, "notes in the file's metadata, a JSON list", reason(error)) from None
+
+
+def _own_layouts(table: Table) -> Layouts | None:
+    text = _metadata(table, "layouts")
+    try:
+        return layouts_from_json(text) if text else None
+    except (KeyError, ValueError, RecursionError) as error:
+        raise DataError(table.path, "layouts in the file's metadata", reason(error)) from None

@@ -7,6 +7,7 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import NDArray
 
+from sym2real.layout import Layouts
 from sym2real.logs import derive
 from sym2real.logs.parts import ATTITUDES, STANDARD_COLUMNS
 from sym2real.logs.standard import Columns, Standard, attitude_columns
@@ -40,13 +41,15 @@ def gaps(time: Array, dt: float) -> NDArray[np.int64]:
     return np.flatnonzero(intervals > GAP_INTERVALS * max(dt, float(np.median(intervals)))) + 1
 
 
-def resample(log: Standard, dt: float, commands: Collection[str] = COMMANDS) -> Standard:
+def resample(log: Standard, dt: float, layouts: Layouts) -> Standard:
     """The log at steps of ``dt`` from its first stamp on.
 
     Vectors go linearly, attitudes on the great circle, circles by their angle. Commands hold: a row gets the one
     that was in force in the middle of its step, so that jitter of the stamps delays no command by a whole step.
-    Columns outside the vocabulary hold their last value.
+    Columns outside the vocabulary and the model's ``layouts`` hold their last value.
     """
+    commands = COMMANDS.union(layouts.action)
+    moving = {*STANDARD_COLUMNS, *layouts.state, *layouts.inputs}
     time = log.time
     # The small number keeps the last row where rounding put its stamp just below the grid.
     grid = time[0] + dt * np.arange(int(np.floor((time[-1] - time[0]) / dt + 1e-6)) + 1)
@@ -57,7 +60,7 @@ def resample(log: Standard, dt: float, commands: Collection[str] = COMMANDS) -> 
         if name in commands:
             columns[name] = values[in_force]
         else:
-            columns[name] = np.interp(grid, time, values) if name in STANDARD_COLUMNS else values[latest]
+            columns[name] = np.interp(grid, time, values) if name in moving else values[latest]
     columns |= _circles(log, grid, commands) | _attitudes(log, grid, latest, commands)
     others = {name: values[latest] for name, values in log.others.items()}
     return Standard(grid, columns, others, (*log.notes, _note(time, dt, len(grid))))

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Any
 
 from sym2real.errors import DataError, UnknownNameError, reason
+from sym2real.field import is_name
 from sym2real.logs.parts import (
     ATTITUDES,
     DERIVED,
     DIRECTIONS,
     FRAMES,
     ORDERS,
-    STANDARD_COLUMNS,
     VELOCITY_FRAMES,
     Attitude,
     Source,
@@ -90,7 +90,8 @@ class SpecChecker:
         return TimeBase(column, values.get("unit", "s"), numbers.get("rate"), numbers.get("dt"))
 
     def _source(self, name: str, value: object) -> Source:
-        self._named("columns", [name], STANDARD_COLUMNS)
+        if not is_name(name):
+            raise DataError(self.file, "in columns names of letters, digits and _", f"{name!r:.80}")
         if isinstance(value, str):
             return Source(value)
         if not isinstance(value, dict) or "column" not in value:

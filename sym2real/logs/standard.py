@@ -9,6 +9,7 @@ from itertools import product
 import numpy as np
 
 from sym2real.errors import DataError
+from sym2real.layout import Layouts
 from sym2real.logs import derive
 from sym2real.logs.parts import ATTITUDES, STANDARD_COLUMNS, Attitude, Source, TimeBase
 from sym2real.logs.specification import LogSpec
@@ -120,8 +121,8 @@ def tidy(log: Standard, start: float) -> Standard:
     return Standard(log.time - start, columns, log.others, log.notes)
 
 
-def add_derived(log: Standard, spec: LogSpec) -> Standard:
-    """Velocities from a wheel's speed; from positions, and rates from the attitude, where the specification asks."""
+def add_derived(log: Standard, spec: LogSpec, layouts: Layouts | None) -> Standard:
+    """Velocities from a wheel's speed; velocities, and rates of attitude and joints, where the specification asks."""
     columns, notes = {**log.columns, **_rolling(log)}, list(log.notes)
     if len(columns) > len(log.columns):
         notes.append("velocities are wheel_speed along the heading and slopes of positions across it")
@@ -131,8 +132,8 @@ def add_derived(log: Standard, spec: LogSpec) -> Standard:
                 columns[f"v{axis}"] = derive.slope(log.time, columns[axis])
         notes.append("velocities are slopes of positions (parabola through 5 rows)")
     if "rate" in spec.derive:
-        columns = _rates(log) | columns
-        notes.append("angular rates are slopes of the attitude (parabola through 5 rows)")
+        columns = _rates(log) | _joint_rates(log, layouts) | columns
+        notes.append("rates are slopes of the attitude and of joints (parabola through 5 rows)")
     return Standard(log.time, columns, log.others, tuple(notes))
 
 
@@ -153,6 +154,14 @@ def _rates(log: Standard) -> Columns:
         yaw = np.unwrap(np.arctan2(log.columns["sin_yaw"], log.columns["cos_yaw"]))
         return {"wz": derive.slope(log.time, yaw)}
     return {}
+
+
+def _joint_rates(log: Standard, layouts: Layouts | None) -> Columns:
+    if layouts is None:
+        return {}
+    rates = layouts.state.rates
+    there = [joint for joint in layouts.state.joints if joint in log.columns and rates[joint] not in log.columns]
+    return {rates[joint]: derive.slope(log.time, log.columns[joint]) for joint in there}
 
 
 def stamps(table: Table, spec: LogSpec) -> Array:

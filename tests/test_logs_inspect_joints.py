@@ -1,0 +1,191 @@
+"""Inspection for a robot's own joints: what names and slopes say is proposed, what they do not say is left open."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import two_links
+from cli_results import result_of
+
+from sym2real import example_flight, quadrotor
+from sym2real.cli import main
+from sym2real.diagnosis import Diagnosis, diagnose
+from sym2real.logs import LogSpec, inspect_logs, read_logs
+from sym2real.logs.joint_names import match_own
+from sym2real.robots import ROBOTS, Robot
+from sym2real.trajectory import Array
+
+LINKS = Robot.from_mjcf(two_links.MJCF, name="links", dt=two_links.STEP)
+LAYOUTS = LINKS.layouts
+OWN = two_links.COLUMNS[1:]
+
+
+@pytest.mark.parametrize(
+    ("names", "found"),
+    [
+        ("Q1 Q2 dQ1 dQ2 Tau1 Tau2", "Q1 Q2 dQ1 dQ2 Tau1 Tau2"),
+        ("theta1 theta2 omega1 omega2 u1 u2", "theta1 theta2 omega1 omega2 u1 u2"),
+        ("joint1_pos joint2_pos joint1_vel joint2_vel joint1_torque joint2_torque", ""),
+        ("/js.position[0] /js.position[1] /js.velocity[0] /js.velocity[1] /js.effort[0] /js.effort[1]", ""),
+        ("q_0 q_1 qd_0 qd_1 tau_0 tau_1", ""),
+        ("q1_deg q2_deg qd1 qd2 tau1_meas tau2_meas tau1_cmd tau2_cmd", "q1_deg q2_deg qd1 qd2 tau1_cmd tau2_cmd"),
+        ("q1 q2 q1_des q2_des ddq1 ddq2 dq1 dq2 current1 current2", "q1 q2 dq1 dq2 - -"),
+        ("q1 q2 q3 dq1 dq2 dq3 tau1 tau2 tau3", "q1 q2 dq1 dq2 tau1 tau2"),
+        ("shoulder elbow shoulder_vel elbow_vel tau_a tau_b", "- - - - - -"),
+        ("position[0] position[1] position[2] velocity[0] velocity[1] velocity[2]", "- - - - - -"),
+        ("pos_1 pos_2 angle_1 angle_2 tau1 tau2", "- - - - tau1 tau2"),
+    ],
+)
+def test_names_that_say_enough_are_matched_and_no_others(names: str, found: str) -> None:
+    matching = match_own(("t", *names.split()), LAYOUTS, {"tau1": "q1", "tau2": "q2"})
+    wanted = (found or names).split()
+    assert [matching.found[column].source if column in matching.found else "-" for column in OWN] == wanted
+    assert set(matching.open) == {column for column, source in zip(OWN, wanted, strict=True) if source == "-"}
+
+
+def test_joints_go_by_their_names_and_servos_by_what_is_wanted() -> None:
+    arm = ROBOTS["arm"].layouts
+    names = ["waist_pos", "shoulder/velocity", "waist_cmd", "elbow_effort", "elbow"]
+    moved = {f"{joint}_motor": joint for joint in arm.state.joints}
+    found = {column: match.source for column, match in match_own(names, arm, moved).found.items()}
+    assert found == {
+        "waist": "waist_pos", "shoulder_rate": "shoulder/velocity", "waist_motor": "waist_cmd",
+        "elbow_motor": "elbow_effort", "elbow": "elbow",
+    }  # fmt: skip
+    servo = '<position name="target" joint="q1" kp="8" ctrlrange="-2 2"/>'
+    told = Robot.from_mjcf(two_links.MJCF.replace("<actuator>", f"<actuator>{servo}"), actions=["target"], name="l")
+    found = {c: m.source for c, m in match_own(["q1", "q1_ref", "tau1"], told.layouts, {"target": "q1"}).found.items()}
+    assert found == {"q1": "q1", "target": "q1_ref"}
+
+
+def test_what_counts_from_zero_is_a_guess_that_says_so(tmp_path: Path) -> None:
+    columns = ("time", "position[0]", "position[1]", "velocity[0]", "velocity[1]", "effort[0]", "effort[1]")
+    inspection = inspect_logs(
+        two_links.write(tmp_path / "log.csv", two_links.swings(seconds=3.0), columns), layouts=LAYOUTS
+    )
+    rows = {row.column: row for row in inspection.rows}
+    assert {rows[column].confidence for column in columns[1:]} == {"guess"}
+    assert "number 2 of 2, in the order of the model's" in rows["position[1]"].evidence
+
+
+def foreign(file: Path, rows: Array, angle: float, rate: float, columns: str) -> Path:
+    """A log with angles and rates in other units and under other names; stamps in ms."""
+    values = [1e3 * rows[:, 0], angle * rows[:, 1], angle * rows[:, 2], rate * rows[:, 3], rate * rows[:, 4]]
+    return two_links.write(file, np.column_stack([*values, rows[:, 5:]]), ("stamp_ms", *columns.split(), "u1", "u2"))
+
+
+DEGREES = 180.0 / np.pi
+
+
+@pytest.mark.parametrize(
+    ("angle", "rate", "columns", "part"),
+    [
+        (DEGREES, DEGREES, "theta1 theta2 omega1 omega2", 1.0),
+        (DEGREES, 1.0, "theta1 theta2 omega1 omega2", 0.05),  # too small for degrees, but for its rate
+        (1.0, 60 / (2 * np.pi), "theta1 theta2 omega1 omega2", 1.0),
+        (DEGREES, DEGREES, "theta1_deg theta2_deg omega1_deg omega2_deg", 0.05),
+    ],
+)
+def test_a_proposal_gives_the_log_back(angle: float, rate: float, columns: str, part: float, tmp_path: Path) -> None:
+    rows = two_links.swings(seconds=4.0)
+    rows[:, 1:5] *= part
+    plain = read_logs(two_links.write(tmp_path / "plain.csv", rows), layouts=LAYOUTS)[0]
+    file = foreign(tmp_path / "foreign.csv", rows, angle, rate, columns)
+    proposed = LogSpec.parse(inspect_logs(file, layouts=LAYOUTS).toml())
+    log = read_logs(file, proposed, LAYOUTS)[0]
+    for group in ("time", "state", "action"):
+        np.testing.assert_allclose(getattr(log, group), getattr(plain, group), atol=1e-6)
+
+
+def test_a_rate_must_move_like_the_slope_of_its_joint(tmp_path: Path) -> None:
+    """A column that only its name makes a rate gives way to the slope; one that is mirrored is suspected."""
+    rows = two_links.swings(seconds=4.0)
+    rows[:, 3] = np.random.default_rng(0).normal(size=len(rows))
+    rows[:, 4] *= -1.0
+    inspection = inspect_logs(two_links.write(tmp_path / "log.csv", rows), layouts=LAYOUTS)
+    assert inspection.spec.derive == ("rate",)
+    assert {*inspection.spec.columns} == {*OWN} - {"q1_rate"}
+    assert inspection.suspected_flips == ("q2_rate",)
+    assert any("does not move like the slope of q1" in row.evidence for row in inspection.rows)
+
+
+def test_what_is_missing_is_said_where_it_is_to_be_filled_in(tmp_path: Path) -> None:
+    rows = two_links.swings(seconds=2.0)
+    file = two_links.write(tmp_path / "log.csv", rows[:, [0, 1, 2, 5]], ("time", "q1", "q2", "watts"))
+    inspection = inspect_logs(file, layouts=LAYOUTS)
+    assert inspection.spec.derive == ("rate",)
+    assert {row.meaning for row in inspection.rows if row.confidence == "unknown"} == {
+        "tau1 is missing", "tau2 is missing", "?",
+    }  # fmt: skip
+    assert '# tau1 = "…"  # N m: no column is called like it' in inspection.toml()
+    assert LogSpec.parse(inspection.toml()).columns.keys() == {"q1", "q2"}
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [
+        two_links.COLUMNS,
+        ("t", "theta1", "theta2", "omega1", "omega2", "torque1", "torque2"),
+        ("t", "position[0]", "position[1]", "velocity[0]", "velocity[1]", "effort[0]", "effort[1]"),
+    ],
+)
+def test_without_a_model_joints_are_no_axes(columns: tuple[str, ...], tmp_path: Path) -> None:
+    file = two_links.write(tmp_path / "log.csv", two_links.swings(seconds=2.0), columns)
+    found = result_of(["inspect", str(file)], tmp_path)
+    assert LogSpec.parse(found["spec"]).columns == {}
+    assert any("nominal mjcf" in remark for remark in found["nominal"]["remarks"])
+    assert all("--model" in row["evidence"] for row in found["columns"] if row["meaning"] == "?")
+
+
+def test_a_model_of_standard_columns_finds_what_is_found_without_it() -> None:
+    layouts = quadrotor(0.03, interface="motors", attitude="measured").layouts
+    plain, with_model = inspect_logs(example_flight()), inspect_logs(example_flight(), layouts=layouts)
+    for name in with_model.spec.columns:
+        assert with_model.spec.columns[name] == plain.spec.columns[name]
+    assert {*layouts.state.columns, *layouts.action.columns} <= {*with_model.spec.columns}
+    assert with_model.spec.attitude == plain.spec.attitude
+
+
+def test_the_same_motion_has_the_same_answer_however_it_was_logged(tmp_path: Path) -> None:
+    """In degrees under other names, and without rates, which follow from the angles."""
+    motions = [two_links.swings(0.2, 0.25, seed=seed, seconds=8.0) for seed in (1, 2, 3)]
+    plain = [two_links.write(tmp_path / f"plain{number}.csv", rows) for number, rows in enumerate(motions)]
+    names = "theta1 theta2 omega1 omega2"
+    degrees = [
+        foreign(tmp_path / f"d{number}.csv", rows, DEGREES, DEGREES, names) for number, rows in enumerate(motions)
+    ]
+    kept = ("time", "q1", "q2", "tau1", "tau2")
+    places = [two_links.COLUMNS.index(column) for column in kept]
+    no_rates = [
+        two_links.write(tmp_path / f"n{number}.csv", rows[:, places], kept) for number, rows in enumerate(motions)
+    ]
+
+    def answer(files: list[Path], spec: LogSpec | None) -> Diagnosis:
+        logs = read_logs(files, spec, LAYOUTS, dt=two_links.STEP)
+        return diagnose(LINKS.nominal(), logs, exclude=["sensor_*", "time_shift:*", "*:tau?"])
+
+    first, same, derived = (
+        answer(files, None if files is plain else inspect_logs(files, layouts=LAYOUTS).spec)
+        for files in (plain, degrees, no_rates)
+    )
+    assert [finding.effect for finding in first.findings] == ["load:hand", "joint_damping:q1"]
+    for other, tolerance in ((same, 1e-5), (derived, 0.02)):
+        assert [finding.effect for finding in other.findings] == [finding.effect for finding in first.findings]
+        for one, another in zip(first.findings, other.findings, strict=True):
+            assert another.values["value"] == pytest.approx(one.values["value"], rel=tolerance)
+
+
+def test_the_command_line_names_the_robot_by_its_folder(tmp_path: Path) -> None:
+    (tmp_path / "links.xml").write_text(two_links.MJCF)
+    rows = two_links.swings(load=0.3, seconds=6.0)
+    file = foreign(tmp_path / "log.csv", rows, DEGREES, DEGREES, "theta1 theta2 omega1 omega2")
+    model, spec = str(tmp_path / "links"), str(tmp_path / "log.toml")
+    made: dict[str, Any] = result_of(
+        ["nominal", "mjcf", str(tmp_path / "links.xml"), "--log", str(file), "--out", model], tmp_path
+    )
+    assert made["dt"] == pytest.approx(two_links.STEP)  # of a log whose columns nobody has named yet
+    main(["inspect", str(file), "--model", model, "--out", spec])
+    assert result_of(["compare", model, str(file), "--spec", spec], tmp_path)["horizons"]

@@ -41,7 +41,8 @@ def nominal_line(inspection: Inspection, spec: Path | None) -> NominalLine:
         spec: where the proposed specification was written; None where it was not.
     """
     line = _car(inspection.spec) if DRIVEN & inspection.spec.columns.keys() else _quadrotor(inspection, spec)
-    return line if line.command else NominalLine("", (*line.remarks, OF_JOINTS))
+    placed = {*POSITION.columns} & inspection.spec.columns.keys()
+    return line if line.command or placed else NominalLine("", (*line.remarks, OF_JOINTS))
 
 
 def _step(spec: LogSpec) -> list[str]:

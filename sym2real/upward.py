@@ -23,6 +23,7 @@ OWNERS = {
     "write_diagnosis_page": "sym2real.report.html.pages",
     "comparison_html": "sym2real.report.notebook",
     "diagnosis_html": "sym2real.report.notebook",
+    "diagnosis_text": "sym2real.report.notebook",
     "tried_html": "sym2real.report.notebook",
     "plan_html": "sym2real.report.notebook",
 }

@@ -11,7 +11,7 @@ import pytest
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare
-from sym2real.diagnosis.data.conditions import features, over_windows, training_range
+from sym2real.diagnosis.data.conditions import UNITS, features, over_windows, training_range
 from sym2real.diagnosis.errors.by_window import WindowErrors, window_errors
 from sym2real.diagnosis.errors.regions import locate, training_region, where_of, worst_segments
 from sym2real.errors import DataError, ShapeError
@@ -35,6 +35,7 @@ def planted(factor: float = 4.0, logs: int = 4, seed: int = 0) -> WindowErrors:
         start=start,
         end=start + 0.5,
         names=tuple(f"log_{index}" for index in range(logs)),
+        units=UNITS,
     )
 
 

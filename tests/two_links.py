@@ -36,7 +36,7 @@ COLUMNS = ("time", "q1", "q2", "q1_rate", "q2_rate", "tau1", "tau2")
 BALL = '<body pos="0 0 -0.35"><inertial pos="0 0 0" mass="{}" diaginertia="1e-7 1e-7 1e-7"/></body>'
 
 
-def swings(damping: float = 0.0, load: float = 0.0, *, seconds: float = 12.0, seed: int = 0) -> Array:
+def swings(damping: float = 0.0, load: float = 0.0, *, seconds: float = 12.0, seed: int = 0, mjcf: str = MJCF) -> Array:
     """What a log holds, :data:`COLUMNS` in SI units with sensor noise ``# (rows, 7)``.
 
     Args:
@@ -44,8 +44,9 @@ def swings(damping: float = 0.0, load: float = 0.0, *, seconds: float = 12.0, se
         load: in the hand, kg.
         seconds: of the log.
         seed: of the motion and the noise.
+        mjcf: of what swings.
     """
-    text = MJCF.replace('damping="0.05"', f'damping="{0.05 + damping}"')
+    text = mjcf.replace('damping="0.05"', f'damping="{0.05 + damping}"')
     text = text.replace('<site name="hand"', f'{BALL.format(load)}<site name="hand"') if load else text
     model, rng = mujoco.MjModel.from_xml_string(text), np.random.default_rng(seed)
     data, rows = mujoco.MjData(model), []

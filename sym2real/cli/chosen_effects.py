@@ -27,6 +27,7 @@ def chosen_effects(texts: Sequence[str], described: Describable) -> list[tuple[E
         UnknownNameError: for a kind or column that does not exist.
     """
     from sym2real.effects import effect
+    from sym2real.effects.catalogue import refusal
 
     def parameter_of(key: str) -> str:
         return effect(key, described).parameters[0].name
@@ -38,7 +39,7 @@ def chosen_effects(texts: Sequence[str], described: Describable) -> list[tuple[E
             raise ModelError(f"{key}: expected once with all its values behind it, found {keys.count(key)} times")
     chosen = [(effect(key, described), values) for key, values in named]
     for chosen_effect, _ in chosen:
-        if reason := chosen_effect.why_not(described):
+        if reason := refusal(chosen_effect, described):
             raise ModelError(reason)
     return chosen
 

@@ -72,6 +72,10 @@ class Diagnosis:
     def __repr__(self) -> str:
         return f"<Diagnosis {self.verdict}: {self.summary}>"
 
+    def __str__(self) -> str:
+        """The answer in short: findings with values and intervals, and what these logs cannot tell."""
+        return str(upward("diagnosis_text")(self))
+
     def plot(self) -> Figure:
         """Held-out error over the horizon, one effect after the other: a figure of matplotlib.
 

@@ -54,6 +54,7 @@ ADDED_MASS = Kind(
     shown_by="no flight tells it from a thrust gain: weigh the robot",
     fix="weigh the robot and set its mass; if the mass is right, correct the thrust map by this factor instead",
     inject=_inject,
+    of_joints="load",
     substitute=_substitute,
     needs=("thrust",),
     numbers=("mass",),

@@ -44,6 +44,17 @@ def effect(key: str, described: Describable) -> Effect:
     )
 
 
+def refusal(chosen: Effect, described: Describable) -> str:
+    """Why an effect cannot be had on these equations, or this robot, and what they have in its place; "" if it can."""
+    reason, name = chosen.why_not(described), chosen.of.of_joints
+    if not reason or not name:
+        return reason
+    kind = EFFECTS[name]
+    keys = [f"{name}:{column}" for column in columns_of(kind, described)] if kind.columns else [name]
+    there = [key for key in keys if not effect(key, described).why_not(described)]
+    return f"{reason}; in its place this robot has {', '.join(there)}" if there else reason
+
+
 def known(equations: Equations) -> Iterator[Effect]:
     """Every effect of such a robot, one per column where a kind has columns, whether the equations can be given it."""
     body = Body.of(equations)

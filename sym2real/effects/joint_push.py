@@ -9,6 +9,7 @@ from sympy import Expr
 from sym2real.effects.body import Body
 from sym2real.effects.wrench import uses
 from sym2real.symbolic import Equations, symbol
+from sym2real.symbolic.expressions import canonical
 from sym2real.vocabulary import push_column, rate_column
 
 INERTIA = "{column}_inertia"  # the number of a joint that its effects need
@@ -25,8 +26,9 @@ def unit_of_push(body: Body) -> tuple[str, str]:
 
 
 def raised(equations: Equations, quantity: str, value: Expr) -> Equations:
-    """The equations with more of a quantity."""
-    return equations.substitute({quantity: symbol(quantity) + value})
+    """The equations with more of a quantity, wherever they use it."""
+    more = canonical(equations.quantities[quantity] + value)
+    return replace(equations, quantities={**equations.quantities, quantity: more})
 
 
 def braked(equations: Equations, body: Body, quantity: str, value: Expr, force: Expr) -> Equations:

@@ -91,6 +91,7 @@ class Kind:
         reads: inputs that it goes by where the equations have them.
         weighed: how to tell it from what equals it on every flight, for a sentence; "" where nothing does.
         nuisance: factors on its value between which nobody knows a healthy robot's, so that it is free in every fit.
+        of_joints: name of the kind that a robot of joints has in its place; "" for none.
     """
 
     name: str
@@ -120,6 +121,7 @@ class Kind:
     reads: tuple[str, ...] = ()
     weighed: str = ""
     nuisance: tuple[float, float] | None = None
+    of_joints: str = ""
 
     def fits(self, body: Body) -> bool:
         """Whether robots like this one can have it."""

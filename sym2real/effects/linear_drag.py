@@ -51,6 +51,7 @@ LINEAR_DRAG = Kind(
     shown_by="several speeds between 0.5 and 1.6 m/s, in both directions",
     fix="put the drag into the model; a smaller frame or guards off lower it",
     inject=_inject,
+    of_joints="joint_damping",
     substitute=_substitute,
     needs=("vx", "vy"),
     numbers=("mass",),

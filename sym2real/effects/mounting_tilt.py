@@ -142,6 +142,7 @@ MOUNTING_TILT = Kind(
     shown_by="yaw that turns at 0.5 to 0.8 rad/s",
     fix="level the board, set the trim of roll and pitch, or redo the rigid body's zero in the motion capture",
     inject=_inject,
+    of_joints="gravity_tilt",
     substitute=_substitute,
     needs=QUATERNION,
     robot="quadrotor",

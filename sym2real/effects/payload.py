@@ -53,6 +53,7 @@ PAYLOAD = Kind(
     shown_by="thrust that varies, for the arm; weighing, for the mass",
     fix="take the load into the model's mass and centre of mass, or carry it under the centre",
     inject=_inject,
+    of_joints="load",
     parts=_parts,
     needs=("thrust", "wx", "wy"),
     numbers=("mass",),

@@ -80,6 +80,7 @@ RATE_DAMPING = Kind(
     shown_by="rates that are held: flips, fast yaw",
     fix="put the damping into the model, or an integral part into the rate loop",
     inject=_inject,
+    of_joints="joint_damping",
     substitute=_substitute,
     needs=("wx", "wy", "wz"),
     robot="quadrotor",

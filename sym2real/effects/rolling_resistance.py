@@ -43,6 +43,7 @@ ROLLING_RESISTANCE = Kind(
     shown_by="four speeds, forwards and backwards",
     fix="free the drive train, or raise the speed loop's integral part",
     inject=_inject,
+    of_joints="joint_friction",
     substitute=_substitute,
     needs=FORWARD,
     numbers=("mass",),

@@ -44,6 +44,7 @@ SLOPE = Kind(
     shown_by="driving in all directions",
     fix="level the floor, or keep the term in the model",
     inject=_inject,
+    of_joints="gravity_tilt",
     substitute=_substitute,
     needs=("vx", "vy"),
     numbers=("mass",),

@@ -11,7 +11,7 @@ from rich.table import Table
 
 from sym2real.diagnosis import Diagnosis, Fall, Fault, Finding, Gate, Term, Tried, Where
 from sym2real.diagnosis.predict.competitors import not_tried_said
-from sym2real.diagnosis.unexplained.leftover import MISFIT
+from sym2real.diagnosis.unexplained.leftover import MISFIT, Leftover
 from sym2real.report.ladder import ladder_table
 from sym2real.report.tables import number
 
@@ -34,10 +34,7 @@ def diagnosis_report(diagnosis: Diagnosis, shown_before: Collection[str] = ()) -
         parts.append(ladder_table(diagnosis.ladder, diagnosis.floor, diagnosis.held_out, apart=diagnosis.apart))
     if diagnosis.gate.best is not None:
         parts.append(gate_line(diagnosis.gate, diagnosis.gate.best))
-    for left in diagnosis.leftovers:
-        seen_by = "" if left.explained_by == MISFIT else " on unseen logs"
-        statement = f"{left.statement} ({left.measure}{seen_by}): {left.term}"
-        parts.append(f"[red]left over[/] {escape(statement)}")
+    parts += leftover_lines(diagnosis.leftovers)
     if diagnosis.proposal is not None:
         parts.append(proposal_line(diagnosis.proposal))
     base, explained = diagnosis.misfit
@@ -46,6 +43,27 @@ def diagnosis_report(diagnosis: Diagnosis, shown_before: Collection[str] = ()) -
     parts += [f"[dim]not tested: {escape(line)}[/]" for line in not_tried_said(diagnosis.not_tried)]
     parts.append(f"[dim]{misfit}; {diagnosis.tried} hypotheses tested; {diagnosis.seconds:.0f} s[/]")
     return Group(*parts)
+
+
+def diagnosis_in_short(diagnosis: Diagnosis) -> RenderableType:
+    """Verdict, faults, findings and what is left, without the figures that bear them out."""
+    parts: list[RenderableType] = [f"{diagnosis.verdict} {escape(diagnosis.summary)}"]
+    parts += fault_lines(diagnosis.faults)
+    if diagnosis.findings:
+        parts.append(findings_list(diagnosis.findings))
+    parts += leftover_lines(diagnosis.leftovers)
+    parts += [f"not tested: {escape(line)}" for line in not_tried_said(diagnosis.not_tried)]
+    return Group(*parts)
+
+
+def leftover_lines(leftovers: Sequence[Leftover]) -> list[str]:
+    """What no effect explains, a line each."""
+    lines = []
+    for left in leftovers:
+        seen_by = "" if left.explained_by == MISFIT else " on unseen logs"
+        statement = f"{left.statement} ({left.measure}{seen_by}): {left.term}"
+        lines.append(f"[red]left over[/] {escape(statement)}")
+    return lines
 
 
 def gate_line(gate: Gate, best: Fall) -> str:

@@ -8,13 +8,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from sym2real.diagnosis import Floor, Where, WindowErrors
-from sym2real.diagnosis.data.conditions import UNITS
 from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.report.style import MEASURED, MODELS, REFERENCE, SERIES, legend_below, logarithmic, small
 from sym2real.trajectory import Array
 
 BINS = 8
-MOST_FEATURES = 6
+MOST_FEATURES, MOST_BESIDE = 6, 3
 
 Models = Mapping[str, WindowErrors]
 
@@ -78,15 +77,17 @@ def where_figure(models: Models, where: Sequence[Where]) -> Figure:
     first = next(iter(models.values()))
     by_feature = {region.feature: region for region in where}
     names = [*by_feature, *(name for name in first.features if name not in by_feature)][:MOST_FEATURES]
-    figure = Figure(figsize=(11, 2.8 * -(-len(names) // 3)), layout="constrained")
-    axes = figure.subplots(-(-len(names) // 3), 3, squeeze=False).ravel()
+    columns = min(MOST_BESIDE, len(names))
+    rows = -(-len(names) // columns)
+    figure = Figure(figsize=(max(5.0, 3.7 * columns), 2.8 * rows), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False).ravel()
     for axis, name in zip(axes, names, strict=False):
         channel = by_feature[name].channel if name in by_feature else next(iter(first.errors))
         for style, (label, errors) in zip(MODELS, models.items(), strict=False):
             axis.plot(*binned(errors.features[name], errors.errors[channel]), "o", **style, label=label)
         if name in by_feature:
             axis.axvspan(by_feature[name].low, by_feature[name].high, color=MEASURED, alpha=0.12, linewidth=0)
-        axis.set(xlabel=f"{name} in {UNITS[name]}", ylabel=f"{channel} error", ylim=(0.0, None))
+        axis.set(xlabel=f"{name} in {first.units[name]}", ylabel=f"{channel} error", ylim=(0.0, None))
     small(axes)
     for axis in axes[len(names) :]:
         axis.set_visible(False)

@@ -14,7 +14,7 @@ from sym2real.diagnosis import ROWS, Comparison, Diagnosis, Plan, Tried
 from sym2real.errors import ModelError, ShapeError
 from sym2real.report.adaptation import rounds_figure
 from sym2real.report.comparison import comparison_report
-from sym2real.report.diagnosis import diagnosis_report, tried_report
+from sym2real.report.diagnosis import diagnosis_in_short, diagnosis_report, tried_report
 from sym2real.report.drawing import Predicting
 from sym2real.report.error_figures import ladder_figure
 from sym2real.report.figures import comparison_figure, path_figure, predictions_of
@@ -68,6 +68,13 @@ def comparison_html(comparison: Comparison) -> str:
 def diagnosis_html(diagnosis: Diagnosis) -> str:
     """Everything that the terminal says of a diagnosis."""
     return _html(diagnosis_report(diagnosis))
+
+
+def diagnosis_text(diagnosis: Diagnosis) -> str:
+    """The short form of it as plain text."""
+    console = Console(file=StringIO(), record=True, emoji=False, width=WIDTH, color_system=None)
+    console.print(diagnosis_in_short(diagnosis))
+    return "\n".join(line.rstrip() for line in console.export_text().splitlines())
 
 
 def tried_html(tried: Tried) -> str:

@@ -2,38 +2,33 @@
 
 from __future__ import annotations
 
-from rich import box
 from rich.console import Group, RenderableType
 from rich.markup import escape
-from rich.table import Table
 
 from sym2real.diagnosis import Plan
-from sym2real.report.tables import number
+from sym2real.report.tables import compact_table, number
+
+SOLE = "value"  # name of the one parameter that most effects have, which goes without saying
+LONGEST = 7  # letters of a number with two digits
 
 
 def plan_report(plan: Plan) -> RenderableType:
     """The smallest effect of each kind that would be found, and what these manoeuvres leave open."""
-    table = Table(
-        title=f"the smallest effect that {plan.seconds:.0f} s of these manoeuvres would show",
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-        pad_edge=False,
-    )
+    table = compact_table(f"the smallest effect that {plan.seconds:.0f} s of these manoeuvres would show")
     table.add_column("effect", no_wrap=True)
-    table.add_column("parameter", no_wrap=True)
-    table.add_column("found from", justify="right", no_wrap=True)
-    table.add_column("matters from", justify="right", no_wrap=True)
+    for heading in ("found from", "matters from"):
+        table.add_column(heading, justify="right", min_width=LONGEST)
     table.add_column("unit", no_wrap=True)
-    table.add_column("cannot be told from", overflow="fold")
-    before = ""
     for row in plan.visible:
         smallest = "[red]unseen[/]" if row.smallest is None else number(row.smallest, 2)
         matters = "–" if row.matters is None else number(row.matters, 2)
-        like = ", ".join([*row.like, *(f"{key} (never)" for key in row.always)])
-        name = "" if row.effect == before else row.effect
-        table.add_row(escape(name), row.parameter, smallest, matters, row.unit, escape(like) if name else "")
-        before = row.effect
+        name = row.effect if row.parameter == SOLE else f"{row.effect} {row.parameter}"
+        table.add_row(escape(name), smallest, matters, row.unit)
     parts: list[RenderableType] = [table, "matters from: a tenth of the error of predictions goes with the effect"]
+    alike = {row.effect: [*row.like, *(f"{key} (never)" for key in row.always)] for row in plan.visible}
+    if any(alike.values()):
+        parts.append("[bold]what cannot be told apart here[/]")
+        parts += [f"  {escape(effect)}: {escape(', '.join(others))}" for effect, others in alike.items() if others]
     if plan.blocks < 10:
         parts.append(f"only {plan.blocks} independent pieces of a second: findings would be provisional; fly longer")
     parts += [f"[dim]note: {escape(note)}[/]" for note in plan.notes]

@@ -50,8 +50,22 @@ TILTED = ATTITUDE.columns[1:3]
 Region = Mapping[str, tuple[float, float]]
 
 
+def units_of(layout: Layout) -> dict[str, str]:
+    """Unit of every feature that logs with this state may have; of two that say the same, the first one is named.
+
+    Beside those of :data:`UNITS` where a joint is, by its name, and how fast it moves, ``|J_rate|``.
+    """
+    places = {joint: layout.units[joint] for joint in layout.joints}
+    paces = {_pace(layout.rates[joint]): layout.units[layout.rates[joint]] for joint in layout.joints}
+    return {**places, **paces, **UNITS}
+
+
+def _pace(rate: str) -> str:
+    return f"|{rate}|"
+
+
 def features(trajectory: Trajectory) -> dict[str, Array]:
-    """Features of every row by name, in the units of :data:`UNITS`, ``# (rows,)`` each."""
+    """Features of every row by name, in the units of :func:`units_of`, ``# (rows,)`` each."""
     layouts = trajectory.layouts
     known = {*layouts.state, *layouts.action, *layouts.inputs, *trajectory.extra}
     found = {name: trajectory.column(column) for column, name in DIRECT.items() if column in known}
@@ -62,6 +76,9 @@ def features(trajectory: Trajectory) -> dict[str, Array]:
     if layouts.state.has_field("attitude"):
         attitude = torch.as_tensor(trajectory.state[:, layouts.state.slice("attitude")])
         found["tilt"] = rotation.tilt(attitude).numpy()
+    for joint in layouts.state.joints:
+        found[joint], rate = trajectory.column(joint), layouts.state.rates[joint]
+        found[_pace(rate)] = np.abs(trajectory.column(rate))
     apart = _off_reference(trajectory, layouts.state)
     if apart is not None:
         found["distance from the reference"] = apart
@@ -97,6 +114,10 @@ def training_range(feature: str, region: Region) -> tuple[float, float] | None:
     for column, name in DIRECT.items():
         if name == feature and column in region:
             return region[column]
+    if feature in region:
+        return region[feature]
+    if feature in map(_pace, region):
+        return 0.0, max(map(abs, region[feature.strip("|")]))
     if feature in NORMS:
         largest = [max(map(abs, region[column])) for column in NORMS[feature] if column in region]
         return (0.0, float(np.linalg.norm(largest))) if largest else None

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.conditions import UNITS, features, over_windows
+from sym2real.diagnosis.data.conditions import features, over_windows, units_of
 from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.preparation import prepared
 from sym2real.diagnosis.data.start import ROWS, noise_level
@@ -39,6 +39,7 @@ class WindowErrors:
         group: log, or piece of a single log, for cross-validation ``# (windows,)``.
         start, end: in s from the log's start ``# (windows,)``.
         names: of the logs.
+        units: of features.
     """
 
     errors: dict[str, Array]
@@ -49,6 +50,7 @@ class WindowErrors:
     start: Array
     end: Array
     names: tuple[str, ...]
+    units: Mapping[str, str]
 
 
 def window_errors(
@@ -79,16 +81,17 @@ def window_errors(
     log = np.concatenate([np.full(len(rows), index) for index, _, rows, _, _ in parts])
     start = np.concatenate([trajectory.time[rows] - trajectory.time[0] for _, trajectory, rows, _, _ in parts])
     tangents = np.concatenate([tangent for *_, tangent, _ in parts])
-    channels = named_channels(layout)
+    channels, units = named_channels(layout), units_of(layout)
     return WindowErrors(
         errors={name: np.linalg.norm(tangents[:, places], axis=1) for name, places in channels.items()},
         floor={name: _noise(dataset, places) for name, places in channels.items()},
-        features={name: np.concatenate([means[name] for *_, means in parts]) for name in UNITS if name in common},
+        features={name: np.concatenate([means[name] for *_, means in parts]) for name in units if name in common},
         log=log,
         group=log if len(parts) > 1 else (start / BLOCK).astype(np.int64),
         start=start,
         end=start + steps * dataset.dt,
         names=tuple(trajectory.name for trajectory in dataset),
+        units=units,
     )
 
 

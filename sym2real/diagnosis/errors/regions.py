@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.conditions import UNITS, Region, training_range
+from sym2real.diagnosis.data.conditions import Region, training_range
 from sym2real.diagnosis.errors.by_window import HORIZON, WindowErrors, window_errors
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.protocols import DynamicsModel
@@ -138,7 +138,7 @@ def where_of(errors: WindowErrors, region: Region | None = None) -> tuple[Where,
         if best <= SETTINGS.statement_r2:
             break
         alike = [entry for entry in scored if entry[0] >= max(best - SETTINGS.statement_alike, SETTINGS.statement_r2)]
-        _, channel, feature = min(alike, key=lambda entry: (list(UNITS).index(entry[2]), -entry[0]))
+        _, channel, feature = min(alike, key=lambda entry: (list(errors.units).index(entry[2]), -entry[0]))
         used.add(feature)
         statement = _statement(errors, channel, feature, targets[channel], region)
         if statement is not None:
@@ -186,7 +186,7 @@ def _statement(errors: WindowErrors, channel: str, feature: str, target: Array, 
     known = None if region is None else training_range(feature, region)
     trained = None if known is None else bool(known[0] <= np.median(values[inside]) <= known[1])
     coverage = float(inside.mean())
-    words = _range_in_words(feature, low, high, values)
+    words = _range_in_words(f"{feature} is", errors.units[feature], (low, high), values)
     size_words = f"the {SAID.get(channel, channel)} error is {ratio:.1f}× larger"
     statement = f"where {words} {size_words}; {100 * coverage:.0f} % of the data"
     if trained is not None:
@@ -209,13 +209,13 @@ def _worst_range(values: Array, target: Array) -> NDArray[np.bool_]:
     return inside
 
 
-def _range_in_words(feature: str, low: float, high: float, values: Array) -> str:
-    unit = UNITS[feature]
+def _range_in_words(what: str, unit: str, ends: tuple[float, float], values: Array) -> str:
+    low, high = ends
     if low <= values.min():
-        return f"{feature} is below {high:.2g} {unit}"
+        return f"{what} below {high:.2g} {unit}"
     if high >= values.max():
-        return f"{feature} is above {low:.2g} {unit}"
-    return f"{feature} is between {low:.2g} and {high:.2g} {unit}"
+        return f"{what} above {low:.2g} {unit}"
+    return f"{what} between {low:.2g} and {high:.2g} {unit}"
 
 
 def worst_segments(errors: WindowErrors, channels: Sequence[str] = (), count: int = MOST) -> tuple[Segment, ...]:

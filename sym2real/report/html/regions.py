@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sym2real.diagnosis import Where
-from sym2real.diagnosis.data.conditions import UNITS, features, over_windows
+from sym2real.diagnosis.data.conditions import features, over_windows, units_of
 from sym2real.report.html.observed import Observed
 from sym2real.trajectory import Array
 
@@ -59,7 +59,7 @@ def _features(observed: Observed) -> dict[str, Array]:
     starts, steps = observed.starts, round(observed.ahead / observed.starts.data.dt)
     by_log = [features(log) for log in starts.data]
     found = {}
-    for name in (name for name in UNITS if all(name in means for means in by_log)):
+    for name in (name for name in units_of(starts.data.layouts.state) if all(name in means for means in by_log)):
         values = np.full(len(starts.row), np.nan)
         for index, means in enumerate(by_log):
             mine = (starts.log == index) & (starts.left >= steps)
@@ -77,7 +77,8 @@ def _region(observed: Observed, name: str, values: Array, where: Where | None, c
     ends = [_interval(squares[:, group], blocks[group]) for group in groups]
     value, low, high = (np.stack(part, axis=1) for part in zip(*ends, strict=True))
     middle = np.array([values[group].mean() for group in groups])
-    return Region(name, UNITS[name], channel, middle, value, low, high, where.statement if where else "")
+    unit = units_of(observed.starts.data.layouts.state)[name]
+    return Region(name, unit, channel, middle, value, low, high, where.statement if where else "")
 
 
 def _interval(squares: Array, blocks: NDArray[np.int64]) -> tuple[Array, Array, Array]:

@@ -1,0 +1,127 @@
+"""What a person reads of a robot of joints: printed answers, tables in narrow terminals, figures, its own effects."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import two_links
+from cli_results import result_of
+from rich.console import Console
+
+from sym2real.cli import main
+from sym2real.dataset import Dataset
+from sym2real.diagnosis import Diagnosis, Plan, diagnose, locate, window_errors
+from sym2real.diagnosis.design.visible import Visible
+from sym2real.effects import applicable, effect
+from sym2real.logs import read_logs
+from sym2real.report.error_figures import where_figure
+from sym2real.report.plan import plan_report
+from sym2real.robots import Robot
+from sym2real.symbolic import save_model
+
+LINKS = Robot.from_mjcf(two_links.MJCF, name="links", dt=two_links.STEP)
+BASE = LINKS.nominal()
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    folder = tmp_path_factory.mktemp("swings")
+    swings = [two_links.swings(load=0.3, seed=seed, seconds=8.0) for seed in (1, 2)]
+    files = [two_links.write(folder / f"{number}.csv", rows) for number, rows in enumerate(swings)]
+    return read_logs(files, layouts=LINKS.layouts)
+
+
+@pytest.fixture(scope="module")
+def found(logs: Dataset) -> Diagnosis:
+    return diagnose(BASE, logs, exclude=["*:tau?", "sensor_*"])
+
+
+def test_a_printed_diagnosis_has_values_with_intervals_and_what_it_cannot_tell(found: Diagnosis) -> None:
+    text, (finding,) = str(found), found.findings
+    assert found.summary.split(";")[0] in text
+    estimate = finding.parameters["value"]
+    assert f"value = {estimate.said}  95 % {estimate.low:.3g} … {estimate.high:.3g}" in text
+    assert finding.fix in " ".join(text.split())
+    assert "not tested: time_shift" in text
+    assert "\x1b" not in text
+    assert "\n" not in repr(found)
+
+
+def test_an_effect_of_another_robot_leads_to_the_one_that_joints_have(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    save_model(BASE, tmp_path / "links")
+    wanted = {
+        "payload": "load:hand", "added_mass": "load:hand", "rate_damping": "joint_damping:q1, joint_damping:q2",
+        "slope": "gravity_tilt",
+    }  # fmt: skip
+    for key, instead in wanted.items():
+        with pytest.raises(SystemExit):
+            main(["add", str(tmp_path / "links"), key, "value=0.1", "--out", str(tmp_path / "new")])
+        assert f"in its place this robot has {instead}\n" in capsys.readouterr().err
+    assert set(", ".join(wanted.values()).split(", ")) <= {one.key for one in applicable(BASE)}
+
+
+@pytest.mark.parametrize(
+    ("key", "quantity"),
+    [("load:hand", "load_hand"), ("armature:q1", "armature_q1"), ("joint_damping:q2", "damping_q2")],
+)
+def test_a_model_shows_what_was_put_into_it(key: str, quantity: str, tmp_path: Path) -> None:
+    """The quantity has the value itself; twice half an effect is the effect."""
+    once = effect(key, BASE).substitute(BASE, {"value": 0.3})
+    half = effect(key, BASE).substitute(BASE, {"value": 0.15})
+    before = float(BASE.quantities[quantity])
+    assert float(once.quantities[quantity]) == pytest.approx(before + 0.3)
+    state, action = np.array([0.4, -0.6, 1.0, -2.0]), np.array([1.0, 0.5])
+    twice = effect(key, half).substitute(half, {"value": 0.15})
+    np.testing.assert_allclose(once.predict(state, action), twice.predict(state, action), atol=1e-12)
+    assert np.abs(once.predict(state, action) - BASE.predict(state, action)).max() > 1e-5
+    save_model(once, tmp_path / "model")
+    shown = result_of(["show", str(tmp_path / "model")], tmp_path)
+    assert any(line.replace(" ", "") == f"{quantity}={before + 0.3:g}" for line in shown["equations"])
+
+
+def row(key: str, parameter: str, size: float | None, like: tuple[str, ...] = ()) -> Visible:
+    return Visible(key, parameter, "kg m²", size, None if size is None else 3 * size, like, (), "fast motion")
+
+
+@pytest.mark.parametrize("width", [52, 60, 80, 120])
+def test_a_plan_breaks_no_word_and_cuts_no_number(width: int) -> None:
+    names = ("joint_friction:left_wheel", "armature:right_wheel", "gain:drive")
+    rows = (
+        row(names[0], "value", 1.2e-5, names[1:]), row(names[1], "value", 3.4e7), row("gravity_tilt", "pitch", None),
+        row(names[2], "value", 0.00012, (names[0],)),
+    )  # fmt: skip
+    console = Console(file=io.StringIO(), width=width, emoji=False)
+    console.print(plan_report(Plan(rows, 16.0, 12)))
+    text = console.file.getvalue()
+    assert "…" not in text
+    assert all(len(line.rstrip()) <= width for line in text.splitlines())
+    for word in (*names, "1.2e-05", "3.4e+07", "unseen", "gravity_tilt pitch", "0.00012", "kg m²"):
+        assert word in text
+    assert f"  {names[0]}: " in text
+
+
+def test_where_a_model_fails_is_told_by_its_joints(logs: Dataset, tmp_path: Path) -> None:
+    """The elbow of this arm meets a stop that the model does not have: it fails where the elbow is near it."""
+    stopped = two_links.MJCF.replace(
+        'name="q2" axis="0 1 0" range="-2.5 2.5"', 'name="q2" axis="0 1 0" range="-2.5 0.1"'
+    )
+    swings = [two_links.swings(seed=seed, seconds=8.0, mjcf=stopped) for seed in (1, 2, 4)]
+    files = [two_links.write(tmp_path / f"{number}.csv", rows) for number, rows in enumerate(swings)]
+    where = locate(BASE, read_logs(files, layouts=LINKS.layouts))[0]
+    assert where.feature == "q2"
+    assert where.statement.startswith("where q2 is above ")
+    assert 0.0 < where.low < where.high < 0.12
+
+
+def test_a_figure_has_as_many_axes_as_it_shows(logs: Dataset) -> None:
+    errors = window_errors(BASE, logs)
+    shown = [axis.get_xlabel() for axis in where_figure({"base": errors}, ()).axes if axis.get_visible()]
+    assert shown == ["q1 in rad", "q2 in rad", "|q1_rate| in rad/s", "|q2_rate| in rad/s", "time in s"]
+    alone = where_figure({"base": replace(errors, features={"time": errors.features["time"]})}, ())
+    assert len(alone.axes) == 1

@@ -116,6 +116,14 @@ def test_goals_of_joints_are_planned_before_anything_moves(
         assert said in capsys.readouterr().err
 
 
+def test_a_file_of_the_package_is_known_by_its_name_unless_it_is_asked_otherwise(tmp_path: Path) -> None:
+    file = ROBOTS["cart_pole"].description.mjcf
+    main(["nominal", "mjcf", file, "--out", str(tmp_path / "plain")])
+    main(["nominal", "mjcf", file, "--dt", "0.01", "--out", str(tmp_path / "faster")])
+    assert robot_called(str(tmp_path / "plain")) is ROBOTS["cart_pole"]
+    assert robot_called(str(tmp_path / "faster")).dt == pytest.approx(0.01)
+
+
 def test_actuators_and_period_are_chosen_on_the_command_line(tmp_path: Path) -> None:
     (tmp_path / "links.xml").write_text(two_links.MJCF)
     asked = ["nominal", "mjcf", str(tmp_path / "links.xml"), "--actions", "tau2=elbow", "--dt", "0.005"]

@@ -53,6 +53,7 @@ class NominalMjcf(OfLogs):
     def run(self, console: Console) -> dict[str, Any]:
         """Make the equations, print what the robot measures and takes, write the model."""
         from sym2real.report.tables import columns_table
+        from sym2real.robots.own import robot_of
         from sym2real.symbolic import save_model
 
         robot = self._robot()
@@ -60,15 +61,12 @@ class NominalMjcf(OfLogs):
         save_model(equations, self.out)
         console.print(f"a log of it holds the time in s, in steps of about {robot.dt:g} s, and")
         console.print(columns_table(robot))
-        if equations.origin is None:
+        if robot_of(equations) is None:
             console.print(
                 "note: the file needs others beside it (a field of heights), so no simulator goes with the model"
             )
-        console.print(
-            f"model in {self.out}; `sym2real show {self.out}` prints its equations, `sym2real effects --robot "
-            f"{self.out}` what it may lack",
-            markup=False,
-        )
+        console.print(f"model in {self.out}; `sym2real show {self.out}` prints its equations", markup=False)
+        console.print(f"what it may lack: sym2real effects --robot {self.out}", markup=False)
         units = {**robot.layouts.state.units, **robot.layouts.action.units}
         return {"model": self.out, "nodes": equations.complexity(), "dt": robot.dt, "columns": units}
 

@@ -132,8 +132,10 @@ def add_derived(log: Standard, spec: LogSpec, layouts: Layouts | None) -> Standa
                 columns[f"v{axis}"] = derive.slope(log.time, columns[axis])
         notes.append("velocities are slopes of positions (parabola through 5 rows)")
     if "rate" in spec.derive:
-        columns = _rates(log) | _joint_rates(log, layouts) | columns
-        notes.append("rates are slopes of the attitude and of joints (parabola through 5 rows)")
+        of_joints = _joint_rates(log, layouts)
+        columns = _rates(log) | of_joints | columns
+        of = f"{', '.join(of_joints)} are slopes" if of_joints else "angular rates are slopes of the attitude"
+        notes.append(f"{of} (parabola through 5 rows)")
     return Standard(log.time, columns, log.others, tuple(notes))
 
 

@@ -168,7 +168,9 @@ def _period(model: mujoco.MjModel, dt: float | None) -> float:
     step = float(model.opt.timestep)
     period = step * max(1, round(PERIOD / step)) if dt is None else dt
     if not period > 0 or abs(period / step - round(period / step)) > 1e-6 or period < 0.99 * step:
-        raise ModelError(f"expected a control period of whole steps of {step:g} s, found {period!r}")
+        raise ModelError(
+            f"expected a control period of whole steps of {step:g} s, the timestep of the MJCF, found {period!r}"
+        )
     return period
 
 

@@ -60,7 +60,7 @@ def origin_of(robot: Robot) -> Origin | None:
     None too where the description cannot do without files beside it: meshes can, fields of heights cannot.
     """
     mjcf, actuators = robot.description.mjcf, robot.description.actuators
-    if not actuators or Path(mjcf).parent == Path(__file__).parent:
+    if not actuators or _is_registered(robot):
         return None
     text = mjcf if is_text(mjcf) else alone(mjcf)
     if text is None:
@@ -69,6 +69,17 @@ def origin_of(robot: Robot) -> Origin | None:
     return Origin(
         text, robot.name, robot.title, tuple(actuators.items()), robot.layouts.state.columns, robot.dt, numbers
     )
+
+
+def _is_registered(robot: Robot) -> bool:
+    """Whether the package finds it by its name."""
+    from sym2real.robots import ROBOTS  # noqa: PLC0415 — as above
+
+    known = ROBOTS.get(robot.name)
+    if known is None or Path(known.description.mjcf).parent != Path(__file__).parent:
+        return False
+    same = (known.description.mjcf, known.layouts, known.dt)
+    return same == (robot.description.mjcf, robot.layouts, robot.dt)
 
 
 def alone(mjcf: str) -> str | None:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import two_links
 from cli_results import result_of
+from matplotlib.image import imsave
 from scipy.spatial import ConvexHull
 
 from sym2real.cli import main
@@ -178,6 +179,22 @@ def test_meshes_and_includes_need_not_lie_beside_a_folder(tmp_path: Path) -> Non
     assert touches(MujocoPlant(made)) == before
     assert any(before)
     assert not all(before)
+
+
+def test_a_field_of_heights_stays_a_file_so_that_no_simulator_goes_with_the_model(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    imsave(tmp_path / "hills.png", np.random.default_rng(0).uniform(size=(4, 4)))
+    hills = '<asset><hfield name="hills" file="hills.png" size="1 1 0.1 0.1"/></asset><worldbody>'
+    ground = '<geom type="hfield" hfield="hills" pos="0 0 -1"/>'
+    (tmp_path / "hilly.xml").write_text(two_links.MJCF.replace("<worldbody>", hills + ground))
+    main(["nominal", "mjcf", str(tmp_path / "hilly.xml"), "--out", str(tmp_path / "hilly")])
+    assert "no simulator goes with the model" in " ".join(capsys.readouterr().out.split())
+    log = two_links.write(tmp_path / "log.csv", two_links.swings(seconds=4.0))
+    assert result_of(["compare", str(tmp_path / "hilly"), str(log)], tmp_path)["horizons"]
+    with pytest.raises(SystemExit):
+        main(["simulate", str(tmp_path / "hilly"), "regulate", "--out", str(tmp_path / "new.csv")])
+    assert "expected the model of a robot that has a description" in capsys.readouterr().err
 
 
 MESHED = """

@@ -36,7 +36,7 @@ class Diagnosis:
         verdict, summary: the answer in a word and in a sentence.
         faults: of the data, undone before the search where the logs tell how.
         findings: effects that are there, in order of importance.
-        leftovers: what no effect explains, the strongest first.
+        leftovers: what no effect explains, the strongest of what matters first.
         proposal: a term that would explain some of the first, unverified.
         where: regions in which the model fails.
         ladder: errors of the base and of the first k findings, on held-out data.
@@ -101,8 +101,8 @@ class Diagnosis:
 
     @property
     def leftover(self) -> Leftover | None:
-        """The strongest of what is left."""
-        return self.leftovers[0] if self.leftovers else None
+        """The strongest of what is left, where it matters."""
+        return next((leftover for leftover in self.leftovers if leftover.matters), None)
 
     @property
     def established(self) -> bool:

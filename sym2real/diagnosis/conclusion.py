@@ -36,7 +36,7 @@ def verdict(
         return "CANNOT_TELL"
     if established:
         return "EFFECT"
-    if leftovers:
+    if any(leftover.matters for leftover in leftovers):
         return "UNEXPLAINED"
     if faults:
         return "EFFECT"

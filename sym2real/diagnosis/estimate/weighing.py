@@ -141,17 +141,19 @@ def refine_base(examined: Examined) -> Refined:
 
 def weigh_errors(base: Refined) -> Weighed:
     """Segments, noise and disturbances, and the phase of a force that swings."""
-    checked, searched = base.examined.checked, base.searched
-    tried, problem = candidates(searched, checked.data), Problem(searched, checked.data)
-    base = replace(base, notes=(*base.notes, *unpredicted_said(problem)))
-    weighed = whiten(problem, tried)
+    checked = base.examined.checked
+    searched, weighed = min(
+        ((library, _whitened(library, checked.data)) for library in dict.fromkeys((base.searched, base.library))),
+        key=lambda entry: entry[1].deviance,
+    )
+    base = replace(base, searched=searched, notes=(*base.notes, *unpredicted_said(weighed.problem)))
+    tried = candidates(searched, checked.data)
     swing = None
     if any(effect.searching.swings for effect in searched.effects.values()):
         swing = find_swing(Problems.of(weighed.problem, weighed.whitening), weighed.values, len(tried))
     if swing is not None:
         checked = replace(checked, data=swing.in_data(checked.data))
-        tried, problem = candidates(searched, checked.data), Problem(searched, checked.data)
-        weighed = whiten(problem, tried)
+        tried, weighed = candidates(searched, checked.data), _whitened(searched, checked.data)
     return Weighed(base, checked, tried, weighed.problem, weighed.spread, weighed.whitening, swing)
 
 
@@ -207,6 +209,15 @@ class Whitened:
     spread: Spread
     whitening: Whitening
     values: torch.Tensor
+
+    @property
+    def deviance(self) -> float:
+        """Minus twice the logarithm of the over-fit's likelihood."""
+        return self.whitening.deviance(self.problem.residuals(self.values[None])[0])
+
+
+def _whitened(library: Library, data: Dataset) -> Whitened:
+    return whiten(Problem(library, data), candidates(library, data))
 
 
 def whiten(problem: Problem, tried: tuple[Candidate, ...]) -> Whitened:

@@ -75,6 +75,13 @@ class Whitening:
         whole = (columns.square() * self.weight[:, None]).sum(dim=1)
         return (whole - (self.lost.mT @ columns).square().sum(dim=1)).T * self.trust
 
+    def deviance(self, residuals: Tensor) -> float:
+        """Minus twice the logarithm of the likelihood of residuals ``# (S, R)``, but for what is the same for all."""
+        seen = self.lost.mT @ (self.lost / self.weight[:, None])  # (S, K, K)
+        unit = torch.eye(seen.shape[-1], dtype=seen.dtype)
+        determinants = -torch.linalg.slogdet(unit - seen).logabsdet - self.weight.log().sum()
+        return float((self.loss(residuals[None])[0] + determinants - residuals.shape[1] * self.trust.log()).sum())
+
     def inverse_times(self, columns: Tensor) -> Tensor:
         """C⁻¹ times columns ``# (S, R, A)``, every segment trusted alike."""
         return columns * self.weight[:, None] - self.lost @ (self.lost.mT @ columns)

@@ -26,6 +26,7 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.leftover import Leftover, unit_of
+from sym2real.diagnosis.unexplained.motion import part_of_disturbance
 from sym2real.effects.wrench import AXES
 
 CONSTANT = "constant"
@@ -122,7 +123,9 @@ def find_constants(
         place = int(torch.where(counts, fall, -torch.inf).argmax())
         size, unit = float(constants.sizes[place]), constants.units[place]
         share, term = float(fall[place] / most[place]), f"{size:.3g} {unit} everywhere"
-        leftovers.append(Leftover(CONSTANT, constants.names[place], share, term, size, unit))
+        name, segments = constants.names[place], problems.problem.segments
+        motion = part_of_disturbance(segments, spread, name, size) if name in spread.names else None
+        leftovers.append(Leftover(CONSTANT, name, share, term, size, unit, motion))
         waiting[place] = False
         constants = constants.beside(place)
 

@@ -24,6 +24,7 @@ from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.constant import CONSTANT
 from sym2real.diagnosis.unexplained.disturbance_terms import Feature, Judged, Side, features_in
 from sym2real.diagnosis.unexplained.leftover import Leftover, split_in_words, unit_of
+from sym2real.diagnosis.unexplained.motion import part_of_disturbance
 
 # Part of the loss that a term must save before variances are estimated without it, and how many get that far.
 PROMISING, MOST_TERMS = 0.003, 3
@@ -132,13 +133,15 @@ class Terms:
         judged, channel = accepted.term, self.side.spread.names[accepted.term.channel]
         size = float(self.side.spread.sizes[judged.channel])
         disturbance = (self.side.terms[judged.name] @ judged.step[judged.found :]).flatten().numpy() * size
+        motion = part_of_disturbance(self.problems.problem.segments, self.side.spread, channel, disturbance)
         if judged.name == CONSTANT:
             value = float(disturbance[0])
-            return Leftover(CONSTANT, channel, accepted.confirmed, f"{value:.3g} {unit} everywhere", value, unit)
+            term = f"{value:.3g} {unit} everywhere"
+            return Leftover(CONSTANT, channel, accepted.confirmed, term, value, unit, motion)
         share = float(disturbance.var() / (disturbance.var() + accepted.whitening.disturbances[channel] ** 2))
         feature = self.features[judged.name]
         words = split_in_words(feature.columns, feature.values, disturbance, unit)[1]
-        return Leftover(judged.name, channel, share * accepted.confirmed, words)
+        return Leftover(judged.name, channel, share * accepted.confirmed, words, motion=motion)
 
 
 def find_dependence(selection: Selection, spread: Spread, own: Calibration | None = None) -> tuple[Leftover, ...]:

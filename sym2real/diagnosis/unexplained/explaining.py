@@ -19,7 +19,7 @@ class Explained:
     Args:
         scored: findings and held-out errors.
         findings: with their confidence, which what is left has a say in.
-        leftovers: what no effect explains, the strongest first.
+        leftovers: what no effect explains, the strongest of what matters first.
         proposal: a term that would explain some of the first, unverified.
     """
 
@@ -39,11 +39,16 @@ def explain_rest(scored: Scored) -> Explained:
     leftovers = find_leftovers(rest, of_the_base)
     leftovers += find_constants(selection, spread, own, exclude=[leftover.channel for leftover in leftovers])
     leftovers = leftovers or find_dependence(selection, spread, own)
-    leftovers = leftovers or find_misfit(selection.fit.total / problems.whitening.freedom)
+    if not any(leftover.matters for leftover in leftovers):
+        leftovers += find_misfit(
+            selection.fit.total / problems.whitening.freedom, problems.problem, selection.fit.values
+        )
+    leftovers = tuple(sorted(leftovers, key=lambda leftover: not leftover.matters))
+    unexplained = any(leftover.matters for leftover in leftovers)
     calibrated = own is not None and result.finished
-    sure = rated(scored.findings, passed=scored.gate.passed, leftover=bool(leftovers), calibrated=calibrated)
+    sure = rated(scored.findings, passed=scored.gate.passed, leftover=unexplained, calibrated=calibrated)
     proposal = None
-    if leftovers:
+    if unexplained:
         informed = applied(prepared.model, sure)
         proposal = propose(informed, prepared.checked.data, rest, leftovers[0], problems.whitening)
     return Explained(scored, sure, tuple(leftovers), proposal)

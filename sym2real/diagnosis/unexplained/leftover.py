@@ -21,6 +21,7 @@ from sym2real.diagnosis.data.conditions import HOW_FAST
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.diagnosis.unexplained.motion import part_of_changes, part_of_disturbance
 from sym2real.effects.voltage import VOLTAGE
 from sym2real.symbolic.mass_normalised import unit_for
 from sym2real.trajectory import Array, Trajectory
@@ -42,6 +43,7 @@ class Leftover:
             squares that noise and disturbances do not make.
         term: where the disturbance changes, in words.
         size, unit: of a constant disturbance, as the model lacks it.
+        motion: part of the robot's motion that it makes (``motion.py``); None of a measurement that is off.
     """
 
     explained_by: str
@@ -50,6 +52,12 @@ class Leftover:
     term: str
     size: float | None = None
     unit: str = ""
+    motion: float | None = None
+
+    @property
+    def matters(self) -> bool:
+        """Whether predictions need it."""
+        return self.motion is None or self.motion >= SETTINGS.motion
 
     @property
     def statement(self) -> str:
@@ -65,7 +73,12 @@ class Leftover:
     @property
     def measure(self) -> str:
         """How much of what is left that is, in words."""
-        return f"{100 * self.r2:.0f} % of the squares" if self.explained_by == MISFIT else f"R² {self.r2:.2f}"
+        much = f"{100 * self.r2:.0f} % of the squares" if self.explained_by == MISFIT else f"R² {self.r2:.2f}"
+        return (
+            much
+            if self.matters
+            else f"{much}, and {100 * (self.motion or 0.0):.1g} % of the motion: too small to matter"
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """The entry of ``leftover`` in docs/method.md, "Answers as files"."""
@@ -79,6 +92,7 @@ class Rest:
     Args:
         names, units, sizes: of the disturbances; what counts as one.
         disturbances: less the log's mean ``# (pieces, D)``.
+        motion: part of the robot's motion that each makes.
         features: their names.
         values: features of every piece ``# (pieces, F)``.
         groups: pieces that are left out together ``# (pieces,)``.
@@ -88,6 +102,7 @@ class Rest:
     units: tuple[str, ...]
     sizes: tuple[float, ...]
     disturbances: Array
+    motion: tuple[float, ...]
     features: list[str]
     values: Array
     groups: NDArray[np.int64]
@@ -102,7 +117,10 @@ class Rest:
             disturbances[logs == log] -= disturbances[logs == log].mean(axis=0)
         groups = logs if len(np.unique(logs)) > 2 else logs * 100 + np.arange(len(logs)) * 4 // len(logs)
         units = tuple(unit_of(problem, name) for name in spread.names)
-        return cls(spread.names, units, tuple(spread.sizes.tolist()), disturbances, names, features, groups)
+        along = zip(spread.names, disturbances.T, strict=True)
+        motion = tuple(part_of_disturbance(problem.segments, spread, name, column) for name, column in along)
+        sizes = tuple(spread.sizes.tolist())
+        return cls(spread.names, units, sizes, disturbances, motion, names, features, groups)
 
     def explained(self, channel: str) -> tuple[float, float]:
         """R² of a disturbance on pieces not seen, and the size of what is so explained in its unit."""
@@ -116,15 +134,19 @@ class Rest:
         return [self.names[place] for place in np.argsort(-shares) if shares[place] > SETTINGS.suspect]
 
 
-def find_misfit(squares: float) -> tuple[Leftover, ...]:
+def find_misfit(squares: float, problem: Problem, values: torch.Tensor) -> tuple[Leftover, ...]:
     """A misfit that neither noise nor disturbances describe; none where the data are explained.
 
     Args:
         squares: whitened, per degree of freedom.
+        problem: the logs.
+        values: parameter set of the fit ``# (P,)``.
     """
     if squares <= SETTINGS.misfit:
         return ()
-    return (Leftover(MISFIT, "", 1.0 - 1.0 / squares, f"{squares:.2f} whitened squares per degree of freedom"),)
+    share, words = 1.0 - 1.0 / squares, f"{squares:.2f} whitened squares per degree of freedom"
+    motion = part_of_changes(problem.segments, problem.residuals(values[None])[0])
+    return (Leftover(MISFIT, "", share, words, motion=float(np.sqrt(share)) * motion),)
 
 
 def find_leftovers(rest: Rest, of_the_base: Callable[[], Rest] | None = None) -> tuple[Leftover, ...]:
@@ -150,7 +172,7 @@ def find_leftovers(rest: Rest, of_the_base: Callable[[], Rest] | None = None) ->
         if base is not None and base.explained(channel)[1] > SETTINGS.of_the_base * size:
             continue
         feature, term = split_in_words(rest.features, rest.values, rest.disturbances[:, place], rest.units[place])
-        leftovers.append(Leftover(feature, channel, r2, term))
+        leftovers.append(Leftover(feature, channel, r2, term, motion=float(np.sqrt(r2)) * rest.motion[place]))
     return tuple(leftovers)
 
 

@@ -1,0 +1,51 @@
+"""How much of a robot's motion something makes: by how far it moves the robot, beside how far the robot moves.
+
+Both are second differences over a segment, its end and its start less twice its middle: going on as before is no motion.
+Logs with little noise show disturbances that no prediction needs, the integration error of the simulator that wrote
+them among others.
+"""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from sym2real.diagnosis.data.segments import Segments
+from sym2real.diagnosis.estimate.whitening import PIECES, Spread
+from sym2real.trajectory import Array
+
+
+def part_of_disturbance(segments: Segments, spread: Spread, name: str, disturbance: Array | float) -> float:
+    """Largest part of any field's motion that a disturbance makes.
+
+    Args:
+        segments: of the logs.
+        spread: shapes of the disturbances.
+        name: of this one.
+        disturbance: over every piece ``# (S·pieces,)``, or the same everywhere, in its unit.
+    """
+    place = spread.names.index(name)
+    pieces = torch.as_tensor(disturbance, dtype=torch.float64).expand(len(segments) * PIECES) / spread.sizes[place]
+    changes = torch.einsum("srp,sp->sr", spread.disturbances[:, :, place], pieces.reshape(-1, PIECES))
+    return part_of_changes(segments, changes)
+
+
+def part_of_changes(segments: Segments, changes: Tensor) -> float:
+    """The same of what changes in segments ``# (S, N·C)``."""
+    paths, middle = changes.unflatten(1, (segments.length, -1)), (segments.length - 1) // 2
+    moved = paths[:, -1] - 2 * paths[:, middle] + paths[:, 0]
+    motion = _motion(segments, middle)
+    fields = torch.tensor(segments.channel)
+    return max(_size(moved[:, fields == field]) / _size(motion[:, fields == field]) for field in fields.unique())
+
+
+def _motion(segments: Segments, middle: int) -> Tensor:
+    """Of what was measured ``# (S, C)``."""
+    layout = segments.layout
+    first, centre, last = (segments.measured[:, row] for row in (0, middle, -1))
+    return (layout.difference(last, centre) - layout.difference(centre, first))[:, list(segments.compared)]
+
+
+def _size(moved: Tensor) -> float:
+    """Root mean square of norms ``# (S, ·)``."""
+    return max(float(moved.square().sum(1).mean().sqrt()), 1e-12)

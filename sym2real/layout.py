@@ -19,13 +19,10 @@ from sym2real import rotation
 from sym2real.errors import ShapeError, UnknownNameError
 from sym2real.field import Field, Group, Kind
 from sym2real.vocabulary import (
-    FORCE,
-    JOINT_FORCE,
-    JOINT_TORQUE,
     MOTOR_COLUMNS,
     POSITION,
-    TORQUE,
     VOCABULARY,
+    is_push,
     known_field,
     rate_column,
 )
@@ -152,8 +149,7 @@ class Layout:
     @cached_property
     def pushes(self) -> tuple[str, ...]:
         """Columns of forces and torques, on a body or along joints."""
-        kinds = (FORCE.name, TORQUE.name, JOINT_FORCE.name, JOINT_TORQUE.name)
-        return tuple(column for field in self.fields if field.name in kinds for column in field.columns)
+        return tuple(column for column in self if is_push(column))
 
     @cached_property
     def placing(self) -> tuple[Field, ...]:

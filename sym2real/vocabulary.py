@@ -37,7 +37,7 @@ VOCABULARY: tuple[tuple[Group, Field], ...] = (
 )
 # Quantities of equations that effects change: gravity in m/s², world axes.
 GRAVITY_COMPONENTS = ("gravity_x", "gravity_y", "gravity_z")
-WRENCH = (*FORCE.columns, *TORQUE.columns)  # zero where nobody pushes
+WRENCH = (*FORCE.columns, *TORQUE.columns)
 HEIGHT = POSITION.columns[2]
 (THRUST_COLUMN,), (STEER_COLUMN,), (SPEED_COLUMN,) = THRUST.columns, STEERING.columns, SPEED.columns
 
@@ -50,6 +50,11 @@ def rate_column(coordinate: str) -> str:
 def push_column(joint: str) -> str:
     """Input of the force in N or torque in N m along a joint."""
     return f"{joint}_push"
+
+
+def is_push(column: str) -> bool:
+    """Whether a column is a force or torque from outside, on a body or along a joint: zero where nobody pushes."""
+    return column in WRENCH or column.endswith(push_column(""))
 
 
 def known_field(column: str) -> Field:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 import torch
+from scipy import stats
 from torch import Tensor
 
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening, estimate
@@ -84,3 +87,20 @@ def test_equations_whose_sensors_err_by_known_values_make_a_problem() -> None:
     problem = Problem(Library.of(tilted, []), data)
     residuals = problem.residuals(torch.zeros(1, 0, dtype=torch.float64))
     assert bool(residuals.isfinite().all())
+
+
+def test_the_deviance_is_that_of_the_normal_distribution_with_this_covariance(spread: Spread) -> None:
+    few = spread.of_segments(torch.arange(3))
+    whitening = few.whitening(
+        torch.full((COMPONENTS,), SENSOR**2).double(), torch.full((COMPONENTS,), PUSH**2).double()
+    )
+    trust = torch.tensor([1.0, 0.5, 2.0], dtype=torch.float64)
+    whitening, residuals = replace(whitening, trust=trust), drawn(spread, 1)[:3]
+    columns = torch.cat([few.start, few.disturbances.flatten(-2) * PUSH], dim=-1)[0]
+    covariance = (columns @ columns.T).numpy() + SENSOR**2 * np.eye(len(columns))
+    expected = sum(
+        -2 * stats.multivariate_normal(cov=covariance / float(factor)).logpdf(residual)
+        for factor, residual in zip(trust, residuals.numpy(), strict=True)
+    )
+    constant = residuals.numel() * math.log(2 * math.pi)
+    assert whitening.deviance(residuals) + constant == pytest.approx(expected, rel=1e-6)

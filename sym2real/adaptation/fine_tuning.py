@@ -25,11 +25,11 @@ from sym2real.dataset import Transitions
 from sym2real.neural import Ensemble, EnsembleTraining, TrainingReport
 from sym2real.neural.blocks import Blocks, Run, windows_in
 from sym2real.neural.composed import Base
-from sym2real.neural.descent import one_thread
 from sym2real.neural.leftover import errors_by_parameters, leftover
 from sym2real.neural.multi_step import Scales, corrected_errors
 from sym2real.neural.paired import SURE, sureness
 from sym2real.symbolic import Equations, lift_constants
+from sym2real.threads import one_thread
 
 STEP = 1e-3  # of relative changes, for differences
 AT_ONCE = 16  # constants whose rows are computed together

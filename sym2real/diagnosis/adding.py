@@ -34,6 +34,7 @@ from sym2real.effects.catalogue import always_alike
 from sym2real.errors import ModelError
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
+from sym2real.threads import one_thread
 from sym2real.trajectory import Trajectory
 
 Values = Mapping[str, float]
@@ -75,6 +76,7 @@ def add(
     return try_effect(equations, keys, fit, plant).apply(equations)
 
 
+@one_thread()
 def try_effect(
     equations: Equations,
     keys: str | Sequence[str],

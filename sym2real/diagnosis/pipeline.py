@@ -20,6 +20,7 @@ from sym2real.diagnosis.stages import OnProgress, Stages
 from sym2real.diagnosis.unexplained.explaining import explain_rest
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
+from sym2real.threads import one_thread
 from sym2real.trajectory import Trajectory
 
 
@@ -35,6 +36,7 @@ def prepare(question: Question, stages: Stages) -> Prepared:
     return stages.run("calibrating effects in the plain simulator", calibrate_base, weighed)
 
 
+@one_thread()
 def diagnose(
     model: Equations,
     data: Dataset | Trajectory,

@@ -10,7 +10,7 @@ from sym2real.dataset import Dataset
 from sym2real.effects.voltage import VOLTAGE, settled
 from sym2real.layout import Layout
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import CLOCK, WRENCH
+from sym2real.vocabulary import CLOCK, is_push
 
 (TIME,) = CLOCK.columns
 # Of a force that swings, in the middle of the step after a row, rad; what swings in no log has it at zero.
@@ -32,7 +32,7 @@ def with_inputs(inputs: Layout, logs: Dataset) -> Dataset:
 
 
 def _is_known(name: str, log: Trajectory) -> bool:
-    return name in log.layouts.inputs or name in log.extra or name == TIME or name in WRENCH
+    return name in log.layouts.inputs or name in log.extra or name == TIME or is_push(name)
 
 
 def _column(name: str, log: Trajectory) -> Array:

@@ -9,7 +9,6 @@ from pathlib import Path
 
 from sym2real.errors import DataError
 from sym2real.layout import Layouts
-from sym2real.vocabulary import WRENCH, push_column
 
 # A name that is as close as `Motor1` to `motor1`; `x` for `vx` and `wx` for `wx_cmd` are other quantities.
 CLOSE = 0.75
@@ -41,7 +40,7 @@ def require_columns(file: str | Path, standard: Collection[str], others: Collect
         DataError: naming every missing column with its unit, columns that may be meant, and what else helps.
     """
     units = {**layouts.state.units, **layouts.action.units, **layouts.inputs.units}
-    given = {"t", *WRENCH, *map(push_column, layouts.state.columns)} & {*layouts.inputs.columns}
+    given = {"t", *layouts.inputs.pushes}
     missing = [name for name in units if name not in {*standard, *others, *given}]
     if not missing:
         return

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import torch
@@ -31,17 +30,6 @@ class Descent:
     weight_decay: float = 5e-5
     rows: int = 512
     patience: int = 15
-
-
-@contextmanager
-def one_thread() -> Iterator[None]:
-    """Sums in one order, whatever number of threads torch may use: the same seed gives the same bits."""
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(before)
 
 
 def descend(

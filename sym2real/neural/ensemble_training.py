@@ -18,10 +18,11 @@ from sym2real.dataset import Transitions
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout, Layouts
 from sym2real.neural.blocks import Blocks, rows_in
-from sym2real.neural.descent import Descent, descend, one_thread
+from sym2real.neural.descent import Descent, descend
 from sym2real.neural.ensemble import Ensemble
 from sym2real.neural.leftover import runs_of
 from sym2real.neural.normal import Normal
+from sym2real.threads import one_thread
 
 PAPER = (200, 200, 200, 200)
 BOUNDS = 0.01  # weight of the width between the variance's bounds (PETS, A.1)

@@ -29,7 +29,7 @@ from sym2real.neural.composed import Base, state_of
 from sym2real.neural.ensemble import Ensemble
 from sym2real.symbolic import Equations, build_module
 from sym2real.trajectory import Array
-from sym2real.vocabulary import WRENCH
+from sym2real.vocabulary import is_push
 
 STEP = 1e-5  # of central differences, in the columns' units: error about 1e-10 relative
 TIME = "t"
@@ -167,14 +167,14 @@ def _reached(transitions: Transitions, base: Base, runs: tuple[tuple[int, int], 
 
 
 def _inputs(transitions: Transitions, base: Base) -> Tensor | None:
-    """Inputs of the equations by name: time from the trajectory's start, a wrench of zero where the log has none."""
+    """Inputs of the equations by name: time from the trajectory's start, pushes of zero where the log has none."""
     if not isinstance(base, Equations) or not len(base.layouts.inputs):
         return None
     columns = list[Array]()
     for name in base.layouts.inputs:
         if name in transitions.layouts.inputs:
             columns.append(transitions.inputs[:, transitions.layouts.inputs.index(name)])
-        elif name == TIME or name in WRENCH:
+        elif name == TIME or is_push(name):
             since = transitions.dt if name == TIME else 0.0
             columns.append(np.asarray(transitions.step * since, dtype=np.float64))
         else:

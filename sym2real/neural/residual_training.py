@@ -28,13 +28,14 @@ from sym2real.neural.blocks import Blocks, Run
 from sym2real.neural.bounded import bounded, unbounded
 from sym2real.neural.composed import Base, Composed, state_of
 from sym2real.neural.cyclic import cyclic_coordinates
-from sym2real.neural.descent import Descent, descend, one_thread
+from sym2real.neural.descent import Descent, descend
 from sym2real.neural.leftover import leftover
 from sym2real.neural.multi_step import Scales
 from sym2real.neural.networks import Networks
 from sym2real.neural.normal import Normal
 from sym2real.neural.residual_mlp import ResidualMLP
 from sym2real.neural.switches import columns_that_help
+from sym2real.threads import one_thread
 
 PAPER = (200, 200, 200, 200)
 

@@ -5,7 +5,8 @@ Continuous time, for coordinates q and their rates::
     M(q) q̈ + c(q, q̇) = τ        τ = actuators + springs and dampers of the joints + pushes
 
 M by the composite-rigid-body algorithm, c by recursive Newton–Euler (:mod:`sym2real.robots.spatial`), q̈ by
-elimination. Discrete time: the midpoint rule, with actions and pushes held over the step; local error third order.
+elimination. Discrete time: the classical Runge–Kutta method, actions and pushes held over the step: local error fifth
+order.
 Every lengthy intermediate result has a name, so that equations stay short.
 
 Effects bind to these quantities: ``gravity_x``, ``gravity_y``, ``gravity_z`` (m/s², world axes); of joint J
@@ -15,12 +16,12 @@ Effects bind to these quantities: ``gravity_x``, ``gravity_y``, ``gravity_z`` (m
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
-from sympy import Expr, Integer, count_ops
+from sympy import Expr, Integer, Rational, count_ops
 
 from sym2real.errors import ModelError
 from sym2real.layout import Layouts
@@ -48,6 +49,7 @@ from sym2real.vocabulary import (
     rate_column,
 )
 
+STAGES = (Rational(1, 2), Rational(1, 2), 1)  # parts of the period behind which the rates are asked again
 LONGEST = 4  # operations of an expression that needs no name
 
 
@@ -103,19 +105,35 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     names = [link.joint for link in links]
     place = np.array([symbol(name) for name in names], dtype=object)
     rate = np.array([symbol(rate_column(name)) for name in names], dtype=object)
-    start = _accelerations(build, links, place, rate, forces.at(place, rate))
-    build.prefix = "mid_"
-    half = build.each("rate", rate + dt / 2 * start)
-    middle = build.each("place", place + dt / 2 * rate + dt**2 / 8 * start)
-    acceleration = _accelerations(build, links, middle, half, forces.at(middle, half))
-    # Exact where the acceleration changes linearly over the step.
-    moved = dt * rate + dt**2 / 6 * (start + 2 * acceleration)
+
+    def accelerations(place: Values, rate: Values) -> Values:
+        return _accelerations(build, links, place, rate, forces.at(place, rate))
+
+    moved, gained = _stepped(build, accelerations, place, rate, dt)
     following = {name: p + change for name, p, change in zip(names, place, moved, strict=True)}
-    following |= {rate_column(n): r + dt * a for n, r, a in zip(names, rate, acceleration, strict=True)}
+    following |= {rate_column(n): r + change for n, r, change in zip(names, rate, gained, strict=True)}
     following = {column: following[column] for column in layouts.state}
     return Equations(
         following, layouts, dt, quantities=_used(build.quantities, following, columns.quantities_of(model))
     )
+
+
+def _stepped(
+    build: _Build, accelerations: Callable[[Values, Values], Values], place: Values, rate: Values, dt: float
+) -> tuple[Values, Values]:
+    """Change of coordinates and of rates over a period, by the classical Runge–Kutta method."""
+    rates, found = [rate], [accelerations(place, rate)]
+    for stage, part in enumerate(STAGES, 2):
+        build.prefix = f"stage{stage}_"
+        there = build.each("place", place + part * dt * rates[-1])
+        rates.append(build.each("rate", rate + part * dt * found[-1]))
+        found.append(accelerations(there, rates[-1]))
+    return _mean(rates) * dt, _mean(found) * dt
+
+
+def _mean(values: Sequence[Values]) -> Values:
+    first, second, third, last = values
+    return (first + 2 * (second + third) + last) / 6
 
 
 def _accelerations(build: _Build, links: Sequence[Link], place: Values, rate: Values, force: Values) -> Values:

@@ -7,7 +7,7 @@ from typing import Any
 from sym2real.layout import Layout, Layouts
 from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.expressions import text
-from sym2real.vocabulary import WRENCH
+from sym2real.vocabulary import is_push
 
 
 def interface(equations: Equations) -> dict[str, Any]:
@@ -32,7 +32,7 @@ def interface(equations: Equations) -> dict[str, Any]:
 def outside_said(equations: Equations) -> tuple[str, ...]:
     """A sentence for everything of the equations that a step of the exported model leaves to its caller."""
     filters = [key for key, _ in equations.filters]
-    inputs = [name for name in equations.layouts.inputs if name not in WRENCH]
+    inputs = [name for name in equations.layouts.inputs if not is_push(name)]
     clauses = []
     if filters:
         clauses.append(

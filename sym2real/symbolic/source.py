@@ -22,7 +22,7 @@ from sym2real.symbolic.program import Program
 from sym2real.symbolic.schedule import make_program
 from sym2real.symbolic.template import FUNCTION, MODEL
 from sym2real.symbolic.torch_source import TorchLines
-from sym2real.vocabulary import WRENCH
+from sym2real.vocabulary import is_push
 
 TIME = "t"
 SMALLEST_NORM_SQUARED = 1e-24
@@ -30,10 +30,10 @@ Groups = Mapping[str, Sequence[str]]
 
 
 def step_program(equations: Equations, pushed: bool = True) -> Program:
-    """Next state on the manifold over state, action, inputs and parameters; without wrench unless ``pushed``."""
+    """Next state on the manifold over state, action, inputs and parameters; without pushes unless ``pushed``."""
     layouts = equations.layouts
     names = (*layouts.state, *layouts.action, *layouts.inputs, *equations.parameters)
-    zero = {} if pushed else dict.fromkeys(WRENCH, 0.0)
+    zero = {} if pushed else dict.fromkeys(layouts.inputs.pushes, 0.0)
     graph = Graph(names, fixed=equations.parameters)
     lowering = Lowering(graph, equations.quantities, zero)
     columns = {column: lowering.lower(equations.next[column]) for column in layouts.state}
@@ -140,7 +140,7 @@ def model_source(equations: Equations) -> str:
     layouts, parameters = equations.layouts, tuple(equations.parameters)
     groups = {"state": layouts.state.columns, "action": layouts.action.columns, "inputs": layouts.inputs.columns}
     parts = [_written(step_program(equations, pushed=False), groups, parameters)]
-    pushed = any(column in layouts.inputs for column in WRENCH)
+    pushed = bool(layouts.inputs.pushes)
     if pushed:
         parts.append(_written(step_program(equations), groups, parameters, "_pushed"))
     time = layouts.inputs.index(TIME) if TIME in layouts.inputs else None
@@ -166,9 +166,9 @@ def model_source(equations: Equations) -> str:
 
 
 def measured_inputs(equations: Equations) -> tuple[str, ...]:
-    """Inputs that equations use and that cannot be taken for zero: all but the wrench and the time."""
+    """Inputs that equations use and that cannot be taken for zero: all but pushes and the time."""
     used = (c for c in equations.layouts.inputs if any(equations.depends(s, c) for s in equations.layouts.state))
-    return tuple(column for column in used if column not in (*WRENCH, TIME))
+    return tuple(column for column in used if column != TIME and not is_push(column))
 
 
 def function_source(expressions: Sequence[Expr], arguments: Sequence[Sequence[str]]) -> str:

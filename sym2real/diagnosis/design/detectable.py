@@ -38,12 +38,14 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.catalogue import always_alike
 from sym2real.symbolic import Equations
+from sym2real.threads import one_thread
 from sym2real.trajectory import Trajectory
 
 # Sizes of a delay or lag in units of what is expected, for comparing one with the other.
 SIZES = tuple(np.geomspace(0.25, 4.0, 13))
 
 
+@one_thread()
 def plan(
     equations: Equations,
     data: Dataset | Trajectory,

@@ -23,6 +23,7 @@ from sym2real.diagnosis.faults.report import DataReport, data_report
 from sym2real.errors import ShapeError
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
+from sym2real.threads import one_thread
 from sym2real.trajectory import Trajectory
 from sym2real.upward import upward
 
@@ -91,6 +92,7 @@ class Comparison:
         }
 
 
+@one_thread()
 def compare(
     model: Equations | DynamicsModel,
     data: Dataset | Trajectory,

@@ -12,7 +12,7 @@ from sym2real.diagnosis.estimate.calibrate import Calibration, calibrated
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.overfit import overfitted
 from sym2real.diagnosis.estimate.refine import refined
-from sym2real.diagnosis.estimate.simulator import SWITCHED_OFF, flown_along, with_effects_of
+from sym2real.diagnosis.estimate.simulator import LIKELIER_WITHOUT, SWITCHED_OFF, flown_along, with_effects_of
 from sym2real.diagnosis.estimate.swing import Swing, find_swing
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate, free_start
 from sym2real.diagnosis.faults.checking import Examined, Question
@@ -23,6 +23,7 @@ from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.nuisance import nuisance_of
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.predict.unpredicted import unpredicted_said
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import effect
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
@@ -142,11 +143,11 @@ def refine_base(examined: Examined) -> Refined:
 def weigh_errors(base: Refined) -> Weighed:
     """Segments, noise and disturbances, and the phase of a force that swings."""
     checked = base.examined.checked
-    searched, weighed = min(
-        ((library, _whitened(library, checked.data)) for library in dict.fromkeys((base.searched, base.library))),
-        key=lambda entry: entry[1].deviance,
-    )
-    base = replace(base, searched=searched, notes=(*base.notes, *unpredicted_said(weighed.problem)))
+    weighed = _whitened(base.searched, checked.data)
+    if base.searched is not base.library:
+        base, weighed = _likelier(base, weighed)
+    base = replace(base, notes=(*base.notes, *unpredicted_said(weighed.problem)))
+    searched = base.searched
     tried = candidates(searched, checked.data)
     swing = None
     if any(effect.searching.swings for effect in searched.effects.values()):
@@ -214,6 +215,18 @@ class Whitened:
     def deviance(self) -> float:
         """Minus twice the logarithm of the over-fit's likelihood."""
         return self.whitening.deviance(self.problem.residuals(self.values[None])[0])
+
+
+def _likelier(base: Refined, weighed: Whitened) -> tuple[Refined, Whitened]:
+    """The calibrated base, or the one that was given where the logs are clearly likelier under that.
+
+    A simulator may be further from the robot than the equations: its own integration error, or a load that is far from
+    what it was fitted to.
+    """
+    given = _whitened(base.library, base.examined.checked.data)
+    if weighed.deviance - given.deviance <= SETTINGS.gain * weighed.whitening.freedom:
+        return base, weighed
+    return replace(base, searched=base.library, flown=None, notes=(*base.notes, LIKELIER_WITHOUT)), given
 
 
 def _whitened(library: Library, data: Dataset) -> Whitened:

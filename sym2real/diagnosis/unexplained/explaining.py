@@ -40,9 +40,7 @@ def explain_rest(scored: Scored) -> Explained:
     leftovers += find_constants(selection, spread, own, exclude=[leftover.channel for leftover in leftovers])
     leftovers = leftovers or find_dependence(selection, spread, own)
     if not any(leftover.matters for leftover in leftovers):
-        leftovers += find_misfit(
-            selection.fit.total / problems.whitening.freedom, problems.problem, selection.fit.values
-        )
+        leftovers += find_misfit(problems, selection.fit)
     leftovers = tuple(sorted(leftovers, key=lambda leftover: not leftover.matters))
     unexplained = any(leftover.matters for leftover in leftovers)
     calibrated = own is not None and result.finished

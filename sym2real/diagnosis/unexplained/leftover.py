@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from sym2real import rotation
 from sym2real.diagnosis.data.conditions import HOW_FAST
+from sym2real.diagnosis.estimate.fit import Fit, Problems
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
@@ -25,7 +26,7 @@ from sym2real.diagnosis.unexplained.motion import part_of_changes, part_of_distu
 from sym2real.effects.voltage import VOLTAGE
 from sym2real.symbolic.mass_normalised import unit_for
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import HEADING, HEIGHT, RATE, VELOCITY, WRENCH
+from sym2real.vocabulary import HEADING, HEIGHT, RATE, VELOCITY, is_push
 
 TREES, LEAF, FOLDS = 20, 8, 4
 # Whitened squares per degree of freedom of an answer that leaves something out: null data leave 1.06 at most.
@@ -64,7 +65,7 @@ class Leftover:
         """What is left, for a sentence."""
         if self.explained_by == MISFIT:
             return f"an error {(1 - self.r2) ** -0.5:.2f} times that of noise and disturbances"
-        pushed = self.channel in WRENCH
+        pushed = is_push(self.channel)
         if self.size is not None:
             how = f"disturbance along {self.channel} of" if pushed else f"change of {self.channel} by"
             return f"a constant {how} {self.size:.3g} {self.unit}"
@@ -134,18 +135,14 @@ class Rest:
         return [self.names[place] for place in np.argsort(-shares) if shares[place] > SETTINGS.suspect]
 
 
-def find_misfit(squares: float, problem: Problem, values: torch.Tensor) -> tuple[Leftover, ...]:
-    """A misfit that neither noise nor disturbances describe; none where the data are explained.
-
-    Args:
-        squares: whitened, per degree of freedom.
-        problem: the logs.
-        values: parameter set of the fit ``# (P,)``.
-    """
+def find_misfit(problems: Problems, fit: Fit) -> tuple[Leftover, ...]:
+    """A misfit that neither noise nor disturbances describe; none where the data are explained."""
+    squares = fit.total / problems.whitening.freedom
     if squares <= SETTINGS.misfit:
         return ()
     share, words = 1.0 - 1.0 / squares, f"{squares:.2f} whitened squares per degree of freedom"
-    motion = part_of_changes(problem.segments, problem.residuals(values[None])[0])
+    problem = problems.problem
+    motion = part_of_changes(problem.segments, problem.residuals(fit.values[None])[0])
     return (Leftover(MISFIT, "", share, words, motion=float(np.sqrt(share)) * motion),)
 
 

@@ -1,8 +1,8 @@
 """How much of a robot's motion something makes: by how far it moves the robot, beside how far the robot moves.
 
-Both are second differences over a segment, its end and its start less twice its middle: going on as before is no motion.
-Logs with little noise show disturbances that no prediction needs, the integration error of the simulator that wrote
-them among others.
+Both are second differences over a segment, its end and its start less twice its middle: going on as before is no
+motion. Logs with little noise show disturbances that no prediction needs: the integration error of the simulator that
+wrote them, for one.
 """
 
 from __future__ import annotations

@@ -17,7 +17,6 @@ from sym2real.symbolic import Equations
 UNCALIBRATED = "the base's own errors were not calibrated and may look like effects"
 SWITCHED_OFF = f"calibration was switched off: {UNCALIBRATED}"
 NO_SIMULATOR = f"no plain simulator: {UNCALIBRATED}"
-LIKELIER_WITHOUT = "the logs are likelier under the model as it is than calibrated in the plain simulator: it was not"
 NOT_FLOWN = "the logs' manoeuvres cannot be flown in the plain simulator: the base is not calibrated"
 
 

@@ -12,7 +12,7 @@ from sym2real.diagnosis.estimate.calibrate import Calibration, calibrated
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.overfit import overfitted
 from sym2real.diagnosis.estimate.refine import refined
-from sym2real.diagnosis.estimate.simulator import LIKELIER_WITHOUT, SWITCHED_OFF, flown_along, with_effects_of
+from sym2real.diagnosis.estimate.simulator import SWITCHED_OFF, flown_along, with_effects_of
 from sym2real.diagnosis.estimate.swing import Swing, find_swing
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate, free_start
 from sym2real.diagnosis.faults.checking import Examined, Question
@@ -23,7 +23,6 @@ from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.nuisance import nuisance_of
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.predict.unpredicted import unpredicted_said
-from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import effect
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
@@ -218,15 +217,12 @@ class Whitened:
 
 
 def _likelier(base: Refined, weighed: Whitened) -> tuple[Refined, Whitened]:
-    """The calibrated base, or the one that was given where the logs are clearly likelier under that.
+    """The base under which the logs are likelier: that with constants fitted to the simulator, or the one given.
 
-    A simulator may be further from the robot than the equations: its own integration error, or a load that is far from
-    what it was fitted to.
+    Constants fitted to motions of a healthy robot may be wrong for those of one that carries a load.
     """
     given = _whitened(base.library, base.examined.checked.data)
-    if weighed.deviance - given.deviance <= SETTINGS.gain * weighed.whitening.freedom:
-        return base, weighed
-    return replace(base, searched=base.library, flown=None, notes=(*base.notes, LIKELIER_WITHOUT)), given
+    return (base, weighed) if weighed.deviance <= given.deviance else (replace(base, searched=base.library), given)
 
 
 def _whitened(library: Library, data: Dataset) -> Whitened:

@@ -29,6 +29,7 @@ FLOORS: dict[str, int] = {
             "native",
             "files",
             "upward",
+            "threads",
         ),
         0,
     ),

@@ -45,7 +45,8 @@ def trajectory(table: Table, log: Standard, layouts: Layouts, name: str) -> Traj
     }
     placed = {column for group in GROUPS for column in getattr(layouts, group).columns}
     extra = {name: values for name, values in (log.others | log.columns).items() if name not in placed}
-    return Trajectory(log.time, **groups, layouts=layouts, extra=extra, name=name, notes=log.notes, raw=table.columns)
+    state, action, inputs = (groups[group] for group in ("state", "action", "inputs"))
+    return Trajectory(log.time, state, action, inputs, layouts, extra, name=name, notes=log.notes, raw=table.columns)
 
 
 def _with_heading(columns: Columns, layouts: Layouts) -> Columns:

@@ -203,12 +203,15 @@ class _Opened:
         if not known.state.size:
             names = ", ".join(self.whole.columns)
             raise DataError(self.table.path, "standard state columns, or a log specification", f"columns {names}")
+        every = 0.0
         if self.dt is not None and len(log.time) > 1 and not is_regular(log.time, self.dt):
             self._require_rows_for(self.dt, log.time)
-            log = resample(log, self.dt, known)
+            every, log = float(np.median(np.diff(log.time))), resample(log, self.dt, known)
         name = _metadata(self.table, "name") or self.table.path.stem
         result = trajectory(self.table, log, known, name + suffix)
-        return replace(result, raw=self.whole.columns, notes=_own_notes(self.table) + result.notes)
+        return replace(
+            result, raw=self.whole.columns, notes=_own_notes(self.table) + result.notes, measured_every=every
+        )
 
     def _require_rows_for(self, dt: float, time: Array) -> None:
         apart = float(np.median(np.diff(time)))

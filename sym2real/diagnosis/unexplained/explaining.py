@@ -9,6 +9,7 @@ from sym2real.diagnosis.score.scoring import Scored
 from sym2real.diagnosis.unexplained.constant import find_constants
 from sym2real.diagnosis.unexplained.dependence import find_dependence
 from sym2real.diagnosis.unexplained.leftover import Leftover, Rest, find_leftovers, find_misfit
+from sym2real.diagnosis.unexplained.motion import part_of_changes
 from sym2real.diagnosis.unexplained.term import Term, propose
 
 
@@ -40,7 +41,9 @@ def explain_rest(scored: Scored) -> Explained:
     leftovers += find_constants(selection, spread, own, exclude=[leftover.channel for leftover in leftovers])
     leftovers = leftovers or find_dependence(selection, spread, own)
     if not any(leftover.matters for leftover in leftovers):
-        leftovers += find_misfit(problems, selection.fit)
+        errors = problems.problem.residuals(selection.fit.values[None])[0]
+        motion = part_of_changes(problems.problem.segments, errors)
+        leftovers += find_misfit(selection.fit.total / problems.whitening.freedom, motion)
     leftovers = tuple(sorted(leftovers, key=lambda leftover: not leftover.matters))
     unexplained = any(leftover.matters for leftover in leftovers)
     calibrated = own is not None and result.finished

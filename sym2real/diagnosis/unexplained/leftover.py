@@ -18,11 +18,10 @@ from numpy.typing import NDArray
 
 from sym2real import rotation
 from sym2real.diagnosis.data.conditions import HOW_FAST
-from sym2real.diagnosis.estimate.fit import Fit, Problems
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.diagnosis.unexplained.motion import part_of_changes, part_of_disturbance
+from sym2real.diagnosis.unexplained.motion import part_of_disturbance
 from sym2real.effects.voltage import VOLTAGE
 from sym2real.symbolic.mass_normalised import unit_for
 from sym2real.trajectory import Array, Trajectory
@@ -135,15 +134,17 @@ class Rest:
         return [self.names[place] for place in np.argsort(-shares) if shares[place] > SETTINGS.suspect]
 
 
-def find_misfit(problems: Problems, fit: Fit) -> tuple[Leftover, ...]:
-    """A misfit that neither noise nor disturbances describe; none where the data are explained."""
-    squares = fit.total / problems.whitening.freedom
+def find_misfit(squares: float, motion: float | None = None) -> tuple[Leftover, ...]:
+    """A misfit that neither noise nor disturbances describe; none where the data are explained.
+
+    Args:
+        squares: whitened, per degree of freedom.
+        motion: part of the robot's motion that the errors make, noise included.
+    """
     if squares <= SETTINGS.misfit:
         return ()
     share, words = 1.0 - 1.0 / squares, f"{squares:.2f} whitened squares per degree of freedom"
-    problem = problems.problem
-    motion = part_of_changes(problem.segments, problem.residuals(fit.values[None])[0])
-    return (Leftover(MISFIT, "", share, words, motion=float(np.sqrt(share)) * motion),)
+    return (Leftover(MISFIT, "", share, words, motion=motion and float(np.sqrt(share)) * motion),)
 
 
 def find_leftovers(rest: Rest, of_the_base: Callable[[], Rest] | None = None) -> tuple[Leftover, ...]:

@@ -152,8 +152,10 @@ def test_a_soft_steering_with_caster_is_diagnosed_as_the_understeer_that_its_cir
             spec.joint(f"front_{side}_steer").pos = [TRAIL, 0.0, 0.0]
 
     soft = Change("caster", edit=caster)
-    slow, fast = (gradient(0.2, circled(MujocoPlant(MUSHR, [soft]), 0.2, speed)) for speed in (0.9, 2.0))
-    found = diagnose(nominal(MUSHR), standard_drives(soft), MujocoPlant(MUSHR))
+    drives = standard_drives(soft)
+    fastest = max(float(drive.action[:, 1].max()) for drive in drives.trajectories)
+    slow, fast = (gradient(0.2, circled(MujocoPlant(MUSHR, [soft]), 0.2, speed)) for speed in (0.9, fastest))
+    found = diagnose(nominal(MUSHR), drives, MujocoPlant(MUSHR))
     values = {one.effect: one.values for one in found.findings}
     assert 0.0 < fast < slow
     assert fast < values["understeer"]["value"] < slow

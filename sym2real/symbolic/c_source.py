@@ -14,6 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 from sym2real.field import is_name
+from sym2real.symbolic.elementary import ELEMENTARY
 from sym2real.symbolic.program import Program
 
 INFIX = {
@@ -29,35 +30,11 @@ INFIX = {
     "or": "{} | {}",
     "not": "NOT({})",
 }
-CALLS = {
+CALLS = {name: function.c for name, function in ELEMENTARY.items()} | {
     "power": "raised",
     "sqrt": "square_root",
     "rsqrt": "reciprocal_root",
-    "reciprocal": "reciprocal",
-    "sin": "sine",
-    "cos": "cosine",
-    "tan": "tangent",
-    "asin": "arc_sine",
-    "acos": "arc_cosine",
-    "atan": "arc_tangent",
-    "atan2": "arc_tangent_2",
-    "remainder": "remainder_of",
-    "exp": "exponential",
-    "log": "logarithm",
-    "abs": "absolute",
-    "sign": "sign_of",
-    "tanh": "hyperbolic_tangent",
-    "sinh": "hyperbolic_sine",
-    "cosh": "hyperbolic_cosine",
-    "asinh": "inverse_hyperbolic_sine",
-    "acosh": "inverse_hyperbolic_cosine",
-    "atanh": "inverse_hyperbolic_tangent",
-    "floor": "rounded_down",
-    "ceil": "rounded_up",
-    "minimum": "minimum",
-    "maximum": "maximum",
-    "select": "select",
-}
+}  # others are called as they are named
 CONDITIONS = frozenset(("less", "less_equal", "equal", "and", "or", "not"))
 
 
@@ -117,6 +94,6 @@ class CLines:
             named = [self.vector(operands[0]), *map(self.name, operands[1:])]
             right = INFIX[operation].format(*named)
         else:
-            call = f"{CALLS[operation]}_{self.short[value]}" if value in self.short else CALLS[operation]
-            right = f"{call}({', '.join(map(self.vector, operands))})"
+            short = f"_{self.short[value]}" if value in self.short else ""
+            right = f"{CALLS.get(operation, operation)}{short}({', '.join(map(self.vector, operands))})"
         return f"const {kind} v{value} = {right};"

@@ -15,46 +15,12 @@ from sympy.printing.str import StrPrinter
 from sym2real.errors import ModelError
 from sym2real.field import is_name
 from sym2real.registry import Registry
+from sym2real.symbolic.elementary import ELEMENTARY, WRITTEN_OUT
 from sym2real.symbolic.shared_parts import Exchange, distinct, remembered
 
+_CLASSES = (*(function.of for function in ELEMENTARY.values()), *WRITTEN_OUT, sympy.Min, sympy.Max)
 FUNCTIONS: Registry[type] = Registry(
-    "function",
-    {
-        "sin": sympy.sin,
-        "cos": sympy.cos,
-        "tan": sympy.tan,
-        "asin": sympy.asin,
-        "acos": sympy.acos,
-        "atan": sympy.atan,
-        "atan2": sympy.atan2,
-        "exp": sympy.exp,
-        "log": sympy.log,
-        "sqrt": sympy.sqrt,
-        "abs": sympy.Abs,
-        "Abs": sympy.Abs,
-        "sign": sympy.sign,
-        "tanh": sympy.tanh,
-        "sinh": sympy.sinh,
-        "cosh": sympy.cosh,
-        "asinh": sympy.asinh,
-        "acosh": sympy.acosh,
-        "atanh": sympy.atanh,
-        "floor": sympy.floor,
-        "ceiling": sympy.ceiling,
-        "sec": sympy.sec,
-        "csc": sympy.csc,
-        "cot": sympy.cot,
-        "acot": sympy.acot,
-        "sech": sympy.sech,
-        "csch": sympy.csch,
-        "coth": sympy.coth,
-        "frac": sympy.frac,
-        "sinc": sympy.sinc,
-        "Mod": sympy.Mod,
-        "Heaviside": sympy.Heaviside,
-        "Min": sympy.Min,
-        "Max": sympy.Max,
-    },
+    "function", {"sqrt": sympy.sqrt, "abs": sympy.Abs, **{kind.__name__: kind for kind in _CLASSES}}
 )
 CONSTANTS: Mapping[str, Expr] = {"pi": sympy.pi, "E": sympy.E}
 NOT_FINITE_OR_REAL = frozenset({sympy.I, sympy.nan, sympy.oo, -sympy.oo, sympy.zoo})

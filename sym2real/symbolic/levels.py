@@ -10,34 +10,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from sym2real.errors import ModelError
+from sym2real.symbolic.elementary import ELEMENTARY
 from sym2real.symbolic.program import Program
 
 FUSED = "addcmul"  # a + b·c
-UNARY = (
-    "sin",
-    "cos",
-    "sqrt",
-    "rsqrt",
-    "reciprocal",
-    "abs",
-    "tan",
-    "exp",
-    "log",
-    "tanh",
-    "sinh",
-    "cosh",
-    "asinh",
-    "acosh",
-    "atanh",
-    "floor",
-    "ceil",
-    "asin",
-    "acos",
-    "atan",
-    "sign",
-)
-BINARY = ("divide", "minimum", "maximum", "power", "atan2", "remainder")
-KINDS = (FUSED, *UNARY, *BINARY)
+KINDS = (FUSED, "divide", "power", "sqrt", "rsqrt", "reciprocal", "minimum", "maximum", *ELEMENTARY)
 Operand = int | float  # number of a value, or a constant
 Operation = tuple[str, tuple[Operand, ...]]
 

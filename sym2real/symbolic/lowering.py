@@ -3,50 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import sympy
 from sympy import Expr
 
 from sym2real.errors import ModelError, UnknownNameError
+from sym2real.symbolic.elementary import ELEMENTARY, WRITTEN_OUT
 from sym2real.symbolic.graph import UNIT, Graph, Lowered
 
-UNARY: Mapping[type, tuple[str, Callable[[float], float]]] = {
-    sympy.sin: ("sin", math.sin),
-    sympy.cos: ("cos", math.cos),
-    sympy.tan: ("tan", math.tan),
-    sympy.asin: ("asin", math.asin),
-    sympy.acos: ("acos", math.acos),
-    sympy.atan: ("atan", math.atan),
-    sympy.exp: ("exp", math.exp),
-    sympy.log: ("log", math.log),
-    sympy.Abs: ("abs", abs),
-    sympy.sign: ("sign", lambda value: float((value > 0) - (value < 0))),
-    sympy.tanh: ("tanh", math.tanh),
-    sympy.sinh: ("sinh", math.sinh),
-    sympy.cosh: ("cosh", math.cosh),
-    sympy.asinh: ("asinh", math.asinh),
-    sympy.acosh: ("acosh", math.acosh),
-    sympy.atanh: ("atanh", math.atanh),
-    sympy.floor: ("floor", math.floor),
-    sympy.ceiling: ("ceil", math.ceil),
-}
-BINARY: Mapping[type, tuple[str, Callable[[float, float], float]]] = {
-    sympy.atan2: ("atan2", math.atan2),
-    sympy.Mod: ("remainder", lambda a, b: a % b),
-}
-WRITTEN_OUT: Mapping[type, Callable[..., Expr]] = {  # by the functions above
-    sympy.sec: lambda x: 1 / sympy.cos(x),
-    sympy.csc: lambda x: 1 / sympy.sin(x),
-    sympy.cot: lambda x: 1 / sympy.tan(x),
-    sympy.acot: lambda x: sympy.atan(1 / x),
-    sympy.sech: lambda x: 1 / sympy.cosh(x),
-    sympy.csch: lambda x: 1 / sympy.sinh(x),
-    sympy.coth: lambda x: 1 / sympy.tanh(x),
-    sympy.frac: lambda x: x - sympy.floor(x),
-    sympy.sinc: lambda x: sympy.Piecewise((sympy.sin(x) / x, sympy.Ne(x, 0)), (1, True)),
-    sympy.Heaviside: lambda x, at_0: sympy.Piecewise((0, x < 0), (at_0, sympy.Eq(x, 0)), (1, True)),
-}
+OPERATIONS = {function.of: (name, function.evaluate) for name, function in ELEMENTARY.items()}
 COMPARE: Mapping[type, tuple[str, bool]] = {  # operation, operands exchanged
     sympy.StrictLessThan: ("less", False),
     sympy.LessThan: ("less_equal", False),
@@ -142,12 +108,9 @@ class Lowering:
         return self.graph.function("power", math.pow, self.lower(base), self.lower(exponent))
 
     def _function(self, expression: Expr) -> Lowered:
-        unary = UNARY.get(type(expression))
-        if unary is not None:
-            return self.graph.function(*unary, self.lower(expression.args[0]))
-        binary = BINARY.get(type(expression))
-        if binary is not None:
-            return self.graph.function(*binary, *(self.lower(argument) for argument in expression.args))
+        operation = OPERATIONS.get(type(expression))
+        if operation is not None:
+            return self.graph.function(*operation, *map(self.lower, expression.args))
         if isinstance(expression, sympy.Min | sympy.Max):
             return self._extremum(expression)
         if isinstance(expression, sympy.Piecewise):

@@ -12,50 +12,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-OPERATIONS: dict[str, int] = {  # operation → number of operands
-    "add": 2,
-    "subtract": 2,
-    "multiply": 2,
-    "divide": 2,
-    "negate": 1,
-    "reciprocal": 1,
-    "power": 2,
-    "sqrt": 1,
-    "rsqrt": 1,
-    "sin": 1,
-    "cos": 1,
-    "tan": 1,
-    "asin": 1,
-    "acos": 1,
-    "atan": 1,
-    "atan2": 2,
-    "remainder": 2,
-    "exp": 1,
-    "log": 1,
-    "abs": 1,
-    "sign": 1,
-    "tanh": 1,
-    "sinh": 1,
-    "cosh": 1,
-    "asinh": 1,
-    "acosh": 1,
-    "atanh": 1,
-    "floor": 1,
-    "ceil": 1,
-    "minimum": 2,
-    "maximum": 2,
-    "select": 3,  # condition, value where it holds, value where it does not
-    "less": 2,
-    "less_equal": 2,
-    "equal": 2,
-    "and": 2,
-    "or": 2,
-    "not": 1,
-}
-
 
 class Instruction(NamedTuple):
-    """One operation of :data:`OPERATIONS` on values given by their numbers."""
+    """An operation on values given by their numbers: arithmetic, logic, or one of ``elementary``."""
 
     operation: str
     operands: tuple[int, ...]

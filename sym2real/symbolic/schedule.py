@@ -9,7 +9,7 @@ from itertools import combinations
 from typing import Any
 
 from sym2real.symbolic.graph import Graph, Term
-from sym2real.symbolic.program import OPERATIONS, Instruction, Program
+from sym2real.symbolic.program import Instruction, Program
 
 Operand = int | tuple[str, Any]  # number of an instruction, or a leaf
 Pair = tuple[Any, Any]
@@ -155,7 +155,6 @@ class _Writer:
         return self.written[number]
 
     def _emit(self, operation: str, *operands: Operand) -> int:
-        assert OPERATIONS[operation] == len(operands)
         key = (operation, operands)
         if key not in self.numbers:
             self.numbers[key] = len(self.instructions)

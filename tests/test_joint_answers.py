@@ -51,6 +51,18 @@ def test_a_printed_diagnosis_has_values_with_intervals_and_what_it_cannot_tell(f
     assert "\n" not in repr(found)
 
 
+def test_the_zero_of_an_encoder_is_named(tmp_path: Path) -> None:
+    """Of the elbow's alone; the shoulder's is a base that stands askew, which these logs cannot tell from it."""
+    for place, key in ((1, "gravity_tilt"), (2, "sensor_bias:q2")):
+        swings = [two_links.swings(seed=seed) for seed in (1, 2, 3)]
+        for rows in swings:
+            rows[:, place] += 0.1
+        files = [two_links.write(tmp_path / f"{place}_{number}.csv", rows) for number, rows in enumerate(swings)]
+        (finding,) = diagnose(BASE, read_logs(files, layouts=LINKS.layouts)).findings
+        assert finding.effect == key
+        assert f"sensor_bias:q{place}" in {finding.effect, *finding.group}
+
+
 def test_an_effect_of_another_robot_leads_to_the_one_that_joints_have(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.measured import reported, reporting
-from sym2real.effects.searching import SETTLED, Searching
+from sym2real.effects.searching import SETTLED, Searching, by_role
 from sym2real.effects.truth import on_measurement
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations
+from sym2real.vocabulary import JOINT_ANGLE, JOINT_DISPLACEMENT
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
@@ -35,5 +36,5 @@ SENSOR_BIAS = Kind(
     inject=_inject,
     substitute=_substitute,
     columns="state",
-    searching=Searching(why_not=lambda _: SETTLED),
+    searching=Searching(why_not=by_role({JOINT_ANGLE.name: "", JOINT_DISPLACEMENT.name: ""}, SETTLED)),
 )

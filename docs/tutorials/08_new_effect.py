@@ -7,13 +7,13 @@ its own means. Here: a rope that pulls a drone back towards the origin, F = -k p
 """
 
 import sys
+from typing import Any
 
 from sym2real import MPPI, ROBOTS, MujocoPlant, compile_model, make_task, run_episode
 from sym2real.effects import Effect, truth
 from sym2real.effects.body import Body
-from sym2real.effects.kind import Kind, Parameter
+from sym2real.effects.kind import Kind, Parameter, of_any_body
 from sym2real.effects.wrench import push
-from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 
 SHORT = "--short" in sys.argv
@@ -22,10 +22,7 @@ PLACE = ("x", "y", "z")
 
 # Its numbers: name, unit, the value at which it does nothing, bounds, and the size that is to be expected.
 
-
-def parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("stiffness", "N/m", null=0.0, low=0.0, high=1.0, scale=0.02),)
-
+STIFFNESS = Parameter("stiffness", "N/m", null=0.0, low=0.0, high=1.0, scale=0.02)
 
 # The hypothesis: a force in N along world axes goes into the wrench inputs of whatever equations there are.
 
@@ -37,20 +34,20 @@ def substitute(equations: Equations, values: dict, body: Body) -> Equations:
 # The truth, which uses none of that: a force on MuJoCo's body before every physics step.
 
 
-def inject(body: Body, values: dict) -> Change:
-    return truth.forced(lambda data: truth.add_force(data, -values["stiffness"] * data.qpos[:3]))
+def pull(data: Any, body: Body, values: dict) -> None:
+    truth.add_force(data, -values["stiffness"] * data.qpos[:3])
 
 
 ROPE = Kind(
     name="rope",
     stage="wrench",
-    parameters=parameters,
+    parameters=of_any_body(STIFFNESS),
     formula=r"F = -k\,p",
     summary="A rope pulls towards the origin.",
     confused_with="added mass at one height",
     shown_by="several places and heights",
     fix="cut the rope",
-    inject=inject,
+    inject=truth.pushing(pull),
     substitute=substitute,
     needs=PLACE,
     numbers=("mass",),

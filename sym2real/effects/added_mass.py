@@ -12,8 +12,7 @@ from sym2real.effects.body import Body
 from sym2real.effects.domain import Domain
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.thrust import acting_thrust
-from sym2real.effects.truth import set_inertial
-from sym2real.protocols import Change
+from sym2real.effects.truth import editing, set_inertial
 from sym2real.symbolic import Equations, symbol
 
 
@@ -37,11 +36,8 @@ def _carried(equations: Equations) -> float:
     return sum(values.get(names[key], 0.0) for key, values in equations.effects if key in names)
 
 
-def _inject(body: Body, values: Numbers) -> Change:
-    def edit(spec: Any) -> None:
-        set_inertial(spec, extra_mass=values["value"])
-
-    return Change("", edit=edit if values["value"] else None)
+def _heavier(spec: Any, body: Body, values: Numbers) -> None:
+    set_inertial(spec, extra_mass=values["value"])
 
 
 ADDED_MASS = Kind(
@@ -53,7 +49,7 @@ ADDED_MASS = Kind(
     confused_with="a thrust gain below one, always; near one thrust also a thrust offset",
     shown_by="no flight tells it from a thrust gain: weigh the robot",
     fix="weigh the robot and set its mass; if the mass is right, correct the thrust map by this factor instead",
-    inject=_inject,
+    inject=editing(_heavier),
     of_joints="load",
     substitute=_substitute,
     needs=("thrust",),

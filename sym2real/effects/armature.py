@@ -7,7 +7,7 @@ from typing import Any
 from sym2real.effects.body import Body
 from sym2real.effects.joint_push import inertia, raised
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
-from sym2real.protocols import Change
+from sym2real.effects.truth import editing
 from sym2real.symbolic import Equations
 from sym2real.vocabulary import armature_quantity
 
@@ -21,13 +21,9 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return raised(equations, armature_quantity(body.column), values["value"])
 
 
-def _inject(body: Body, values: Numbers) -> Change:
+def _more(spec: Any, body: Body, values: Numbers) -> None:
     """The armature that MuJoCo's joints have."""
-
-    def edit(spec: Any) -> None:
-        spec.joint(body.column).armature += values["value"]
-
-    return Change("", edit=edit)
+    spec.joint(body.column).armature += values["value"]
 
 
 ARMATURE = Kind(
@@ -39,7 +35,7 @@ ARMATURE = Kind(
     confused_with="a weaker actuator, where nothing but the actuator moves the joint; a load",
     shown_by="fast and slow changes of the command, and motion that gravity drives",
     fix="put the rotor's inertia times the squared gear ratio into the model",
-    inject=_inject,
+    inject=editing(_more),
     substitute=_substitute,
     needs=(armature_quantity("{column}"),),
     robot="robot with joints",

@@ -15,7 +15,6 @@ from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.thrust import scaled
 from sym2real.effects.voltage import VOLTAGE
 from sym2real.layout import motors_of
-from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 
 FULL_BATTERY = 4.2  # V, one lithium-polymer cell
@@ -35,11 +34,8 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return scaled(equations, 1 - values["value"] * time)
 
 
-def _inject(body: Body, values: Numbers) -> Change:
-    def fade(data: Any) -> None:
-        truth.add_thrust(data, -values["value"] * data.time * truth.thrust(data))
-
-    return truth.forced(fade)
+def _fade(data: Any, body: Body, values: Numbers) -> None:
+    truth.add_thrust(data, -values["value"] * data.time * truth.thrust(data))
 
 
 def _why_not(body: Body) -> str:
@@ -57,7 +53,7 @@ BATTERY_SAG = Kind(
     confused_with="a thrust gain in short logs",
     shown_by="logs of at least 8 s, better with the battery's voltage in them",
     fix="switch the firmware's battery compensation on, log the voltage, or charge more often",
-    inject=_inject,
+    inject=truth.pushing(_fade),
     substitute=_substitute,
     needs=("thrust",),
     robot="quadrotor",

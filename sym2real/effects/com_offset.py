@@ -9,9 +9,8 @@ from sym2real.effects.body import Body
 from sym2real.effects.domain import Domain
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.thrust import acting_thrust
-from sym2real.effects.truth import set_inertial
+from sym2real.effects.truth import editing, set_inertial
 from sym2real.effects.wrench import push
-from sym2real.protocols import Change
 from sym2real.symbolic import Equations
 
 # m: no robot of these is so large, and its centre of mass is inside of it.
@@ -29,11 +28,8 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return push(equations, body, torque=(-values["ry"] * thrust, values["rx"] * thrust))
 
 
-def _inject(body: Body, values: Numbers) -> Change:
-    def edit(spec: Any) -> None:
-        set_inertial(spec, offset=(values["rx"], values["ry"], values["rz"]))
-
-    return Change("", edit=edit if any(values.values()) else None)
+def _shift(spec: Any, body: Body, values: Numbers) -> None:
+    set_inertial(spec, offset=(values["rx"], values["ry"], values["rz"]))
 
 
 COM_OFFSET = Kind(
@@ -45,7 +41,7 @@ COM_OFFSET = Kind(
     confused_with="a constant torque or an offset of the rate commands, where thrust hardly varies",
     shown_by="thrust that varies: climbs and descents, fast turns",
     fix="move the battery or the load by minus this offset, or trim the mixer",
-    inject=_inject,
+    inject=editing(_shift),
     substitute=_substitute,
     needs=("thrust", "wx", "wy"),
     robot="quadrotor",

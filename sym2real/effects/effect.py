@@ -204,7 +204,7 @@ class Effect:
         known = self.values(dict(values))
         numbers = {name: float(value) for name, value in known.items()}
         shown = ", ".join(f"{name} {value:g}" for name, value in values.items())
-        change = self.of.inject(self.body, numbers)
+        change = Change("") if numbers == self.null else self.of.inject(self.body, numbers)
         return replace(change, name=f"{self.key} {shown}".strip())
 
 

@@ -12,7 +12,6 @@ from sym2real.effects.frames import QUATERNION, body_velocity
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.wrench import push
-from sym2real.protocols import Change
 from sym2real.symbolic import Equations
 
 
@@ -27,12 +26,9 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return push(equations, body, torque=(values["a"] * left, values["b"] * ahead))
 
 
-def _inject(body: Body, values: Numbers) -> Change:
-    def turn(data: Any) -> None:
-        along = truth.rotation(data).T @ truth.velocity(data)
-        truth.add_torque(data, np.array([values["a"] * along[1], values["b"] * along[0], 0.0]))
-
-    return truth.forced(turn)
+def _turn(data: Any, body: Body, values: Numbers) -> None:
+    along = truth.rotation(data).T @ truth.velocity(data)
+    truth.add_torque(data, np.array([values["a"] * along[1], values["b"] * along[0], 0.0]))
 
 
 FLAPPING_MOMENT = Kind(
@@ -44,7 +40,7 @@ FLAPPING_MOMENT = Kind(
     confused_with="a torque bias at one velocity, and drag",
     shown_by="several speeds in all directions of the body",
     fix="put the term into the model",
-    inject=_inject,
+    inject=truth.pushing(_turn),
     substitute=_substitute,
     needs=("wx", "wy", "vx", "vy", "vz", *QUATERNION),
     robot="quadrotor",

@@ -4,16 +4,11 @@ from __future__ import annotations
 
 from sym2real.effects.alike import ONE_MAP, ONE_STEERING, ONE_STRENGTH, ONE_THRUST, ONE_TURN, Member
 from sym2real.effects.body import Body
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching, Shown, alone_on, by_role
 from sym2real.effects.thrust import scaled
-from sym2real.effects.truth import on_column
-from sym2real.protocols import Change
+from sym2real.effects.truth import commanding
 from sym2real.symbolic import Equations, symbol
-
-
-def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "1", null=1.0, low=0.2, high=3.0, scale=0.1),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
@@ -22,20 +17,16 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return equations.substitute({body.column: values["value"] * symbol(body.column)})
 
 
-def _inject(body: Body, values: Numbers) -> Change:
-    return on_column(body, lambda command: command * values["value"])
-
-
 GAIN = Kind(
     name="gain",
     stage="command",
-    parameters=_parameters,
+    parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.2, high=3.0, scale=0.1)),
     formula=r"a \to k\,a",
     summary="The robot answers a command with a fixed multiple of it.",
     confused_with="an offset while the command hardly varies; for thrust also added mass, which weighing tells apart",
     shown_by="commands over a wide range, through zero where the robot allows it",
     fix="correct the map from command to actuator (thrust per unit, servo travel, speed per unit) by this factor",
-    inject=_inject,
+    inject=commanding(lambda command, _, values: command * values["value"]),
     substitute=_substitute,
     columns="action",
     alike=(

@@ -9,41 +9,33 @@ from sympy import exp
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.thrust import scaled
-from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 
 REACH = 0.07  # m
-
-
-def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "1", null=0.0, low=0.0, high=2.0, scale=0.2),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return scaled(equations, 1 + values["value"] * exp(-symbol("z") / REACH))
 
 
-def _inject(body: Body, values: Numbers) -> Change:
-    def lift(data: Any) -> None:
-        height = float(data.qpos[2])
-        truth.add_thrust(data, values["value"] * float(np.exp(-height / 0.07)) * truth.thrust(data))
-
-    return truth.forced(lift)
+def _lift(data: Any, body: Body, values: Numbers) -> None:
+    height = float(data.qpos[2])
+    truth.add_thrust(data, values["value"] * float(np.exp(-height / 0.07)) * truth.thrust(data))
 
 
 GROUND_EFFECT = Kind(
     name="ground_effect",
     stage="thrust",
-    parameters=_parameters,
+    parameters=of_any_body(Parameter("value", "1", null=0.0, low=0.0, high=2.0, scale=0.2)),
     formula=r"T \to T\,(1 + g\,e^{-z / 0.07\,\mathrm{m}})",
     summary="Close to the ground the rotors' own air lifts the robot.",
     confused_with="less mass or more thrust at one height; trim of the thrust that differs from flight to flight",
     shown_by="at least three low flights whose height moves between 0.05 and 0.3 m",
     fix="fly higher than three rotor diameters, or keep the term in the model",
-    inject=_inject,
+    inject=truth.pushing(_lift),
     substitute=_substitute,
     needs=("thrust", "z"),
     robot="quadrotor",

@@ -7,7 +7,7 @@ from typing import Any
 from sym2real.effects.body import Body
 from sym2real.effects.joint_push import INERTIA, braked, inertia
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
-from sym2real.protocols import Change
+from sym2real.effects.truth import editing
 from sym2real.symbolic import Equations, symbol
 from sym2real.vocabulary import damping_quantity, rate_column
 
@@ -24,14 +24,10 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return braked(equations, body, damping_quantity(joint), damping, -damping * symbol(rate_column(joint)))
 
 
-def _inject(body: Body, values: Numbers) -> Change:
+def _brake(spec: Any, body: Body, values: Numbers) -> None:
     """The damping that MuJoCo's joints have."""
-
-    def edit(spec: Any) -> None:
-        joint = spec.joint(body.column)
-        joint.damping[0] += values["value"]  # of a polynomial in the rate
-
-    return Change("", edit=edit)
+    joint = spec.joint(body.column)
+    joint.damping[0] += values["value"]  # of a polynomial in the rate
 
 
 JOINT_DAMPING = Kind(
@@ -43,7 +39,7 @@ JOINT_DAMPING = Kind(
     confused_with="dry friction at one speed; an actuator that loses force with speed",
     shown_by="slow and fast motion of the joint, both ways",
     fix="put the damping into the model; a thinner lubricant or a free bearing lowers it",
-    inject=_inject,
+    inject=editing(_brake),
     substitute=_substitute,
     needs=(rate_column("{column}"),),
     numbers=(INERTIA,),

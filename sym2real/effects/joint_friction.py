@@ -7,7 +7,7 @@ from typing import Any
 from sym2real.effects.body import Body
 from sym2real.effects.joint_push import INERTIA, braked, inertia, unit_of_push
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
-from sym2real.protocols import Change
+from sym2real.effects.truth import editing
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import USUAL_DECELERATION, dry_friction
 from sym2real.vocabulary import friction_quantity, rate_column
@@ -24,14 +24,10 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return braked(equations, body, friction_quantity(joint), friction, force)
 
 
-def _inject(body: Body, values: Numbers) -> Change:
+def _brake(spec: Any, body: Body, values: Numbers) -> None:
     """MuJoCo's frictionloss, a constraint that can hold a joint still."""
-
-    def edit(spec: Any) -> None:
-        joint = spec.joint(body.column)
-        joint.frictionloss = joint.frictionloss + values["value"]
-
-    return Change("", edit=edit)
+    joint = spec.joint(body.column)
+    joint.frictionloss = joint.frictionloss + values["value"]
 
 
 JOINT_FRICTION = Kind(
@@ -43,7 +39,7 @@ JOINT_FRICTION = Kind(
     confused_with="damping at one speed; an offset of the actuator while the joint moves one way",
     shown_by="slow and fast motion of the joint, with reversals",
     fix="free the bearing or the gear, or compensate the friction in the actuator's loop",
-    inject=_inject,
+    inject=editing(_brake),
     substitute=_substitute,
     needs=(rate_column("{column}"),),
     numbers=(INERTIA,),

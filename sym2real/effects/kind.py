@@ -50,6 +50,11 @@ class Parameter:
     domain: Domain = ANYTHING
 
 
+def of_any_body(*parameters: Parameter) -> Callable[[Body], tuple[Parameter, ...]]:
+    """Parameters that are the same for every robot."""
+    return lambda _: parameters
+
+
 def with_unit(value: float, unit: str, digits: int = 3) -> str:
     """A value for a sentence, with so many digits; the unit 1 goes without saying."""
     return f"{value:.{digits}g}" if unit in ("", "1") else f"{value:.{digits}g} {unit}"

@@ -10,22 +10,17 @@ from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.memory import lag
 from sym2real.effects.searching import Searching, Shown, alone_on, by_role, steps
-from sym2real.effects.truth import actuators, set_lag
-from sym2real.protocols import Change
+from sym2real.effects.truth import actuators, editing, set_lag
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     return (Parameter("value", "s", null=0.0, low=0.0, high=1.0, scale=2 * body.dt, domain=NOT_NEGATIVE),)
 
 
-def _inject(body: Body, values: Numbers) -> Change:
+def _slow(spec: Any, body: Body, values: Numbers) -> None:
     """MuJoCo's actuator dynamics."""
-
-    def edit(spec: Any) -> None:
-        for actuator in actuators(spec, body):
-            set_lag(spec, actuator, values["value"])
-
-    return Change("", edit=edit if values["value"] else None)
+    for actuator in actuators(spec, body):
+        set_lag(spec, actuator, values["value"])
 
 
 LAG = Kind(
@@ -37,7 +32,7 @@ LAG = Kind(
     confused_with="a delay; a common lag of the rate commands also with motor lag",
     shown_by="steps of the command that are held longer than the time constant",
     fix="stiffen the actuator's own loop, or let the controller plan with the lag",
-    inject=_inject,
+    inject=editing(_slow),
     memory=lambda body: lag(),
     columns="action",
     column_needed=False,

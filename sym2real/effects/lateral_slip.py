@@ -11,14 +11,9 @@ from sym2real.effects.alike import ONE_BRAKE, Member
 from sym2real.effects.body import Body
 from sym2real.effects.car_turning import FORWARD, push_turning
 from sym2real.effects.frames import body_velocity
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching, Shown
-from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
-
-
-def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "1/s", null=0.0, low=0.0, high=50.0, scale=5.0),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
@@ -27,27 +22,22 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return push_turning(equations, body, -values["value"] * body.mass * centre * sideways)
 
 
-def _inject(body: Body, values: Numbers) -> Change:
-    centre = np.array([body.number("centre"), 0.0, 0.0])
-
-    def brake(data: Any) -> None:
-        turned = truth.rotation(data)
-        along = turned.T @ truth.velocity(data) + np.cross(truth.rates(data), centre)
-        truth.add_force(data, -values["value"] * body.mass * along[1] * turned[:, 1])
-
-    return truth.forced(brake)
+def _brake(data: Any, body: Body, values: Numbers) -> None:
+    turned = truth.rotation(data)
+    along = turned.T @ truth.velocity(data) + np.cross(truth.rates(data), [body.number("centre"), 0.0, 0.0])
+    truth.add_force(data, -values["value"] * body.mass * along[1] * turned[:, 1])
 
 
 LATERAL_SLIP = Kind(
     name="lateral_slip",
     stage="wrench",
-    parameters=_parameters,
+    parameters=of_any_body(Parameter("value", "1/s", null=0.0, low=0.0, high=50.0, scale=5.0)),
     formula=r"F_\mathrm{lateral} = -c\,m\,v_\mathrm{lateral}",
     summary="Something drags against sideways motion of the centre of mass; while the tyres hold, turns cost speed.",
     confused_with="yaw drag while the tyres hold",
     shown_by="turns both ways at several speeds, beside straight driving",
     fix="find what drags (cables, a loose wheel), or keep the term in the model",
-    inject=_inject,
+    inject=truth.pushing(_brake),
     substitute=_substitute,
     needs=("steer", "wz", *FORWARD),
     numbers=("mass", "wheelbase", "centre"),

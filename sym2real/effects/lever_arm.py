@@ -13,8 +13,7 @@ from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.manoeuvres import one_circle
 from sym2real.effects.measured import reported, reporting
 from sym2real.effects.searching import Searching, Shown
-from sym2real.effects.truth import measured
-from sym2real.protocols import Change
+from sym2real.effects.truth import measuring
 from sym2real.symbolic import Equations, symbol
 from sym2real.trajectory import Array, Trajectory
 
@@ -38,21 +37,14 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return reporting(equations, {name: reported(equations, name) + step for name, step in moved.items()})
 
 
-def _inject(body: Body, values: Numbers) -> Change:
-    """The point of the body, as rigid-body kinematics move it."""
-    layout, arm = body.layouts.state, np.array([values["rx"], values["ry"], 0.0])
-
-    def report(state: Array) -> Array:
-        """State ``# (state,)`` of that point: position (m) by the turned arm, velocity (m/s) by the rate across it."""
-        result = state.copy()
-        yaw = float(np.arctan2(state[layout.index("sin_yaw")], state[layout.index("cos_yaw")]))
-        turned = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]]) @ arm
-        result[layout.indices(("x", "y"))] += turned[:2]
-        moved = np.cross([0.0, 0.0, state[layout.index("wz")]], turned)
-        result[layout.indices(("vx", "vy"))] += moved[:2]
-        return result
-
-    return measured(report)
+def _report(state: Array, body: Body, values: Numbers) -> Array:
+    """State of that point of the body: position (m) by the turned arm, velocity (m/s) by the rate across it."""
+    layout, arm = body.layouts.state, [values["rx"], values["ry"], 0.0]
+    yaw = float(np.arctan2(state[layout.index("sin_yaw")], state[layout.index("cos_yaw")]))
+    turned = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]]) @ arm
+    state[layout.indices(("x", "y"))] += turned[:2]
+    state[layout.indices(("vx", "vy"))] += np.cross([0.0, 0.0, state[layout.index("wz")]], turned)[:2]
+    return state
 
 
 def _fixed(_body: Body, _values: Array, logs: Iterable[Trajectory]) -> tuple[str, ...]:
@@ -69,7 +61,7 @@ LEVER_ARM = Kind(
     confused_with="a yaw bias on one circle",
     shown_by="straight driving beside turns both ways",
     fix="move the rigid body's origin in the motion capture by minus this arm",
-    inject=_inject,
+    inject=measuring(_report),
     substitute=_substitute,
     needs=("x", "y", "sin_yaw", "cos_yaw"),
     robot="car",

@@ -18,8 +18,7 @@ from sym2real.effects.body import Body
 from sym2real.effects.kind import UNLIMITED, Kind, Numbers, Parameter
 from sym2real.effects.memory import Given, Memory, first_row
 from sym2real.effects.searching import Searching, Shown, alone_on, by_role
-from sym2real.effects.truth import on_column
-from sym2real.protocols import Change
+from sym2real.effects.truth import commanding
 from sym2real.trajectory import Array, Trajectory
 
 # Quantiles of a command at which a plan cuts it off.
@@ -51,9 +50,9 @@ def _contradiction(values: Numbers) -> str:
     return "" if lower <= upper else f"expected a lower limit below the upper one, found {lower:g} and {upper:g}"
 
 
-def _inject(body: Body, values: Numbers) -> Change:
+def _clip(command: float, body: Body, values: Numbers) -> float:
     lower, upper = max(values["lower"], -values["magnitude"]), min(values["upper"], values["magnitude"])
-    return on_column(body, lambda command: float(np.clip(command, lower, upper)))
+    return float(np.clip(command, lower, upper))
 
 
 def _both_ways(body: Body, values: Array) -> bool:
@@ -85,7 +84,7 @@ LIMIT = Kind(
     confused_with="a gain below one, when most commands lie beyond the limit",
     shown_by="commands below and beyond the limit",
     fix="raise the limit in the actuator's firmware, or tell the controller about it",
-    inject=_inject,
+    inject=commanding(_clip),
     memory=lambda body: Memory(first_row, _cut),
     columns="action",
     contradiction=_contradiction,

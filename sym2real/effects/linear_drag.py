@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from sym2real.effects import truth
 from sym2real.effects.alike import ONE_DRAG, Member
 from sym2real.effects.body import Body
@@ -13,7 +11,6 @@ from sym2real.effects.frames import body_velocity, to_world, velocity
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.wrench import push
-from sym2real.protocols import Change
 from sym2real.symbolic import Equations
 
 
@@ -31,14 +28,9 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return push(equations, body, force=to_world(body, along))
 
 
-def _inject(body: Body, values: Numbers) -> Change:
-    coefficients = np.array([values.get(name, 0.0) for name in ("cx", "cy", "cz")])
-
-    def drag(data: Any) -> None:
-        turned = truth.rotation(data)
-        truth.add_force(data, -turned @ (coefficients * (turned.T @ truth.velocity(data))))
-
-    return truth.forced(drag)
+def _drag(data: Any, body: Body, values: Numbers) -> None:
+    coefficients, turned = [values.get(name, 0.0) for name in ("cx", "cy", "cz")], truth.rotation(data)
+    truth.add_force(data, -turned @ (coefficients * (turned.T @ truth.velocity(data))))
 
 
 LINEAR_DRAG = Kind(
@@ -50,7 +42,7 @@ LINEAR_DRAG = Kind(
     confused_with="quadratic drag in hover or at one speed; wind on one straight flight",
     shown_by="several speeds between 0.5 and 1.6 m/s, in both directions",
     fix="put the drag into the model; a smaller frame or guards off lower it",
-    inject=_inject,
+    inject=truth.pushing(_drag),
     of_joints="joint_damping",
     substitute=_substitute,
     needs=("vx", "vy"),

@@ -7,7 +7,7 @@ from typing import Any
 from sym2real.effects.body import Body
 from sym2real.effects.joint_push import raised
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
-from sym2real.protocols import Change
+from sym2real.effects.truth import editing
 from sym2real.symbolic import Equations
 from sym2real.vocabulary import load_quantity
 
@@ -23,18 +23,14 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return raised(equations, load_quantity(body.column), values["value"])
 
 
-def _inject(body: Body, values: Numbers) -> Change:
-    def edit(spec: Any) -> None:
-        """A body of that mass, fixed where the site is."""
-        site, mass = spec.site(body.column), values["value"]
-        if mass:
-            inertial = {"mass": mass, "ipos": [0.0] * 3, "inertia": [POINT * mass] * 3, "explicitinertial": True}
-            site.parent.add_body(pos=site.pos, **inertial)
-
-    return Change("", edit=edit)
+def _hang(spec: Any, body: Body, values: Numbers) -> None:
+    """A body of that mass, fixed where the site is."""
+    site, mass = spec.site(body.column), values["value"]
+    inertial = {"mass": mass, "ipos": [0.0] * 3, "inertia": [POINT * mass] * 3, "explicitinertial": True}
+    site.parent.add_body(pos=site.pos, **inertial)
 
 
-AT_SITE = Kind(
+LOAD = Kind(
     name="load",
     stage="mass",
     parameters=_parameters,
@@ -43,7 +39,7 @@ AT_SITE = Kind(
     confused_with="weaker actuators in one posture; an armature where gravity does not act on the joints",
     shown_by="several postures, and fast motion",
     fix="put the tool or the part into the description, with its mass where it hangs",
-    inject=_inject,
+    inject=editing(_hang),
     substitute=_substitute,
     needs=(load_quantity("{column}"),),
     robot="robot with joints",

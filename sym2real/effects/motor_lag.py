@@ -24,7 +24,7 @@ from sym2real.effects.alike import ONE_LAG, Member
 from sym2real.effects.body import Body
 from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.hidden import with_hidden
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.rate_loop import NUMBERS, RateLoop, other_torque, rate_loops
 from sym2real.effects.searching import Searching, Shown, steps
@@ -36,10 +36,6 @@ from sym2real.symbolic import Equations, symbol
 LOOP = (*NUMBERS, "wx_cmd", "wy_cmd", "wz_cmd", "wx", "wy", "wz")
 FEEDBACK, FIRST_FEEDBACK = ("wx", "wy", "wz"), 4
 NEAR_CRITICAL = 1e-6  # of |1 - 4Kτ|, where both branches divide by its root
-
-
-def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "s", null=0.0, low=0.0, high=0.3, scale=0.03, domain=NOT_NEGATIVE),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
@@ -127,7 +123,7 @@ def _inject(body: Body, values: Numbers) -> Change:
 MOTOR_LAG = Kind(
     name="motor_lag",
     stage="loop",
-    parameters=_parameters,
+    parameters=of_any_body(Parameter("value", "s", null=0.0, low=0.0, high=0.3, scale=0.03, domain=NOT_NEGATIVE)),
     formula=r"\tau \dot T' = T - T', \quad \tau \dot\alpha = K(\omega_\mathrm{cmd} - \omega) - \alpha",
     summary="The rotors spin up and down slowly, inside the rate loop.",
     confused_with="a delay in hover, and a common lag of the rate commands without dither",

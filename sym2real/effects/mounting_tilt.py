@@ -8,15 +8,15 @@ The board's axes are the body's turned by roll φ about x, then by pitch θ abou
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 from sympy import Expr, cos, sin
 
 from sym2real.effects.alike import ONE_LEAN, Member
 from sym2real.effects.body import Body
 from sym2real.effects.frames import QUATERNION
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.measured import reported, reporting
 from sym2real.effects.searching import Searching, Shown
-from sym2real.effects.truth import measured, turned_command
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 from sym2real.trajectory import Array
@@ -26,10 +26,6 @@ RATES, COMMANDS = ("wx", "wy", "wz"), ("wx_cmd", "wy_cmd", "wz_cmd")
 # more is a force.
 MOST = 0.1
 ATTITUDE_COMMANDS = ("qw_cmd", "qx_cmd", "qy_cmd", "qz_cmd")
-
-
-def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return tuple(Parameter(name, "rad", null=0.0, low=-MOST, high=MOST, scale=0.03) for name in ("roll", "pitch"))
 
 
 def _matrix(roll: Expr, pitch: Expr) -> list[list[Expr]]:
@@ -82,60 +78,31 @@ def _outputs(equations: Equations, roll: Expr, pitch: Expr) -> dict[str, Expr]:
 
 
 def _inject(body: Body, values: Numbers) -> Change:
-    matrix = _rotation_x(values["roll"]) @ _rotation_y(values["pitch"])
-    layout, action = body.layouts.state, body.layouts.action
+    board = Rotation.from_euler("XY", [values["roll"], values["pitch"]])
+    layout, commands = body.layouts.state, body.layouts.action.indices(COMMANDS)
     attitude, rates = layout.indices(QUATERNION), layout.indices(RATES)
+
+    def command(action: Array) -> Array:
+        result = action.copy()
+        result[commands] = board.apply(action[commands])
+        return result
 
     def report(state: Array) -> Array:
         result = state.copy()
-        world = _axes(state[attitude]) @ matrix  # the board's axes as columns
-        result[attitude] = _nearest(_quaternion(world), state[attitude])
-        result[rates] = matrix.T @ state[rates]
+        turned = np.roll((Rotation.from_quat(np.roll(state[attitude], -1)) * board).as_quat(), 1)
+        result[attitude] = turned if turned @ state[attitude] >= 0 else -turned
+        result[rates] = board.inv().apply(state[rates])
         return result
 
-    command = turned_command(action.indices(COMMANDS), matrix)
-    return Change("", command=command.command, measure=measured(report).measure)
-
-
-def _rotation_x(angle: float) -> Array:
-    return np.array([[1, 0, 0], [0, np.cos(angle), -np.sin(angle)], [0, np.sin(angle), np.cos(angle)]])
-
-
-def _rotation_y(angle: float) -> Array:
-    return np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
-
-
-def _axes(quaternion: Array) -> Array:
-    """Body axes in the world as columns ``# (3, 3)``: (w² - v·v) 1 + 2 v vᵀ + 2 w [v]×."""
-    w, v = quaternion[0], quaternion[1:]
-    skew = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
-    axes: Array = (w * w - v @ v) * np.eye(3) + 2.0 * np.outer(v, v) + 2.0 * w * skew
-    return axes
-
-
-def _quaternion(matrix: Array) -> Array:
-    """Largest eigenvector of Bar-Itzhack's matrix (J. Guid. Control Dyn. 23, 2000), w first."""
-    m = matrix
-    symmetric = np.array(
-        [
-            [m[0, 0] + m[1, 1] + m[2, 2], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]],
-            [m[2, 1] - m[1, 2], m[0, 0] - m[1, 1] - m[2, 2], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0]],
-            [m[0, 2] - m[2, 0], m[0, 1] + m[1, 0], m[1, 1] - m[0, 0] - m[2, 2], m[1, 2] + m[2, 1]],
-            [m[1, 0] - m[0, 1], m[0, 2] + m[2, 0], m[1, 2] + m[2, 1], m[2, 2] - m[0, 0] - m[1, 1]],
-        ]
-    )
-    vector: Array = np.linalg.eigh(symmetric)[1][:, -1]
-    return vector
-
-
-def _nearest(quaternion: Array, like: Array) -> Array:
-    return quaternion if quaternion @ like >= 0 else -quaternion
+    return Change("", command=lambda: command, measure=lambda: report)
 
 
 MOUNTING_TILT = Kind(
     name="mounting_tilt",
     stage="measurement",
-    parameters=_parameters,
+    parameters=of_any_body(
+        *(Parameter(name, "rad", null=0.0, low=-MOST, high=MOST, scale=0.03) for name in ("roll", "pitch"))
+    ),
     formula=r"q_m = q \otimes \delta, \quad \omega_m = \delta^{-1}\omega",
     summary="The sensor board is mounted at an angle to the thrust line.",
     confused_with="wind, while yaw stays",

@@ -10,7 +10,7 @@ from sym2real.effects.com_offset import COM_OFFSET, WITHIN
 from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.searching import Searching
-from sym2real.protocols import Change
+from sym2real.effects.truth import editing
 
 RADIUS = 0.003  # m, of the ball that the truth hangs on the robot
 
@@ -31,16 +31,14 @@ def _parts(values: Values, body: Body) -> tuple[tuple[Kind, Values], ...]:
     return ((ADDED_MASS, {"value": values["mass"]}), (COM_OFFSET, centre))
 
 
-def _inject(body: Body, values: Numbers) -> Change:
+def _hang(spec: Any, body: Body, values: Numbers) -> None:
     """A ball welded to the robot: MuJoCo finds mass, centre and inertia itself."""
-
-    def edit(spec: Any) -> None:
-        load = spec.worldbody.first_body().add_body(pos=[values[name] for name in ("rx", "ry", "rz")])
-        load.explicitinertial, load.ipos = True, [0.0, 0.0, 0.0]
-        load.mass = values["mass"]
-        load.inertia = [0.4 * values["mass"] * RADIUS**2] * 3
-
-    return Change("", edit=edit if values["mass"] else None)
+    if not values["mass"]:
+        return
+    load = spec.worldbody.first_body().add_body(pos=[values[name] for name in ("rx", "ry", "rz")])
+    load.explicitinertial, load.ipos = True, [0.0, 0.0, 0.0]
+    load.mass = values["mass"]
+    load.inertia = [0.4 * values["mass"] * RADIUS**2] * 3
 
 
 PAYLOAD = Kind(
@@ -52,7 +50,7 @@ PAYLOAD = Kind(
     confused_with="added mass, where it hangs near the centre; its arm with a centre of mass that is off",
     shown_by="thrust that varies, for the arm; weighing, for the mass",
     fix="take the load into the model's mass and centre of mass, or carry it under the centre",
-    inject=_inject,
+    inject=editing(_hang),
     of_joints="load",
     parts=_parts,
     needs=("thrust", "wx", "wy"),

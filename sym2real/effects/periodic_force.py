@@ -13,10 +13,9 @@ from sym2real.effects.clock import with_time
 from sym2real.effects.inputs import ANGLE
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.searching import Searching
-from sym2real.effects.truth import add_force, forced
+from sym2real.effects.truth import add_force, pushing
 from sym2real.effects.wind import force_parameters
 from sym2real.effects.wrench import push
-from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 
 
@@ -35,13 +34,9 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return push(equations, body, force=[size * swing for size in sizes])
 
 
-def _inject(body: Body, values: Numbers) -> Change:
+def _swing(data: Any, body: Body, values: Numbers) -> None:
     size = np.array([values.get(name, 0.0) for name in ("fx", "fy", "fz")])
-
-    def swing(data: Any) -> None:
-        add_force(data, size * np.sin(values["omega"] * data.time + values["phase"]))
-
-    return forced(swing)
+    add_force(data, size * np.sin(values["omega"] * data.time + values["phase"]))
 
 
 PERIODIC_FORCE = Kind(
@@ -53,7 +48,7 @@ PERIODIC_FORCE = Kind(
     confused_with="wind in logs shorter than a period",
     shown_by="logs of at least three periods",
     fix="find what swings at that frequency and stop it, or estimate the force in flight",
-    inject=_inject,
+    inject=pushing(_swing),
     substitute=_substitute,
     needs=("vx", "vy"),
     numbers=("mass",),

@@ -13,7 +13,6 @@ from sym2real.effects.frames import norm, velocity
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.wrench import push
-from sym2real.protocols import Change
 from sym2real.symbolic import Equations
 
 
@@ -27,14 +26,11 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return push(equations, body, force=[-values["value"] * speed * component for component in velocity(body)])
 
 
-def _inject(body: Body, values: Numbers) -> Change:
-    def drag(data: Any) -> None:
-        moving = truth.velocity(data)
-        if body.planar:
-            moving[2] = 0.0
-        truth.add_force(data, -values["value"] * float(np.linalg.norm(moving)) * moving)
-
-    return truth.forced(drag)
+def _drag(data: Any, body: Body, values: Numbers) -> None:
+    moving = truth.velocity(data)
+    if body.planar:
+        moving[2] = 0.0
+    truth.add_force(data, -values["value"] * float(np.linalg.norm(moving)) * moving)
 
 
 QUADRATIC_DRAG = Kind(
@@ -46,7 +42,7 @@ QUADRATIC_DRAG = Kind(
     confused_with="linear drag in hover or at one speed",
     shown_by="several speeds between 0.5 and 1.6 m/s",
     fix="put the drag into the model; less frontal area lowers it",
-    inject=_inject,
+    inject=truth.pushing(_drag),
     substitute=_substitute,
     needs=("vx", "vy"),
     numbers=("mass",),

@@ -20,7 +20,6 @@ from sym2real.effects.rate_loop import NUMBERS, other_torque, rate_loops
 from sym2real.effects.searching import Searching
 from sym2real.effects.thrust import acting_torque
 from sym2real.effects.wrench import AXES, push
-from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 
 NAMES = ("dx", "dy", "dz")
@@ -61,13 +60,8 @@ def _why_not(body: Body) -> str:
     return "rate_loop_gain and the gains of the rate commands stand for it together" if looped else ""
 
 
-def _inject(body: Body, values: Numbers) -> Change:
-    damping = np.array([values[name] for name in NAMES])
-
-    def brake(data: Any) -> None:
-        truth.add_torque(data, -damping * truth.rates(data))
-
-    return truth.forced(brake)
+def _brake(data: Any, body: Body, values: Numbers) -> None:
+    truth.add_torque(data, -np.array([values[name] for name in NAMES]) * truth.rates(data))
 
 
 RATE_DAMPING = Kind(
@@ -79,7 +73,7 @@ RATE_DAMPING = Kind(
     confused_with="a rate loop gain together with gains of the rate commands: on a closed rate loop it is these two",
     shown_by="rates that are held: flips, fast yaw",
     fix="put the damping into the model, or an integral part into the rate loop",
-    inject=_inject,
+    inject=truth.pushing(_brake),
     of_joints="joint_damping",
     substitute=_substitute,
     needs=("wx", "wy", "wz"),

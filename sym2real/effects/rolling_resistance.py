@@ -11,38 +11,30 @@ from sym2real.effects import truth
 from sym2real.effects.alike import ONE_PULL, Member
 from sym2real.effects.body import Body
 from sym2real.effects.car_turning import FORWARD, forward_speed, push_ahead
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching, Shown
-from sym2real.protocols import Change
 from sym2real.symbolic import Equations
-
-
-def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "m/s²", null=0.0, low=0.0, high=5.0, scale=0.5),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return push_ahead(equations, body, -values["value"] * body.mass * sign(forward_speed(body)))
 
 
-def _inject(body: Body, values: Numbers) -> Change:
-    def brake(data: Any) -> None:
-        ahead = truth.rotation(data)[:, 0]
-        truth.add_force(data, -values["value"] * body.mass * np.sign(ahead @ truth.velocity(data)) * ahead)
-
-    return truth.forced(brake)
+def _brake(data: Any, body: Body, values: Numbers) -> None:
+    ahead = truth.rotation(data)[:, 0]
+    truth.add_force(data, -values["value"] * body.mass * np.sign(ahead @ truth.velocity(data)) * ahead)
 
 
 ROLLING_RESISTANCE = Kind(
     name="rolling_resistance",
     stage="wrench",
-    parameters=_parameters,
+    parameters=of_any_body(Parameter("value", "m/s²", null=0.0, low=0.0, high=5.0, scale=0.5)),
     formula=r"F = -r\,m\,\mathrm{sign}(u)",
     summary="Bearings, gears or a soft floor brake the car by a constant force.",
     confused_with="an offset of the speed command, always; a speed gain at one speed",
     shown_by="four speeds, forwards and backwards",
     fix="free the drive train, or raise the speed loop's integral part",
-    inject=_inject,
+    inject=truth.pushing(_brake),
     of_joints="joint_friction",
     substitute=_substitute,
     needs=FORWARD,

@@ -6,9 +6,9 @@ from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.measured import reported, reporting
 from sym2real.effects.searching import SETTLED, Searching, by_role
-from sym2real.effects.truth import on_measurement
-from sym2real.protocols import Change
+from sym2real.effects.truth import measuring
 from sym2real.symbolic import Equations
+from sym2real.trajectory import Array
 from sym2real.vocabulary import JOINT_ANGLE, JOINT_DISPLACEMENT
 
 
@@ -20,8 +20,9 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return reporting(equations, {body.column: reported(equations, body.column) + values["value"]})
 
 
-def _inject(body: Body, values: Numbers) -> Change:
-    return on_measurement(body, lambda measured: measured + values["value"])
+def _report(state: Array, body: Body, values: Numbers) -> Array:
+    state[body.layouts.state.index(body.column)] += values["value"]
+    return state
 
 
 SENSOR_BIAS = Kind(
@@ -33,7 +34,7 @@ SENSOR_BIAS = Kind(
     confused_with="a trim of the command that drives the same column",
     shown_by="the robot at rest, where the true value is known",
     fix="calibrate the sensor at rest",
-    inject=_inject,
+    inject=measuring(_report),
     substitute=_substitute,
     columns="state",
     searching=Searching(why_not=by_role({JOINT_ANGLE.name: "", JOINT_DISPLACEMENT.name: ""}, SETTLED)),

@@ -9,7 +9,6 @@ from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.memory import Memory, sampled_begin, sampled_lag_step, stepping
 from sym2real.effects.searching import Searching
-from sym2real.effects.truth import with_state
 from sym2real.protocols import Change, Filter
 from sym2real.trajectory import Array
 
@@ -46,7 +45,7 @@ def _inject(body: Body, values: Numbers) -> Change:
 
         return report
 
-    return with_state(begin) if values["value"] else Change("")
+    return Change("", measure=begin)
 
 
 SENSOR_LAG = Kind(

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from sym2real.effects.body import Body
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.measured import reported, reporting
 from sym2real.effects.searching import SETTLED, Searching
-from sym2real.effects.truth import on_measurement
-from sym2real.protocols import Change
+from sym2real.effects.truth import measuring
 from sym2real.symbolic import Equations
-
-
-def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "1", null=1.0, low=0.01, high=100.0, scale=0.1),)
+from sym2real.trajectory import Array
 
 
 def multiplied(equations: Equations, values: Values, body: Body) -> Equations:
@@ -20,15 +16,17 @@ def multiplied(equations: Equations, values: Values, body: Body) -> Equations:
     return reporting(equations, {body.column: reported(equations, body.column) * values["value"]})
 
 
-def multiplying(body: Body, values: Numbers) -> Change:
+@measuring
+def multiplying(state: Array, body: Body, values: Numbers) -> Array:
     """Its truth."""
-    return on_measurement(body, lambda measured: measured * values["value"])
+    state[body.layouts.state.index(body.column)] *= values["value"]
+    return state
 
 
 SENSOR_SCALE = Kind(
     name="sensor_scale",
     stage="measurement",
-    parameters=_parameters,
+    parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.01, high=100.0, scale=0.1)),
     formula=r"y_m = k\,y",
     summary="A sensor reports what it measures times a factor.",
     confused_with="a gain of the command that drives the same column",

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from sym2real.effects.body import Body
-from sym2real.effects.kind import Kind, Parameter
+from sym2real.effects.kind import Kind, Parameter, of_any_body
 from sym2real.effects.searching import SETTLED, Searching
 from sym2real.effects.sensor_scale import multiplied, multiplying
-
-
-def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "1", null=1.0, low=-1.0, high=1.0, scale=2.0, fitted=False),)
-
 
 SENSOR_SIGN = Kind(
     name="sensor_sign",
     stage="measurement",
-    parameters=_parameters,
+    parameters=of_any_body(Parameter("value", "1", null=1.0, low=-1.0, high=1.0, scale=2.0, fitted=False)),
     formula=r"y_m = -y",
     summary="A sensor's axis points the other way.",
     confused_with="nothing, once the column is compared with the attitude's derivative",

@@ -8,42 +8,35 @@ import numpy as np
 
 from sym2real.effects.alike import ONE_FORCE, Member
 from sym2real.effects.body import GRAVITY, Body
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching
+from sym2real.effects.truth import editing
 from sym2real.effects.wrench import push
-from sym2real.protocols import Change
 from sym2real.symbolic import Equations
-
-
-def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return tuple(Parameter(name, "m/s²", null=0.0, low=-3.0, high=3.0, scale=0.3) for name in ("gx", "gy"))
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return push(equations, body, force=(body.mass * values["gx"], body.mass * values["gy"]))
 
 
-def _inject(body: Body, values: Numbers) -> Change:
+def _tilt(spec: Any, body: Body, values: Numbers) -> None:
     """Gravity tilted, or tilted further, its size unchanged."""
-    along = np.array([values["gx"], values["gy"]])
-
-    def edit(spec: Any) -> None:
-        tilted = np.array(spec.option.gravity[:2]) + along
-        spec.option.gravity = [*tilted, -np.sqrt(GRAVITY**2 - tilted @ tilted)]
-
-    return Change("", edit=edit if along.any() else None)
+    tilted = np.add(spec.option.gravity[:2], [values["gx"], values["gy"]])
+    spec.option.gravity = [*tilted, -np.sqrt(GRAVITY**2 - tilted @ tilted)]
 
 
 SLOPE = Kind(
     name="slope",
     stage="wrench",
-    parameters=_parameters,
+    parameters=of_any_body(
+        *(Parameter(name, "m/s²", null=0.0, low=-3.0, high=3.0, scale=0.3) for name in ("gx", "gy"))
+    ),
     formula=r"F = m\,g_{xy}",
     summary="The floor is not level.",
     confused_with="wind, always",
     shown_by="driving in all directions",
     fix="level the floor, or keep the term in the model",
-    inject=_inject,
+    inject=editing(_tilt),
     of_joints="gravity_tilt",
     substitute=_substitute,
     needs=("vx", "vy"),

@@ -9,7 +9,6 @@ from sym2real.effects.domain import SHIFT_TIME
 from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.memory import shift
 from sym2real.effects.searching import SETTLED, Searching
-from sym2real.effects.truth import with_state
 from sym2real.errors import ModelError
 from sym2real.protocols import Change, Filter
 from sym2real.trajectory import Array
@@ -38,7 +37,7 @@ def _inject(body: Body, values: Numbers) -> Change:
 
         return report
 
-    return with_state(begin)
+    return Change("", measure=begin)
 
 
 TIME_SHIFT = Kind(

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from sym2real.effects.alike import ONE_TORQUE, ONE_TORQUE_AT_ONE_THRUST, Member
 from sym2real.effects.body import GRAVITY, Body
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
-from sym2real.effects.truth import add_torque, forced
+from sym2real.effects.truth import add_torque, pushing
 from sym2real.effects.wrench import push
-from sym2real.protocols import Change
 from sym2real.symbolic import Equations
 
 NAMES = ("tx", "ty", "tz")
@@ -25,9 +26,8 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return push(equations, body, torque=[values[name] for name in NAMES])
 
 
-def _inject(body: Body, values: Numbers) -> Change:
-    torque = np.array([values[name] for name in NAMES])
-    return forced(lambda data: add_torque(data, torque))
+def _turn(data: Any, body: Body, values: Numbers) -> None:
+    add_torque(data, np.array([values[name] for name in NAMES]))
 
 
 TORQUE_BIAS = Kind(
@@ -39,7 +39,7 @@ TORQUE_BIAS = Kind(
     confused_with="an offset of the rate commands, always; a centre of mass that is off where thrust hardly varies",
     shown_by="thrust that varies, against a centre of mass",
     fix="replace the weak motor or the bent propeller, or trim the mixer",
-    inject=_inject,
+    inject=pushing(_turn),
     substitute=_substitute,
     needs=("wx", "wy", "wz"),
     robot="quadrotor",

@@ -11,17 +11,13 @@ from typing import Any
 
 from sym2real.effects.body import Body
 from sym2real.effects.domain import POSITIVE
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.simulated_rotors import rotor_sites
 from sym2real.effects.thrust import MOTOR_TORQUES
-from sym2real.protocols import Change
+from sym2real.effects.truth import editing
 from sym2real.symbolic import Equations, symbol
 
 NAMES = ("kx", "ky", "kz")
-
-
-def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return tuple(Parameter(name, "1", null=1.0, low=1e-3, high=1e3, scale=0.3, domain=POSITIVE) for name in NAMES)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
@@ -30,28 +26,26 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     )
 
 
-def _inject(body: Body, values: Numbers) -> Change:
+def _move(spec: Any, body: Body, values: Numbers) -> None:
     """Levers: rotors stand nearer or further, and react less or more; what that does is left to MuJoCo's moments."""
-
-    def edit(spec: Any) -> None:
-        for actuator, site in rotor_sites(spec):
-            x, y, z = site.pos
-            site.pos = [values["ky"] * x, values["kx"] * y, z]
-            actuator.gear = [*actuator.gear[:5], values["kz"] * actuator.gear[5]]
-
-    return Change("", edit=edit if any(value != 1.0 for value in values.values()) else None)
+    for actuator, site in rotor_sites(spec):
+        x, y, z = site.pos
+        site.pos = [values["ky"] * x, values["kx"] * y, z]
+        actuator.gear = [*actuator.gear[:5], values["kz"] * actuator.gear[5]]
 
 
 TORQUE_SCALE = Kind(
     name="torque_scale",
     stage="thrust",
-    parameters=_parameters,
+    parameters=of_any_body(
+        *(Parameter(name, "1", null=1.0, low=1e-3, high=1e3, scale=0.3, domain=POSITIVE) for name in NAMES)
+    ),
     formula=r"\tau_i \to k_i\,\tau_i",
     summary="The motors turn the body by more or less than the model says: a lever or an inertia is another one.",
     confused_with="gains of all motors, which change the thrust as well; an inertia that is off is the same thing",
     shown_by="turns about all axes, to both sides: dither of the motors, each on its own",
     fix="set arm, reaction torque per thrust or inertia by this factor; a bifilar pendulum measures the inertia",
-    inject=_inject,
+    inject=editing(_move),
     substitute=_substitute,
     needs=("thrust", *MOTOR_TORQUES, "wx", "wy", "wz"),
     robot="quadrotor",

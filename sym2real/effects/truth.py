@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from sym2real.effects.body import Body
+from sym2real.effects.kind import Inject, Numbers
 from sym2real.errors import ModelError
 from sym2real.protocols import Change, Filter
 from sym2real.trajectory import Array
@@ -65,19 +66,19 @@ def add_thrust(data: Any, size: float, place: Array | None = None) -> None:
     data.xfrc_applied[ROBOT, 3:] += np.cross(point - data.xipos[ROBOT], force)
 
 
-def forced(push: Callable[[Any], None]) -> Change:
-    """A change that pushes the body before every physics step."""
-    return Change("", force=lambda _, data: push(data))
+def editing(edit: Callable[[Any, Body, Numbers], None]) -> Inject:
+    """A truth that alters the ``MjSpec``."""
+    return lambda body, values: Change("", edit=lambda spec: edit(spec, body, values))
 
 
-def commanded(change: Callable[[Array], Array]) -> Change:
-    """A change of the commands that needs no memory."""
-    return Change("", command=lambda: change)
+def pushing(push: Callable[[Any, Body, Numbers], None]) -> Inject:
+    """A truth that pushes the body before every physics step, by the ``MjData``."""
+    return lambda body, values: Change("", force=lambda _, data: push(data, body, values))
 
 
-def measured(change: Callable[[Array], Array]) -> Change:
-    """A change of the measured state that needs no memory."""
-    return Change("", measure=lambda: change)
+def measuring(report: Callable[[Array, Body, Numbers], Array]) -> Inject:
+    """A truth that reports another state ``# (state,)`` than there is, and needs no memory."""
+    return lambda body, values: Change("", measure=lambda: lambda state: report(state.copy(), body, values))
 
 
 def set_inertial(spec: Any, extra_mass: float = 0.0, offset: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
@@ -115,22 +116,6 @@ def _filter_time(time: float, option: Any) -> float:
     return max(time - 0.5 * float(option.timestep), 1e-6)  # the force of a step is that of its start
 
 
-def turned_command(columns: list[int], matrix: Array) -> Change:
-    """Commands of those columns times a matrix."""
-
-    def turn(action: Array) -> Array:
-        result = action.copy()
-        result[columns] = matrix @ action[columns]
-        return result
-
-    return commanded(turn)
-
-
-def with_state(make: Callable[[], Filter]) -> Change:
-    """A change of the measured state with memory, made anew at every reset."""
-    return Change("", measure=make)
-
-
 # Actuators of the descriptions by action column; of other columns the one of that name.
 ACTUATORS = {
     "thrust": ("thrust",),
@@ -149,16 +134,20 @@ def actuators(spec: Any, body: Body) -> list[Any]:
     return [actuator for actuator in spec.actuators if actuator.name in names]
 
 
-def on_column(body: Body, change: Callable[[float], float]) -> Change:
-    """A static map of the bound command."""
-    column = body.layouts.action.index(body.column)
+def commanding(change: Callable[[float, Body, Numbers], float], column: str = "") -> Inject:
+    """A truth that maps a command to another one: the bound one, or that of a column."""
 
-    def apply(action: Array) -> Array:
-        result = action.copy()
-        result[column] = change(float(action[column]))
-        return result
+    def inject(body: Body, values: Numbers) -> Change:
+        place = body.layouts.action.index(column or body.column)
 
-    return commanded(apply)
+        def apply(action: Array) -> Array:
+            result = action.copy()
+            result[place] = change(float(action[place]), body, values)
+            return result
+
+        return Change("", command=lambda: apply)
+
+    return inject
 
 
 def following(body: Body, follow: Callable[[float, float], tuple[float, float]]) -> Change:
@@ -178,15 +167,3 @@ def following(body: Body, follow: Callable[[float, float], tuple[float, float]])
         return apply
 
     return Change("", command=begin)
-
-
-def on_measurement(body: Body, change: Callable[[float], float]) -> Change:
-    """A static map of the bound measurement."""
-    column = body.layouts.state.index(body.column)
-
-    def report(state: Array) -> Array:
-        result = state.copy()
-        result[column] = change(float(state[column]))
-        return result
-
-    return measured(report)

@@ -21,17 +21,13 @@ from sympy import Abs, Expr, Max, Min, Piecewise, atan, exp, sqrt, tan
 from sym2real.effects.body import GRAVITY, Body
 from sym2real.effects.car_turning import FORWARD, forward_speed
 from sym2real.effects.domain import NOT_NEGATIVE
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching, Shown
-from sym2real.protocols import Change
+from sym2real.effects.truth import editing
 from sym2real.symbolic import Equations, symbol
 
 PLAIN = 1.0
 SLOWEST = 1e-3  # m/s; slower cars are not limited
-
-
-def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "1", null=PLAIN, low=0.05, high=PLAIN, scale=0.3, domain=NOT_NEGATIVE),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
@@ -63,26 +59,22 @@ def _kept(body: Body, resisting: Expr) -> Expr | float:
     return exp(-body.dt * resisting / (body.number("jz") / (body.mass * centre) + centre))
 
 
-def _inject(body: Body, values: Numbers) -> Change:
+def _smooth(spec: Any, body: Body, values: Numbers) -> None:
     """Friction of all geoms: MuJoCo takes the larger of the two that touch."""
-
-    def edit(spec: Any) -> None:
-        for geom in spec.geoms:
-            geom.friction = [min(values["value"], geom.friction[0]), *list(geom.friction)[1:]]
-
-    return Change("", edit=edit if values["value"] < PLAIN else None)
+    for geom in spec.geoms:
+        geom.friction = [min(values["value"], geom.friction[0]), *list(geom.friction)[1:]]
 
 
 TYRE_FRICTION = Kind(
     name="tyre_friction",
     stage="thrust",
-    parameters=_parameters,
+    parameters=of_any_body(Parameter("value", "1", null=PLAIN, low=0.05, high=PLAIN, scale=0.3, domain=NOT_NEGATIVE)),
     formula=r"|F_\mathrm{lateral}| \le \mu\,m\,g",
     summary="The tyres let go in fast turns, and the car runs wide.",
     confused_with="a steering gain below one, where every turn is fast",
     shown_by="turns at a lateral acceleration of 2.7 m/s² or more, beside slow ones",
     fix="clean or change the tyres or the floor, or slow down in turns",
-    inject=_inject,
+    inject=editing(_smooth),
     substitute=_substitute,
     needs=("steer", *FORWARD),
     numbers=("mass", "wheelbase"),

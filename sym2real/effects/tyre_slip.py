@@ -17,16 +17,11 @@ from sym2real.effects.alike import ONE_ARM, Member
 from sym2real.effects.body import Body
 from sym2real.effects.car_turning import FORWARD, forward_speed
 from sym2real.effects.frames import dot
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.roll_steer import roll_steer
 from sym2real.effects.searching import Searching, Shown
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
-
-
-def _parameters(body: Body) -> tuple[Parameter, ...]:
-    """Tyres whose stiffness is 10 to 50 times their load have 0.01 to 0.002."""
-    return (Parameter("value", "rad s²/m", null=0.0, low=0.0, high=0.1, scale=0.005),)
 
 
 def _slip(compliance: Expr, forward: Expr, rate: Expr) -> Expr:
@@ -53,7 +48,8 @@ def _inject(body: Body, values: Numbers) -> Change:
 TYRE_SLIP = Kind(
     name="tyre_slip",
     stage="loop",
-    parameters=_parameters,
+    # Tyres whose stiffness is 10 to 50 times their load have 0.01 to 0.002.
+    parameters=of_any_body(Parameter("value", "rad s²/m", null=0.0, low=0.0, high=0.1, scale=0.005)),
     formula=r"v_\mathrm{rear} = -D\,|u|\,u\,\omega_z",
     summary="Tyres slip to push sideways, so that in turns the car moves outwards of where it points.",
     confused_with="a lever arm at one speed, behind the axle by D u²",

@@ -14,18 +14,13 @@ from sympy import Abs, Max, tan
 from sym2real.effects.alike import ONE_STEERING, Member
 from sym2real.effects.body import Body
 from sym2real.effects.car_turning import FORWARD, forward_speed
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.roll_steer import roll_steer
 from sym2real.effects.searching import Searching, Shown
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 
 LEAST = 0.2  # of 1 + k / cos² δ, which is zero where the car diverges
-
-
-def _parameters(body: Body) -> tuple[Parameter, ...]:
-    """Road cars have 0.002 to 0.01 (1 to 6 degrees per g)."""
-    return (Parameter("value", "rad s²/m", null=0.0, low=-0.02, high=0.1, scale=0.005),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
@@ -41,7 +36,8 @@ def _inject(body: Body, values: Numbers) -> Change:
 UNDERSTEER = Kind(
     name="understeer",
     stage="thrust",
-    parameters=_parameters,
+    # Road cars have 0.002 to 0.01 (1 to 6 degrees per g).
+    parameters=of_any_body(Parameter("value", "rad s²/m", null=0.0, low=-0.02, high=0.1, scale=0.005)),
     formula=r"\delta \to \delta - K\,u\,\omega_z",
     summary="The front axle gives way more than the rear, so fast turns are wider than the steering says.",
     confused_with="a steering gain at one speed; tyres at their limit where every turn is fast",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from sym2real.effects.alike import ONE_FORCE, ONE_LEAN, Member
@@ -9,9 +11,8 @@ from sym2real.effects.body import GRAVITY, Body
 from sym2real.effects.frames import velocity
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.searching import Searching, Shown
-from sym2real.effects.truth import add_force, forced
+from sym2real.effects.truth import add_force, pushing
 from sym2real.effects.wrench import push
-from sym2real.protocols import Change
 from sym2real.symbolic import Equations
 
 
@@ -26,9 +27,8 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return push(equations, body, force=tuple(values.values()))
 
 
-def _inject(body: Body, values: Numbers) -> Change:
-    force = np.array([values.get(name, 0.0) for name in ("fx", "fy", "fz")])
-    return forced(lambda data: add_force(data, force))
+def _blow(data: Any, body: Body, values: Numbers) -> None:
+    add_force(data, np.array([values.get(name, 0.0) for name in ("fx", "fy", "fz")]))
 
 
 WIND = Kind(
@@ -40,7 +40,7 @@ WIND = Kind(
     confused_with="a tilted mounting of the sensor while yaw stays; a slope under a car",
     shown_by="yaw that turns at 0.5 to 0.8 rad/s",
     fix="shield the room or fly with the force in the model; where it follows the weather, estimate it in flight",
-    inject=_inject,
+    inject=pushing(_blow),
     substitute=_substitute,
     needs=("vx", "vy"),
     numbers=("mass",),

@@ -10,17 +10,12 @@ from sympy import cos, sin
 from sym2real.effects.alike import ONE_HEADING, Member
 from sym2real.effects.body import Body
 from sym2real.effects.frames import HEADING
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.measured import reported, reporting
 from sym2real.effects.searching import Searching, Shown
-from sym2real.effects.truth import measured
-from sym2real.protocols import Change
+from sym2real.effects.truth import measuring
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array
-
-
-def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "rad", null=0.0, low=-math.pi, high=math.pi, scale=0.05),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
@@ -30,28 +25,23 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return reporting(equations, turned)
 
 
-def _inject(body: Body, values: Numbers) -> Change:
+def _report(state: Array, body: Body, values: Numbers) -> Array:
     places = body.layouts.state.indices(HEADING)
-
-    def report(state: Array) -> Array:
-        result = state.copy()
-        yaw = np.arctan2(*state[places]) + values["value"]
-        result[places] = np.sin(yaw), np.cos(yaw)
-        return result
-
-    return measured(report)
+    yaw = np.arctan2(*state[places]) + values["value"]
+    state[places] = np.sin(yaw), np.cos(yaw)
+    return state
 
 
 YAW_BIAS = Kind(
     name="yaw_bias",
     stage="measurement",
-    parameters=_parameters,
+    parameters=of_any_body(Parameter("value", "rad", null=0.0, low=-math.pi, high=math.pi, scale=0.05)),
     formula=r"\psi_m = \psi + b",
     summary="The measured heading is turned against the car's axis.",
     confused_with="a lever arm of the markers on one circle",
     shown_by="straight driving beside turns both ways",
     fix="turn the rigid body's axes in the motion capture by minus this angle",
-    inject=_inject,
+    inject=measuring(_report),
     substitute=_substitute,
     needs=HEADING,
     robot="car",

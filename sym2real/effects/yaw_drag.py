@@ -10,9 +10,8 @@ from sym2real.effects import truth
 from sym2real.effects.alike import ONE_BRAKE, Member
 from sym2real.effects.body import Body
 from sym2real.effects.car_turning import FORWARD, push_turning
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching, Shown
-from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 
 
@@ -20,33 +19,24 @@ def _inertia(body: Body) -> float:
     return body.number("jz") + body.mass * body.number("centre") ** 2
 
 
-def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "1/s", null=0.0, low=0.0, high=50.0, scale=4.0),)
-
-
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return push_turning(equations, body, -values["value"] * _inertia(body) * symbol("wz"))
 
 
-def _inject(body: Body, values: Numbers) -> Change:
-    size = values["value"] * _inertia(body)
-
-    def brake(data: Any) -> None:
-        truth.add_torque(data, np.array([0.0, 0.0, -size * truth.rates(data)[2]]))
-
-    return truth.forced(brake)
+def _brake(data: Any, body: Body, values: Numbers) -> None:
+    truth.add_torque(data, np.array([0.0, 0.0, -values["value"] * _inertia(body) * truth.rates(data)[2]]))
 
 
 YAW_DRAG = Kind(
     name="yaw_drag",
     stage="wrench",
-    parameters=_parameters,
+    parameters=of_any_body(Parameter("value", "1/s", null=0.0, low=0.0, high=50.0, scale=4.0)),
     formula=r"\tau_z = -c\,J\,\omega_z",
     summary="The car resists turning (scrubbing tyres); while the tyres hold, turns cost speed.",
     confused_with="lateral slip while the tyres hold; a steering gain or offset on one circle",
     shown_by="turns both ways at several speeds, beside straight driving",
     fix="free the differential or the steering's geometry, or keep the term in the model",
-    inject=_inject,
+    inject=truth.pushing(_brake),
     substitute=_substitute,
     needs=("steer", "wz", *FORWARD),
     numbers=("mass", "wheelbase", "jz", "centre"),

@@ -41,7 +41,6 @@ class Run(Generic[Kind]):
     """
 
     model: ModelPlace
-    """A model folder, or a robot's name (its base is learned once and cached)."""
     task: TaskName
     """hover, circle or lemniscate; of a car circle, reverse_circle, lemniscate, track or park."""
     out: Path

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from rich.console import Console
 
 from sym2real.cli.numbers import Count, Memory, OptionalRound, OptionalSamples, OptionalSeconds, Seed, steps_in
-from sym2real.cli.positionals import ModelPlace
+from sym2real.cli.positionals import HtmlFile, JsonFile, ModelPlace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -32,7 +32,6 @@ class AdaptVerb(ABC):
     """An ``adapt`` says what its target is, and has these options and its own."""
 
     model: ModelPlace
-    """A model folder, or a robot's name (its base is learned once and cached)."""
     out: Path
     """Folder of the adapted model and of every round."""
     rounds: Count = 10
@@ -42,7 +41,6 @@ class AdaptVerb(ABC):
     seconds: OptionalSeconds = None
     """Length of an episode; the task's own by default."""
     samples: OptionalSamples = None
-    """MPPI samples; the robot's own number by default."""
     learner: Literal["residual", "residual-paper", "residual-search", "fine-tune", "none"] = "residual"
     """What learns on top of the model: a network of 2 × 64 or the paper's 4 × 200, equations, or nothing (with
     --diagnose); fine-tune fits the model's own constants instead."""
@@ -59,10 +57,8 @@ class AdaptVerb(ABC):
     """Say what would be done and what is there already; fly, learn and write nothing."""
     undo: OptionalRound = None
     """Put the model of this round at the top of OUT, and do nothing else; 0 is the model as it was given."""
-    report: Path | None = None
-    """Write the whole as one HTML file that works offline."""
-    json: Path | None = None
-    """Write the result to this file (- is standard output)."""
+    report: HtmlFile = None
+    json: JsonFile = None
 
     @abstractmethod
     def chosen(self, model: Model, console: Console) -> AbstractContextManager[Chosen]:

@@ -11,7 +11,7 @@ from rich.console import Console
 
 from sym2real.cli.numbers import OptionalPositive
 from sym2real.cli.of_logs import OfLogs
-from sym2real.cli.positionals import EffectTexts, ModelPlace
+from sym2real.cli.positionals import EffectTexts, JsonFile, ModelPlace
 
 if TYPE_CHECKING:
     from sym2real.diagnosis import Tried
@@ -40,7 +40,6 @@ class Add(OfLogs):
     OUT_IS_NEW: ClassVar = True
 
     model: ModelPlace
-    """A model folder, or a robot's name (its base is learned once and cached)."""
     effects: EffectTexts
     """Each effect as KIND or KIND:COLUMN, then its PARAMETER=VALUE in the unit that the catalogue gives; or a term of
     your own, as a diagnosis may propose it: term:CHANNEL=EXPRESSION over the model's columns and the time t."""
@@ -56,8 +55,7 @@ class Add(OfLogs):
     """Longest horizon of the error ladder in s."""
     calibrate: bool = True
     """Before a fit, calibrate the base in the robot's plain simulator."""
-    json: Path | None = None
-    """Write the result to this file (- is standard output)."""
+    json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
         """Fit if asked to, compose, print, write."""

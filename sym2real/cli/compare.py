@@ -9,7 +9,7 @@ from typing import Any, Literal
 from rich.console import Console
 
 from sym2real.cli.of_logs import OfLogs
-from sym2real.cli.positionals import Logs, ModelPlace
+from sym2real.cli.positionals import HtmlFile, JsonFile, Logs, ModelPlace, RerunFile
 
 
 @dataclass(frozen=True)
@@ -22,19 +22,15 @@ class Compare(OfLogs):
     """
 
     model: ModelPlace
-    """A model folder, or a robot's name (its base is learned once and cached)."""
     logs: Logs
     """Logs: CSV, Parquet, bags, MCAP, ULog."""
     start: Literal["smoothed", "measured"] = "smoothed"
     """Start windows from the last ten rows, smoothed, or from the measured row."""
     out: Path | None = None
     """Folder for figures: error over the horizon, measured against predicted."""
-    report: Path | None = None
-    """Write the whole as one HTML file that works offline."""
-    rerun: Path | None = None
-    """Write what was measured and predicted as a recording for the Rerun viewer (.rrd)."""
-    json: Path | None = None
-    """Write the result to this file (- is standard output)."""
+    report: HtmlFile = None
+    rerun: RerunFile = None
+    json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
         """Print the report, draw the figures."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 
 from sym2real.cli.numbers import OptionalSamples, Seed
+from sym2real.cli.positionals import JsonFile
 from sym2real.cli.terminal import Report
 
 if TYPE_CHECKING:
@@ -31,11 +32,9 @@ class Demo:
     out: Path = Path("runs/demo")
     """Folder for models, logs and figures."""
     samples: OptionalSamples = None
-    """MPPI samples; the robots' own number by default."""
     seed: Seed = 0
     """Of starts, commands, disturbances and samples."""
-    json: Path | None = None
-    """Write the result to this file (- is standard output)."""
+    json: JsonFile = None
 
     def run(self, console: Report) -> dict[str, Any]:
         """Run the four acts."""

@@ -11,7 +11,7 @@ from rich.console import Console
 from sym2real.cli.numbers import OptionalPositive
 from sym2real.cli.of_logs import OfLogs
 from sym2real.cli.places import anywhere
-from sym2real.cli.positionals import Logs, ModelPlace
+from sym2real.cli.positionals import HtmlFile, JsonFile, Logs, ModelPlace, RerunFile
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,6 @@ class Diagnose(OfLogs):
     FOLDERS: ClassVar = ("model", "simulator")
 
     model: ModelPlace
-    """A model folder, or a robot's name (its base is learned once and cached)."""
     logs: Logs
     """Logs (CSV, Parquet, bags, MCAP, ULog); several of different manoeuvres tell more than one."""
     held_out: tuple[Path, ...] = ()
@@ -46,12 +45,9 @@ class Diagnose(OfLogs):
     """Calibrate the base in the robot's plain simulator first."""
     out: Path | None = None
     """Folder for diagnosis.json, figures, the informed model and the simulator with what was found."""
-    report: Path | None = None
-    """Write the whole as one HTML file that works offline."""
-    rerun: Path | None = None
-    """Write what was measured and predicted as a recording for the Rerun viewer (.rrd)."""
-    json: Path | None = None
-    """Write the result to this file (- is standard output)."""
+    report: HtmlFile = None
+    rerun: RerunFile = None
+    json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
         """Diagnose, print the report, write the files."""

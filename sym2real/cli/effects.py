@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
 from sym2real.cli.places import Place
-from sym2real.cli.positionals import OptionalName
+from sym2real.cli.positionals import JsonFile, OptionalName
 
 if TYPE_CHECKING:
     from sym2real.robots import Robot
@@ -28,8 +27,7 @@ class Effects:
     """KIND or KIND:COLUMN; the whole catalogue by default."""
     robot: Place = "crazyflie"
     """Robot whose effects are listed and whose numbers give units, bounds and scales: its name or a model folder."""
-    json: Path | None = None
-    """Write the result to this file (- is standard output)."""
+    json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
         """Print the catalogue or the page."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 
 from sym2real.cli.numbers import Count
-from sym2real.cli.positionals import ExperimentPlace
+from sym2real.cli.positionals import ExperimentPlace, HtmlFile, JsonFile
 
 if TYPE_CHECKING:
     from sym2real.experiments.study.effort import Effort
@@ -53,10 +53,8 @@ class RunExperiment:
     """Processes on this machine, each on one thread."""
     cluster: str = ""
     """Address of a dask scheduler whose workers run the jobs instead, for example tcp://10.0.0.5:8786."""
-    report: Path | None = None
-    """Write the whole as one HTML file that works offline."""
-    json: Path | None = None
-    """Write the result to this file (- is standard output)."""
+    report: HtmlFile = None
+    json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
         """Run what is missing, print the table, write the figure."""

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Literal
 import tyro
 from rich.console import Console
 
-from sym2real.cli.positionals import ModelPlace
+from sym2real.cli.positionals import JsonFile, ModelPlace
 
 
 @dataclass(frozen=True)
@@ -27,13 +27,11 @@ class Export:
     OUT_IS_FILE: ClassVar[bool] = True
 
     model: ModelPlace
-    """A model folder, or a robot's name (its base is learned once and cached)."""
     format: tyro.conf.Positional[Literal["torchscript", "torch-export", "python", "latex"]]
     """What to write."""
     out: Path
     """The file to write."""
-    json: Path | None = None
-    """Write the result to this file (- is standard output)."""
+    json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
         """Write the file."""

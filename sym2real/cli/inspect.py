@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from rich.console import Console
 
 from sym2real.cli.places import Place
-from sym2real.cli.positionals import Logs
+from sym2real.cli.positionals import JsonFile, Logs
 
 if TYPE_CHECKING:
     from sym2real.logs import Inspection
@@ -40,8 +40,7 @@ class Inspect:
     """The model whose logs they are: a folder, or a robot's name."""
     out: Path | None = None
     """Write the proposed specification (TOML) here; printed otherwise."""
-    json: Path | None = None
-    """Write the result to this file (- is standard output)."""
+    json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
         """Print the evidence, write or print the specification."""

@@ -11,7 +11,7 @@ from rich.console import Console
 
 from sym2real.cli.numbers import Count, OptionalCount, OptionalSamples, Seed
 from sym2real.cli.of_logs import OfLogs
-from sym2real.cli.positionals import RobotName
+from sym2real.cli.positionals import JsonFile, RobotName
 
 if TYPE_CHECKING:
     from sym2real.adaptation import StageOne
@@ -52,13 +52,11 @@ class Learn(OfLogs):
     steps: Count = 400
     """Control steps an episode at most."""
     samples: OptionalSamples = None
-    """MPPI samples; the robot's own number by default."""
     wrench: bool = True
     """Learn how external forces and torques enter, from as many episodes again with known disturbances."""
     seed: Seed = 0
     """Of starts, commands, disturbances and samples."""
-    json: Path | None = None
-    """Write the result to this file (- is standard output)."""
+    json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
         """Learn, print the tables, write the model."""

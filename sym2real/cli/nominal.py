@@ -10,6 +10,7 @@ from rich.console import Console
 
 from sym2real.cli.numbers import NotNegative, OptionalPositive, OptionalThreePositive, Positive, ThreePositive
 from sym2real.cli.of_logs import OfLogs
+from sym2real.cli.positionals import JsonFile, LogsOfModel
 
 if TYPE_CHECKING:
     from sym2real.robots import Motors
@@ -62,10 +63,8 @@ class NominalQuadrotor(OfLogs):
     """Sign of each rotor's reaction torque about body z (motors); the Crazyflie's by default."""
     fit_thrust: Path | None = None
     """Fit the thrust per unit on the first two seconds of this log, or of its longest stretch without gaps (motors)."""
-    log: tuple[Path, ...] = ()
-    """Logs that the model is for: it gets their time step."""
-    json: Path | None = None
-    """Write the result to this file (- is standard output)."""
+    log: LogsOfModel = ()
+    json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
         """Make the equations, print them, write the model."""
@@ -151,10 +150,8 @@ class NominalCar(OfLogs):
     """Mass in kg, for external forces."""
     dt: OptionalPositive = None
     """Time step in s; by default that of --log, else 0.05."""
-    log: tuple[Path, ...] = ()
-    """Logs that the model is for: it gets their time step."""
-    json: Path | None = None
-    """Write the result to this file (- is standard output)."""
+    log: LogsOfModel = ()
+    json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
         """Make the equations, print them, write the model."""

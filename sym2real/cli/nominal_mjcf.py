@@ -10,7 +10,7 @@ from rich.console import Console
 
 from sym2real.cli.numbers import OptionalPositive
 from sym2real.cli.of_logs import OfLogs
-from sym2real.cli.positionals import DescriptionFile
+from sym2real.cli.positionals import DescriptionFile, JsonFile, LogsOfModel
 
 if TYPE_CHECKING:
     from sym2real.robots import Robot
@@ -45,10 +45,8 @@ class NominalMjcf(OfLogs):
     wheels is a robot of the plane."""
     dt: OptionalPositive = None
     """Control period in s, whole time steps of the file; by default that of --log, else about 0.02."""
-    log: tuple[Path, ...] = ()
-    """Logs that the model is for: it gets their time step."""
-    json: Path | None = None
-    """Write the result to this file (- is standard output)."""
+    log: LogsOfModel = ()
+    json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
         """Make the equations, print what the robot measures and takes, write the model."""

@@ -6,9 +6,12 @@ A verb's field of one of these types is refused before any work; plain ``float``
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import partial
+from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
+import tyro
 from tyro.constructors import PrimitiveConstructorSpec
 
 from sym2real.errors import ModelError
@@ -21,78 +24,49 @@ MOST_COMMANDS = 100  # that a network sees: two seconds of a quadrotor's
 
 
 def option(
-    kind: type[Any], metavar: str, wanted: str, *, optional: bool, fits: Callable[[Any], bool] = lambda _: True
+    kind: type[Any],
+    metavar: str,
+    wanted: str,
+    fits: Callable[[Any], bool] = lambda _: True,
+    *,
+    count: int = 1,
+    words: Mapping[str, Any] = MappingProxyType({}),
 ) -> PrimitiveConstructorSpec[Any]:
-    """How an option is read; numbers are finite.
+    """How an option is read, which may also be left out where its field says so; numbers are finite.
 
     Args:
         kind: class of its value.
         metavar: stands for the value in the help.
         wanted: what it may be, for the error's words.
-        optional: whether it may be left out.
         fits: whether a value of that class will do.
+        count: of values; more than one come as a tuple.
+        words: that may stand in the place of a value, and what they mean.
     """
 
-    def read(typed: list[str]) -> Any:
+    def read(typed: str) -> Any:
         """The value of what was typed; ValueError for any other."""
+        if typed in words:
+            return words[typed]
         try:
-            value = kind(typed[0])
+            value = kind(typed)
         except ValueError:
             value = None
         if value is None or (kind is float and not math.isfinite(value)) or not fits(value):
-            raise ValueError(f"expected {wanted}, found {typed[0]!r}")
+            raise ValueError(f"expected {wanted}, found {typed!r}")
         return value
 
     return PrimitiveConstructorSpec(
-        nargs=1,
-        metavar=metavar,
-        instance_from_str=read,
-        is_instance=lambda value: isinstance(value, kind) or (optional and value is None),
-        str_from_instance=lambda value: [str(value)],
+        nargs=count,
+        metavar=" ".join([metavar] * count),
+        instance_from_str=lambda typed: read(typed[0]) if count == 1 else tuple(map(read, typed)),
+        is_instance=lambda _: True,  # of defaults, which are this package's own
+        str_from_instance=lambda value: list(map(str, value)) if isinstance(value, tuple) else [str(value)],
     )
 
 
-def _positive(optional: bool) -> PrimitiveConstructorSpec[Any]:
-    return option(float, "FLOAT", "a number greater than 0", optional=optional, fits=lambda value: value > 0)
-
-
-def _seconds(optional: bool) -> PrimitiveConstructorSpec[Any]:
-    wanted = f"a number greater than 0 and at most {MOST_SECONDS:g}"
-    return option(float, "FLOAT", wanted, optional=optional, fits=lambda value: 0 < value <= MOST_SECONDS)
-
-
-def _count(optional: bool, most: int = MOST_COUNT) -> PrimitiveConstructorSpec[Any]:
-    wanted = f"a whole number greater than 0 and at most {most}"
-    return option(int, "INT", wanted, optional=optional, fits=lambda value: 0 < value <= most)
-
-
-def _three_positive(optional: bool) -> PrimitiveConstructorSpec[Any]:
-    constructor = _positive(optional=False)
-    return PrimitiveConstructorSpec(
-        nargs=3,
-        metavar="FLOAT FLOAT FLOAT",
-        instance_from_str=lambda typed: tuple(constructor.instance_from_str([text]) for text in typed),
-        is_instance=lambda value: isinstance(value, tuple) or (optional and value is None),
-        str_from_instance=lambda values: ["None"] if values is None else [str(value) for value in values],
-    )
-
-
-def _memory() -> PrimitiveConstructorSpec[Any]:
-    constructor = option(
-        int,
-        "INT",
-        f"auto, off or a whole number from 0 to {MOST_COMMANDS}",
-        optional=False,
-        fits=lambda value: 0 <= value <= MOST_COMMANDS,
-    )
-    words: dict[str, Any] = {"auto": "auto", "off": 0}
-    return PrimitiveConstructorSpec(
-        nargs=1,
-        metavar="auto|off|INT",
-        instance_from_str=lambda typed: words[typed[0]] if typed[0] in words else constructor.instance_from_str(typed),
-        is_instance=lambda value: value == "auto" or isinstance(value, int),
-        str_from_instance=lambda value: [str(value)],
-    )
+def _whole(low: int, high: int) -> PrimitiveConstructorSpec[Any]:
+    words = f"greater than 0 and at most {high}" if low else f"from 0 to {high}"
+    return option(int, "INT", f"a whole number {words}", lambda value: low <= value <= high)
 
 
 def steps_in(seconds: float, dt: float) -> int:
@@ -107,30 +81,36 @@ def steps_in(seconds: float, dt: float) -> int:
     return steps
 
 
-Positive = Annotated[float, _positive(optional=False)]
-OptionalPositive = Annotated[float | None, _positive(optional=True)]
-ThreePositive = Annotated[tuple[float, float, float], _three_positive(optional=False)]
-OptionalThreePositive = Annotated[tuple[float, float, float] | None, _three_positive(optional=True)]
-NotNegative = Annotated[
-    float, option(float, "FLOAT", "a number that is not negative", optional=False, fits=lambda value: value >= 0)
+_positive = partial(option, float, "FLOAT", "a number greater than 0", lambda value: value > 0)
+_SECONDS = option(
+    float,
+    "FLOAT",
+    f"a number greater than 0 and at most {MOST_SECONDS:g}",
+    lambda value: 0 < value <= MOST_SECONDS,
+)
+_COUNT = _whole(1, MOST_COUNT)
+
+Positive = Annotated[float, _positive()]
+OptionalPositive = Annotated[float | None, _positive()]
+ThreePositive = Annotated[tuple[float, float, float], _positive(count=3)]
+OptionalThreePositive = Annotated[tuple[float, float, float] | None, _positive(count=3)]
+NotNegative = Annotated[float, option(float, "FLOAT", "a number that is not negative", lambda value: value >= 0)]
+Seconds = Annotated[float, _SECONDS]
+OptionalSeconds = Annotated[float | None, _SECONDS]
+Count = Annotated[int, _COUNT]
+OptionalCount = Annotated[int | None, _COUNT]
+OptionalSamples = Annotated[
+    int | None, _whole(1, MOST_SAMPLES), tyro.conf.arg(help="MPPI samples; the robot's own number by default.")
 ]
-Seconds = Annotated[float, _seconds(optional=False)]
-OptionalSeconds = Annotated[float | None, _seconds(optional=True)]
-Count = Annotated[int, _count(optional=False)]
-OptionalCount = Annotated[int | None, _count(optional=True)]
-OptionalSamples = Annotated[int | None, _count(optional=True, most=MOST_SAMPLES)]
-OptionalRound = Annotated[
-    int | None,
-    option(int, "INT", "a whole number from 0 on", optional=True, fits=lambda value: value >= 0),
-]
-Seed = Annotated[
-    int,
+OptionalRound = Annotated[int | None, option(int, "INT", "a whole number from 0 on", lambda value: value >= 0)]
+Seed = Annotated[int, _whole(0, MOST_SEED)]
+Memory = Annotated[
+    int | Literal["auto"],
     option(
         int,
-        "INT",
-        f"a whole number from 0 to {MOST_SEED}",
-        optional=False,
-        fits=lambda value: 0 <= value <= MOST_SEED,
+        "auto|off|INT",
+        f"auto, off or a whole number from 0 to {MOST_COMMANDS}",
+        lambda value: 0 <= value <= MOST_COMMANDS,
+        words={"auto": "auto", "off": 0},
     ),
 ]
-Memory = Annotated[int | Literal["auto"], _memory()]

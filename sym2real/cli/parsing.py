@@ -110,4 +110,4 @@ def _number_or_text(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | 
     kind = next(option for option in options if option is not type(None)) if optional else info.type
     if kind not in WANTED or not (optional or kind in (float, int)):
         return None
-    return option(kind, *WANTED[kind], optional=optional)
+    return option(kind, *WANTED[kind])

@@ -13,6 +13,7 @@ from rich.console import Console
 from sym2real.cli.numbers import NotNegative, Seconds, steps_in
 from sym2real.cli.of_logs import OfLogs
 from sym2real.cli.places import Place
+from sym2real.cli.positionals import JsonFile
 
 if TYPE_CHECKING:
     from sym2real.dataset import Dataset
@@ -52,8 +53,7 @@ class PlanFlight(OfLogs):
     robots a fiftieth of the commands' range."""
     exclude: tuple[str, ...] = ()
     """Effects that are not looked at (KIND or KIND:COLUMN)."""
-    json: Path | None = None
-    """Write the result to this file (- is standard output)."""
+    json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
         """Simulate or read, print the table."""

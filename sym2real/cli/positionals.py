@@ -1,4 +1,4 @@
-"""What a verb takes without an option, by the names that its help uses."""
+"""What several verbs take, with the names and the words that their help uses."""
 
 from __future__ import annotations
 
@@ -9,7 +9,18 @@ import tyro
 
 from sym2real.cli.places import Place
 
-ModelPlace = Annotated[Place, tyro.conf.Positional, tyro.conf.arg(metavar="MODEL")]
+JsonFile = Annotated[Path | None, tyro.conf.arg(help="Write the result to this file (- is standard output).")]
+HtmlFile = Annotated[Path | None, tyro.conf.arg(help="Write the whole as one HTML file that works offline.")]
+RerunFile = Annotated[
+    Path | None,
+    tyro.conf.arg(help="Write what was measured and predicted as a recording for the Rerun viewer (.rrd)."),
+]
+LogsOfModel = Annotated[tuple[Path, ...], tyro.conf.arg(help="Logs that the model is for: it gets their time step.")]
+ModelPlace = Annotated[
+    Place,
+    tyro.conf.Positional,
+    tyro.conf.arg(metavar="MODEL", help="A model folder, or a robot's name (its base is learned once and cached)."),
+]
 TargetPlace = Annotated[Place, tyro.conf.Positional, tyro.conf.arg(metavar="TARGET")]
 ExperimentPlace = Annotated[Place, tyro.conf.Positional, tyro.conf.arg(metavar="NAME")]
 RobotPlace = Annotated[Place, tyro.conf.Positional, tyro.conf.arg(metavar="ROBOT")]

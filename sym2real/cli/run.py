@@ -10,7 +10,7 @@ from rich.console import Console
 
 from sym2real.cli.numbers import OptionalSamples, OptionalSeconds, Seed, steps_in
 from sym2real.cli.places import Place
-from sym2real.cli.positionals import ModelPlace, TaskName
+from sym2real.cli.positionals import HtmlFile, JsonFile, ModelPlace, TaskName
 
 if TYPE_CHECKING:
     from sym2real.experiments.flying import Flight
@@ -34,7 +34,6 @@ class Run:
     """
 
     model: ModelPlace
-    """A model folder, or a robot's name (its base is learned once and cached)."""
     task: TaskName
     """hover, circle, lemniscate, track, park, reverse_circle or, of any robot, regulate."""
     plant: Place = "simulator"
@@ -42,17 +41,14 @@ class Run:
     seconds: OptionalSeconds = None
     """Length of the episode; the task's own by default."""
     samples: OptionalSamples = None
-    """MPPI samples; the robot's own number by default."""
     realtime: bool = False
     """Draw only as many samples as hold the control period on this machine."""
     seed: Seed = 0
     """Of the start and the samples."""
     out: Path | None = None
     """Folder for the log (CSV) and a figure of the path."""
-    report: Path | None = None
-    """Write the whole as one HTML file that works offline."""
-    json: Path | None = None
-    """Write the result to this file (- is standard output)."""
+    report: HtmlFile = None
+    json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
         """Fly, print the figures, write the log."""

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 
-from sym2real.cli.positionals import ModelPlace
+from sym2real.cli.positionals import JsonFile, ModelPlace
 
 
 @dataclass(frozen=True)
@@ -19,11 +18,9 @@ class Show:
     """
 
     model: ModelPlace
-    """A model folder, or a robot's name (its base is learned once and cached)."""
     latex: bool = False
     """Print LaTeX too."""
-    json: Path | None = None
-    """Write the result to this file (- is standard output)."""
+    json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
         """Print the tables."""

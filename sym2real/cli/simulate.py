@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Literal
 from rich.console import Console
 
 from sym2real.cli.numbers import OptionalSeconds, Seed, steps_in
-from sym2real.cli.positionals import RobotPlace, TaskName
+from sym2real.cli.positionals import JsonFile, RobotPlace, TaskName
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,7 @@ class Simulate:
     joints 0.5 mm or 0.001 rad, their rates by differences."""
     seed: Seed = 0
     """Of a car's start, the random commands and the noise; a quadrotor's flight without either has nothing random."""
-    json: Path | None = None
-    """Write the result to this file (- is standard output)."""
+    json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
         """Fly, print the figures, write the log."""

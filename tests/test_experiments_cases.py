@@ -71,14 +71,14 @@ BAD = {
     "option": (GOOD + "options = { size = 3 }\n", "case 'one'.*size"),
     "effect": (GOOD + 'effects = [{ effect = "winds", fx = 0.1 }]\n', "case 'one'.*did you mean 'wind'"),
     "parameter": (GOOD + 'effects = [{ effect = "wind", fw = 0.1 }]\n', "case 'one'.*fw"),
-    "no number": (GOOD + 'effects = [{ effect = "wind", fx = true }]\n', "wind, fx: a finite number, found True"),
+    "no number": (GOOD + 'effects = [{ effect = "wind", fx = true }]\n', "wind, fx to be a finite number, found True"),
     "a number without end": (
-        GOOD + f'effects = [{{ effect = "wind", fx = 1{"0" * 400} }}]\n', "wind, fx: a finite number, found 1000"
+        GOOD + f'effects = [{{ effect = "wind", fx = 1{"0" * 400} }}]\n', "wind, fx to be a finite number, found 1000"
     ),
     "an option without end": (GOOD + f'options = {{ radius = 1{"0" * 400} }}\n', "case 'one'"),
     "too many digits": (f"title = 1{'0' * 5000}\n", "cases in TOML, found .*digits"),
     "nested without end": (f"title = {'[' * 5000}\n", "cases in TOML"),
-    "no list": (GOOD + 'effects = "wind"\n', r"case 'one', effects: a list of \{ effect = NAME"),
+    "no list": (GOOD + 'effects = "wind"\n', r"case 'one', effects to be a list of \{ effect = NAME"),
     "mechanism": (GOOD + 'mechanisms = [{ mechanism = "swing" }]\n', "case 'one'.*unknown mechanism 'swing'"),
     "its numbers": (
         GOOD + 'mechanisms = [{ mechanism = "latency", second = 1 }]\n', "expected the numbers value, found second"

@@ -90,8 +90,8 @@ BAD = {
     "drop_first = -1": "drop_first to be a whole number ≥ 0, found -1",
     "drop_first = true": "found True",
     "mass = 'heavy'": "mass to be a number > 0",
-    "columns = 'x'": "columns to be dict",
-    "name = 4": "name to be str",
+    "columns = 'x'": "columns to be a table",
+    "name = 4": "name to be a text",
 }
 
 

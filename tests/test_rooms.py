@@ -30,6 +30,7 @@ FLOORS: dict[str, int] = {
             "files",
             "upward",
             "threads",
+            "toml_tables",
         ),
         0,
     ),

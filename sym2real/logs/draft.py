@@ -7,7 +7,7 @@ from typing import Literal
 
 from sym2real.logs.assignment import Assignment
 from sym2real.logs.evidence import Stretch
-from sym2real.logs.parts import Attitude, Derived, Frames, Source, TimeBase
+from sym2real.logs.parts import Attitude, Derived, Frames, Source, TimeBase, VelocityFrame
 from sym2real.logs.signals import Series
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.table import Table
@@ -66,7 +66,7 @@ class Draft:
     units: dict[str, str] = field(default_factory=dict)
     attitudes: dict[str, Attitude] = field(default_factory=dict)
     frames: Frames = "z_up"
-    velocity_frame: Literal["world", "body"] = "world"
+    velocity_frame: VelocityFrame = "world"
     derived: list[Derived] = field(default_factory=list)
     heading: Series = field(default_factory=list)
     world: Series = field(default_factory=list)

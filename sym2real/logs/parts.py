@@ -11,12 +11,8 @@ Order = Literal["wxyz", "xyzw"]
 Direction = Literal["body_to_world", "world_to_body"]
 Frames = Literal["z_up", "ned_frd"]
 Derived = Literal["velocity", "rate"]
+VelocityFrame = Literal["world", "body"]
 
-ORDERS = ("wxyz", "xyzw")
-DIRECTIONS = ("body_to_world", "world_to_body")
-FRAMES = ("z_up", "ned_frd")
-DERIVED = ("velocity", "rate")
-VELOCITY_FRAMES = ("world", "body")
 # Attitudes that a specification can hold, and what stands before and after their standard columns.
 ATTITUDES = {"attitude": ("", ""), "attitude_command": ("", "_cmd"), "reference_attitude": ("ref_", "")}
 STANDARD_COLUMNS = (*UNIT_OF_COLUMN, *(f"ref_{column}" for column in UNIT_OF_COLUMN))

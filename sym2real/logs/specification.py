@@ -30,13 +30,11 @@ import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal
 
 from sym2real.errors import DataError, UnknownNameError, reason
 from sym2real.files import require_file, write_text
-from sym2real.logs import spec_text
-from sym2real.logs.parts import Attitude, Derived, Frames, Source, TimeBase
-from sym2real.logs.spec_check import SpecChecker
+from sym2real.logs import spec_check, spec_text
+from sym2real.logs.parts import Attitude, Derived, Frames, Source, TimeBase, VelocityFrame
 from sym2real.registry import Registry
 
 
@@ -80,7 +78,7 @@ class LogSpec:
     flip: tuple[str, ...] = ()
     hold: tuple[str, ...] = ()
     derive: tuple[Derived, ...] = ()
-    velocity_frame: Literal["world", "body"] = "world"
+    velocity_frame: VelocityFrame = "world"
     frames: Frames = "z_up"
     mass: float = 1.0
     header: tuple[str, ...] = ()
@@ -107,7 +105,7 @@ class LogSpec:
         Raises:
             DataError: naming ``file``, the key, what was expected and what was found.
         """
-        return cls(**SpecChecker(file).keywords(text, cls.__dataclass_fields__))
+        return cls(**spec_check.keywords(text, file))
 
     @classmethod
     def load(cls, path: str | Path) -> LogSpec:

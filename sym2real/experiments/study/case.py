@@ -20,13 +20,28 @@ from sym2real.plants import MujocoPlant
 from sym2real.registry import Registry
 from sym2real.robots import ROBOTS, Robot
 from sym2real.tasks import Task, make_task
+from sym2real.toml_tables import SWITCH, TABLE, TEXT, Rule, checked, number, tables, texts
 
 Parts: TypeAlias = tuple[tuple[str, Mapping[str, float]], ...]
 
 FOLDER = resources.files("sym2real.experiments").joinpath("cases")
-FIELDS = {"name", "title", "robot", "task"}
-OPTIONAL = {"options", "effects", "mechanisms", "truth", "paper", "ensemble"}
-SUITE_FIELDS = {"title", "contestants", "case"}
+OF_SUITE = {
+    "title": TEXT,
+    "contestants": texts("a list of names"),
+    "case": tables("at least one [[case]]", least=1),
+}
+OF_CASE = {
+    **dict.fromkeys(("title", "robot", "task", "paper"), TEXT),
+    "name": Rule(
+        "of letters, digits and hyphens: it names files",
+        lambda name: isinstance(name, str) and name.replace("-", "").isalnum(),
+    ),
+    "options": TABLE,
+    "effects": tables("a list of { effect = NAME, number = … }"),
+    "mechanisms": tables("a list of { mechanism = NAME, number = … }"),
+    "truth": texts("a list of effects"),
+    "ensemble": SWITCH,
+}
 
 
 @dataclass(frozen=True)
@@ -126,38 +141,25 @@ def load_suite(name: str) -> Suite:
 
 
 def _suite(file: Path, table: Mapping[str, Any]) -> Suite:
-    _require_fields(file, "the file", table, SUITE_FIELDS, set())
-    _require(file, "contestants", "a list of names", _texts(table["contestants"]), table["contestants"])
+    given = checked(file, table, OF_SUITE, kind="field", needed=OF_SUITE)
     try:
-        asked = tuple(name for name in table["contestants"] if CONTESTANTS[name])
+        asked = tuple(name for name in given["contestants"] if CONTESTANTS[name])
     except UnknownNameError as error:
         raise DataError(file, "contestants that exist", str(error)) from error
-    rows = table["case"]
-    good = isinstance(rows, list) and rows and all(isinstance(row, dict) for row in rows)
-    _require(file, "case", "at least one [[case]]", bool(good), rows)
-    cases = tuple(_case(file, row) for row in rows)
+    cases = tuple(_case(file, row) for row in given["case"])
     names = [case.name for case in cases]
-    _require(file, "name", "a name of its own for every case", len(set(names)) == len(names), names)
-    return Suite(str(table["title"]), asked, cases)
+    if len(set(names)) < len(names):
+        raise DataError(file, "name: a name of its own for every case", ", ".join(names))
+    return Suite(given["title"], asked, cases)
 
 
 def _case(file: Path, row: Mapping[str, Any]) -> Case:
     where = f"case {row.get('name', '')!r}"
-    _require_fields(file, where, row, FIELDS, OPTIONAL)
-    for key in sorted(FIELDS | {"paper"}):
-        _require(file, f"{where}, {key}", "a text", isinstance(row.get(key, ""), str), row.get(key))
-    plain = row["name"].replace("-", "").isalnum()
-    _require(file, f"{where}, name", "letters, digits and hyphens: it names files", plain, row["name"])
-    effects = _parts(file, where, row, "effect")
-    truth = row.get("truth", [key for key, _ in effects])
-    _require(file, f"{where}, truth", "a list of effects", _texts(truth), truth)
-    ensemble = row.get("ensemble", False)
-    _require(file, f"{where}, ensemble", "true or false", isinstance(ensemble, bool), ensemble)
-    options = row.get("options", {})
-    _require(file, f"{where}, options", "a table", isinstance(options, dict), options)
-    text = {key: row.get(key, "") for key in (*FIELDS, "paper")}
-    mechanisms = _parts(file, where, row, "mechanism")
-    case = Case(**text, options=options, effects=effects, mechanisms=mechanisms, truth=tuple(truth), ensemble=ensemble)
+    given = checked(file, row, OF_CASE, where=f"{where}, ", kind="field", needed=("name", "title", "robot", "task"))
+    for kind in ("effect", "mechanism"):
+        given[f"{kind}s"] = _parts(file, where, given.get(f"{kind}s", ()), kind)
+    given.setdefault("truth", tuple(key for key, _ in given["effects"]))
+    case = Case(**given)
     try:
         require_possible(case)
     except (Sym2RealError, TypeError, OverflowError) as error:
@@ -183,42 +185,11 @@ def require_possible(case: Case) -> None:
         effect(key, robot)
 
 
-def _parts(file: Path, where: str, row: Mapping[str, Any], kind: str) -> Parts:
+def _parts(file: Path, where: str, entries: Sequence[Mapping[str, Any]], kind: str) -> Parts:
     """``effects`` or ``mechanisms`` of a case."""
-    given = row.get(f"{kind}s", [])
-    good = isinstance(given, list) and all(
-        isinstance(entry, dict) and isinstance(entry.get(kind), str) for entry in given
-    )
-    _require(file, f"{where}, {kind}s", f"a list of {{ {kind} = NAME, number = … }}", good, given)
-    for entry in given:
-        for name, value in entry.items():
-            _require(file, f"{where}, {entry[kind]}, {name}", "a finite number", name == kind or _finite(value), value)
-    return tuple(
-        (entry[kind], {name: float(value) for name, value in entry.items() if name != kind}) for entry in given
-    )
-
-
-def _finite(value: Any) -> bool:
-    """Whether a value is a number that a float holds; TOML's integers have no end."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    try:
-        return math.isfinite(value)
-    except OverflowError:
-        return False
-
-
-def _texts(value: Any) -> bool:
-    return isinstance(value, Sequence) and not isinstance(value, str) and all(isinstance(text, str) for text in value)
-
-
-def _require_fields(file: Path, where: str, table: Mapping[str, Any], needed: set[str], allowed: set[str]) -> None:
-    missing, strange = sorted(needed - table.keys()), sorted(table.keys() - needed - allowed)
-    _require(file, where, f"the fields {', '.join(sorted(needed))}", not missing, f"no {', '.join(missing)}")
-    if strange:
-        raise DataError(file, f"in {where} known fields", str(UnknownNameError("field", strange[0], needed | allowed)))
-
-
-def _require(file: Path, where: str, expected: str, holds: bool, found: Any) -> None:
-    if not holds:
-        raise DataError(file, f"{where}: {expected}", found if isinstance(found, str) else f"{found!r:.200}")
+    found = []
+    for entry in entries:
+        rules = dict.fromkeys(entry, number("a finite number", -math.inf)) | {kind: TEXT}
+        values = checked(file, entry, rules, where=f"{where}, {entry.get(kind, kind)}, ", needed=(kind,))
+        found.append((values.pop(kind), values))
+    return tuple(found)

@@ -8,14 +8,16 @@ import pytest
 
 from sym2real.data import example_flight
 from sym2real.diagnosis import Diagnosis, diagnose
-from sym2real.experiments.real_flight import motor_level_equations
-from sym2real.logs import read_log
+from sym2real.experiments.thrust_of_log import thrust_of_log
+from sym2real.logs import load_spec, read_log
+from sym2real.robots import Motors, quadrotor
 
 
 @pytest.fixture(scope="module")
 def found() -> Diagnosis:
     spec = "crazyflie_battery_drag"
-    equations = motor_level_equations(example_flight(), spec)
+    motors = Motors(thrust=thrust_of_log(example_flight(), load_spec(spec)).per_mass)
+    equations = quadrotor(None, interface="motors", attitude="measured", motors=motors, dt=0.02)
     return diagnose(equations, read_log(example_flight(), spec=spec, layouts=equations.layouts, dt=equations.dt))
 
 

@@ -57,7 +57,10 @@ class Run:
         from sym2real.cli.report import write_report
         from sym2real.control import mppi_controller
         from sym2real.experiments.flying import fly
+        from sym2real.logs import write_log
         from sym2real.neural.model_folder import below
+        from sym2real.report.figures import path_figure
+        from sym2real.report.style import save
         from sym2real.report.tables import flight_table
         from sym2real.tasks import make_task
 
@@ -72,11 +75,14 @@ class Run:
         with steps_progress(f"{self.task} with {controller.samples} samples", steps) as on_step:
             flight = fly(plant, controller, task, seconds=self.seconds, seed=self.seed, on_step=on_step, name=self.task)
         console.print(flight_table([flight], self.plant if self.plant in PLAIN else f"simulator of {self.plant}"))
-        result = flight_result(flight) | {"samples": controller.samples}
+        name = flight.trajectory.name
+        judged = ("tracking", "final", "crashed", "act_median", "act_p99")
+        result = {"task": name, **{part: getattr(flight, part) for part in judged}, "samples": controller.samples}
         if self.out:
-            files = write_flight(flight, self.out)
-            console.print(f"log in {files['log']}, path in {files['figure']}", markup=False)
-            result |= files
+            result["log"] = log = self.out / f"{name}.csv"
+            write_log(flight.trajectory, log)
+            result["figure"] = save(path_figure(flight.trajectory), self.out, name)
+            console.print(f"log in {log}, path in {result['figure']}", markup=False)
         if self.report:
             result["report"] = write_report(self._page(model, flight), self.report, console)
         return result
@@ -133,26 +139,3 @@ class Run:
                 "model as a plant would start anew with every step; fly it in the simulator"
             )
         return ModelPlant(model, robot)
-
-
-def flight_result(flight: Flight) -> dict[str, Any]:
-    """What ``--json`` says of a flight."""
-    return {
-        "task": flight.trajectory.name,
-        "tracking": flight.tracking,
-        "final": flight.final,
-        "crashed": flight.crashed,
-        "act_median": flight.act_median,
-        "act_p99": flight.act_p99,
-    }
-
-
-def write_flight(flight: Flight, folder: Path) -> dict[str, Any]:
-    """Write a flight's log and a figure of its path; where they are."""
-    from sym2real.logs import write_log
-    from sym2real.report.figures import path_figure
-    from sym2real.report.style import save
-
-    name = flight.trajectory.name
-    write_log(flight.trajectory, folder / f"{name}.csv")
-    return {"log": folder / f"{name}.csv", "figure": save(path_figure(flight.trajectory), folder, name)}

@@ -62,14 +62,15 @@ class Story:
 
     def real(self, console: Console) -> dict[str, Any]:
         """First-principles equations at motor level against the log of a real Crazyflie."""
+        from sym2real.cli.nominal import NominalQuadrotor
         from sym2real.data import example_flight
-        from sym2real.experiments.real_flight import motor_level_equations
-        from sym2real.symbolic import save_model
 
         console.rule("A real Crazyflie: first-principles equations at motor level against its log")
-        folder = self.out / "real_flight"
-        save_model(motor_level_equations(example_flight(), SPEC), folder / "nominal")
-        logs = [example_flight()]
+        folder, logs = self.out / "real_flight", [example_flight()]
+        nominal = NominalQuadrotor(
+            folder / "nominal", interface="motors", attitude="measured", fit_thrust=logs[0], spec=SPEC
+        )
+        nominal.run(console)
         compared = self._compare(folder / "nominal", logs, SPEC, folder / "compare", console)
         found = self._diagnose(folder / "nominal", logs, [], SPEC, folder, console)
         return {"compared": compared, "diagnosis": found}

@@ -110,7 +110,7 @@ def gyro_agreement(draft: Draft) -> dict[str, float]:
     for i, name in enumerate(("wx", "wy", "wz")):
         turning = [part[:, i] for part in draft.body_rates]
         if draft.has(name) and turning and signals.spread(turning) > TURNING:
-            found[name] = signals.correlation(draft.raw(draft.assignment.columns[name]), turning)
+            found[name] = signals.correlation(draft.values(name), turning)
     return found
 
 

@@ -11,7 +11,7 @@ from sym2real.logs.parts import Attitude, Derived, Frames, Source, TimeBase, Vel
 from sym2real.logs.signals import Series
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.table import Table
-from sym2real.logs.units import factor
+from sym2real.logs.units import factor, standard_unit
 
 Confidence = Literal["certain", "likely", "guess", "unknown"]
 
@@ -91,14 +91,36 @@ class Draft:
         """Whether every one of these standard columns has been found."""
         return all(name in self.assignment.columns and name not in self.left_out for name in standard)
 
+    def column(self, standard: str) -> str:
+        """The log's column for a standard one."""
+        return self.assignment.columns[standard]
+
+    def values(self, standard: str) -> Series:
+        """A standard column in the log's own unit, axes and signs."""
+        return self.raw(self.column(standard))
+
+    def named_unit(self, *standard: str) -> str:
+        """The unit that the name of one of the log's columns for these states, or ""."""
+        return next((unit for name in standard if (unit := self.assignment.unit(self.column(name)))), "")
+
     def series(self, standard: str) -> Series:
         """A standard column in its SI unit as far as that is known, axes and signs as in the log."""
         scale = factor(self.units.get(standard, ""), standard)
-        return [scale * values for values in self.raw(self.assignment.columns[standard])]
+        return [scale * values for values in self.values(standard)]
 
     def add(self, column: str, meaning: str, unit: str, evidence: str, confidence: Confidence) -> None:
         """File one finding."""
         self.findings.append(Finding(column, meaning, unit, evidence, confidence))
+
+    def settle(self, standard: str, unit: str, evidence: str, confidence: Confidence) -> None:
+        """File what a standard column holds; the specification names its unit where it is not the usual one."""
+        self.units[standard] = "" if unit == standard_unit(standard) else unit
+        self.add(self.column(standard), standard, unit, evidence, confidence)
+
+    def suspect(self, column: str, evidence: str) -> None:
+        """File a column whose sign looks reversed; it stays as recorded."""
+        self.flips[column] = evidence
+        self.add(column, "sign suspected to be reversed", "", evidence, "likely")
 
     def comment(self, key: str, *lines: str) -> None:
         """Lines that follow a key of the TOML text, commented out."""

@@ -10,8 +10,7 @@ from sym2real.logs import signals
 from sym2real.logs.attitude_reading import up
 from sym2real.logs.draft import Draft
 from sym2real.logs.inspect_attitude import WEAK
-from sym2real.logs.inspect_motion import FASTEST, suspect
-from sym2real.logs.inspect_position import axis_column
+from sym2real.logs.inspect_motion import FASTEST
 from sym2real.logs.signals import Series
 from sym2real.logs.units import GRAVITY, UNITS
 from sym2real.vocabulary import MOTORS
@@ -53,28 +52,25 @@ def specific_force(draft: Draft) -> Series:
 def _thrust(draft: Draft) -> None:
     if not draft.has("thrust"):
         return
-    column = axis_column(draft, "thrust")
-    values = draft.raw(column)
-    level, named = signals.mean(values), draft.assignment.unit(column)
+    values, named = draft.values("thrust"), draft.named_unit("thrust")
+    level = signals.mean(values)
     force = specific_force(draft)
     hover = signals.mean(force) if force else GRAVITY
     share = level / hover
     answer = _answer(draft, values, force).said
     if named:
-        draft.units["thrust"] = "" if named == "N" else named
-        draft.add(column, "thrust", named, f"the name says so{answer}", "certain")
+        draft.settle("thrust", named, f"the name says so{answer}", "certain")
     elif signals.largest(values) > 100.0:
-        _counted_thrust(draft, column, values, level, answer)
+        _counted_thrust(draft, draft.column("thrust"), values, level, answer)
     elif 0.6 < share < 1.6:
-        draft.units["thrust"] = "m/s^2"
         evidence = (
             f"mean {level:.3g}, {share:.2f} times the specific force: thrust per unit mass (or N of a 1 kg robot)"
         )
-        draft.add(column, "thrust", "m/s^2", evidence + answer, "likely")
+        draft.settle("thrust", "m/s^2", evidence + answer, "likely")
     else:
         evidence = f"mean {level:.3g}: in N the robot would weigh {share:.3g} kg"
         doubt = "; a command of 0 to 1 is possible too" if signals.largest(values) <= 1.0 else ""
-        draft.add(column, "thrust", "N", evidence + doubt + answer, "guess")
+        draft.settle("thrust", "N", evidence + doubt + answer, "guess")
 
 
 def _counted_thrust(draft: Draft, column: str, values: Series, level: float, answer: str) -> None:
@@ -100,19 +96,15 @@ def _answer(draft: Draft, command: Series, response: Series) -> _Answer:
 def _motors(draft: Draft) -> None:
     if not draft.has(*MOTORS):
         return
-    columns = [axis_column(draft, name) for name in MOTORS]
-    values = [part for column in columns for part in draft.raw(column)]
+    values = [part for name in MOTORS for part in draft.values(name)]
     high, low = signals.largest(values), min(float(part.min()) for part in values)
     whole = all(bool((part == np.round(part)).all()) for part in values)
-    unit, meaning, sure = _motor_unit(
-        next((u for c in columns if (u := draft.assignment.unit(c))), ""), low, high, whole
-    )
-    total = [sum(parts) for parts in zip(*(draft.raw(column) for column in columns), strict=True)]
+    unit, meaning, sure = _motor_unit(draft.named_unit(*MOTORS), low, high, whole)
+    total = [sum(parts) for parts in zip(*map(draft.values, MOTORS), strict=True)]
     force = specific_force(draft)
     evidence = f"{low:.5g} to {high:.5g}: {meaning}{_answer(draft, total, force).said}"
-    for name, column in zip(MOTORS, columns, strict=True):
-        draft.units[name] = unit
-        draft.add(column, name, unit or "1", evidence, "likely" if sure else "unknown")
+    for name in MOTORS:
+        draft.settle(name, unit or "1", evidence, "likely" if sure else "unknown")
 
 
 def _motor_unit(named: str, low: float, high: float, whole: bool) -> tuple[str, str, bool]:
@@ -131,27 +123,23 @@ def _rate_commands(draft: Draft) -> None:
     names = [name for name in ("wx_cmd", "wy_cmd", "wz_cmd") if draft.has(name)]
     if not names:
         return
-    columns = [axis_column(draft, name) for name in names]
-    size = max(signals.largest(draft.raw(column)) for column in columns)
+    size = max(signals.largest(draft.values(name)) for name in names)
     unit, evidence = _rate_command_unit(draft, names, size)
-    for name, column in zip(names, columns, strict=True):
-        draft.units[name] = "" if unit == "rad/s" else unit
-        response = _response(draft, name.removesuffix("_cmd"))
-        answer = _answer(draft, draft.raw(column), response)
-        draft.add(column, name, unit, evidence + answer.said, "likely")
+    for name in names:
+        answer = _answer(draft, draft.values(name), _response(draft, name.removesuffix("_cmd")))
+        draft.settle(name, unit, evidence + answer.said, "likely")
         if answer.reversed and draft.world:
-            suspect(draft, column, f"the attitude turns the other way{answer.said}")
+            draft.suspect(draft.column(name), f"the attitude turns the other way{answer.said}")
 
 
 def _rate_command_unit(draft: Draft, names: list[str], size: float) -> tuple[str, str]:
-    columns = [axis_column(draft, name) for name in names]
-    if named := next((unit for column in columns if (unit := draft.assignment.unit(column))), ""):
+    if named := draft.named_unit(*names):
         return named, "the name says so"
     if size > FASTEST:
         return "deg/s", f"up to {size:.3g}, faster than a small robot turns in rad/s"
     shares = [
-        signals.ratio(draft.raw(column), response)
-        for name, column in zip(names, columns, strict=True)
+        signals.ratio(draft.values(name), response)
+        for name in names
         if (response := _response(draft, name.removesuffix("_cmd")))
     ]
     if not shares:
@@ -172,21 +160,19 @@ def _response(draft: Draft, rate: str) -> Series:
 def _car(draft: Draft) -> None:
     if not draft.has("steer"):
         return
-    column = axis_column(draft, "steer")
+    column, values = draft.column("steer"), draft.values("steer")
     if draft.has("speed"):
-        _speed(draft, axis_column(draft, "speed"))
-    values = draft.raw(column)
+        _speed(draft)
     if _are_pulses(values):
         _steering_pulses(draft, column, values)
         return
-    size, named = signals.largest(values), draft.assignment.unit(column)
+    size, named = signals.largest(values), draft.named_unit("steer")
     unit = named or ("deg" if size > STEEPEST else "rad")
-    draft.units["steer"] = "" if unit == "rad" else unit
     evidence = "the name says so" if named else f"up to {size:.3g}"
     answer = _answer(draft, values, _turning(draft))
-    draft.add(column, "steer", unit, evidence + answer.said, "certain" if named else "likely")
+    draft.settle("steer", unit, evidence + answer.said, "certain" if named else "likely")
     if answer.reversed:
-        suspect(draft, column, f"the car turns right where it is positive{answer.said}")
+        draft.suspect(column, f"the car turns right where it is positive{answer.said}")
 
 
 def _are_pulses(values: Series) -> bool:
@@ -202,7 +188,7 @@ def _steering_pulses(draft: Draft, column: str, values: Series) -> None:
     worth = "zero = 1500, scale = 0.001 }  # put the pulse straight ahead, and rad per µs"
     draft.comment("columns", f'steer = {{ column = "{column}", {worth}')
     if answer.reversed:
-        suspect(draft, column, f"the car turns right where pulses are longer{answer.said}")
+        draft.suspect(column, f"the car turns right where pulses are longer{answer.said}")
 
 
 def _turning(draft: Draft) -> Series:
@@ -213,21 +199,17 @@ def _turning(draft: Draft) -> Series:
     return [left * part for part in _response(draft, "wz")]
 
 
-def _speed(draft: Draft, column: str) -> None:
+def _speed(draft: Draft) -> None:
+    values, named = draft.values("speed"), draft.named_unit("speed")
     pace: Series = []
     if draft.has("vx", "vy"):
         pace = [np.hypot(a, b) for a, b in zip(draft.series("vx"), draft.series("vy"), strict=True)]
-    answer = _answer(draft, [np.abs(part) for part in draft.raw(column)], pace)
-    evidence = f"up to {signals.largest(draft.raw(column)):.3g}"
-    named = draft.assignment.unit(column)
-    draft.units["speed"] = "" if named == "m/s" else named
-    draft.add(column, "speed", named or "m/s", evidence + answer.said, "certain" if named else "guess")
+    evidence = f"up to {signals.largest(values):.3g}{_answer(draft, [np.abs(part) for part in values], pace).said}"
+    draft.settle("speed", named or "m/s", evidence, "certain" if named else "guess")
 
 
 def _battery(draft: Draft) -> None:
-    column = axis_column(draft, "vbat")
-    level, named = signals.mean(draft.raw(column)), draft.assignment.unit(column)
+    level, named = signals.mean(draft.values("vbat")), draft.named_unit("vbat")
     # The largest packs of such robots have 12 cells of 4.2 V.
     unit = named or ("mV" if level > 60.0 else "V")
-    draft.units["vbat"] = "" if unit == "V" else unit
-    draft.add(column, "vbat", unit, f"mean {level:.4g}", "certain" if named else "likely")
+    draft.settle("vbat", unit, f"mean {level:.4g}", "certain" if named else "likely")

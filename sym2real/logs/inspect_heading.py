@@ -14,8 +14,6 @@ from sym2real.logs.assignment import HEADINGS
 from sym2real.logs.course import TOGETHER, between, course, decides, together
 from sym2real.logs.draft import Draft
 from sym2real.logs.inspect_attitude import angle_unit
-from sym2real.logs.inspect_motion import suspect
-from sym2real.logs.inspect_position import axis_column
 from sym2real.logs.parts import Source
 from sym2real.logs.signals import Series
 from sym2real.logs.units import UNITS
@@ -42,23 +40,16 @@ def inspect_yaw(draft: Draft) -> None:
     for name in ("yaw", "ref_yaw"):
         if not draft.has(name):
             continue
-        column = axis_column(draft, name)
-        values, named = draft.raw(column), draft.assignment.unit(column)
+        column, values, named = draft.column(name), draft.values(name), draft.named_unit(name)
         found = _by_course(values, ways) or _by_wraps(values) or _by_rate(draft, name)
         reading = found or _Reading(*angle_unit(draft, [column], signals.largest(values)))
         if named and reading.unit != named:
             contradiction = f"the name says {named}, the numbers say {reading.unit}"
             draft.comment(name, contradiction)
             reading = replace(reading, evidence=f"{contradiction}: {reading.evidence}")
-        draft.units[name] = "" if reading.unit == "rad" else reading.unit
         jumps = sum(int((np.abs(np.diff(part)) > 0.75 * _turn(reading.unit)).sum()) for part in values)
-        draft.add(
-            column,
-            name,
-            reading.unit,
-            f"{reading.evidence}; wraps {jumps} times",
-            "certain" if reading.sure else "likely",
-        )
+        evidence = f"{reading.evidence}; wraps {jumps} times"
+        draft.settle(name, reading.unit, evidence, "certain" if reading.sure else "likely")
         _sense(draft, name, column, ways, reading)
 
 
@@ -79,7 +70,7 @@ def _courses(draft: Draft) -> Series:
     if not draft.assignment.is_car or not draft.has("x", "y"):
         return []
     logs = zip(draft.stamps, draft.series("x"), draft.series("y"), strict=True)
-    speeds = draft.raw(axis_column(draft, "speed")) if draft.has("speed") else [None] * len(draft.looked_at)
+    speeds = draft.values("speed") if draft.has("speed") else [None] * len(draft.looked_at)
     return [course(*log, speed) for log, speed in zip(logs, speeds, strict=True)]
 
 
@@ -87,7 +78,7 @@ def _sense(draft: Draft, name: str, column: str, ways: Series, reading: _Reading
     """File a heading that turns against the path, or is counted from elsewhere; it stays as recorded."""
     heading = [reading.sense * part for part in draft.series(name)]
     if reading.sense < 0:
-        suspect(draft, column, "turns against the path: the heading, not the steering, is counted the other way round")
+        draft.suspect(column, "turns against the path: the heading, not the steering, is counted the other way round")
     if ways and together(ways, heading) > TOGETHER and (apart := between(ways, heading)):
         heading = [part + apart for part in heading]
         # (log - zero) with the sign of the sense is the heading: zero = -sense · apart, in the log's unit.
@@ -139,7 +130,7 @@ def _by_rate(draft: Draft, name: str) -> _Reading | None:
         return None
     factor = UNITS[draft.assignment.unit(rate)][1]
     turning = [factor * part for part in draft.raw(rate)]
-    slopes = signals.slopes(draft.stamps, draft.raw(axis_column(draft, name)))
+    slopes = signals.slopes(draft.stamps, draft.values(name))
     if abs(signals.correlation(slopes, turning)) < TOGETHER:
         return None
     share = signals.ratio(slopes, turning)

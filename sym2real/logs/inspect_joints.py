@@ -9,7 +9,6 @@ from sym2real.layout import Layouts
 from sym2real.logs import signals
 from sym2real.logs.draft import Confidence, Draft
 from sym2real.logs.inspect_attitude import CLEAR, WEAK
-from sym2real.logs.inspect_motion import suspect
 from sym2real.logs.joint_names import Matching
 from sym2real.logs.name_words import words_and_unit
 from sym2real.logs.of_model import own_units
@@ -41,7 +40,7 @@ def inspect_joints(draft: Draft, matching: Matching, layouts: Layouts) -> None:
                 continue
             units |= _pair(draft, (joint, rate), (wanted[joint], wanted[rate]))
             if found < -CLEAR:
-                suspect(draft, matching.found[rate].source, f"correlation {found:+.2f} with the slope of {joint}")
+                draft.suspect(matching.found[rate].source, f"correlation {found:+.2f} with the slope of {joint}")
     for column, match in matching.found.items():
         if column in left:
             continue
@@ -53,11 +52,11 @@ def inspect_joints(draft: Draft, matching: Matching, layouts: Layouts) -> None:
 
 
 def _moves(draft: Draft, joint: str) -> bool:
-    return signals.spread(signals.slopes(draft.stamps, draft.raw(draft.assignment.columns[joint]))) > MOVING
+    return signals.spread(signals.slopes(draft.stamps, draft.values(joint))) > MOVING
 
 
 def _correlation(draft: Draft, joint: str, rate: str) -> float:
-    place, speed = (draft.raw(draft.assignment.columns[column]) for column in (joint, rate))
+    place, speed = (draft.values(column) for column in (joint, rate))
     return signals.correlation(speed, signals.slopes(draft.stamps, place))
 
 

@@ -8,7 +8,6 @@ from sym2real.logs import derive, signals
 from sym2real.logs.attitude_reading import TURNING, gyro_agreement, tilt_agreement
 from sym2real.logs.draft import Draft
 from sym2real.logs.inspect_attitude import CLEAR, WEAK
-from sym2real.logs.inspect_position import axis_column
 from sym2real.logs.parts import Attitude
 from sym2real.logs.signals import Series
 from sym2real.logs.units import UNITS
@@ -38,29 +37,21 @@ def inspect_velocities(draft: Draft) -> None:
         _decide_velocity_frame(draft, moving, true, body)
     against = body if draft.velocity_frame == "body" else true
     for name in names:
-        column = axis_column(draft, name)
-        unit, evidence = _velocity_unit(draft, column, against[name] if name in moving else None)
-        draft.units[name] = "" if unit == "m/s" else unit
-        draft.add(column, name, unit, evidence, "certain" if name in moving else "likely")
-        found = signals.correlation(draft.raw(column), against[name]) if name in moving else 0.0
+        unit, evidence = _velocity_unit(draft, name, against[name] if name in moving else None)
+        draft.settle(name, unit, evidence, "certain" if name in moving else "likely")
+        found = signals.correlation(draft.values(name), against[name]) if name in moving else 0.0
         if found < -CLEAR:
-            suspect(draft, column, f"correlation {found:+.2f} with the slope of {name[1]}")
+            draft.suspect(draft.column(name), f"correlation {found:+.2f} with the slope of {name[1]}")
 
 
-def suspect(draft: Draft, column: str, evidence: str) -> None:
-    """File a column whose sign looks reversed; it stays as recorded."""
-    draft.flips[column] = evidence
-    draft.add(column, "sign suspected to be reversed", "", evidence, "likely")
-
-
-def _velocity_unit(draft: Draft, column: str, true: Series | None) -> tuple[str, str]:
-    if named := draft.assignment.unit(column):
+def _velocity_unit(draft: Draft, name: str, true: Series | None) -> tuple[str, str]:
+    if named := draft.named_unit(name):
         return named, "the name says so"
     if true is None:
         return "m/s", "too little motion to tell the unit"
-    share = signals.ratio(draft.raw(column), true)
+    share = signals.ratio(draft.values(name), true)
     unit = {1.0: "m/s", 100.0: "cm/s", 1000.0: "mm/s"}[signals.nearest(share, [1.0, 100.0, 1000.0])]
-    found = signals.correlation(draft.raw(column), true)
+    found = signals.correlation(draft.values(name), true)
     return unit, f"{share:.3g} times the slope of the position in m, correlation {found:+.2f}"
 
 
@@ -82,7 +73,7 @@ def in_body(draft: Draft, true: dict[str, Series]) -> dict[str, Series]:
 
 def _explained(draft: Draft, names: list[str], by: dict[str, Series]) -> float:
     """Share of the variance of measured velocities that slopes of positions explain, unit and signs aside."""
-    measured = [signals.centred(signals.smooth(draft.raw(axis_column(draft, name)))) for name in names]
+    measured = [signals.centred(signals.smooth(draft.values(name))) for name in names]
     expected = [signals.centred(signals.smooth(by[name])) for name in names]
     products = sum(abs(float(a @ b)) for a, b in zip(measured, expected, strict=True))
     sizes = np.linalg.norm(np.concatenate(measured)) * np.linalg.norm(np.concatenate(expected))
@@ -114,11 +105,9 @@ def inspect_rates(draft: Draft) -> None:
     agreement = gyro_agreement(draft) if draft.world else _yaw_agreement(draft, turning)
     unit, evidence = _rate_unit(draft, names, agreement, turning)
     for name in names:
-        column = axis_column(draft, name)
-        draft.units[name] = "" if unit == "rad/s" else unit
         found = agreement.get(name)
         text = f"correlation {found:+.2f} with the slope of the attitude" if found is not None else "too little turning"
-        draft.add(column, name, unit, f"{evidence}; {text}", "certain" if found and abs(found) > CLEAR else "guess")
+        draft.settle(name, unit, f"{evidence}; {text}", "certain" if found and abs(found) > CLEAR else "guess")
     _suspect_signs(draft, tilt_agreement(draft), agreement)
 
 
@@ -133,23 +122,22 @@ def _turning(draft: Draft) -> dict[str, Series]:
 def _yaw_agreement(draft: Draft, turning: dict[str, Series]) -> dict[str, float]:
     if "wz" not in turning or not draft.has("wz") or signals.spread(turning["wz"]) < TURNING:
         return {}
-    return {"wz": signals.correlation(draft.raw(axis_column(draft, "wz")), turning["wz"])}
+    return {"wz": signals.correlation(draft.values("wz"), turning["wz"])}
 
 
 def _rate_unit(
     draft: Draft, names: list[str], agreement: dict[str, float], turning: dict[str, Series]
 ) -> tuple[str, str]:
-    columns = [axis_column(draft, name) for name in names]
-    if named := next((unit for column in columns if (unit := draft.assignment.unit(column))), ""):
+    if named := draft.named_unit(*names):
         return named, "the name says so"
     clear = [name for name in names if abs(agreement.get(name, 0.0)) > WEAK]
     factors = {1.0 / UNITS[unit][1]: unit for unit in RATE_UNITS}
     if clear:
-        share = float(np.median([signals.ratio(draft.raw(axis_column(draft, n)), turning[n]) for n in clear]))
+        share = float(np.median([signals.ratio(draft.values(n), turning[n]) for n in clear]))
         return factors[
             signals.nearest(share, list(factors))
         ], f"moves {share:.3g} times as much as the attitude in rad/s"
-    size = max(signals.largest(draft.raw(column)) for column in columns)
+    size = max(signals.largest(draft.values(name)) for name in names)
     return ("deg/s" if size > FASTEST else "rad/s"), f"up to {size:.3g}"
 
 
@@ -163,13 +151,13 @@ def _suspect_signs(draft: Draft, tilt: dict[str, float], gyro: dict[str, float])
         if attitude.euler and pushed < -CLEAR:
             reversed_by[rate] = -1.0
             evidence = f"correlation {pushed:+.3f} of the acceleration with what this angle should cause"
-            suspect(draft, attitude.euler[i], evidence)
+            draft.suspect(attitude.euler[i], evidence)
         found = gyro.get(rate, 0.0) * reversed_by.get(rate, 1.0)
         if found < -CLEAR:
             evidence = f"correlation {found:+.3f} with the slope of the attitude"
             agrees = f", which agrees with the acceleration ({pushed:+.2f})" if pushed > CLEAR else ""
             turned = f" after {attitude.euler[i]!r} is reversed" if rate in reversed_by else agrees
-            suspect(draft, axis_column(draft, rate), evidence + turned)
+            draft.suspect(draft.column(rate), evidence + turned)
     for rate in reversed_by:
         for part in draft.body_rates:
             part[:, "xyz".index(rate[1])] *= -1.0

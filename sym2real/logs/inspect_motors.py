@@ -10,7 +10,6 @@ from sym2real.logs import signals, spec_text
 from sym2real.logs.draft import Draft
 from sym2real.logs.inspect_attitude import CLEAR
 from sym2real.logs.inspect_motion import in_body
-from sym2real.logs.inspect_position import axis_column
 from sym2real.logs.motor_order import ORDERS, MotorOrder, Turning, motor_order
 from sym2real.logs.parts import Source
 from sym2real.logs.signals import Series
@@ -28,7 +27,7 @@ def inspect_motor_order(draft: Draft) -> None:
     rates = _rates(draft)
     if not rates or not draft.has(*MOTORS):
         return
-    columns = [axis_column(draft, name) for name in MOTORS]
+    columns = [draft.column(name) for name in MOTORS]
     found = motor_order(_turning(draft, rates, columns))
     if found is None:
         return

@@ -20,12 +20,11 @@ def inspect_positions(draft: Draft) -> None:
     axes = [axis for axis in "xyz" if draft.has(axis)]
     if not axes:
         return
-    pace = {axis: signals.slopes(draft.stamps, draft.raw(axis_column(draft, axis))) for axis in axes}
+    pace = {axis: signals.slopes(draft.stamps, draft.values(axis)) for axis in axes}
     push = {axis: signals.slopes(draft.stamps, pace[axis]) for axis in axes}
     unit, evidence, sure = _unit(draft, pace, push)
     for axis in axes:
-        draft.units[axis] = "" if unit == "m" else unit
-        draft.add(axis_column(draft, axis), axis, unit, evidence, "certain" if sure else "likely")
+        draft.settle(axis, unit, evidence, "certain" if sure else "likely")
     if {"x", "y"} <= set(axes):
         scale = factor(unit, "x")
         parts = [push[axis] for axis in axes]
@@ -34,14 +33,9 @@ def inspect_positions(draft: Draft) -> None:
         ]
 
 
-def axis_column(draft: Draft, standard: str) -> str:
-    """The log's column for a standard one."""
-    return draft.assignment.columns[standard]
-
-
 def _unit(draft: Draft, pace: dict[str, Series], push: dict[str, Series]) -> tuple[str, str, bool]:
     """Unit by name, else against velocities, else against the tilt, else by speed; evidence; whether it is sure."""
-    if named := next((unit for axis in pace if (unit := draft.assignment.unit(axis_column(draft, axis)))), ""):
+    if named := draft.named_unit(*pace):
         return named, "the name says so", True
     fast = float(np.percentile(np.abs(np.concatenate([part for parts in pace.values() for part in parts])), 95))
     share, against = _against_velocity(draft, pace) or _against_tilt(draft, push) or (1.0, "")
@@ -56,9 +50,8 @@ def _against_velocity(draft: Draft, pace: dict[str, Series]) -> tuple[float, str
     for axis, slopes in pace.items():
         if not draft.has(f"v{axis}"):
             continue
-        column = axis_column(draft, f"v{axis}")
-        scale = UNITS[draft.assignment.unit(column) or "m/s"][1]
-        velocity = [scale * values for values in draft.raw(column)]
+        scale = UNITS[draft.named_unit(f"v{axis}") or "m/s"][1]
+        velocity = [scale * values for values in draft.values(f"v{axis}")]
         if abs(signals.correlation(slopes, velocity)) > CLEAR:
             shares.append(signals.ratio(slopes, velocity))
     if not shares:

@@ -6,7 +6,6 @@ import numpy as np
 
 from sym2real.logs import signals
 from sym2real.logs.draft import Draft
-from sym2real.logs.inspect_position import axis_column
 from sym2real.logs.units import UNITS
 
 SPEEDS = {1.0 / factor: unit for unit, (meant, factor) in UNITS.items() if meant == "m/s"}
@@ -18,8 +17,7 @@ def inspect_wheel(draft: Draft) -> None:
     """Unit of a measured speed without direction; one that is none leaves a scale in a comment."""
     if not draft.has("wheel_speed"):
         return
-    column = axis_column(draft, "wheel_speed")
-    values, named = draft.raw(column), draft.assignment.unit(column)
+    values, named = draft.values("wheel_speed"), draft.named_unit("wheel_speed")
     ratio = _over_path(draft)
     unit = named if named in SPEEDS.values() else ""
     nearest = signals.nearest(ratio or 1.0, list(SPEEDS))
@@ -30,17 +28,12 @@ def inspect_wheel(draft: Draft) -> None:
     else:
         evidence = f"{ratio:.4g} times as fast as the path in m/s, correlation {_together(draft):+.2f}"
     if unit:
-        draft.units["wheel_speed"] = "" if unit == "m/s" else unit
-        draft.add(column, "wheel_speed", unit, evidence, "likely" if ratio is None else "certain")
+        draft.settle("wheel_speed", unit, evidence, "likely" if ratio is None else "certain")
         return
+    column = draft.column("wheel_speed")
     draft.left_out.add("wheel_speed")
-    draft.add(
-        column,
-        "speed of the wheels",
-        "?",
-        f"{evidence}: no unit of a speed ({signals.largest(values):.4g} at most)",
-        "unknown",
-    )
+    evidence += f": no unit of a speed ({signals.largest(values):.4g} at most)"
+    draft.add(column, "speed of the wheels", "?", evidence, "unknown")
     scale = f"scale = {1.0 / ratio:.6g} }}  # m/s per count, as the path says" if ratio else "scale = 1.0 }"
     draft.comment("columns", f'wheel_speed = {{ column = "{column}", {scale}')
 
@@ -50,7 +43,7 @@ def _over_path(draft: Draft) -> float | None:
     if not draft.has("x", "y"):
         return None
     path = float(np.concatenate(_pace(draft)).mean())
-    speed = float(np.abs(np.concatenate(draft.raw(axis_column(draft, "wheel_speed")))).mean())
+    speed = float(np.abs(np.concatenate(draft.values("wheel_speed"))).mean())
     return speed / path if path > MOVING and speed > 0 else None
 
 
@@ -60,4 +53,4 @@ def _pace(draft: Draft) -> signals.Series:
 
 
 def _together(draft: Draft) -> float:
-    return signals.correlation([np.abs(part) for part in draft.raw(axis_column(draft, "wheel_speed"))], _pace(draft))
+    return signals.correlation([np.abs(part) for part in draft.values("wheel_speed")], _pace(draft))

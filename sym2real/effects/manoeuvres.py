@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from sym2real.layout import Layout, motors_of
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import VELOCITY
+from sym2real.vocabulary import ATTITUDE, VELOCITY
 
 # Length of the mean heading vector above which yaw stays (standard deviation below 0.46 rad).
 STEADY_YAW = 0.9
@@ -49,13 +49,11 @@ def always(logs: Iterable[Trajectory]) -> bool:
 
 def steady_yaw(logs: Iterable[Trajectory]) -> bool:
     """Whether a quadrotor looks one way: a force from the ground then looks like a tilted sensor."""
-    headings = []
-    for log in logs:
-        if not _has(log, ("qw", "qx", "qy", "qz")):
-            return False
-        w, x, y, z = (log.column(name) for name in ("qw", "qx", "qy", "qz"))
-        headings.append(np.exp(1j * np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))))
-    return bool(headings) and bool(abs(np.concatenate(headings).mean()) > STEADY_YAW)
+    if not (found := _joined(logs, ATTITUDE.columns)):
+        return False
+    w, x, y, z = found
+    heading = np.exp(1j * np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+    return bool(abs(heading.mean()) > STEADY_YAW)
 
 
 def steady_thrust(logs: Iterable[Trajectory]) -> bool:
@@ -69,24 +67,19 @@ def steady_thrust(logs: Iterable[Trajectory]) -> bool:
 
 def one_speed(logs: Iterable[Trajectory]) -> bool:
     """Whether half of the time is spent close to one speed."""
-    names, logs = VELOCITY.columns, list(logs)
-    if not all(_has(log, names[:1]) for log in logs):
+    logs = list(logs)
+    names = [name for name in VELOCITY.columns if all(name in log.layouts.state for log in logs)]
+    if not names or not logs:
         return False
-    values = [np.linalg.norm([log.column(name) for name in names if name in log.layouts.state], axis=0) for log in logs]
-    if not values:
-        return False
-    low, middle, high = np.quantile(np.concatenate(values), (0.25, 0.5, 0.75))
+    low, middle, high = np.quantile(np.linalg.norm(_joined(logs, names), axis=0), (0.25, 0.5, 0.75))
     return bool(high - low < ONE_SPEED * middle)
 
 
 def tyres_hold(logs: Iterable[Trajectory]) -> bool:
     """Whether a car hardly ever turns hard enough to slide."""
-    pushed = []
-    for log in logs:
-        if not _has(log, ("vx", "vy", "wz", "steer")):
-            return False
-        pushed.append(np.hypot(log.column("vx"), log.column("vy")) * abs(log.column("wz")))
-    return bool(pushed) and bool(np.quantile(np.concatenate(pushed), 0.95) < GRIP)
+    if not (found := _joined(logs, ("vx", "vy", "wz", "steer"))):
+        return False
+    return bool(np.quantile(np.hypot(found[0], found[1]) * abs(found[2]), 0.95) < GRIP)
 
 
 def calm_rates(logs: Iterable[Trajectory]) -> bool:
@@ -101,25 +94,19 @@ def calm_rates(logs: Iterable[Trajectory]) -> bool:
 
 def one_direction(logs: Iterable[Trajectory]) -> bool:
     """Whether a car only ever drives forwards, or only backwards."""
-    values = [log.column("speed") for log in logs if "speed" in log.layouts.action]
-    if not values:
+    if not (found := _joined([log for log in logs if "speed" in log.layouts.action], ["speed"])):
         return False
-    forward = float((np.concatenate(values) > 0).mean())
+    forward = float((found[0] > 0).mean())
     return max(forward, 1 - forward) > ONE_DIRECTION
 
 
 def one_circle(logs: Iterable[Trajectory]) -> bool:
     """Whether yaw rate and speed go together, as on one circle: a lever arm then looks like a turned heading."""
-    speeds, rates = [], []
-    for log in logs:
-        if not _has(log, ("sin_yaw", "cos_yaw", "vx", "vy", "wz")):
-            return False
-        speed = log.column("vx") * log.column("cos_yaw") + log.column("vy") * log.column("sin_yaw")
-        speeds.append(speed[abs(speed) > MOVING])
-        rates.append(log.column("wz")[abs(speed) > MOVING])
-    if not speeds or not sum(len(part) for part in speeds):
+    if not (found := _joined(logs, ("sin_yaw", "cos_yaw", "vx", "vy", "wz"))):
         return False
-    speed, rate = np.concatenate(speeds), np.concatenate(rates)
+    sine, cosine, vx, vy, rate = found
+    speed = vx * cosine + vy * sine
+    speed, rate = speed[moving := abs(speed) > MOVING], rate[moving]
     return bool((speed @ rate) ** 2 > ONE_CIRCLE * (speed @ speed) * (rate @ rate))
 
 
@@ -130,6 +117,14 @@ def _thrust(log: Trajectory) -> Array:
         total: Array = np.sum([log.column(name) for name in motors], axis=0)
         return total
     return np.zeros(0)
+
+
+def _joined(logs: Iterable[Trajectory], names: Sequence[str]) -> list[Array]:
+    """Columns of all logs one behind the other; none where there is no log, or one that lacks a column."""
+    logs = list(logs)
+    if not logs or not all(_has(log, names) for log in logs):
+        return []
+    return [np.concatenate([log.column(name) for log in logs]) for name in names]
 
 
 def _has(log: Trajectory, names: Iterable[str]) -> bool:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import torch
 
 from sym2real.effects import effect
 from sym2real.experiments.excitation import ColouredNoise
@@ -123,46 +124,29 @@ def sensors(robot: Robot, rng: np.random.Generator, noise: SensorNoise = STANDAR
         >>> bool((plant.reset(robot.start) != robot.start).any())
         True
     """
-    if robot.layouts.state.joints and not robot.layouts.state.has_field(POSITION.name):
-        return _encoders(robot, rng, noise)
-    layout, add_angle = robot.layouts.state, _angle_noise(robot, noise.angle)
-    position, velocity, rate = layout.slice("position"), layout.slice("velocity"), layout.slice("rate")
+    layout = robot.layouts.state
+    free = layout.has_field(POSITION.name)
+    coordinates = POSITION.columns if free else layout.joints
+    places = [layout.index(name) for name in coordinates if name in layout]
+    rates = [layout.index(layout.rates[name]) for name in coordinates if name in layout]
+    units = [layout.units[layout.columns[place]] for place in places]
+    deviations = np.array([noise.position if unit == "m" else noise.joint for unit in units])
+    facing = Layout(tuple(field for field in layout.fields if field.name in ("attitude", "heading")))
+    turned, gyro = layout.indices(facing), layout.indices(layout.field("rate").columns if free else ())
 
     def begin() -> Filter:
-        """A sensor that has measured nothing yet: velocity needs the position measured before."""
+        """Sensors that have measured nothing yet: rates by differences need what was measured before."""
         before: list[Array] = []
 
         def measure(state: Array) -> Array:
             """What is measured of a true state ``# (state,)``, m, rad, m/s, rad/s."""
-            result = add_angle(state, rng)
-            result[position] += noise.position * rng.standard_normal(position.stop - position.start)
-            result[rate] += noise.rate * rng.standard_normal(rate.stop - rate.start)
-            # Before the first row there is one more, where a constant velocity would have it.
-            first = noise.position * rng.standard_normal(position.stop - position.start)
-            earlier = before[0] if before else state[position] - robot.dt * state[velocity] + first
-            result[velocity] = (result[position] - earlier) / robot.dt
-            before[:] = [result[position].copy()]
-            return result
-
-        return measure
-
-    return Change("sensor noise", measure=begin)
-
-
-def _encoders(robot: Robot, rng: np.random.Generator, noise: SensorNoise) -> Change:
-    """Sensors of joints; a rate is known from the second row on, before which it is the true one."""
-    layout = robot.layouts.state
-    places, rates = layout.indices(layout.joints), layout.indices(layout.rates[joint] for joint in layout.joints)
-    deviations = np.array([noise.position if layout.units[joint] == "m" else noise.joint for joint in layout.joints])
-
-    def begin() -> Filter:
-        """Sensors that have measured nothing yet."""
-        before: list[Array] = []
-
-        def measure(state: Array) -> Array:
-            """What is measured of a true state ``# (state,)``."""
             result = state.copy()
+            if turned:
+                angles = torch.from_numpy(noise.angle * rng.standard_normal(facing.tangent_size))
+                result[turned] = facing.retract(torch.from_numpy(state[turned]), angles).numpy()
             result[places] += deviations * rng.standard_normal(len(places))
+            result[gyro] += noise.rate * rng.standard_normal(len(gyro))
+            # Before the first row there is one more, where a constant velocity would have it.
             first = state[places] - robot.dt * state[rates] + deviations * rng.standard_normal(len(places))
             result[rates] = (result[places] - (before[0] if before else first)) / robot.dt
             before[:] = [result[places].copy()]
@@ -171,33 +155,3 @@ def _encoders(robot: Robot, rng: np.random.Generator, noise: SensorNoise) -> Cha
         return measure
 
     return Change("sensor noise", measure=begin)
-
-
-def _angle_noise(robot: Robot, deviation: float) -> Callable[[Array, np.random.Generator], Array]:
-    layout: Layout = robot.layouts.state
-
-    def turn(state: Array, rng: np.random.Generator) -> Array:
-        result = state.copy()
-        place = layout.slice("attitude")
-        result[place] = _turned(state[place], deviation * rng.standard_normal(3))
-        return result
-
-    def steer(state: Array, rng: np.random.Generator) -> Array:
-        result = state.copy()
-        place = layout.slice("heading")
-        yaw = np.arctan2(*state[place]) + deviation * rng.standard_normal()
-        result[place] = np.sin(yaw), np.cos(yaw)
-        return result
-
-    return turn if flies(robot) else steer
-
-
-def _turned(quaternion: Array, vector: Array) -> Array:
-    """The quaternion turned by a small rotation vector in body axes, rad."""
-    angle = max(float(np.linalg.norm(vector)), 1e-12)
-    w, v = float(quaternion[0]), quaternion[1:]
-    scalar, axis = np.cos(angle / 2), np.sin(angle / 2) / angle * vector
-    (a, b, c), (d, e, f) = v.tolist(), axis.tolist()
-    across = np.array([b * f - c * e, c * d - a * f, a * e - b * d])
-    turned: Array = np.concatenate([[w * scalar - v @ axis], w * axis + scalar * v + across])
-    return turned

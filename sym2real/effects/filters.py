@@ -35,16 +35,19 @@ def _filters(equations: Equations) -> list[tuple[Effect, Mapping[str, Expr]]]:
     return [(effect(key, equations), values) for key, values in equations.filters]
 
 
-def filter_commands(equations: Equations, actions: Tensor, parameters: Tensor | None = None) -> Tensor:
+def filter_commands(
+    equations: Equations, actions: Tensor, parameters: Tensor | None = None, dt: float | None = None
+) -> Tensor:
     """What of the commands of a whole log reaches the robot.
 
     Args:
         equations: with filters.
         actions: ``# (..., T, action)``.
         parameters: values of ``equations.parameters`` in their order ``# (..., P)``; None for the equations' own.
+        dt: time between two commands in s; that of the equations by default.
     """
     for command_filter, values in command_filters(equations):
-        actions = command_filter.filter(actions, equations.dt, numbers(equations, values, parameters))
+        actions = command_filter.filter(actions, dt or equations.dt, numbers(equations, values, parameters))
     return actions
 
 

@@ -177,6 +177,11 @@ class Robot:
         """Physics steps per control period."""
         return round(self.dt / self.description.physics_dt)
 
+    def at_period(self, dt: float) -> Robot:
+        """The same commanded every ``dt`` s, in physics steps that are no longer than its own."""
+        physics_dt = dt / math.ceil(dt / self.description.physics_dt - 1e-9)
+        return replace(self, dt=dt, description=replace(self.description, physics_dt=physics_dt))
+
     @classmethod
     def from_mjcf(cls, path: str | Path, **options: Any) -> Robot:
         """A robot from any MJCF; options and errors of :func:`sym2real.robots.from_mjcf.from_mjcf`."""

@@ -24,7 +24,7 @@ from rich.console import Console
 
 from sym2real.dataset import Dataset
 from sym2real.experiments.standard_set import Case, simulate_case
-from sym2real.robots import ROBOTS, Robot
+from sym2real.robots import ROBOTS
 from sym2real.trajectory import Trajectory
 
 BENCH = "null logs"
@@ -42,13 +42,6 @@ class Options:
     run: Annotated[Settings, tyro.conf.arg(name="")] = field(default_factory=Settings)
     robots: tuple[str, ...] = ("crazyflie", "mushr")
     """Robots to run."""
-
-
-def at_rate(robot: Robot, rate: float) -> Robot:
-    """The robot controlled at ``rate`` Hz, with physics steps that are no longer than its own."""
-    dt = 1.0 / rate
-    step = dt / np.ceil(dt / robot.description.physics_dt - 1e-9)
-    return replace(robot, dt=dt, description=replace(robot.description, physics_dt=step))
 
 
 def with_lost_rows(data: Dataset, rng: np.random.Generator) -> Dataset:
@@ -106,7 +99,7 @@ class Null:
         """The answer."""
         tell("simulating")
         robot = ROBOTS[self.base.robot]
-        robot = at_rate(robot, RATES[self.kind]) if self.kind in RATES else robot
+        robot = robot.at_period(1.0 / RATES[self.kind]) if self.kind in RATES else robot
         case = Case(robot.name, seed=self.seed)
         data = simulate_case(case, rows=round(SECONDS[robot.name] / robot.dt), robot=robot)
         damage = DAMAGES.get(self.kind)

@@ -19,6 +19,7 @@ from sym2real.effects.visible import visible_state
 from sym2real.errors import ShapeError
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
+from sym2real.symbolic.period import at_period
 
 
 def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[DynamicsModel, Dataset]:
@@ -34,13 +35,14 @@ def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[Dynami
     wanted = replace(equations.layouts, state=visible_state(equations))
     if wanted != dataset.layouts:
         raise ShapeError(f"the model's columns are {wanted}, the log's are {dataset.layouts}")
-    if abs(equations.dt - dataset.dt) > SETTINGS.time_step * equations.dt:
+    if dataset.dt < (1.0 - SETTINGS.time_step) * equations.dt:
         raise ShapeError(
             f"the model's time step is {equations.dt:g} s, the log's is {dataset.dt:g} s: read it with "
             f"dt={equations.dt:g}"
         )
     whole = None if isinstance(model, Equations) else model
-    return MeasuredModel(equations, model=whole), with_filtered_commands(equations, dataset)
+    filtered = with_filtered_commands(equations, dataset)
+    return MeasuredModel(at_period(equations, dataset.dt), model=whole), filtered
 
 
 def with_filtered_commands(equations: Equations, dataset: Dataset) -> Dataset:
@@ -48,6 +50,8 @@ def with_filtered_commands(equations: Equations, dataset: Dataset) -> Dataset:
     if not command_filters(equations):
         return dataset
     return Dataset(
-        replace(trajectory, action=filter_commands(equations, torch.as_tensor(trajectory.action)).numpy())
+        replace(
+            trajectory, action=filter_commands(equations, torch.as_tensor(trajectory.action), dt=dataset.dt).numpy()
+        )
         for trajectory in dataset
     )

@@ -63,7 +63,7 @@ class Predictions:
 
     def _over_floor(self, changes: Tensor) -> Tensor:
         """Mean squares of changed predictions ``# (W, R, B)`` over the floor's, where they are largest ``# (B,)``."""
-        windows, dt = self.problem.segments, self.problem.library.equations.dt
+        windows, dt = self.problem.segments, self.problem.data.dt
         squares = changes.square().mean(0).reshape(windows.length, len(windows.compared), -1)
         channel = torch.tensor(windows.channel)
         numbers = {channel_name(field): number for number, field in enumerate(windows.layout.fields)}

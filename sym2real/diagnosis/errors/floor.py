@@ -112,7 +112,7 @@ def floor_of_explained(
         noise: of the sensors; by default what the whitening and, of what it does not compare, the logs show.
         seed: of the noise that is drawn.
     """
-    steps = [round(horizon / library.equations.dt) for horizon in horizons]
+    steps = [round(horizon / data.dt) for horizon in horizons]
     windows = windows_of(data, max(steps)) if steps else None
     if windows is None:
         return ()

@@ -143,7 +143,7 @@ def ladder(
         horizons: in s, of :func:`horizons_for`.
         after: part of every log behind which windows start.
     """
-    steps = {horizon: round(horizon / library.equations.dt) for horizon in horizons}
+    steps = {horizon: round(horizon / data.dt) for horizon in horizons}
     if not steps:
         return []
     windows = windows_of(data, max(steps.values()), after)

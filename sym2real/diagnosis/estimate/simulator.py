@@ -8,6 +8,7 @@ from __future__ import annotations
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.preparation import with_filtered_commands
 from sym2real.diagnosis.estimate.calibrate import simulated
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import injected
 from sym2real.errors import Sym2RealError
 from sym2real.plants import MujocoPlant
@@ -20,13 +21,18 @@ NO_SIMULATOR = f"no plain simulator: {UNCALIBRATED}"
 NOT_FLOWN = "the logs' manoeuvres cannot be flown in the plain simulator: the base is not calibrated"
 
 
-def with_effects_of(model: Equations, plant: MujocoPlant | None) -> tuple[MujocoPlant | None, str]:
-    """The plain simulator with a model's effects, by MuJoCo's own means; None, and why, where there is none."""
+def with_effects_of(model: Equations, plant: MujocoPlant | None, dt: float) -> tuple[MujocoPlant | None, str]:
+    """The plain simulator with a model's effects, by MuJoCo's own means, commanded every ``dt`` s where logs are slow.
+
+    None, and why, where there is none.
+    """
     if plant is None:
         return None, NO_SIMULATOR
     try:
         changes = (*plant.changes, *injected(model, plant.robot))
-        return MujocoPlant(plant.robot, changes, description=plant.description), ""
+        slow = dt > (1.0 + SETTINGS.time_step) * plant.dt
+        robot = plant.robot.at_period(dt) if slow else plant.robot
+        return MujocoPlant(robot, changes, description=plant.description), ""
     except Sym2RealError as error:
         return None, f"no simulator has all effects that the model has already ({error}): {UNCALIBRATED}"
 

@@ -147,7 +147,7 @@ def _rows(problems: Problems, values: Tensor, names: list[str]) -> _Rows:
     residual = problem.residuals(values[None])[0]
     products = whitening.products(torch.cat([residual[..., None], jacobian.flatten(-2)], dim=-1))
     count = len(residual)
-    segments, dt = problem.segments, problem.library.equations.dt
+    segments, dt = problem.segments, problem.data.dt
     edges = segments.edges(PIECES)
     middle = (segments.row[:, None] + (edges[1:] + edges[:-1])[None] / 2) * dt
     shape = (count, len(names), PIECES)
@@ -161,7 +161,7 @@ def _rows(problems: Problems, values: Tensor, names: list[str]) -> _Rows:
 
 def _frequencies(problem: Problem) -> Array:
     """Candidates in rad/s."""
-    dt = problem.library.equations.dt
+    dt = problem.data.dt
     longest = max(len(log) for log in problem.data) * dt
     piece = (problem.segments.length - 1) * dt / PIECES
     first, last = 2 * np.pi * PERIODS / longest, 2 * np.pi * FASTEST / piece

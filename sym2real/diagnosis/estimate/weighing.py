@@ -124,7 +124,7 @@ class Prepared:
 def refine_base(examined: Examined) -> Refined:
     """The logs' manoeuvres flown in the plain simulator, and the base's constants fitted to that."""
     question, checked, model = examined.question, examined.checked, examined.question.model
-    plant, uncalibrated = with_effects_of(model, question.plant)
+    plant, uncalibrated = with_effects_of(model, question.plant, checked.data.dt)
     flown = None
     if not question.calibrate:
         uncalibrated = SWITCHED_OFF

@@ -37,7 +37,7 @@ class Question:
     horizon: float | None = None
 
     def __post_init__(self) -> None:
-        horizon, dt = self.horizon, self.model.dt
+        horizon, dt = self.horizon, max(self.model.dt, 0.0 if self.horizon is None else self.data.dt)
         if horizon is not None and not (isfinite(horizon) and round(horizon / dt) >= 1):
             raise ShapeError(
                 f"horizon: expected at least one time step, {dt:g} s, and a finite one, found {horizon:g} s"

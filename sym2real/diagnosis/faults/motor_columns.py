@@ -21,6 +21,7 @@ from sym2real.layout import motors_of
 from sym2real.logs.motor_order import ORDERS, MotorOrder, Turning, motor_order
 from sym2real.symbolic import Equations, compile_function
 from sym2real.symbolic.expressions import names_in
+from sym2real.symbolic.period import at_period
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import MOTORS, RATE, THRUST_COLUMN
 
@@ -37,7 +38,7 @@ def order_of_motors(model: Equations, data: Dataset) -> MotorOrder | None:
     known = with_inputs(model.layouts.inputs, data)
     if replace(model.layouts, state=visible_state(model)) != known.layouts:
         return None
-    predict = visible_in_double(model)
+    predict = visible_in_double(at_period(model, data.dt))
     return motor_order([_turning(predict, log) for log in known])
 
 
@@ -66,7 +67,7 @@ def _caused(predict: VisibleModel, log: Trajectory, order: tuple[int, ...]) -> A
     state, inputs = torch.as_tensor(log.state), torch.as_tensor(log.inputs)
     given = inputs if inputs.shape[-1] else None
     apart = predict(state, sent, given) - predict(state, alike, given)
-    caused: Array = apart[:, rates].numpy() / predict.equations.dt
+    caused: Array = apart[:, rates].numpy() / log.dt
     return caused
 
 
@@ -142,7 +143,7 @@ def spin_said(model: Equations, data: Dataset) -> tuple[str, str]:
     sent = torch.as_tensor(log.action[row]).repeat(4, 1)
     more = sent.clone()
     more[:, place] += STEP * torch.eye(4, dtype=torch.float64)
-    predict, state = visible_in_double(model), torch.as_tensor(log.state[row]).repeat(4, 1)
+    predict, state = visible_in_double(at_period(model, data.dt)), torch.as_tensor(log.state[row]).repeat(4, 1)
     inputs = torch.as_tensor(log.inputs[row]).repeat(4, 1) if log.inputs.shape[1] else None
     apart = predict(state, more, inputs) - predict(state, sent, inputs)
     spin = apart[:, log.layouts.state.index(RATE.columns[2])].sign()

@@ -22,7 +22,7 @@ class FilteredCommands:
     """
 
     def __init__(self, library: Library, data: Dataset) -> None:
-        self._library = library
+        self._library, self._dt = library, data.dt
         self._actions = padded(trajectory.action for trajectory in data)  # (logs, T, m)
         self._filtered: dict[bytes, Tensor] = {}
 
@@ -56,5 +56,5 @@ class FilteredCommands:
             if busy.any():
                 given = {library.slots[i].parameter.name: values[busy, j, None] for j, i in enumerate(slots)}
                 rows = rows.clone()
-                rows[busy] = effect.filter(rows[busy], library.equations.dt, given)
+                rows[busy] = effect.filter(rows[busy], self._dt, given)
         return rows

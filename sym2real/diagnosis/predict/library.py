@@ -17,6 +17,7 @@ from sym2real.effects.kind import Parameter
 from sym2real.effects.thrust import ACTING
 from sym2real.layout import Layout
 from sym2real.symbolic import Equations, compile_function, compile_model, symbol
+from sym2real.symbolic.period import at_period
 
 
 @dataclass(frozen=True)
@@ -105,10 +106,9 @@ class Library:
         low = torch.tensor([slot.parameter.low for slot in self.slots], dtype=torch.float64)
         return low, torch.tensor([slot.parameter.high for slot in self.slots], dtype=torch.float64)
 
-    @cached_property
-    def model(self) -> torch.jit.ScriptModule:
-        """(state, action, inputs, parameters) → next state, in float64."""
-        return compile_model(self.equations, dtype=torch.float64)
+    def model(self, dt: float) -> torch.jit.ScriptModule:
+        """(state, action, inputs, parameters) → state ``dt`` s later, in float64."""
+        return _compiled(at_period(self.equations, dt))
 
     @cached_property
     def _columns_of(self) -> list[tuple[str, ...]]:
@@ -175,6 +175,11 @@ def with_angle(base: Equations) -> Equations:
         return base
     inputs = base.layouts.inputs + Layout.of((ANGLE,))
     return replace(base, layouts=replace(base.layouts, inputs=inputs))
+
+
+@lru_cache(maxsize=64)
+def _compiled(equations: Equations) -> torch.jit.ScriptModule:
+    return compile_model(equations, dtype=torch.float64)
 
 
 @lru_cache(maxsize=8)

@@ -238,7 +238,7 @@ class Problem:
     def _rolled_out(self, start: Tensor, actions: Tensor, inputs: Tensor, parameters: Tensor) -> Tensor:
         """States after each action ``# (B, S, N, state)``: the one place where the diagnosis rolls out."""
         with torch.no_grad():
-            return rollout(self.library.model, start, actions, inputs, parameters)
+            return rollout(self.library.model(self.data.dt), start, actions, inputs, parameters)
 
 
 def _with_first(first: Tensor, others: Tensor) -> Tensor:

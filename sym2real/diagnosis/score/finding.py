@@ -116,7 +116,8 @@ def estimates(
     selection: Selection, candidate: Candidate, fit: Fit, form: Mapping[int, float]
 ) -> dict[str, dict[str, Estimate]]:
     """Values of a chosen candidate in a fit of all, by effect and parameter; form: variances over near sets."""
-    library, halves = selection.problems.problem.library, half_widths(selection.problems, fit)
+    problem, halves = selection.problems.problem, half_widths(selection.problems, fit)
+    library = problem.library
     by_effect: dict[str, dict[str, Estimate]] = {}
     for place, tied in zip(selection.places(selection.chosen, candidate), candidate.free, strict=True):
         for index in tied:
@@ -127,15 +128,16 @@ def estimates(
             reference = value - slot.null if slot.null in (0.0, 1.0) else value
             floor = (SETTINGS.interval_floor**2 + _stiffness(library, of) ** 2) ** 0.5
             choice = TWO_SIDED**2 * form.get(index, 0.0)
-            half = (half**2 + choice + (floor * reference) ** 2 + _unresolved(library, of) ** 2) ** 0.5
+            hidden = _unresolved(library, of, problem.data.dt)
+            half = (half**2 + choice + (floor * reference) ** 2 + hidden**2) ** 0.5
             by_effect.setdefault(of, {})[slot.name] = Estimate(value, value - half, value + half, slot.unit)
     return by_effect
 
 
-def _unresolved(library: Library, name: str) -> float:
+def _unresolved(library: Library, name: str, dt: float) -> float:
     """Half-width of what control steps hide of a lag's time in s; none of other effects."""
     lagging = name in library.effects and library.effects[name].of.lagging
-    return WITHIN_A_STEP * library.equations.dt if lagging else 0.0
+    return WITHIN_A_STEP * dt if lagging else 0.0
 
 
 def _stiffness(library: Library, name: str) -> float:

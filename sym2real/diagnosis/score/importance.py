@@ -86,7 +86,7 @@ def _windows(selection: Selection) -> Problem:
     """The logs in windows as long as a free run, or as the longest log allows."""
     problem = selection.problems.problem
     longest = max(len(trajectory) for trajectory in problem.data) - ROWS - WARM_UP - 1
-    steps = min(round(free_run_seconds(problem.data.layouts.state) / problem.library.equations.dt), longest)
+    steps = min(round(free_run_seconds(problem.data.layouts.state) / problem.data.dt), longest)
     return Problem(problem.library, problem.data, windows_of(problem.data, steps))
 
 

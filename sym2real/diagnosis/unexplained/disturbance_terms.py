@@ -61,7 +61,7 @@ def features_in(problem: Problem) -> dict[str, Feature]:
     """Everything that a disturbance may depend on, by name."""
     names, values = features_of(problem)
     found = {name: Feature(name, (name,), values[:, [place]]) for place, name in enumerate(names)}
-    dt, sent = problem.library.equations.dt, _sent(problem, (0, *EARLIER))
+    dt, sent = problem.data.dt, _sent(problem, (0, *EARLIER))
     for column, name in enumerate(problem.data.layouts.action):
         words = tuple(f"{name} {k * dt:.2g} s earlier less {name}" for k in EARLIER)
         change = _within((sent[1:, :, column] - sent[0, :, column]).T, np.repeat(problem.segments.log, PIECES))

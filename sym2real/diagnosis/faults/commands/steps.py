@@ -16,6 +16,7 @@ from sym2real.effects.filters import filter_commands
 from sym2real.effects.inputs import with_inputs
 from sym2real.effects.visible import VisibleModel, visible_in_double, visible_state
 from sym2real.symbolic import Equations
+from sym2real.symbolic.period import at_period
 
 FAR = 3.0  # times
 GRID = np.geomspace(1.0, 1e7, 140)
@@ -45,7 +46,7 @@ class Steps:
         known = with_inputs(model.layouts.inputs, data)
         if replace(model.layouts, state=visible_state(model)) != known.layouts:
             return None
-        steps = cls(model, visible_in_double(model), known)
+        steps = cls(model, visible_in_double(at_period(model, data.dt)), known)
         return steps if bool((steps._changed > 0).any()) else None
 
     def only(self, place: int) -> Steps:
@@ -105,7 +106,7 @@ class Steps:
         """
         by = torch.ones(len(factors), 1, len(self._action), dtype=torch.float64)
         by[..., self._action.indices(columns)] = torch.as_tensor(factors, dtype=torch.float64)[:, None, None]
-        logs = [filter_commands(self.model, torch.as_tensor(log.action) / by) for log in self.data]
+        logs = [filter_commands(self.model, torch.as_tensor(log.action) / by, dt=self.data.dt) for log in self.data]
         sent = torch.cat(logs, dim=1)[:, self._rows]
         given = None if self._given is None else self._given.expand(len(by), -1, -1)
         after = self._predict(self._now.expand(len(by), -1, -1), sent, given)

@@ -27,6 +27,7 @@ from sym2real.effects.inputs import with_inputs
 from sym2real.effects.visible import VisibleModel, visible_in_double, visible_state
 from sym2real.layout import Layout
 from sym2real.symbolic import Equations
+from sym2real.symbolic.period import at_period
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import ATTITUDE, HEADING
 
@@ -91,23 +92,23 @@ class Balances:
         known = with_inputs(model.layouts.inputs, data)
         if replace(model.layouts, state=visible_state(model)) != known.layouts:
             return None
-        return cls(model, visible_in_double(model))
+        return cls(model, visible_in_double(at_period(model, data.dt)))
 
     def __call__(self, data: Dataset) -> Balance:
         """The balance of the logs as they stand."""
         known = with_filtered_commands(self.model, with_inputs(self.model.layouts.inputs, data))
-        rows = max(FEWEST_ROWS, round(STRETCH / self.model.dt))
+        rows = max(FEWEST_ROWS, round(STRETCH / data.dt))
         steps = [(log.state[:-1], log.state[1:], log.action[:-1], log.inputs[:-1]) for log in known]
         now, then, sent, inputs = (torch.as_tensor(np.concatenate(parts)) for parts in zip(*steps, strict=True))
         later = self._predict(now, sent, inputs if inputs.shape[1] else None)
         lengths = [len(log) - 1 for log in known]
         layout = known.layouts.state
         measured, foretold = (_summed(layout.difference(end, now).numpy(), lengths, rows) for end in (then, later))
-        seconds = max(1, round(1.0 / (rows * self.model.dt)))
+        seconds = max(1, round(1.0 / (rows * data.dt)))
         blocks = [np.arange(length // rows) // seconds for length in lengths]
         firsts = np.cumsum([0, *(block[-1] + 1 if len(block) else 0 for block in blocks[:-1])])
         quantities = _quantities(data.layouts.state)
-        turns = _turned(measured, layout, _summed(now.numpy() * self.model.dt, lengths, rows))
+        turns = _turned(measured, layout, _summed(now.numpy() * data.dt, lengths, rows))
         return Balance(
             (*quantities, *turns),
             (*(field for field, _ in quantities.values()), *("" for _ in turns)),

@@ -52,8 +52,6 @@ class Trajectory:
         name: what to call it, usually the file's stem.
         notes: what was done to it on the way in (rows dropped, resampled, …), one sentence each.
         raw: every column of the file as it stood there, before anything was done, by its own name.
-        measured_every: median time in s between the rows of the file where a row here may lie between two of them; 0
-            where none does.
 
     Raises:
         ShapeError: when shapes do not fit the layouts or stamps do not increase.
@@ -76,7 +74,6 @@ class Trajectory:
     name: str = ""
     notes: tuple[str, ...] = ()
     raw: Mapping[str, Array] = field(default_factory=dict)
-    measured_every: float = 0.0
 
     def __post_init__(self) -> None:
         rows = len(self.time)

@@ -237,7 +237,7 @@ def test_an_informed_model_is_calibrated_in_a_simulator_that_knows_as_much(logs:
 
 def test_commands_that_a_model_delays_are_late_in_its_simulator_too(logs: list[str]) -> None:
     late = add(CRAZYFLIE.nominal(), "delay", {"value": 0.04})
-    plant, _ = with_effects_of(late, MujocoPlant(CRAZYFLIE))
+    plant, _ = with_effects_of(late, MujocoPlant(CRAZYFLIE), CRAZYFLIE.dt)
     assert plant is not None
     flown, _ = flown_along(late, plant, logs_for(late, [Path(log) for log in logs[:2]], None))
     assert flown is not None
@@ -247,7 +247,7 @@ def test_commands_that_a_model_delays_are_late_in_its_simulator_too(logs: list[s
 
 
 def test_a_model_that_no_simulator_can_have_is_not_calibrated_and_says_why(logs: list[str]) -> None:
-    plant, note = with_effects_of(add_term(CRAZYFLIE.nominal(), "fz", "0.01*vz"), MujocoPlant(CRAZYFLIE))
+    plant, note = with_effects_of(add_term(CRAZYFLIE.nominal(), "fz", "0.01*vz"), MujocoPlant(CRAZYFLIE), CRAZYFLIE.dt)
     assert plant is None
     assert "no counterpart there (fz)" in note
 

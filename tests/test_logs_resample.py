@@ -40,7 +40,7 @@ def log_at(time: Array) -> Trajectory:
 
 def reread(folder: Path, time: Array, dt: float | None) -> Trajectory:
     write_log(log_at(time), folder / "log.csv")
-    return read_log(folder / "log.csv", layouts=LAYOUTS, dt=dt)
+    return read_log(folder / "log.csv", layouts=LAYOUTS, dt=dt, upsample=True)
 
 
 def jittered(seed: int, rows: int = 200, dt: float = 0.02, share: float = 0.3) -> Array:

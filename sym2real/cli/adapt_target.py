@@ -92,7 +92,7 @@ def _recordings(base: Base, folder: Path, spec: LogSpec | None) -> Chosen:
         raise ModelError(f"logs have the time step of equations; expected a model of some for {folder}, found networks")
     found = logs_of(folder, spec)
     logs_for(base, [folder], spec)  # no log may be there twice
-    logs = tuple(logs_for(base, files, spec) for files in found)
+    logs = tuple(logs_for(base, files, spec, upsample=True) for files in found)
     names = ["+".join(file.name for file in files) for files in found]
     rows = ", ".join(f"{name} ({log.rows} rows)" for name, log in zip(names, logs, strict=True))
     return Chosen(logs, None, robot_of(base), f"{len(logs)} logs: {rows}")

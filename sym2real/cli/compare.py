@@ -42,9 +42,10 @@ class Compare(OfLogs):
         from sym2real.neural.model_folder import below
         from sym2real.report.comparison import comparison_report
         from sym2real.report.html.pages import comparison_page
+        from sym2real.symbolic import Equations
 
         model = in_double(open_with_progress(self.model))
-        data = logs_for(below(model), self.logs, self.naming)
+        data = logs_for(below(model), self.logs, self.naming, upsample=not isinstance(model, Equations))
         comparison = compare(model, data, start=self.start, region=training_region(folder_of(self.model)))
         console.print(comparison_report(comparison))
         figures = []

@@ -17,9 +17,9 @@ from sym2real.diagnosis.data.start import ROWS
 from sym2real.errors import DataError, ModelError
 from sym2real.experiments.models import base_folder, open_model
 from sym2real.layout import Layouts
-from sym2real.logs import LogSpec, read_logs
+from sym2real.logs import LogSpec
 from sym2real.logs.dropouts import tells_of_loss
-from sym2real.logs.reader import logs_of
+from sym2real.logs.reader import logs_of, read_each
 from sym2real.logs.several_files import LogFiles
 from sym2real.neural import Model
 from sym2real.neural.composed import Base, state_of
@@ -111,7 +111,14 @@ def flown_robot(base: Base, model: str) -> Robot:
     return robot
 
 
-def logs_for(base: Base, paths: Sequence[Path], spec: LogSpec | None, *, apart_from: Sequence[Path] = ()) -> Dataset:
+def logs_for(
+    base: Base,
+    paths: Sequence[Path],
+    spec: LogSpec | None,
+    *,
+    apart_from: Sequence[Path] = (),
+    upsample: bool = False,
+) -> Dataset:
     """Logs read with the columns and the time step of a model; hidden states are in no log.
 
     Args:
@@ -119,6 +126,7 @@ def logs_for(base: Base, paths: Sequence[Path], spec: LogSpec | None, *, apart_f
         paths: of the logs.
         spec: how their columns are named.
         apart_from: logs that are to be judged by these, so that none may be among them.
+        upsample: whether slower logs get the model's step too, as a residual that was trained at it needs them.
 
     Raises:
         DataError: for a file that cannot be read as such, in which no stretch is long enough to predict anything, or
@@ -127,8 +135,7 @@ def logs_for(base: Base, paths: Sequence[Path], spec: LogSpec | None, *, apart_f
     found = logs_of(paths, spec)
     _require_different([*(logs_of(apart_from, spec) if apart_from else []), *found])
     layouts, logs = replace(base.layouts, state=state_of(base)), list[Trajectory]()
-    for files in found:
-        pieces = read_logs(files, spec=spec, layouts=layouts, dt=base.dt)
+    for files, pieces in zip(found, read_each(paths, spec, layouts, base.dt, upsample=upsample), strict=True):
         longest = max(len(piece) for piece in pieces)
         if longest <= ROWS:
             lost = dict.fromkeys(note for piece in pieces for note in piece.notes if tells_of_loss(note))

@@ -141,7 +141,7 @@ def learn_from_logs(
         UnknownNameError: for an engine or specification that does not exist.
     """
     step = robot.dt or step_of(read_logs(paths, spec=spec, layouts=robot.layouts))
-    data = read_logs(paths, spec=spec, layouts=robot.layouts, dt=step)
+    data = read_logs(paths, spec=spec, layouts=robot.layouts, dt=step, upsample=True)
     if (steps := data.rows - len(data)) < FEWEST_ROWS:
         raise DataError(", ".join(map(str, paths)), f"at least {FEWEST_ROWS} steps to learn from", f"{steps}")
     equations = ENGINES[engine](angles=robot.angles).fit(data.transitions())

@@ -59,7 +59,7 @@ def thrust_of_log(
     if len(logs := logs_of(path, spec)) > 1:
         raise DataError(path, "one log to fit the thrust on", f"a folder of {len(logs)}")
     step = dt or step_of(read_logs(path, spec=spec, layouts=layouts))
-    pieces = tuple(read_logs(path, spec=spec, layouts=layouts, dt=step))
+    pieces = tuple(read_logs(path, spec=spec, layouts=layouts, dt=step, upsample=True))
     log = max(pieces, key=len)
     counted = _unit(path, log, spec, unit)
     notes = [] if dt is not None else [f"time step {step:g} s, the log's own (--dt takes another)"]

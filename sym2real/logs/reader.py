@@ -2,33 +2,23 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
-import numpy as np
-
 from sym2real.dataset import Dataset
-from sym2real.errors import DataError, reason
+from sym2real.errors import DataError
 from sym2real.layout import Layouts
-from sym2real.logs.dropouts import CUT, without_dropouts
-from sym2real.logs.grouping import layouts_from_json, trajectory, visible
-from sym2real.logs.of_model import for_model
+from sym2real.logs.opened import Opened, in_step
 from sym2real.logs.recordings import is_bag_folder
-from sym2real.logs.resample import GAP_INTERVALS, gaps, is_regular, resample
+from sym2real.logs.resample import GAP_INTERVALS
 from sym2real.logs.several_files import LogFiles, one_log_each, read_parts
 from sym2real.logs.specification import LogSpec, load_spec
-from sym2real.logs.standard import Standard, add_derived, own_specification, stamps, standardise, tidy, with_header
+from sym2real.logs.standard import with_header
 from sym2real.logs.table import IN_FOLDERS, Table, file_type
-from sym2real.trajectory import Array, Trajectory
+from sym2real.trajectory import Trajectory
 
 SHORTEST = 2  # rows; a single row between two gaps holds no transition
-# Steps of the model between two rows; beyond, resampling would make up nineteen rows of twenty.
-COARSEST = 20
-# Rows to a step of the model; an 8 kHz gyro has 400 in 0.05 s, stamps in s that are read as ms a thousand.
-FINEST = 500
 
 
 def read_log(
@@ -37,6 +27,8 @@ def read_log(
     layouts: Layouts | None = None,
     dt: float | None = None,
     columns: Sequence[str] = (),
+    *,
+    upsample: bool = False,
 ) -> Trajectory:
     """One log as one trajectory.
 
@@ -47,9 +39,11 @@ def read_log(
             with standard column names, which is taken as it stands.
         layouts: which columns the model has in which group; None for the groups of the vocabulary (a Parquet file
             of ours knows its own). Hidden states are left out: no log holds them.
-        dt: the model's step in s. Rows at other stamps are resampled to it (see :mod:`sym2real.logs.resample`).
+        dt: the model's step in s. Rows at other stamps are resampled to it (see :mod:`sym2real.logs.resample`), those
+            of a slower log to its own median step: what lies between them was never measured.
             None for the specification's ``time.dt``; where there is none either, rows stay as recorded.
         columns: names of the columns of text files that have no header.
+        upsample: whether rows of a slower log are resampled to ``dt`` all the same, for what needs a row each step.
 
     Raises:
         DataError: naming file, row, column, what was expected and what was found; also for a gap in the stamps,
@@ -63,14 +57,19 @@ def read_log(
     """
     files = (Path(path),) if isinstance(path, str | Path) else tuple(Path(part) for part in path)
     known = with_header(_loaded(spec), columns)
-    return log_of_table(_read(files, known), known, layouts, dt)
+    return log_of_table(_read(files, known), known, layouts, dt, upsample=upsample)
 
 
 def log_of_table(
-    table: Table, spec: LogSpec | str | Path | None = None, layouts: Layouts | None = None, dt: float | None = None
+    table: Table,
+    spec: LogSpec | str | Path | None = None,
+    layouts: Layouts | None = None,
+    dt: float | None = None,
+    *,
+    upsample: bool = False,
 ) -> Trajectory:
     """A table as one trajectory; arguments and errors as of :func:`read_log`."""
-    log = _Opened.open(table, _loaded(spec), layouts, dt)
+    (log,) = in_step([Opened.open(table, _loaded(spec), layouts, dt)], upsample)
     if log.gaps:
         row = log.gaps[0]
         interval = log.standard.time[row] - log.standard.time[row - 1]
@@ -89,28 +88,44 @@ def read_logs(
     layouts: Layouts | None = None,
     dt: float | None = None,
     columns: Sequence[str] = (),
+    *,
+    upsample: bool = False,
 ) -> Dataset:
     """Several logs; a folder stands for the logs in it, but a ROS 2 bag's for one log.
 
     Files that have no column in common but stamps are parts of one log (:mod:`sym2real.logs.several_files`).
     Arguments and errors are those of :func:`read_log`, but a log with gaps is split at them into trajectories named
-    ``file#1``, ``file#2`` …; pieces of a single row are left out.
+    ``file#1``, ``file#2`` …; pieces of a single row are left out. All get the step of the slowest.
 
     Examples:
         >>> len(read_logs([example_flight()], "crazyflie_battery_drag"))
         1
     """
-    trajectories: list[Trajectory] = []
+    logs = read_each(paths, spec, layouts, dt, columns, upsample=upsample)
+    return Dataset(piece for pieces in logs for piece in pieces)
+
+
+def read_each(
+    paths: str | Path | Iterable[str | Path],
+    spec: LogSpec | str | Path | None = None,
+    layouts: Layouts | None = None,
+    dt: float | None = None,
+    columns: Sequence[str] = (),
+    *,
+    upsample: bool = False,
+) -> list[list[Trajectory]]:
+    """The trajectories of every log of :func:`logs_of`; arguments and errors as of :func:`read_logs`."""
+    found: list[list[Trajectory]] = []
     known = with_header(_loaded(spec), columns)
-    for files in logs_of(paths, known):
-        log = _Opened.open(_read(files, known), known, layouts, dt)
+    opened = [Opened.open(_read(files, known), known, layouts, dt) for files in logs_of(paths, known)]
+    for log in in_step(opened, upsample):
         bounds = [0, *log.gaps, len(log.table)]
         pieces = [(a, b) for a, b in pairwise(bounds) if b - a >= SHORTEST or len(bounds) == 2]
         if not pieces:
             raise DataError(log.table.path, "two or more rows without a gap between them", "gaps between all rows")
         suffixes = [f"#{i + 1}" for i in range(len(pieces))] if log.gaps else [""]
-        trajectories += [log.trajectory(*piece, suffix) for piece, suffix in zip(pieces, suffixes, strict=True)]
-    return Dataset(trajectories)
+        found.append([log.trajectory(*piece, suffix) for piece, suffix in zip(pieces, suffixes, strict=True)])
+    return found
 
 
 def logs_of(paths: str | Path | Iterable[str | Path], spec: LogSpec | None = None) -> list[LogFiles]:
@@ -149,105 +164,3 @@ def _loaded(spec: LogSpec | str | Path | None) -> LogSpec | None:
 
 def _read(files: LogFiles, spec: LogSpec | None) -> Table:
     return read_parts(files, spec.sources if spec else None, spec.header if spec else ())
-
-
-def _first_stamp(whole: Table, spec: LogSpec) -> float:
-    """Time of the file's first row that has one, s."""
-    named = [spec.time.column] if spec.time.column else []
-    return float(stamps(without_dropouts(whole, named)[0].rows(0, 1), spec)[0])
-
-
-@dataclass(frozen=True, eq=False)
-class _Opened:
-    """A log that has been read and named, before it is cut and sorted."""
-
-    whole: Table
-    table: Table
-    spec: LogSpec
-    layouts: Layouts | None
-    standard: Standard
-    dt: float | None
-    gaps: list[int]
-
-    @classmethod
-    def open(cls, whole: Table, given: LogSpec | None, layouts: Layouts | None, dt: float | None) -> _Opened:
-        """Name the columns of a log; arguments and errors as of :func:`read_log`."""
-        found = layouts or _own_layouts(whole)
-        known = None if found is None else visible(found)
-        used = for_model(given or own_specification((*whole.columns, *whole.texts)), whole, known)
-        rows = len(whole) - used.drop_first - used.drop_last
-        if rows < 1:
-            raise DataError(
-                whole.path, f"more than the {used.drop_first + used.drop_last} rows to drop", f"{len(whole)}"
-            )
-        table, left_out = without_dropouts(whole.rows(used.drop_first, used.drop_first + rows), used.sources, used.hold)
-        standard = standardise(table, used)
-        standard = replace(standard, notes=()) if given is None else tidy(standard, _first_stamp(whole, used))
-        if dropped := len(whole) - rows:
-            note = f"{dropped} of {len(whole)} rows dropped at the ends"
-            standard = replace(standard, notes=(*standard.notes, note))
-        standard = replace(standard, notes=(*standard.notes, *left_out))
-        step = dt if dt is not None else used.time.dt
-        # Where rows are missing, a log is in pieces whether anybody asks for equal steps or not.
-        cuts = [] if step is None and not left_out else gaps(standard.time, step or 0.0).tolist()
-        return cls(whole, table, used, known, standard, step, cuts)
-
-    def trajectory(self, start: int, stop: int, suffix: str) -> Trajectory:
-        """Rows ``start`` to ``stop``; a suffix of the name says that it was cut."""
-        log = self.standard.rows(start, stop)
-        if suffix:
-            note = f"{CUT}: rows {self.table.line(start)} to {self.table.line(stop - 1)}"
-            log = replace(log, notes=(*log.notes, note))
-        log = add_derived(log, self.spec, self.layouts)
-        known = self.layouts or Layouts.of(log.columns)
-        if not known.state.size:
-            names = ", ".join(self.whole.columns)
-            raise DataError(self.table.path, "standard state columns, or a log specification", f"columns {names}")
-        every = 0.0
-        if self.dt is not None and len(log.time) > 1 and not is_regular(log.time, self.dt):
-            self._require_rows_for(self.dt, log.time)
-            every, log = float(np.median(np.diff(log.time))), resample(log, self.dt, known)
-        name = _metadata(self.table, "name") or self.table.path.stem
-        result = trajectory(self.table, log, known, name + suffix)
-        return replace(
-            result, raw=self.whole.columns, notes=_own_notes(self.table) + result.notes, measured_every=every
-        )
-
-    def _require_rows_for(self, dt: float, time: Array) -> None:
-        apart = float(np.median(np.diff(time)))
-        if apart > COARSEST * dt:
-            raise DataError(
-                self.table.path,
-                f"rows at most {COARSEST:g} of the model's steps of {dt:g} s apart (is the unit of the stamps right?)",
-                f"{apart:.4g} s",
-                column=self.spec.time.column or None,
-            )
-        if apart * FINEST < dt:
-            raise DataError(
-                self.table.path,
-                f"at most {FINEST} rows in one of the model's steps of {dt:g} s (is the unit of the stamps right?)",
-                f"rows {apart:.4g} s apart",
-                column=self.spec.time.column or None,
-            )
-
-
-def _metadata(table: Table, key: str) -> str:
-    return (table.metadata or {}).get(key, "")
-
-
-def _own_notes(table: Table) -> tuple[str, ...]:
-    try:
-        notes = json.loads(_metadata(table, "notes") or "[]")
-        if not isinstance(notes, list):
-            raise TypeError(f"{notes!r:.80}")
-        return tuple(str(note) for note in notes)
-    except (TypeError, ValueError, RecursionError) as error:
-        raise DataError(table.path, "notes in the file's metadata, a JSON list", reason(error)) from None
-
-
-def _own_layouts(table: Table) -> Layouts | None:
-    text = _metadata(table, "layouts")
-    try:
-        return layouts_from_json(text) if text else None
-    except (KeyError, ValueError, RecursionError) as error:
-        raise DataError(table.path, "layouts in the file's metadata", reason(error)) from None

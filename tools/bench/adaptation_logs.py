@@ -63,7 +63,7 @@ def log_figures(seeds: Sequence[int] = SEEDS, *, leave_one_out: bool = False) ->
     if not (base_folder(MUSHR) / "equations.json").exists():
         say(f"the car's base is learned first, and kept in {base_folder(MUSHR)}")
     base = cached_base(MUSHR)
-    logs = [read_logs([path], spec=FOLDER, layouts=base.layouts, dt=base.dt) for path in paths]
+    logs = [read_logs([path], spec=FOLDER, layouts=base.layouts, dt=base.dt, upsample=True) for path in paths]
     if leave_one_out:
         return [figure for out in range(len(logs) - 1) for figure in _left_out(base, logs[:-1], out, seeds)]
     figures = [Figure(f"MuSHR logs, base alone on {paths[-1].stem}", error_of(base, logs[-1]), "m")]

@@ -128,7 +128,7 @@ def _reading(logs: Sequence[Trajectory], column: str, changes: Sequence[Array]) 
         "bias": abs(constant) > SETTINGS.sensor_deviations * spread[1] + turned_by
         and abs(bias) > SETTINGS.sensor_bias * max(1.0, scale),
         "shift": abs(shift) > SETTINGS.sensor_deviations * spread[2] / inverse
-        and abs(shift) > SETTINGS.sensor_shift * max(dt, *(log.measured_every for log in logs))
+        and abs(shift) > SETTINGS.sensor_shift * dt
         and _misses_more(tables[0], noise**2 + 2.0 * of_angle**2),
     }
     correlation = float(np.corrcoef(tables[rows][:, 0], tables[rows][:, 1])[0, 1])

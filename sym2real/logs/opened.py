@@ -1,0 +1,139 @@
+"""A log whose columns have names, before it is cut at its gaps, brought to a step and sorted into groups."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sym2real.errors import DataError, reason
+from sym2real.layout import Layouts
+from sym2real.logs.dropouts import CUT, without_dropouts
+from sym2real.logs.grouping import layouts_from_json, trajectory, visible
+from sym2real.logs.of_model import for_model
+from sym2real.logs.resample import REGULAR, gaps, is_regular, resample
+from sym2real.logs.specification import LogSpec
+from sym2real.logs.standard import Standard, add_derived, own_specification, stamps, standardise, tidy
+from sym2real.logs.table import Table
+from sym2real.trajectory import Trajectory
+
+# Steps of the model between two rows; beyond, resampling would make up nineteen rows of twenty.
+COARSEST = 20
+# Rows to a step of the model; an 8 kHz gyro has 400 in 0.05 s, stamps in s that are read as ms a thousand.
+FINEST = 500
+
+
+def _first_stamp(whole: Table, spec: LogSpec) -> float:
+    """Time of the file's first row that has one, s."""
+    named = [spec.time.column] if spec.time.column else []
+    return float(stamps(without_dropouts(whole, named)[0].rows(0, 1), spec)[0])
+
+
+@dataclass(frozen=True, eq=False)
+class Opened:
+    """A log that has been read and named, before it is cut and sorted."""
+
+    whole: Table
+    table: Table
+    spec: LogSpec
+    layouts: Layouts | None
+    standard: Standard
+    dt: float | None
+    gaps: list[int]
+
+    @classmethod
+    def open(cls, whole: Table, given: LogSpec | None, layouts: Layouts | None, dt: float | None) -> Opened:
+        """Name the columns of a log; arguments and errors as of :func:`read_log`."""
+        found = layouts or _own_layouts(whole)
+        known = None if found is None else visible(found)
+        used = for_model(given or own_specification((*whole.columns, *whole.texts)), whole, known)
+        rows = len(whole) - used.drop_first - used.drop_last
+        if rows < 1:
+            raise DataError(
+                whole.path, f"more than the {used.drop_first + used.drop_last} rows to drop", f"{len(whole)}"
+            )
+        table, left_out = without_dropouts(whole.rows(used.drop_first, used.drop_first + rows), used.sources, used.hold)
+        standard = standardise(table, used)
+        standard = replace(standard, notes=()) if given is None else tidy(standard, _first_stamp(whole, used))
+        if dropped := len(whole) - rows:
+            note = f"{dropped} of {len(whole)} rows dropped at the ends"
+            standard = replace(standard, notes=(*standard.notes, note))
+        standard = replace(standard, notes=(*standard.notes, *left_out))
+        step = dt if dt is not None else used.time.dt
+        # Where rows are missing, a log is in pieces whether anybody asks for equal steps or not.
+        cuts = [] if step is None and not left_out else gaps(standard.time, step or 0.0).tolist()
+        return cls(whole, table, used, known, standard, step, cuts)
+
+    def trajectory(self, start: int, stop: int, suffix: str) -> Trajectory:
+        """Rows ``start`` to ``stop``; a suffix of the name says that it was cut."""
+        log = self.standard.rows(start, stop)
+        if suffix:
+            note = f"{CUT}: rows {self.table.line(start)} to {self.table.line(stop - 1)}"
+            log = replace(log, notes=(*log.notes, note))
+        log = add_derived(log, self.spec, self.layouts)
+        known = self.layouts or Layouts.of(log.columns)
+        if not known.state.size:
+            names = ", ".join(self.whole.columns)
+            raise DataError(self.table.path, "standard state columns, or a log specification", f"columns {names}")
+        if self.dt is not None and len(log.time) > 1 and not is_regular(log.time, self.dt):
+            log = resample(log, self.dt, known)
+        name = _metadata(self.table, "name") or self.table.path.stem
+        result = trajectory(self.table, log, known, name + suffix)
+        return replace(result, raw=self.whole.columns, notes=_own_notes(self.table) + result.notes)
+
+    @property
+    def apart(self) -> float:
+        """Median time between rows in s, zero of a single row.
+
+        Raises:
+            DataError: where that is out of all proportion to the step.
+        """
+        if self.dt is None or len(self.standard.time) < 2:
+            return 0.0
+        dt, apart = self.dt, float(np.median(np.diff(self.standard.time)))
+        if apart > COARSEST * dt:
+            raise DataError(
+                self.table.path,
+                f"rows at most {COARSEST:g} of the model's steps of {dt:g} s apart (is the unit of the stamps right?)",
+                f"{apart:.4g} s",
+                column=self.spec.time.column or None,
+            )
+        if apart * FINEST < dt:
+            raise DataError(
+                self.table.path,
+                f"at most {FINEST} rows in one of the model's steps of {dt:g} s (is the unit of the stamps right?)",
+                f"rows {apart:.4g} s apart",
+                column=self.spec.time.column or None,
+            )
+        return apart
+
+
+def in_step(logs: Sequence[Opened], upsample: bool) -> list[Opened]:
+    """The logs with one step, of the slowest where that is slower than what is asked for."""
+    slowest = max((log.apart for log in logs), default=0.0)
+    slow = not upsample and any(log.dt is not None and slowest > (1.0 + REGULAR) * log.dt for log in logs)
+    return [replace(log, dt=slowest) for log in logs] if slow else list(logs)
+
+
+def _metadata(table: Table, key: str) -> str:
+    return (table.metadata or {}).get(key, "")
+
+
+def _own_notes(table: Table) -> tuple[str, ...]:
+    try:
+        notes = json.loads(_metadata(table, "notes") or "[]")
+        if not isinstance(notes, list):
+            raise TypeError(f"{notes!r:.80}")
+        return tuple(str(note) for note in notes)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise DataError(table.path, "notes in the file's metadata, a JSON list", reason(error)) from None
+
+
+def _own_layouts(table: Table) -> Layouts | None:
+    text = _metadata(table, "layouts")
+    try:
+        return layouts_from_json(text) if text else None
+    except (KeyError, ValueError, RecursionError) as error:
+        raise DataError(table.path, "layouts in the file's metadata", reason(error)) from None

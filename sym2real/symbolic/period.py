@@ -5,76 +5,113 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
-from math import ceil
 
-import numpy as np
-from numpy.typing import NDArray
-from sympy import Add, Expr, Float, Max, Mul, Pow, Rational
+from sympy import Add, Expr, Max, Mul, Pow, Rational
 
+from sym2real.layout import Layout, Layouts
 from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.expressions import exchange, symbol
 from sym2real.symbolic.source import TIME
 
 # Part of a step by which a period may miss a whole number of them and be that number: a log's stamps are rounded.
 WHOLE = 0.01
-# States between which the last row is interpolated; a cubic leaves 1e-4 of a decay that halves in a step.
-NODES = 4
 SMALLEST_NORM = 1e-12
 
 
-def at_period(equations: Equations, period: float) -> Equations:
-    """The equations over a longer period, commands and inputs held: what they say after each of their own steps.
+def steps_within(equations: Equations, period: float) -> int:
+    """Equal parts of a period, none shorter than the equations' own step; one where the period is no longer."""
+    return max(1, int(_ratio(equations, period) + WHOLE))
 
-    A period between two steps lies on the polynomial through the last :data:`NODES` states. Filters of commands keep
-    their values; they act on rows, which are a period apart.
+
+def at_period(equations: Equations, period: float, *, apart: bool = False) -> Equations:
+    """The equations over a longer period, in equal parts as long as their own step or somewhat longer.
+
+    A part that is longer ends on the parabola through the states at its start and after one and two steps. Filters of
+    commands keep their values.
 
     Args:
         equations: with their own step; they come back as they are where the period is no longer.
         period: in s.
+        apart: whether the commands of every part are columns of their own, all of the first part before those of the
+            second, and not held over the period.
     """
-    steps = round(period / equations.dt, 3)
-    return equations if steps <= 1.0 + WHOLE else _gone_through(equations, steps)
+    ratio = _ratio(equations, period)
+    return equations if ratio <= 1.0 + WHOLE else _gone_through(equations, ratio, apart)
+
+
+def _ratio(equations: Equations, period: float) -> float:
+    return round(period / equations.dt, 3)
 
 
 @lru_cache(maxsize=16)
-def _gone_through(equations: Equations, steps: float) -> Equations:
-    count = round(steps) if abs(steps - round(steps)) <= WHOLE else ceil(steps)
-    columns = equations.layouts.state.columns
-    quantities, states = dict(equations.quantities), [{column: symbol(column) for column in columns}]
-    for number in range(count):
-        named, following = _step(equations, number, states[-1])
-        quantities |= named
-        states.append(following)
-    nodes = np.arange(count + 1)[-NODES:]
-    weights = _weights(nodes, count if count == round(steps) else steps)
-    after = {
-        column: Add(*(Float(w) * states[node][column] for node, w in zip(nodes, weights, strict=True) if w))
-        for column in columns
-    }
-    return replace(equations, next=after, quantities=quantities, dt=steps * equations.dt)
+def _gone_through(equations: Equations, ratio: float, apart: bool) -> Equations:
+    parts = steps_within(equations, ratio * equations.dt)
+    way = _Way(equations, apart)
+    for number in range(parts):
+        way.part(number, ratio / parts)
+    layouts = replace(equations.layouts, action=_each_part(equations.layouts, parts)) if apart else equations.layouts
+    return replace(equations, next=way.state, quantities=way.quantities, layouts=layouts, dt=ratio * equations.dt)
 
 
-def _step(equations: Equations, number: int, state: Mapping[str, Expr]) -> tuple[dict[str, Expr], dict[str, Expr]]:
-    """Quantities of one more step from a state, and the names of the state that it leads to."""
-    own = {symbol(name): symbol(f"{name}__{number}") for name in equations.quantities} if number else {}
-    time = {symbol(TIME): symbol(TIME) + number * equations.dt} if TIME in equations.layouts.inputs else {}
-    put_in = exchange({**{symbol(column): value for column, value in state.items()}, **own, **time})
-    named = {f"{name}__{number}": put_in(value) for name, value in equations.quantities.items()} if number else {}
-    moved = {column: symbol(f"{column}__{number + 1}") for column in state}
-    norms: dict[str, Expr] = {}
-    for field in equations.layouts.state.fields:
-        if field.kind != "vector":
-            squares = Add(*(Pow(put_in(equations.next[column]), 2) for column in field.columns))
-            norms |= dict.fromkeys(field.columns, Max(Pow(squares, Rational(1, 2)), SMALLEST_NORM))
-    for column, following in moved.items():
-        after = put_in(equations.next[column])
-        named[following.name] = Mul(after, Pow(norms[column], -1)) if column in norms else after
-    return named, moved
+def _each_part(layouts: Layouts, parts: int) -> Layout:
+    fields = layouts.action.fields
+    others = [
+        replace(field, name=_at(field.name, number), columns=tuple(_at(column, number) for column in field.columns))
+        for number in range(1, parts)
+        for field in fields
+    ]
+    return Layout((*fields, *others))
 
 
-def _weights(nodes: NDArray[np.int64], place: float) -> NDArray[np.float64]:
-    """Of the values at whole places, in that of their polynomial at ``place`` # (nodes,)."""
-    apart = nodes[:, None] - nodes + np.eye(len(nodes))
-    others = np.where(np.eye(len(nodes), dtype=bool), 1.0, (place - nodes)[None, :] / apart)
-    found: NDArray[np.float64] = others.prod(axis=1)
-    return found
+def _at(name: str, number: int | str) -> str:
+    return f"{name}__{number}"
+
+
+class _Way:
+    """The state after some parts of a period, by names of quantities that lead there.
+
+    Args:
+        equations: of one step.
+        apart: as of :func:`at_period`.
+    """
+
+    def __init__(self, equations: Equations, apart: bool) -> None:
+        self._equations, self._apart = equations, apart
+        self.quantities: dict[str, Expr] = dict(equations.quantities)
+        self.state: dict[str, Expr] = {column: symbol(column) for column in equations.layouts.state}
+
+    def part(self, number: int, steps: float) -> None:
+        """Go on by a part that is as long as so many steps, between one and two."""
+        start, after = self.state, self._step(number, self.state, str(number))
+        if abs(steps - 1.0) <= WHOLE:
+            self.state = after
+            return
+        nodes = start, after, self._step(number, after, f"{number}_more")
+        weights = (1.0 - steps) * (2.0 - steps) / 2.0, steps * (2.0 - steps), steps * (steps - 1.0) / 2.0
+        reached = {c: Add(*(w * node[c] for w, node in zip(weights, nodes, strict=True))) for c in start}
+        self.state = self._named(self._normalised(reached), f"{number}_end")
+
+    def _step(self, number: int, state: Mapping[str, Expr], label: str) -> dict[str, Expr]:
+        equations, first = self._equations, label == "0"
+        put_in = {symbol(column): value for column, value in state.items()}
+        if TIME in equations.layouts.inputs:
+            put_in[symbol(TIME)] = symbol(TIME) + number * equations.dt
+        if self._apart and number:
+            put_in |= {symbol(column): symbol(_at(column, number)) for column in equations.layouts.action}
+        if not first:
+            put_in |= {symbol(name): symbol(_at(name, label)) for name in equations.quantities}
+            self._named({name: exchange(put_in)(value) for name, value in equations.quantities.items()}, label)
+        after = {column: exchange(put_in)(following) for column, following in equations.next.items()}
+        return self._named(self._normalised(after), f"after_{label}")
+
+    def _named(self, values: Mapping[str, Expr], label: str) -> dict[str, Expr]:
+        self.quantities |= {_at(name, label): value for name, value in values.items()}
+        return {name: symbol(_at(name, label)) for name in values}
+
+    def _normalised(self, state: dict[str, Expr]) -> dict[str, Expr]:
+        for field in self._equations.layouts.state.fields:
+            if field.kind != "vector":
+                squares = Add(*(Pow(state[column], 2) for column in field.columns))
+                inverse = Pow(Max(Pow(squares, Rational(1, 2)), SMALLEST_NORM), -1)
+                state |= {column: Mul(state[column], inverse) for column in field.columns}
+        return state

@@ -17,9 +17,10 @@ from sym2real.effects.inputs import with_inputs
 from sym2real.effects.sensors import MeasuredModel
 from sym2real.effects.visible import visible_state
 from sym2real.errors import ShapeError
+from sym2real.layout import Layouts
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
-from sym2real.symbolic.period import at_period
+from sym2real.symbolic.period import at_period, steps_within
 
 
 def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[DynamicsModel, Dataset]:
@@ -35,23 +36,38 @@ def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[Dynami
     wanted = replace(equations.layouts, state=visible_state(equations))
     if wanted != dataset.layouts:
         raise ShapeError(f"the model's columns are {wanted}, the log's are {dataset.layouts}")
-    if dataset.dt < (1.0 - SETTINGS.time_step) * equations.dt:
+    whole = None if isinstance(model, Equations) else model
+    longer = dataset.dt / equations.dt - 1.0
+    if longer < -SETTINGS.time_step or (whole is not None and longer > SETTINGS.time_step):
         raise ShapeError(
             f"the model's time step is {equations.dt:g} s, the log's is {dataset.dt:g} s: read it with "
-            f"dt={equations.dt:g}"
+            f"dt={equations.dt:g}{', upsample=True' if longer > 0.0 else ''}"
         )
-    whole = None if isinstance(model, Equations) else model
-    filtered = with_filtered_commands(equations, dataset)
-    return MeasuredModel(at_period(equations, dataset.dt), model=whole), filtered
+    apart = bool(command_filters(equations)) and whole is None
+    slow = at_period(equations, dataset.dt, apart=apart)
+    parts = steps_within(equations, dataset.dt) if apart else 1
+    return MeasuredModel(slow, model=whole), with_filtered_commands(equations, dataset, slow.layouts, parts)
 
 
-def with_filtered_commands(equations: Equations, dataset: Dataset) -> Dataset:
-    """The logs with the commands that reach the robot when it delays, limits or smooths them as the equations say."""
+def with_filtered_commands(
+    equations: Equations, dataset: Dataset, layouts: Layouts | None = None, parts: int = 1
+) -> Dataset:
+    """The logs with the commands that reach the robot when it delays, limits or smooths them as the equations say.
+
+    Args:
+        equations: with filters.
+        dataset: logs, whose rows may be further apart than the equations' steps.
+        layouts: with the commands of every part of a row; those of the logs by default.
+        parts: of a row.
+    """
     if not command_filters(equations):
         return dataset
+    action = layouts.action if layouts else dataset.layouts.action
     return Dataset(
         replace(
-            trajectory, action=filter_commands(equations, torch.as_tensor(trajectory.action), dt=dataset.dt).numpy()
+            log,
+            action=filter_commands(equations, torch.as_tensor(log.action), dt=dataset.dt, parts=parts).numpy(),
+            layouts=replace(log.layouts, action=action),
         )
-        for trajectory in dataset
+        for log in dataset
     )

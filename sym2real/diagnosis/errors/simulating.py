@@ -61,7 +61,9 @@ def simulate(equations: Equations, log: Trajectory, horizon: float | None = None
         with torch.no_grad():
             predicted = rollout(model, torch.as_tensor(start), action, inputs)
         state[rows.start + 1 : rows.stop + 1] = predicted.numpy()
-    return replace(ready, state=state, action=log.action, name=f"{log.name} simulated".strip(), raw={})
+    layouts = replace(ready.layouts, action=log.layouts.action)
+    name = f"{log.name} simulated".strip()
+    return replace(ready, state=state, action=log.action, layouts=layouts, name=name, raw={})
 
 
 def score(equations: Equations, data: Dataset | Trajectory, horizon: float) -> dict[str, float]:

@@ -22,16 +22,18 @@ class FilteredCommands:
     """
 
     def __init__(self, library: Library, data: Dataset) -> None:
-        self._library, self._dt = library, data.dt
-        self._actions = padded(trajectory.action for trajectory in data)  # (logs, T, m)
+        self._library, self._parts = library, library.parts(data.dt)
+        self._dt = data.dt / self._parts
+        rows = padded(trajectory.action for trajectory in data)
+        self._actions = rows.repeat_interleave(self._parts, dim=1)  # (logs, T * parts, m)
         self._filtered: dict[bytes, Tensor] = {}
 
     def of(self, sets: Tensor) -> tuple[Tensor, Tensor]:
-        """Filtered commands for every different set of filters ``# (U, logs, T, m)``, and which set has which."""
+        """Commands for every different set of filters ``# (U, logs, T, parts * m)``, and which set has which."""
         library = self._library
         columns = [i for key, _ in library.equations.filters for i in library.indices(key)]
         if not columns:
-            return self._actions[None], torch.zeros(len(sets), dtype=torch.long)
+            return self._of_rows(self._actions[None]), torch.zeros(len(sets), dtype=torch.long)
         unique, which = torch.unique(sets[:, columns], dim=0, return_inverse=True)
         names = [values.numpy().tobytes() for values in unique]
         missing = [i for i, name in enumerate(names) if name not in self._filtered]
@@ -40,10 +42,14 @@ class FilteredCommands:
                 self._filtered.clear()
                 missing = list(range(len(names)))
             self._filtered.update(zip([names[i] for i in missing], self._filter(unique[missing]), strict=True))
-        return torch.stack([self._filtered[name] for name in names]), which
+        return self._of_rows(torch.stack([self._filtered[name] for name in names])), which
+
+    def _of_rows(self, commands: Tensor) -> Tensor:
+        rows: Tensor = commands.unflatten(2, (-1, self._parts)).flatten(-2)
+        return rows
 
     def _filter(self, unique: Tensor) -> Tensor:
-        """Commands of all logs ``# (U, logs, T, m)`` through filters of these values ``# (U, filter slots)``."""
+        """All commands ``# (U, logs, T * parts, m)`` through filters of these values ``# (U, filter slots)``."""
         library = self._library
         rows = self._actions.expand(len(unique), -1, -1, -1)
         place = 0

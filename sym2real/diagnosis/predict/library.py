@@ -17,7 +17,7 @@ from sym2real.effects.kind import Parameter
 from sym2real.effects.thrust import ACTING
 from sym2real.layout import Layout
 from sym2real.symbolic import Equations, compile_function, compile_model, symbol
-from sym2real.symbolic.period import at_period
+from sym2real.symbolic.period import at_period, steps_within
 
 
 @dataclass(frozen=True)
@@ -107,8 +107,12 @@ class Library:
         return low, torch.tensor([slot.parameter.high for slot in self.slots], dtype=torch.float64)
 
     def model(self, dt: float) -> torch.jit.ScriptModule:
-        """(state, action, inputs, parameters) → state ``dt`` s later, in float64."""
-        return _compiled(at_period(self.equations, dt))
+        """(state, commands, inputs, parameters) → state ``dt`` s later, in float64; commands of :meth:`parts` parts."""
+        return _compiled(at_period(self.equations, dt, apart=True))
+
+    def parts(self, dt: float) -> int:
+        """Parts of a row of ``dt`` s, each with commands of its own."""
+        return steps_within(self.equations, dt)
 
     @cached_property
     def _columns_of(self) -> list[tuple[str, ...]]:

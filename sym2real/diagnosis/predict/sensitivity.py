@@ -147,7 +147,7 @@ class Problem:
             start = self._with_hidden(start, commands, parameters, sets, library.busy(sets, library.remembering))
         predicted = self._rolled_out(
             start,
-            sent if actions is None else sent + actions,
+            sent if actions is None else sent + actions.repeat(1, 1, 1, library.parts(self.data.dt)),
             known if inputs is None else known + inputs,
             parameters,
         )
@@ -228,7 +228,7 @@ class Problem:
         before = self._start(segments.before, sets, parameters, None)
         size = self.library.equations.layouts.state.size - self._visible
         whole = torch.cat([before, before.new_zeros(*before.shape[:-1], size)], dim=-1)
-        groups = [whole, sent[..., 0, :], known[:, 0], parameters]
+        groups = [whole, sent[..., 0, : len(self.data.layouts.action)], known[:, 0], parameters]
         groups = [g.expand(*whole.shape[:-1], -1) for g in groups if g.shape[-1]]
         assert first is not None
         whole[..., self._visible :] = first(*groups)

@@ -1,0 +1,72 @@
+"""Logs slower than the model: nothing between their rows is made up, and the answer is that of the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sym2real.diagnosis import Diagnosis, compare, diagnose
+from sym2real.effects.sensors import MeasuredModel
+from sym2real.errors import ShapeError
+from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.logs import read_log, read_logs, write_log
+from sym2real.plants import MujocoPlant
+from sym2real.robots import MUSHR
+
+PERIOD = 0.1  # s, of commands and rows; the model's step is half of that
+DELAY = 0.15
+
+
+def diagnosed(folder: Path, *effects: tuple[str, Mapping[str, float]]) -> Diagnosis:
+    """Eight noisy drives commanded and logged at 10 Hz, through files."""
+    data = simulate_case(Case("mushr", effects, seed=41), rows=200, robot=MUSHR.at_period(PERIOD))
+    for number, log in enumerate(data):
+        write_log(log, folder / f"{number}.csv")
+    model = MUSHR.nominal()
+    logs = read_logs(folder, layouts=model.layouts, dt=model.dt)
+    assert logs.dt == pytest.approx(PERIOD)
+    assert logs.rows == data.rows
+    return diagnose(model, logs, MujocoPlant(MUSHR))
+
+
+def test_a_healthy_car_at_half_the_models_rate_misses_nothing(tmp_path: Path) -> None:
+    assert diagnosed(tmp_path).verdict == "NOTHING_MISSING"
+
+
+def test_a_delay_between_two_rows_is_found_to_a_fraction_of_a_row(tmp_path: Path) -> None:
+    found = diagnosed(tmp_path, ("delay", {"value": DELAY}))
+    assert [finding.effect for finding in found.findings] == ["delay"]
+    assert found.findings[0].values["value"] == pytest.approx(DELAY, abs=0.1 * PERIOD)
+    before, after = found.ladder[0], found.ladder[-1]
+    assert after.horizons[0.8]["position"].value < 0.5 * before.horizons[0.8]["position"].value
+    logs = read_logs(tmp_path, layouts=MUSHR.layouts, dt=MUSHR.dt)
+    errors = [compare(model, logs).at(0.8).errors["position"].value for model in (MUSHR.nominal(), found.model)]
+    assert errors[1] < 0.5 * errors[0]
+
+
+def written(folder: Path, name: str, dt: float, seconds: float = 4.0) -> Path:
+    time = np.arange(round(seconds / dt)) * dt
+    columns = {"time": time, "x": time, "y": 0 * time, "vx": 1 + 0 * time, "vy": 0 * time, "steer": np.sin(time)}
+    np.savetxt(
+        folder / name, np.column_stack(list(columns.values())), delimiter=",", header=",".join(columns), comments=""
+    )
+    return folder / name
+
+
+def test_logs_get_the_step_of_the_slowest_and_the_models_where_that_is_asked(tmp_path: Path) -> None:
+    fast, slow = written(tmp_path, "fast.csv", 0.05), written(tmp_path, "slow.csv", 0.125)
+    assert [log.dt for log in read_logs([fast, slow], dt=0.05)] == pytest.approx([0.125, 0.125])
+    assert len(read_log(slow, dt=0.05)) == 32  # every row as it was measured
+    assert [log.dt for log in read_logs([fast, slow], dt=0.05, upsample=True)] == pytest.approx([0.05, 0.05])
+    assert read_log(fast, dt=0.125).dt == pytest.approx(0.125)
+
+
+def test_a_residual_is_held_against_rows_of_its_own_step_alone(tmp_path: Path) -> None:
+    data = simulate_case(Case("mushr", seed=1), trajectories=1, rows=60, robot=MUSHR.at_period(PERIOD))
+    whole = MeasuredModel(MUSHR.nominal())
+    whole.equations = MUSHR.nominal()  # type: ignore[attr-defined]
+    with pytest.raises(ShapeError, match="0.05 s, the log's is 0.1 s: read it with dt=0.05, upsample=True"):
+        compare(whole, data)

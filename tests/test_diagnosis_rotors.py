@@ -27,9 +27,9 @@ def test_a_search_takes_a_rotor_away_as_adding_the_effect_does(rotor: int) -> No
     values[slot] = 0.2
     state, action = torch.as_tensor(CRAZYFLIE.start), torch.tensor([0.4, 0.5, 0.45, 0.55], dtype=torch.float64)
     direct = compile_model(add(base, "rotor_loss", {"rotor": rotor, "value": 0.2}), dtype=torch.float64)
-    searched = library.model(state, action, None, values)
+    searched = library.model(library.equations.dt)(state, action, None, values)
     torch.testing.assert_close(searched, direct(state, action), rtol=0.0, atol=1e-12)
-    assert float((searched - library.model(state, action, None, library.null)).abs().max()) > 1e-3
+    assert float((searched - library.model(library.equations.dt)(state, action, None, library.null)).abs().max()) > 1e-3
 
 
 def test_a_weak_rotor_is_named_and_not_a_mass_off_centre() -> None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from cli_results import result_of
+from motor_level import motor_level_equations
 from rich.console import Console
 
 from sym2real.cli import main
@@ -22,7 +23,6 @@ from sym2real.diagnosis.estimate.simulator import flown_along, with_effects_of
 from sym2real.effects import noted
 from sym2real.effects.voltage import with_voltage
 from sym2real.errors import ModelError
-from sym2real.experiments.real_flight import motor_level_equations
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import read_logs, write_log
 from sym2real.plants import MujocoPlant

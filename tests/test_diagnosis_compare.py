@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from motor_level import motor_level_equations
 from noisy_flights import flights
 from sympy import sqrt
 
@@ -17,7 +18,6 @@ from sym2real.diagnosis import ROWS, compare, diagnose, predict_windows
 from sym2real.diagnosis.data.start import noise_level, start_states
 from sym2real.diagnosis.errors.skill import off_the_mean
 from sym2real.errors import ModelError, ShapeError
-from sym2real.experiments.real_flight import motor_level_equations
 from sym2real.layout import Layout, Layouts
 from sym2real.logs import read_log
 from sym2real.plants import ModelPlant, run_episode

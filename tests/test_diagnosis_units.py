@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from motor_level import motor_level_equations
 from noisy_flights import flights, flights_with
 
 from sym2real.data import example_flight
@@ -19,7 +20,6 @@ from sym2real.diagnosis.faults.conventions import breaches
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit, foreign_positions, foreign_velocities
 from sym2real.diagnosis.faults.report import data_report
 from sym2real.diagnosis.faults.sanity import check
-from sym2real.experiments.real_flight import motor_level_equations
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import read_log, write_log
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot

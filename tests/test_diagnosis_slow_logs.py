@@ -39,7 +39,7 @@ def test_a_healthy_car_at_half_the_models_rate_misses_nothing(tmp_path: Path) ->
 def test_a_delay_between_two_rows_is_found_to_a_fraction_of_a_row(tmp_path: Path) -> None:
     found = diagnosed(tmp_path, ("delay:steer", {"value": DELAY}))
     assert [finding.effect for finding in found.findings] == ["delay:steer"]
-    assert found.findings[0].values["value"] == pytest.approx(DELAY, abs=0.1 * PERIOD)
+    assert found.findings[0].values["value"] == pytest.approx(DELAY, abs=0.2 * PERIOD)
     before, after = found.ladder[0], found.ladder[-1]
     assert after.horizons[0.8]["position"].value < 0.5 * before.horizons[0.8]["position"].value
     logs = read_logs(tmp_path, layouts=MUSHR.layouts, dt=MUSHR.dt)

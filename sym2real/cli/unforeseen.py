@@ -9,7 +9,7 @@ import sys
 import tempfile
 import traceback
 from collections.abc import Sequence
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from pathlib import Path
 
 from sym2real import __version__
@@ -43,10 +43,5 @@ def told_of(error: BaseException, arguments: Sequence[str]) -> str:
 
 
 def _about(arguments: Sequence[str]) -> list[str]:
-    known = [f"sym2real {__version__}, Python {sys.version.split()[0]}, {platform.platform()}"]
-    for library in LIBRARIES:
-        try:
-            known.append(f"{library} {version(library)}")
-        except PackageNotFoundError:
-            known.append(f"{library} is not installed")
-    return [*known, f"sym2real {shlex.join(arguments)}"]
+    system = f"sym2real {__version__}, Python {sys.version.split()[0]}, {platform.platform()}"
+    return [system, *(f"{library} {version(library)}" for library in LIBRARIES), f"sym2real {shlex.join(arguments)}"]

@@ -6,8 +6,6 @@ import csv
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-
 from sym2real.errors import DataError
 from sym2real.trajectory import Array
 
@@ -43,14 +41,11 @@ def read(path: Path, header: Sequence[str] = ()) -> tuple[list[str], list[Array 
     rows = [_cells(path, line, first + i, delimiter) for i, line in enumerate(lines[1:])]
     _check_lengths(path, lines, rows, len(names), first)
     cells = [list(column) for column in zip(*rows, strict=True)] if rows else [[] for _ in names]
-    # Python takes 1_0 for ten, which no other program writes or reads.
-    underscored = any("_" in line for line in lines[1:])
-    columns: list[Array | Sequence[str]] = [_as_numbers(column, underscored) for column in cells]
-    if rows and not names[0] and _counts(columns[0]):  # the index that pandas writes
-        names, columns = names[1:], columns[1:]
+    if rows and not names[0] and _counts(cells[0]):  # the index that pandas writes
+        names, cells = names[1:], cells[1:]
     if not names[-1] and not any(cells[-1]):  # every line ends with a delimiter
-        names, columns = names[:-1], columns[:-1]
-    return names, columns, first, None
+        names, cells = names[:-1], cells[:-1]
+    return names, [*cells], first, None
 
 
 def first_cells(path: Path) -> list[str]:
@@ -102,15 +97,6 @@ def _cells(path: Path, line: str, row: int, delimiter: str | None, *, skip_space
         raise DataError(path, "quotes that are closed in the same line, and short cells", words, row) from None
 
 
-def _as_numbers(cells: list[str], underscored: bool) -> Array | list[str]:
-    try:
-        # float() reads to the nearest float64, so that nothing is lost.
-        values = np.array(list(map(float, cells)), dtype=np.float64)
-    except ValueError:
-        return cells
-    return cells if underscored and any("_" in cell for cell in cells) else values
-
-
 def _lines(path: Path) -> list[str]:
     content = path.read_bytes()
     if not content.strip():
@@ -151,9 +137,9 @@ def _check_header(path: Path, first: Sequence[str], header: Sequence[str]) -> No
         raise DataError(path, f"names of its {len(first)} columns", found, row=1)
 
 
-def _counts(values: Array | Sequence[str]) -> bool:
+def _counts(cells: Sequence[str]) -> bool:
     """Whether a column counts rows from 0."""
-    return isinstance(values, np.ndarray) and bool((values == np.arange(len(values))).all())
+    return all(is_number(cell) and float(cell) == row for row, cell in enumerate(cells))
 
 
 def _check_lengths(path: Path, lines: Sequence[str], rows: Sequence[list[str]], wanted: int, first: int) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -172,6 +173,9 @@ def numbers(table: Table, name: str, cells: Array | Sequence[str]) -> Array | No
     """
     if isinstance(cells, np.ndarray):
         return cells
+    with suppress(ValueError):
+        if not any("_" in cell for cell in cells):  # float() reads to the nearest float64, so that nothing is lost
+            return np.array(list(map(float, cells)), dtype=np.float64)
     values = np.full(len(cells), np.nan)
     bad = []
     for position, cell in enumerate(cells):

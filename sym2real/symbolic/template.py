@@ -63,17 +63,8 @@ $methods
         self, state: Tensor, action: Tensor, inputs: Optional[Tensor] = None, parameters: Optional[Tensor] = None
     ) -> Tensor:
         """Next state (..., $n) for state (..., $n), action (..., $m), inputs (..., $k), parameters (..., $p)."""
-        values = self.rows(state, action, inputs, parameters)
-        pushed = inputs is not None
-        if inputs is None:
-            known = [torch.zeros_like(state[..., 0])] * $k
-        else:
-            known = list(torch.unbind(torch.movedim(inputs, -1, 0), 0))
-        now = list(torch.unbind(torch.movedim(action, -1, 0), 0))
-        columns = self.spread(state, now[:1] + values[:1] + known[:1])
-        fixed = ${hoist_pushed}self.hoist(values, tensors(self.constants, state))
-        columns = ${step_pushed}self.step(columns, now, known, fixed)
-        return torch.movedim(torch.stack(columns, 0), 0, -1)
+        held = inputs if inputs is None else inputs.unsqueeze(-2)
+        return self.rollout(state, action.unsqueeze(-2), held, parameters).squeeze(-2)
 
     @torch.jit.export
     def rollout(

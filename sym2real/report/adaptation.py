@@ -24,10 +24,8 @@ def rounds_table(reports: Sequence[RoundReport], on_top: int, settled: bool) -> 
         settled: whether the run ended because nothing got better.
     """
     ahead = f"{reports[0].horizon:g} s"
-    table = compact_table("rounds: the model of each has learned from the logs of those before")
     headings = ("round", "rows", "error m", "% better", "cost", f"{ahead} m", "% better", "λ", "s", "")
-    for heading in headings:
-        table.add_column(heading, justify="left" if not heading else "right")
+    table = compact_table("rounds: the model of each has learned from the logs of those before", *headings, left=("",))
     for report in reports:
         _add_row(table, report, report.number == on_top)
     best = reports[on_top]

@@ -13,7 +13,7 @@ from sym2real.diagnosis import Diagnosis, Fall, Fault, Finding, Gate, Term, Trie
 from sym2real.diagnosis.predict.competitors import not_tried_said
 from sym2real.diagnosis.unexplained.leftover import MISFIT, Leftover
 from sym2real.report.ladder import ladder_table
-from sym2real.report.tables import number
+from sym2real.report.tables import number, table_of
 
 STYLE = {"EFFECT": "bold yellow", "NOTHING_MISSING": "bold green", "UNEXPLAINED": "bold red", "CANNOT_TELL": "bold"}
 
@@ -150,9 +150,7 @@ def findings_list(findings: Sequence[Finding]) -> Table:
 
 def rivals_table(tried: Tried) -> Table:
     """What other effects would do in the place of each of the hypothesis."""
-    table = Table(title="in its place", title_justify="left")
-    for heading in ("effect", "lowers the held-out loss by", ""):
-        table.add_column(heading, justify="right" if "loss" in heading else "left")
+    table = table_of("in its place", "effect", "lowers the held-out loss by", "", left=("effect", ""))
     hypothesis = "the hypothesis" if len(tried.findings) == 1 else "the hypothesis, beside the others"
     for finding in tried.findings:
         table.add_row(finding.effect, f"{100 * tried.beside[finding.effect]:.1f} %", hypothesis, style="bold")

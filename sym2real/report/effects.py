@@ -10,13 +10,13 @@ from rich.table import Table
 
 from sym2real.effects import Effect, Kind
 from sym2real.effects.kind import UNLIMITED
+from sym2real.report.tables import table_of
 
 
 def catalogue_table(kinds: Sequence[Kind], title: str) -> Table:
     """One row per kind of effect."""
-    table = Table(title=f"physical effects: {title}", title_justify="left")
-    for heading in ("effect", "acts on", "what it is"):
-        table.add_column(heading, overflow="fold")
+    headings = ("effect", "acts on", "what it is")
+    table = table_of(f"physical effects: {title}", *headings, left=headings)
     for kind in kinds:
         table.add_row(f"{kind.name}:" if kind.columns else kind.name, kind.stage, escape(kind.summary))
     return table
@@ -25,9 +25,8 @@ def catalogue_table(kinds: Sequence[Kind], title: str) -> Table:
 def effect_page(effect: Effect) -> RenderableType:
     """Everything that the catalogue says of one effect."""
     kind = effect.of
-    table = Table(title="parameters", title_justify="left")
-    for heading in ("name", "unit", "null", "lowest", "highest", "expected size"):
-        table.add_column(heading, justify="left" if heading in ("name", "unit") else "right")
+    headings = ("name", "unit", "null", "lowest", "highest", "expected size")
+    table = table_of("parameters", *headings, left=headings[:2])
     for parameter in effect.parameters:
         numbers = (parameter.null, parameter.low, parameter.high, parameter.scale)
         table.add_row(parameter.name, parameter.unit, *(_number(value) for value in numbers))

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from sym2real.diagnosis import Floor, Where, WindowErrors
 from sym2real.diagnosis.errors.rungs import Stage
-from sym2real.report.style import MEASURED, MODELS, REFERENCE, SERIES, legend_below, logarithmic, small
+from sym2real.report.style import MEASURED, MODELS, REFERENCE, SERIES, grid, legend_below, logarithmic, small
 from sym2real.trajectory import Array
 
 BINS = 8
@@ -50,8 +50,7 @@ def ladder_figure(stages: Sequence[Stage], floor: Sequence[Floor]) -> Figure:
     """Error of every channel over the horizon for every stage with its 95 % band, down to noise and disturbances."""
     horizons = sorted(stages[0].horizons)
     channels = stages[0].horizons[horizons[0]]
-    figure = Figure(figsize=(3.6 * len(channels), 3.6), layout="constrained")
-    axes = np.atleast_1d(figure.subplots(1, len(channels)))
+    figure, axes = grid(len(channels), len(channels), 3.6, 3.1)
     for axis, (channel, error) in zip(axes, channels.items(), strict=True):
         for colour, stage in zip(SERIES, stages, strict=False):
             errors = [stage.horizons[horizon][channel] for horizon in horizons]
@@ -77,11 +76,8 @@ def where_figure(models: Models, where: Sequence[Where]) -> Figure:
     first = next(iter(models.values()))
     by_feature = {region.feature: region for region in where}
     names = [*by_feature, *(name for name in first.features if name not in by_feature)][:MOST_FEATURES]
-    columns = min(MOST_BESIDE, len(names))
-    rows = -(-len(names) // columns)
-    figure = Figure(figsize=(max(5.0, 3.7 * columns), 2.8 * rows), layout="constrained")
-    axes = figure.subplots(rows, columns, squeeze=False).ravel()
-    for axis, name in zip(axes, names, strict=False):
+    figure, axes = grid(len(names), MOST_BESIDE, 3.7, 2.8)
+    for axis, name in zip(axes, names, strict=True):
         channel = by_feature[name].channel if name in by_feature else next(iter(first.errors))
         for style, (label, errors) in zip(MODELS, models.items(), strict=False):
             axis.plot(*binned(errors.features[name], errors.errors[channel]), "o", **style, label=label)
@@ -89,8 +85,6 @@ def where_figure(models: Models, where: Sequence[Where]) -> Figure:
             axis.axvspan(by_feature[name].low, by_feature[name].high, color=MEASURED, alpha=0.12, linewidth=0)
         axis.set(xlabel=f"{name} in {first.units[name]}", ylabel=f"{channel} error", ylim=(0.0, None))
     small(axes)
-    for axis in axes[len(names) :]:
-        axis.set_visible(False)
     legend_below(figure)
     figure.suptitle("where the model fails")
     return figure

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from rich import box
 from rich.table import Table
 
 from sym2real.experiments.study.outcome import Outcome, Panel
-from sym2real.report.style import SERIES, legend_below, logarithmic
+from sym2real.report.style import SERIES, grid, legend_below, logarithmic
+from sym2real.report.tables import compact_table
 
 PANELS_A_ROW = 3
 WIDTH = 48  # characters of a statement below a panel
@@ -20,9 +20,7 @@ WIDTH = 48  # characters of a statement below a panel
 
 def outcome_table(outcome: Outcome) -> Table:
     """The rows of an experiment; notes stand below."""
-    table = Table(title=outcome.title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    for place, heading in enumerate(outcome.columns):
-        table.add_column(heading, justify="left" if place < 2 else "right", overflow="fold")
+    table = compact_table(outcome.title, *outcome.columns, left=outcome.columns[:2])
     for row in outcome.rows:
         table.add_row(*row)
     return table
@@ -30,15 +28,10 @@ def outcome_table(outcome: Outcome) -> Table:
 
 def outcome_figure(outcome: Outcome) -> Figure:
     """A panel for every case: mean and standard deviation over seeds, MuJoCo's own level, the paper's statement."""
-    across = min(PANELS_A_ROW, len(outcome.panels))
-    down = math.ceil(len(outcome.panels) / across)
-    figure = Figure(figsize=(4.2 * across, 3.6 * down + 0.5), layout="constrained")
-    axes = np.ravel(figure.subplots(down, across, squeeze=False))
+    figure, axes = grid(len(outcome.panels), PANELS_A_ROW, 4.2, 3.6)
     names = list(dict.fromkeys(name for panel in outcome.panels for name in panel.lines))
     colours = dict(zip(names, SERIES * math.ceil(len(names) / len(SERIES)), strict=False))
-    for axis in axes[len(outcome.panels) :]:
-        axis.set_visible(False)
-    for axis, panel in zip(axes, outcome.panels, strict=False):
+    for axis, panel in zip(axes, outcome.panels, strict=True):
         _draw(axis, panel, outcome, colours)
     legend_below(figure)
     return figure

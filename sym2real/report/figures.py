@@ -16,7 +16,7 @@ from sym2real.diagnosis.data.preparation import prepared
 from sym2real.diagnosis.data.start import Start
 from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.protocols import DynamicsModel
-from sym2real.report.style import MEASURED, MODELS, PREDICTED, REFERENCE, legend_below, logarithmic, small
+from sym2real.report.style import MEASURED, MODELS, PREDICTED, REFERENCE, grid, legend_below, logarithmic, small
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Trajectory
 
@@ -58,8 +58,7 @@ def comparison_figure(comparison: Comparison) -> Figure:
     """Error of every channel over the horizon, beside "hold" and what the sensors' noise alone makes."""
     channels = comparison.one_step.errors
     points = [comparison.one_step, *comparison.horizons]
-    figure = Figure(figsize=(3.4 * len(channels), 3.4), layout="constrained")
-    axes = np.atleast_1d(figure.subplots(1, len(channels)))
+    figure, axes = grid(len(channels), len(channels), 3.4, 2.9)
     for axis, (channel, first) in zip(axes, channels.items(), strict=True):
         horizons = [errors.horizon for errors in points]
         axis.plot(horizons, [errors.errors[channel].value for errors in points], "o-", color=PREDICTED, label="model")
@@ -81,19 +80,14 @@ def prediction_figure(trajectory: Trajectory, windows: dict[str, Windows]) -> Fi
         windows: predictions by what the model is called: at most two.
     """
     columns = trajectory.layouts.state.columns
-    across = min(3, len(columns))
-    rows = -(-len(columns) // across)
-    figure = Figure(figsize=(max(3.4 * across, 5.0), 2.0 * rows + 0.6), layout="constrained")
-    axes = figure.subplots(rows, across, squeeze=False).ravel()
-    for position, (axis, column) in enumerate(zip(axes, columns, strict=False)):
+    figure, axes = grid(len(columns), 3, 3.4, 2.0)
+    for position, (axis, column) in enumerate(zip(axes, columns, strict=True)):
         axis.plot(trajectory.time, trajectory.state[:, position], color=MEASURED, linewidth=1, label="measured")
         for style, (label, predictions) in zip(MODELS, windows.items(), strict=False):
             times, values = _pieces(trajectory, predictions, position)
             axis.plot(times, values, **style, linewidth=1.2, label=label)
         axis.set(title=f"{column} in {trajectory.layouts.state.units[column]}")
     small(axes)
-    for axis in axes[len(columns) :]:
-        axis.set_visible(False)
     legend_below(figure)
     figure.suptitle(f"{trajectory.name}: measured, and predicted {JUDGED_AT:g} s ahead", parse_math=False)
     return figure

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from matplotlib import rcParams
 from matplotlib.axes import Axes
@@ -15,7 +16,7 @@ from sym2real.files import whole
 
 MEASURED, PREDICTED, INFORMED, REFERENCE = "#1a1d21", "#d55e00", "#0072b2", "#7a8390"
 SERIES = (PREDICTED, INFORMED, "#009e73", "#b58900", "#cc79a7", "#56b4e9", "#5f6670", "#7a3e00", MEASURED)
-MODELS = ({"color": PREDICTED, "linestyle": "--"}, {"color": INFORMED, "linestyle": "-"})
+MODELS: tuple[dict[str, Any], ...] = ({"color": PREDICTED, "linestyle": "--"}, {"color": INFORMED, "linestyle": "-"})
 MOST_BESIDE = 5  # names in a line of a legend
 FEW_TICKS, DPI = 4, 120
 
@@ -41,6 +42,17 @@ def legend_below(figure: Figure) -> None:
     shown = {label: handle for handle, label in reversed(pairs)}  # the first of a name stays
     columns = max(1, min(len(shown), MOST_BESIDE, int(figure.get_figwidth() // 1.6)))
     figure.legend([*shown.values()][::-1], [*shown][::-1], loc="outside lower center", ncols=columns, frameon=False)
+
+
+def grid(count: int, beside: int, width: float, height: float) -> tuple[Figure, list[Axes]]:
+    """A figure of so many axes, each of that size in inches, at most so many beside each other."""
+    across = min(beside, count)
+    down = -(-count // across)
+    figure = Figure(figsize=(max(5.0, width * across), height * down + 0.5), layout="constrained")
+    axes = figure.subplots(down, across, squeeze=False).ravel().tolist()
+    for unused in axes[count:]:
+        unused.set_visible(False)
+    return figure, axes[:count]
 
 
 def small(axes: Iterable[Axes]) -> None:

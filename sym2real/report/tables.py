@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from typing import Any
 
 import sympy
 from rich import box
 from rich.markup import escape
-from rich.table import Table
+from rich.table import Column, Table
 
 from sym2real.adaptation import EpisodeReport
 from sym2real.experiments.flying import Flight
@@ -28,17 +29,23 @@ def decimals(value: float, places: int) -> str:
     return "–" if math.isnan(value) else f"{value:.{places}f}"
 
 
-def compact_table(title: str) -> Table:
+def table_of(title: str, *headings: str, left: Collection[str] = (), **options: Any) -> Table:
+    """A table of figures, but for the columns of words, which stand on the left; options as of rich's own."""
+    columns = (Column(heading, justify="left" if heading in left else "right", overflow="fold") for heading in headings)
+    return Table(*columns, title=title, title_justify="left", **options)
+
+
+def compact_table(title: str, *headings: str, left: Collection[str] = ()) -> Table:
     """Without rules between columns: four channels with two figures each stay within 80 columns."""
-    return Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    compact = {"box": box.SIMPLE_HEAD, "pad_edge": False, "padding": (0, 1, 0, 0)}
+    return table_of(title, *headings, left=left, **compact)
 
 
 def equation_table(equations: Equations) -> Table:
     """One row per next-state component: its nodes, and its text with numbers to four digits."""
     nodes = equations.complexity()
-    table = Table(title=f"next state after {equations.dt:g} s", title_justify="left", show_lines=True)
-    for heading in ("state", "nodes", "equation"):
-        table.add_column(heading, justify="right" if heading == "nodes" else "left", overflow="fold")
+    title = f"next state after {equations.dt:g} s"
+    table = table_of(title, "state", "nodes", "equation", left=("state", "equation"), show_lines=True)
     for name, expression in equations.quantities.items():
         table.add_row(name, "", readable(expression))
     for name, expression in equations.next.items():
@@ -48,9 +55,7 @@ def equation_table(equations: Equations) -> Table:
 
 def columns_table(robot: Robot) -> Table:
     """What a log of a robot holds beside the time, and the limits of its commands."""
-    table = compact_table("")
-    for heading in ("column", "unit", ""):
-        table.add_column(heading)
+    table = compact_table("", "column", "unit", "", left=("column", "unit", ""))
     for column, unit in robot.layouts.state.units.items():
         table.add_row(column, unit, "measured")
     for (column, unit), low, high in zip(robot.layouts.action.units.items(), robot.low, robot.high, strict=True):
@@ -72,9 +77,8 @@ def readable(expression: sympy.Expr) -> str:
 
 def dependence_table(rows: Sequence[Dependence]) -> Table:
     """How strongly each action reaches the states that it must reach."""
-    table = Table(title="does each action reach the states it must?", title_justify="left")
-    for heading in ("action", "state", "strength", "bar", "", "strength is"):
-        table.add_column(heading, justify="right" if heading in ("strength", "bar") else "left")
+    title, headings = "does each action reach the states it must?", ("action", "state", "strength", "bar", "")
+    table = table_of(title, *headings, "strength is", left=("action", "state", "", "strength is"))
     for row in rows:
         verdict = "[green]yes[/]" if row.holds else "[red]no[/]"
         names = (escape(row.action), f"{escape(row.state)}′")
@@ -84,9 +88,8 @@ def dependence_table(rows: Sequence[Dependence]) -> Table:
 
 def episode_table(reports: Sequence[EpisodeReport]) -> Table:
     """One row per episode of Stage I."""
-    table = Table(title="episodes in the plain simulator", title_justify="left")
-    for heading in ("episode", "flown", "rows", "crashes", "tracking m", "one-step error", "after fit", "fit s"):
-        table.add_column(heading, justify="left" if heading == "flown" else "right")
+    headings = ("episode", "flown", "rows", "crashes", "tracking m", "one-step error", "after fit", "fit s")
+    table = table_of("episodes in the plain simulator", *headings, left=("flown",))
     for report in reports:
         table.add_row(
             str(report.number + 1),
@@ -103,10 +106,9 @@ def episode_table(reports: Sequence[EpisodeReport]) -> Table:
 
 def flight_table(flights: Sequence[Flight], plant: str = "simulator") -> Table:
     """One row per flight or drive in a plant: how well it tracked, and how long choosing an action took."""
-    table = Table(title=f"flown in the {plant}", title_justify="left")
     unit = unit_of_place(flights[0].trajectory.layouts.state) if flights else "m"
-    for heading in ("task", "ended", f"mean error {unit}", f"last second {unit}", "action median ms", "p99 ms"):
-        table.add_column(heading, justify="left" if heading in ("task", "ended") else "right")
+    headings = ("task", "ended", f"mean error {unit}", f"last second {unit}", "action median ms", "p99 ms")
+    table = table_of(f"flown in the {plant}", *headings, left=("task", "ended"))
     for flight in flights:
         table.add_row(
             flight.trajectory.name,

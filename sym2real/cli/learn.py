@@ -139,7 +139,7 @@ class Learn(OfLogs):
         found = {}
         for typed in self.numbers:
             name, _, value = typed.partition("=")
-            if name not in (names := measured(self.robot).names):
+            if name not in (names := measured(self.robot).like.numbers):
                 raise UnknownNameError(f"number of {self.robot}", name, names)
             if not _is_finite(value):
                 raise ModelError(f"--numbers: expected {name}=VALUE with a finite number, found {typed!r}")

@@ -17,6 +17,7 @@ from sym2real.experiments.excitation import dither_of
 from sym2real.experiments.flights import car_drives
 from sym2real.experiments.measured import Measured, step_of
 from sym2real.files import write_text
+from sym2real.layout import Layouts
 from sym2real.logs import LogSpec, read_logs
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.regression import ENGINES, Dependence, dependence
@@ -140,14 +141,17 @@ def learn_from_logs(
         DataError: when a log cannot be read or lacks a column of the robot, or all are too short.
         UnknownNameError: for an engine or specification that does not exist.
     """
-    step = robot.dt or step_of(read_logs(paths, spec=spec, layouts=robot.layouts))
-    data = read_logs(paths, spec=spec, layouts=robot.layouts, dt=step, upsample=True)
+    like, known = robot
+    layouts = Layouts(like.layouts.state, like.layouts.action)  # nobody knows the wrench of a log
+    step = like.dt if known else step_of(read_logs(paths, spec=spec, layouts=layouts))
+    data = read_logs(paths, spec=spec, layouts=layouts, dt=step, upsample=True)
     if (steps := data.rows - len(data)) < FEWEST_ROWS:
         raise DataError(", ".join(map(str, paths)), f"at least {FEWEST_ROWS} steps to learn from", f"{steps}")
-    equations = ENGINES[engine](angles=robot.angles).fit(data.transitions())
-    known, notes = {**robot.numbers, **(numbers or {})}, (*equations.notes, FROM_LOGS)
-    own = replace(equations, dt=step, robot=robot.robot, numbers=known, notes=notes)
-    return _learned(own, data, robot.dependencies, ())
+    equations = ENGINES[engine](angles=like.recipe.angles).fit(data.transitions())
+    given = {**(like.numbers if known else {}), **(numbers or {})}
+    name, notes = like.name if known else "", (*equations.notes, FROM_LOGS)
+    own = replace(equations, dt=step, robot=name, numbers=given, notes=notes)
+    return _learned(own, data, like.recipe.dependencies, ())
 
 
 def _learned(

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,40 +17,11 @@ from sym2real.logs.inspect_time import nice_period
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 
 
-@dataclass(frozen=True, eq=False)
-class Measured:
-    """What must be known of a robot whose logs are there.
+class Measured(NamedTuple):
+    """A robot whose logs are there."""
 
-    Args:
-        robot: name of a registered robot; empty for any other.
-        layouts: state and action; nobody knows the wrench of a log.
-        angles: columns that may stand inside sin and cos.
-        dependencies: pairs (state column, action column): that action must show in that state's equation.
-        dt: control period in s; None for the step of the logs.
-        numbers: of the robot in SI units, as far as they are known.
-        names: of numbers that effects can use.
-    """
-
-    robot: str
-    layouts: Layouts
-    angles: tuple[str, ...]
-    dependencies: tuple[tuple[str, str], ...]
-    dt: float | None
-    numbers: Mapping[str, float] = field(default_factory=dict)
-    names: Collection[str] = ()
-
-    @classmethod
-    def registered(cls, robot: Robot) -> Measured:
-        """A robot whose numbers are known."""
-        layouts = Layouts(robot.layouts.state, robot.layouts.action)
-        numbers, recipe = robot.numbers, robot.recipe
-        return cls(robot.name, layouts, recipe.angles, recipe.dependencies, robot.dt, numbers, tuple(numbers))
-
-    @classmethod
-    def like(cls, robot: Robot) -> Measured:
-        """Any robot with the columns of a registered one, of which no number is known."""
-        layouts = Layouts(robot.layouts.state, robot.layouts.action)
-        return cls("", layouts, robot.recipe.angles, robot.recipe.dependencies, None, names=tuple(robot.numbers))
+    like: Robot  # has its columns, and what must be known of these
+    known: bool  # whether its numbers and its period are that robot's too; else it is any other one
 
 
 # Robots of which no number is known, by what people call them.
@@ -62,11 +34,9 @@ def measured(name: str) -> Measured:
     Raises:
         UnknownNameError: for another name.
     """
-    if name in LIKE:
-        return Measured.like(LIKE[name])
-    if name not in ROBOTS:
+    if name not in {*ROBOTS, *LIKE}:
         raise UnknownNameError("robot", name, (*ROBOTS, *LIKE))
-    return Measured.registered(ROBOTS[name])
+    return Measured(LIKE[name], known=False) if name in LIKE else Measured(ROBOTS[name], known=True)
 
 
 def step_of(logs: Dataset) -> float:

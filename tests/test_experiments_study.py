@@ -222,7 +222,7 @@ def test_equations_reach_a_goal_that_their_training_never_had(monkeypatch: pytes
     """Three hovering flights teach a base that flies to the same goal and to one elsewhere."""
     monkeypatch.setattr(zero_shot, "RUNS", 1)
     monkeypatch.setitem(zero_shot.TRAINING, "crazyflie", ("hover", 3))
-    assert zero_shot.ZeroShot("crazyflie", "sr", SMALL).run(silent) == {"seen": 100.0, "unseen": 100.0}
+    assert zero_shot.ZeroShot("crazyflie", "sr", 1, SMALL).run(silent) == {"seen": 100.0, "unseen": 100.0}
 
 
 def test_noise_costs_dependences() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 from torch import nn
 
@@ -13,7 +13,7 @@ from sym2real.experiments.learners import make_learner
 from sym2real.experiments.study.case import Case
 from sym2real.experiments.study.contestants import CONTESTANTS
 from sym2real.experiments.study.effects_first import informing
-from sym2real.experiments.study.effort import Effort
+from sym2real.experiments.study.effort import Effort, OfStudy
 from sym2real.experiments.study.judged import Judged, judge, planning_with
 from sym2real.experiments.study.neural_base import cached_ensemble
 from sym2real.experiments.study.sweep import Record, Tell
@@ -21,7 +21,7 @@ from sym2real.symbolic import Equations
 
 
 @dataclass(frozen=True)
-class Adapted:
+class Adapted(OfStudy):
     """An adaptation as a :class:`~sym2real.experiments.study.sweep.Job`.
 
     Args:
@@ -42,16 +42,6 @@ class Adapted:
     def name(self) -> str:
         """Of its file."""
         return f"{self.case.name}_{self.contestant}_{self.seed}"
-
-    @property
-    def asked(self) -> Record:
-        """Everything but the base, which goes with the version."""
-        return {
-            "case": asdict(self.case),
-            "contestant": self.contestant,
-            "seed": self.seed,
-            **self.effort.to_dict(),
-        }
 
     def run(self, tell: Tell) -> Record:
         """``rounds``, one row each: how it was judged, and how its model came about."""

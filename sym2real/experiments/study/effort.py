@@ -48,6 +48,18 @@ class Effort:
         return wanted
 
 
+class OfStudy:
+    """A job of a study: its answer depends on all that it holds, but for the base, which goes with the version."""
+
+    effort: Effort
+
+    @property
+    def asked(self) -> dict[str, Any]:
+        """Everything that the answer depends on."""
+        held: dict[str, Any] = asdict(self)  # type: ignore[call-overload]  # every job is a dataclass
+        return {name: value for name, value in held.items() if name not in {"effort", "base"}} | self.effort.to_dict()
+
+
 # MPPI with MuJoCo itself as its model, which all are held against on as many samples, decides how many there can be:
 # with the paper's 1024 one action takes a second for a quadrotor, and six for a car.
 QUICK = Effort(

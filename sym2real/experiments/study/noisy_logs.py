@@ -9,7 +9,7 @@ from sym2real.control import mppi_controller
 from sym2real.dataset import Dataset
 from sym2real.experiments.models import cached_base
 from sym2real.experiments.study.case import Case, load_suite
-from sym2real.experiments.study.effort import Effort
+from sym2real.experiments.study.effort import Effort, OfStudy
 from sym2real.experiments.study.outcome import Outcome
 from sym2real.experiments.study.sweep import Job, Record, Tell
 from sym2real.plants import MujocoPlant, run_episode
@@ -22,7 +22,7 @@ PAPER = "paper: fitted to the robot's logs, the equation of vz′ lost thrust, a
 
 
 @dataclass(frozen=True)
-class NoisyFit:
+class NoisyFit(OfStudy):
     """Equations from logs of a case, as a job of the sweep.
 
     Args:
@@ -43,11 +43,6 @@ class NoisyFit:
     def name(self) -> str:
         """Of its file."""
         return f"{'clean' if self.clean else 'noisy'}-{self.case.name}_sr_{self.seed}"
-
-    @property
-    def asked(self) -> Record:
-        """Everything that the answer depends on."""
-        return {"case": self.case.name, "clean": self.clean, "seed": self.seed, **self.effort.to_dict()}
 
     def run(self, tell: Tell) -> Record:
         """``dependence``: state, action, score and whether it holds."""

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from sym2real.errors import MissingDependencyError
 from sym2real.experiments.models import cached_base
 from sym2real.experiments.study.case import Case, load_suite
-from sym2real.experiments.study.effort import Effort
+from sym2real.experiments.study.effort import Effort, OfStudy
 from sym2real.experiments.study.judged import judge, planning_with
 from sym2real.experiments.study.outcome import Outcome
 from sym2real.experiments.study.sweep import Job, Record, Tell
@@ -48,7 +48,7 @@ class Policy(Memoryless):
 
 
 @dataclass(frozen=True)
-class PolicyJob:
+class PolicyJob(OfStudy):
     """Training and test of a policy, as a job of the sweep.
 
     Args:
@@ -65,11 +65,6 @@ class PolicyJob:
     def name(self) -> str:
         """Of its file."""
         return f"policy_ppo_{self.seed}"
-
-    @property
-    def asked(self) -> Record:
-        """Everything that the answer depends on."""
-        return {"seed": self.seed, **self.effort.to_dict()}
 
     def run(self, tell: Tell) -> Record:
         """Errors and crashes by target, of the policy and of MPPI with the base."""

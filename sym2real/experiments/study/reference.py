@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
 
 from sym2real.control import MPPI
 from sym2real.experiments.study.case import Case
-from sym2real.experiments.study.effort import Effort
+from sym2real.experiments.study.effort import Effort, OfStudy
 from sym2real.experiments.study.judged import Make, judge
 from sym2real.experiments.study.sweep import Record, Tell
 from sym2real.plants import MujocoPlant, rollout_mujoco
@@ -22,7 +22,7 @@ REFERENCE = "mujoco"
 
 
 @dataclass(frozen=True)
-class Reference:
+class Reference(OfStudy):
     """The evaluation episodes of a case with the reference controller, as a job of the sweep.
 
     Args:
@@ -42,11 +42,6 @@ class Reference:
     def name_of(case: Case) -> str:
         """The reference's name on a case."""
         return f"{case.name}_{REFERENCE}"
-
-    @property
-    def asked(self) -> Record:
-        """Case and effort; there is no seed but those of the episodes."""
-        return {"case": asdict(self.case), **self.effort.to_dict()}
 
     def run(self, tell: Tell) -> Record:
         """Errors, costs and crashes of the episodes."""

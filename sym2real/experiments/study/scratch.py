@@ -18,7 +18,7 @@ from sym2real.adaptation import StageOne, stage_one
 from sym2real.experiments.learning import training_tasks
 from sym2real.experiments.study.case import Case
 from sym2real.experiments.study.curves import CONVERGED, LAST
-from sym2real.experiments.study.effort import Effort
+from sym2real.experiments.study.effort import Effort, OfStudy
 from sym2real.experiments.study.judged import judge, planning_with
 from sym2real.experiments.study.neural_base import networks
 from sym2real.experiments.study.outcome import Line, Outcome, Panel
@@ -40,7 +40,7 @@ EVALUATIONS = 2  # on each of three tasks
 
 
 @dataclass(frozen=True)
-class FromScratch:
+class FromScratch(OfStudy):
     """A base model from nothing, as a job of the sweep.
 
     Args:
@@ -59,11 +59,6 @@ class FromScratch:
     def name(self) -> str:
         """Of its file."""
         return f"scratch-{self.robot}_{self.model}_{self.seed}"
-
-    @property
-    def asked(self) -> Record:
-        """Everything that the answer depends on."""
-        return {"robot": self.robot, "model": self.model, "seed": self.seed, **self.effort.to_dict()}
 
     def run(self, tell: Tell) -> Record:
         """``errors`` after every trajectory, of all evaluation episodes."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from torch import nn
@@ -11,7 +11,7 @@ from torch import nn
 from sym2real.adaptation import StageOne, learn_base
 from sym2real.control import mppi_controller
 from sym2real.experiments.flying import fly
-from sym2real.experiments.study.effort import Effort
+from sym2real.experiments.study.effort import Effort, OfStudy
 from sym2real.experiments.study.neural_base import networks
 from sym2real.experiments.study.outcome import Outcome
 from sym2real.experiments.study.scratch import TITLES
@@ -36,28 +36,25 @@ PAPER = {
 
 
 @dataclass(frozen=True)
-class ZeroShot:
+class ZeroShot(OfStudy):
     """One row of the table, as a job of the sweep.
 
     Args:
         robot: name.
         model: "sr" or "nn".
-        effort: of the study; the first seed trains.
+        seed: of the training.
+        effort: of the study.
     """
 
     robot: str
     model: str
+    seed: int
     effort: Effort
 
     @property
     def name(self) -> str:
         """Of its file."""
         return f"zero-shot-{self.robot}_{self.model}"
-
-    @property
-    def asked(self) -> Record:
-        """Everything that the answer depends on."""
-        return {"robot": self.robot, "model": self.model, "seed": self.effort.seeds[0], **self.effort.to_dict()}
 
     def run(self, tell: Tell) -> Record:
         """Percent of the runs that reached their goal, in distribution (``seen``) and out of it (``unseen``)."""
@@ -72,7 +69,7 @@ class ZeroShot:
 
     def _learned(self, tell: Tell) -> Equations | nn.Module:
         """The base, from one goal or a narrow range of starts."""
-        robot, seed = ROBOTS[self.robot], self.effort.seeds[0]
+        robot, seed = ROBOTS[self.robot], self.seed
         task, episodes = TRAINING[self.robot]
         tasks = [make_task(task, robot)]
         if self.model == "nn":
@@ -99,9 +96,8 @@ def task_of(robot: Robot, run: int, *, unseen: bool) -> Task:
 
 def zero_shot_jobs(effort: Effort) -> list[Job]:
     """Equations for both robots, and networks where the effort allows them."""
-    single = replace(effort, seeds=effort.seeds[:1])
     models = ["sr", *(["nn"] if effort.neural_episodes else [])]
-    return [ZeroShot(robot, model, single) for model in models for robot in effort.samples]
+    return [ZeroShot(robot, model, effort.seeds[0], effort) for model in models for robot in effort.samples]
 
 
 def zero_shot_outcome(effort: Effort, records: Mapping[str, Record]) -> Outcome:

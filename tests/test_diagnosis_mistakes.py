@@ -16,6 +16,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import data_report
 from sym2real.diagnosis.faults import conventions
 from sym2real.diagnosis.faults.mistakes import Undoing, bad_rows, mistakes
+from sym2real.diagnosis.faults.mistakes.scales import Scaled
 from sym2real.diagnosis.faults.mistakes.transformation import (
     HEADING,
     QUATERNION,
@@ -27,6 +28,7 @@ from sym2real.diagnosis.faults.mistakes.transformation import (
     Transformation,
     Turned,
     of_all,
+    with_columns,
 )
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.experiments.standard_set import Case, simulate_case
@@ -72,13 +74,29 @@ def listed(robot: str) -> Iterator[Transformation]:
         yield from (Late("position", P[:2], 3, dt), Late("commands", ("steer", "speed"), 1, dt))
 
 
+def made(one: Transformation, log: Trajectory) -> Trajectory:
+    """A right log with the mistake in it."""
+    if isinstance(one, Exchanged):
+        pairs = zip(one.columns, one.sources, one.signs, strict=True)
+        return with_columns(log, {own: sign * log.column(other) for own, other, sign in pairs})
+    if isinstance(one, OtherAxes):
+        return replace(one, logged="world" if one.logged == "body" else "body").undone(log)
+    if isinstance(one, Turned):
+        return replace(one, angle=-one.angle).undone(log)
+    if isinstance(one, Late):
+        return replace(one, rows=-one.rows).undone(log)
+    if isinstance(one, Scaled):
+        return replace(one, factor=1.0 / one.factor).undone(log)
+    return one.undone(log)
+
+
 CASES = [(robot, one) for robot in PAPER_ROBOTS for one in listed(robot)]
 
 
 @pytest.mark.parametrize(("robot", "one"), CASES, ids=[f"{robot}: {one.name}" for robot, one in CASES])
 def test_a_mistake_is_named_and_undone(robot: str, one: Transformation, monkeypatch: pytest.MonkeyPatch) -> None:
     data, model = healthy(robot), ROBOTS[robot].nominal()
-    broken = Dataset(one.made(log).rows(10, len(log) - 10) for log in data)  # shifts hold the ends
+    broken = Dataset(made(one, log).rows(10, len(log) - 10) for log in data)  # shifts hold the ends
     for log, whole in zip(of_all(one, broken), data, strict=True):
         original, inside = whole.rows(10, len(whole) - 10), slice(10, -10)
         np.testing.assert_allclose(log.state[inside], original.state[inside], atol=1e-9)
@@ -152,7 +170,7 @@ def test_no_effect_is_taken_for_a_mistake(robot: str, key: str, values: dict[str
 def test_late_commands_make_no_late_sensor(rows: int) -> None:
     """Attitude and rates answer late together, which no sensor is; a row is named by another rule."""
     data = flights()
-    late = Dataset(Late("commands", log.layouts.action.columns, -rows, log.dt).made(log) for log in data)
+    late = Dataset(Late("commands", log.layouts.action.columns, rows, log.dt).undone(log) for log in data)
     assert mistakes(ROBOTS["crazyflie"].nominal(), late) == []
 
 

@@ -18,7 +18,7 @@ from sym2real.errors import DataError, ModelError
 from sym2real.experiments.models import base_folder, open_model
 from sym2real.layout import Layouts
 from sym2real.logs import LogSpec
-from sym2real.logs.dropouts import tells_of_loss
+from sym2real.logs.dropouts import is_unasked
 from sym2real.logs.reader import logs_of, read_each
 from sym2real.logs.several_files import LogFiles
 from sym2real.neural import Model
@@ -138,7 +138,7 @@ def logs_for(
     for files, pieces in zip(found, read_each(paths, spec, layouts, base.dt, upsample=upsample), strict=True):
         longest = max(len(piece) for piece in pieces)
         if longest <= ROWS:
-            lost = dict.fromkeys(note for piece in pieces for note in piece.notes if tells_of_loss(note))
+            lost = dict.fromkeys(note for piece in pieces for note in piece.notes if is_unasked(note))
             raise DataError(files[0], f"more than {ROWS} rows without a gap", "; ".join((f"{longest}", *lost)))
         logs += pieces
     return long_enough(Dataset(logs))

@@ -86,9 +86,6 @@ class Settings:
     scalar_last: float = _of(0.8, "tuned", "correlation of attitudes whose scalar is last: the list of mistakes")
     command_unit: float = _of(10.0, "tuned", "times: a command's other unit, and what it mends: the list of mistakes")
     command_sides: float = _of(2.0, "tuned", "times more that far factors of that unit must miss: the list of mistakes")
-    command_sign: float = _of(
-        4.0, "tuned", "times fewer squares with the other sign of a command: the list of mistakes"
-    )
     mistake_fewer: float = _of(3.0, "tuned", "times fewer squares without a user's mistake: the list of mistakes")
     mistake_left: float = _of(0.5, "tuned", "part of a quantity's change that may be missed then: the list of mistakes")
     others_worse: float = _of(

@@ -86,6 +86,19 @@ def continuous(quaternion: Array) -> Array:
     return result
 
 
+def unwrapped(angle: Array) -> Array:
+    """An angle in rad ``# (rows,)`` without an encoder's jumps by whole turns; other jumps stay as they are.
+
+    A jump is one of whole turns where what is left of it is at most twice the largest of all other steps.
+    """
+    steps = np.diff(angle)
+    turns = np.round(steps / (2.0 * np.pi))
+    usual = np.abs(steps[turns == 0]).max(initial=0.0)
+    turns[np.abs(steps - 2.0 * np.pi * turns) > 2.0 * usual] = 0.0
+    result: Array = angle - 2.0 * np.pi * np.concatenate([[0.0], np.cumsum(turns)])
+    return result
+
+
 def heading(quaternion: Array) -> Array:
     """Yaw in rad ``# (rows,)`` of attitudes w x y z ``# (rows, 4)``."""
     yaw: Array = rotation.yaw(torch.from_numpy(quaternion)).numpy()

@@ -15,11 +15,12 @@ from sym2real.trajectory import Array
 ALONE = 0.5
 NAMED = 3  # stretches of rows that a note lists
 LEFT_OUT, CUT = "rows left out", "cut at a gap of the stamps"
+UNWRAPPED = "is unwrapped: it jumps by whole turns"
 
 
-def tells_of_loss(note: str) -> bool:
-    """Whether a trajectory's note says that rows are missing from it."""
-    return LEFT_OUT in note or note.startswith(CUT)
+def is_unasked(note: str) -> bool:
+    """Whether a trajectory's note says that rows are missing from it, or were changed though nobody asked."""
+    return LEFT_OUT in note or note.startswith(CUT) or UNWRAPPED in note
 
 
 def is_slow(values: Array) -> bool:

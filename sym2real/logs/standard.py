@@ -11,6 +11,7 @@ import numpy as np
 from sym2real.errors import DataError
 from sym2real.layout import Layouts
 from sym2real.logs import derive
+from sym2real.logs.dropouts import UNWRAPPED
 from sym2real.logs.parts import ATTITUDES, STANDARD_COLUMNS, Attitude, Source, TimeBase
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.table import Table
@@ -122,9 +123,13 @@ def tidy(log: Standard, start: float) -> Standard:
 
 
 def add_derived(log: Standard, spec: LogSpec, layouts: Layouts | None) -> Standard:
-    """Velocities from a wheel's speed; velocities, and rates of attitude and joints, where the specification asks."""
-    columns, notes = {**log.columns, **_rolling(log)}, list(log.notes)
-    if len(columns) > len(log.columns):
+    """Angles of joints that count on beyond a turn, and velocities from a wheel's speed; velocities, and rates of
+    attitude and joints, where the specification asks."""
+    angles, rolling = _counted_on(log, layouts), _rolling(log)
+    log = replace(log, columns={**log.columns, **angles})
+    columns, notes = {**log.columns, **rolling}, list(log.notes)
+    notes += [f"{joint} {UNWRAPPED}" for joint in angles]
+    if rolling:
         notes.append("velocities are wheel_speed along the heading and slopes of positions across it")
     if "velocity" in spec.derive:
         for axis in "xyz":
@@ -137,6 +142,14 @@ def add_derived(log: Standard, spec: LogSpec, layouts: Layouts | None) -> Standa
         of = f"{', '.join(of_joints)} are slopes" if of_joints else "angular rates are slopes of the attitude"
         notes.append(f"{of} (parabola through 5 rows)")
     return Standard(log.time, columns, log.others, tuple(notes))
+
+
+def _counted_on(log: Standard, layouts: Layouts | None) -> Columns:
+    """Angles of joints whose encoder begins anew after a turn, without its jumps."""
+    units = {} if layouts is None else {joint: layouts.state.units[joint] for joint in layouts.state.joints}
+    there = [joint for joint, unit in units.items() if unit == "rad" and joint in log.columns]
+    unwrapped = {joint: derive.unwrapped(log.columns[joint]) for joint in there}
+    return {joint: angle for joint, angle in unwrapped.items() if (angle != log.columns[joint]).any()}
 
 
 def _rolling(log: Standard) -> Columns:

@@ -1,4 +1,6 @@
-"""Mistakes of a user: what they do to a healthy log, and how an answer names them; the forty are in mistakes_list.py.
+"""Mistakes of a user: what they do to a healthy log, and how an answer names them.
+
+The forty of the quadrotor and of the car are in mistakes_list.py, those of robots of joints in mistakes_of_joints.py.
 
 A mistake is a function of a log's columns and of the seed's generator of random numbers. It is named by an effect of
 :attr:`Mistake.keys` (patterns), or by a sentence that :attr:`Mistake.words` (a regular expression) is found in.
@@ -22,6 +24,14 @@ Columns = Mapping[str, Array]
 Rng = np.random.Generator
 Apply = Callable[[Columns, Rng], Columns]
 QUATERNION = ("qw", "qx", "qy", "qz")
+DEGREES = 180.0 / np.pi
+LATE, EARLY = r"\b(late|behind|delayed)\b", r"\b(early|ahead)\b"
+COMMANDED = r"(command|thrust|steer|speed|_cmd)\w*\b.*"
+# A command that was written before it was sent looks like a delay; one that was written after it like none.
+WRITTEN_LATE, WRITTEN_EARLY = COMMANDED + LATE, COMMANDED + EARLY
+ORDER = r"\b(swapped|exchanged|interchanged|another order|other order)\b"
+STALE = r"\b(repeats?|repeated|stale|duplicates?|frozen|stands? still)\b"
+JUMP = r"\b(jumps?|outliers?|spikes?)\b"
 
 
 @dataclass(frozen=True)
@@ -58,6 +68,24 @@ class Mistake:
         return matching or any(re.search(self.words, text, re.IGNORECASE) for text in sentences)
 
 
+def reversed_sign(column: str) -> Mistake:
+    """One column with the other sign."""
+    words = rf"\b{column}\b.*(wrong sign|reversed|correlate by -|other sign)"
+    return Mistake(f"{column} reversed", scaled([column], -1.0), words, (f"sensor_sign:{column}",))
+
+
+def in_unit(name: str, columns: tuple[str, ...], factor: float) -> Mistake:
+    """Columns in another unit."""
+    first = columns[0]
+    keys = tuple(f"sensor_scale:{column}" for column in columns) if len(columns) == 1 else ()
+    return Mistake(f"{first} … in {name}" if len(columns) > 1 else f"{first} in {name}", scaled(columns, factor),
+                   rf"\b{first}\b.*( instead of|in no unit of) ", keys)  # fmt: skip
+
+
+def _rows(log: Columns) -> int:
+    return len(next(iter(log.values())))
+
+
 def scaled(names: Iterable[str], factor: float) -> Apply:
     """Columns in another unit."""
     return lambda log, _: {name: factor * log[name] for name in names}
@@ -78,8 +106,8 @@ def late(names: Iterable[str], least: int, most: int) -> Apply:
     """Columns some rows behind all others; negative rows are ahead."""
 
     def shift(log: Columns, rng: Rng) -> Columns:
-        rows = int(rng.integers(least, most + 1))
-        places = np.clip(np.arange(len(log["x"])) - rows, 0, len(log["x"]) - 1)
+        rows, length = int(rng.integers(least, most + 1)), _rows(log)
+        places = np.clip(np.arange(length) - rows, 0, length - 1)
         return {name: log[name][places] for name in names}
 
     return shift
@@ -95,19 +123,23 @@ def gained(name: str, low: float, high: float) -> Apply:
     return lambda log, rng: {name: log[name] * rng.uniform(low, high)}
 
 
-def jumping(log: Columns, rng: Rng) -> Columns:
-    """Positions that jump by half a metre for some rows, as motion capture does when it takes another body."""
-    x = log["x"].copy()
-    for start in rng.integers(10, len(x) - 20, 3):
-        x[start : start + int(rng.integers(3, 10))] += 0.5
-    return {"x": x}
+def jumping(name: str) -> Apply:
+    """A place that jumps by half a metre or radian for some rows, as motion capture does when it takes another body."""
+
+    def jump(log: Columns, rng: Rng) -> Columns:
+        place = log[name].copy()
+        for start in rng.integers(10, len(place) - 20, 3):
+            place[start : start + int(rng.integers(3, 10))] += 0.5
+        return {name: place}
+
+    return jump
 
 
 def repeating(names: Iterable[str]) -> Apply:
     """Measurements that a slow link repeats: a third of the rows holds what the row before held."""
 
     def hold(log: Columns, rng: Rng) -> Columns:
-        stale = rng.random(len(log["x"])) < 1 / 3
+        stale = rng.random(_rows(log)) < 1 / 3
         stale[0] = False
         places = np.maximum.accumulate(np.where(stale, 0, np.arange(len(stale))))
         return {name: log[name][places] for name in names}
@@ -129,7 +161,7 @@ def frozen(names: Iterable[str]) -> Apply:
     """Columns that stand still for a second or two."""
 
     def freeze(log: Columns, rng: Rng) -> Columns:
-        rows = len(log["x"])
+        rows = _rows(log)
         length = int(rng.uniform(0.1, 0.2) * rows)
         start = int(rng.integers(10, rows - length))
         places = np.arange(rows)

@@ -1,10 +1,17 @@
-"""The forty mistakes of each robot."""
+"""The mistakes that are made with each robot; forty of the quadrotor and of the car."""
 
 from __future__ import annotations
 
 import numpy as np
 from mistakes import (
+    DEGREES,
+    JUMP,
+    LATE,
+    ORDER,
     QUATERNION,
+    STALE,
+    WRITTEN_EARLY,
+    WRITTEN_LATE,
     Columns,
     Mistake,
     Rng,
@@ -14,32 +21,27 @@ from mistakes import (
     frozen,
     gained,
     in_plane,
+    in_unit,
     jumping,
     late,
     moved,
     repeating,
+    reversed_sign,
     scaled,
     spiked,
     swapped,
     to_body,
     to_world,
 )
+from mistakes_of_joints import JOINTS
 
 from sym2real.robots.robot import GRAVITY
 
 POSITION, VELOCITY, RATES = ("x", "y", "z"), ("vx", "vy", "vz"), ("wx", "wy", "wz")
 RATE_COMMANDS, YAW = ("wx_cmd", "wy_cmd", "wz_cmd"), ("sin_yaw", "cos_yaw")
 SCALAR_LAST = dict(zip(QUATERNION, ("qx", "qy", "qz", "qw"), strict=True))
-DEGREES = 180.0 / np.pi
 PWM = 132_000.0  # per N
 MASS = 0.027  # kg
-LATE, EARLY = r"\b(late|behind|delayed)\b", r"\b(early|ahead)\b"
-COMMANDED = r"(command|thrust|steer|speed|_cmd)\w*\b.*"
-# A command that was written before it was sent looks like a delay; one that was written after it like none.
-WRITTEN_LATE, WRITTEN_EARLY = COMMANDED + LATE, COMMANDED + EARLY
-ORDER = r"\b(swapped|exchanged|interchanged|another order|other order)\b"
-STALE = r"\b(repeats?|repeated|stale|duplicates?|frozen|stands? still)\b"
-JUMP = r"\b(jumps?|outliers?|spikes?)\b"
 LIMIT = r"\b(limit|clipped|saturated)\b"
 OFF_BY_AN_ANGLE = r"(yaw|heading|attitude|world|frame).*\b(off by|turned by|turned frame|a zero of|180|bias)\b"
 OF_VELOCITY = r"\b(v[xy]|velocity)\b"
@@ -73,20 +75,6 @@ def along_the_car(log: Columns, _: Rng) -> Columns:
     return {"vx": cosine * log["vx"] + sine * log["vy"], "vy": cosine * log["vy"] - sine * log["vx"]}
 
 
-def reversed_sign(column: str) -> Mistake:
-    """One column with the other sign."""
-    words = rf"\b{column}\b.*(wrong sign|reversed|correlate by -|other sign)"
-    return Mistake(f"{column} reversed", scaled([column], -1.0), words, (f"sensor_sign:{column}",))
-
-
-def in_unit(name: str, columns: tuple[str, ...], factor: float) -> Mistake:
-    """Columns in another unit."""
-    first = columns[0]
-    keys = tuple(f"sensor_scale:{column}" for column in columns) if len(columns) == 1 else ()
-    return Mistake(f"{first} … in {name}" if len(columns) > 1 else f"{first} in {name}", scaled(columns, factor),
-                   rf"\b{first}\b.*( instead of|in no unit of) ", keys)  # fmt: skip
-
-
 FLIGHT = (
     in_unit("mm", POSITION, 1e3),
     in_unit("mm", ("z",), 1e3),
@@ -117,7 +105,7 @@ FLIGHT = (
     Mistake("positions late", late(POSITION, 2, 5), rf"\b([xyz]|position)\b.*{LATE}", ("time_shift:[xyz]",)),
     Mistake("attitude late", late(QUATERNION, 2, 5), rf"(attitude|quaternion|\bq[wxyz]\b).*{LATE}", ("time_shift:q?",)),
     Mistake("rates late", late(RATES, 2, 5), rf"\b(w[xyz]|rate)\b.*{LATE}", ("time_shift:w?", "sensor_lag:w?")),
-    Mistake("position jumps", jumping, JUMP),
+    Mistake("position jumps", jumping("x"), JUMP),
     Mistake("states repeat", repeating((*POSITION, *QUATERNION, *VELOCITY, *RATES)), STALE),
     Mistake("positions freeze", frozen(POSITION), STALE),
     Mistake("thrust clipped", clipped("thrust", 0.27, 0.285), rf"thrust.*{LIMIT}", ("limit:thrust",)),
@@ -159,7 +147,7 @@ DRIVE = (
         ("time_shift:v?", "sensor_lag:v?"),
     ),
     Mistake("wz late", late(("wz",), 2, 5), rf"\b(wz|rate)\b.*{LATE}", ("time_shift:wz", "sensor_lag:wz")),
-    Mistake("position jumps", jumping, JUMP),
+    Mistake("position jumps", jumping("x"), JUMP),
     Mistake("states repeat", repeating(("x", "y", *YAW, "vx", "vy", "wz")), STALE),
     Mistake("yaw freezes", frozen(YAW), rf"(yaw|heading).*{STALE}|{STALE}.*(yaw|heading)"),
     Mistake("steering clipped", clipped("steer", 0.1, 0.2), rf"steer.*{LIMIT}", ("limit:steer",)),
@@ -169,4 +157,4 @@ DRIVE = (
     Mistake("wz times a factor", gained("wz", 1.15, 1.5), r"\bwz\b.*(times|scale)", ("sensor_scale:wz",)),
 )
 
-MISTAKES = {"crazyflie": FLIGHT, "mushr": DRIVE}
+MISTAKES = {"crazyflie": FLIGHT, "mushr": DRIVE, **JOINTS}

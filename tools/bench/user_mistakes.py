@@ -1,9 +1,10 @@
 """Mistakes of a user in the logs of a healthy robot: whether ``diagnose`` and ``compare`` name them.
 
-The base is learned in the plain simulator, the logs are four runs of the standard set's null case. A mistake is named
+The base is the one that the robot's name stands for; the logs are four runs of the standard set's null case, or eight
+of a robot of joints (new_robots.py). A mistake is named
 by a fault, a finding, a remark or a refusal (mistakes.py); confidently wrong is ``EFFECT`` without that, silent
-``NOTHING_MISSING``. Logs without a mistake are asked too: what is said of them may name none of all. Fewer than forty
-are spread evenly over the list.
+``NOTHING_MISSING``. Logs without a mistake are asked too: what is said of them may name none of all. Fewer than the
+list has are spread evenly over it.
 
     python tools/bench/user_mistakes.py --cases 8
     python tools/bench/user_mistakes.py --cases 40 --sealed --json build/user_mistakes.json
@@ -22,6 +23,8 @@ from bases import Base, as_read, base_of, diagnosed
 from figures import Figure, report
 from mistakes import Mistake
 from mistakes_list import MISTAKES
+from mistakes_of_joints import JOINTS
+from new_robots import logs
 from repeated import Settings, share
 from rich.console import Console
 from rich.table import Table
@@ -68,7 +71,7 @@ class Made:
 
     def run(self, tell: Callable[[str], None]) -> Record:
         """What ``diagnose`` and ``compare`` say."""
-        data, equations = simulate_case(Case(self.base.robot, seed=self.seed, yaw=True), RUNS), self.base.equations
+        data, equations = healthy(self.base.robot, self.seed), self.base.equations
         if self.mistake != HEALTHY:
             data = listed(self.base.robot, self.mistake).made(data, self.seed)
         tell("diagnosing")
@@ -76,6 +79,11 @@ class Made:
         tell("comparing")
         said = compared(equations, data)
         return {"answer": answer, "compare": said}
+
+
+def healthy(robot: str, seed: int) -> Dataset:
+    """Logs in which nothing is wrong."""
+    return logs(robot, seed) if robot in JOINTS else simulate_case(Case(robot, seed=seed, yaw=True), RUNS)
 
 
 def listed(robot: str, name: str) -> Mistake:

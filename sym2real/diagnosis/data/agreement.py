@@ -28,12 +28,14 @@ class Agreement:
     """A measured derivative against the derivative of what was measured.
 
     Args:
+        of: whose derivative it should be: attitude, position or a joint.
         correlation: −1 is a wrong sign; None where there is too little motion to judge.
         in_other_frame: the same correlation with the velocity turned from body to world; None where it does not apply.
         ratio: of their standard deviations: how many times as large the measured derivative is (of a thrust, the push);
             1 where there is too little motion.
     """
 
+    of: str
     correlation: float | None
     in_other_frame: float | None = None
     ratio: float = 1.0
@@ -60,7 +62,7 @@ def rate_agreement(logs: Sequence[Trajectory]) -> dict[str, Agreement]:
     for column in (name for name in RATES if name in layout):
         pairs = [(_middle(trajectory.column(column)), turning(trajectory, column)) for trajectory in logs]
         correlation, ratio = _compared(pairs, LEAST_MOTION["rad/s"])
-        found[column] = Agreement(correlation, ratio=ratio)
+        found[column] = Agreement("attitude", correlation, ratio=ratio)
     return found
 
 
@@ -71,7 +73,7 @@ def thrust_agreement(logs: Sequence[Trajectory]) -> Agreement:
     """
     layout = logs[0].layouts.state
     if not layout.has_field("attitude") or not all(name in layout for name in POSITION.columns[:2]):
-        return Agreement(None)
+        return Agreement("attitude", None)
     moved = [[_pushed(part.column(name), part) for name in POSITION.columns[:2]] for part in logs]
     found = []
     for turn in (lambda q: q, rotation.conjugate):
@@ -82,7 +84,7 @@ def thrust_agreement(logs: Sequence[Trajectory]) -> Agreement:
             pairs += [(axis[1:-1, place], pushed[place]) for place in (0, 1)]
         found.append(_compared(pairs, LEAST_TILT))
     (own, ratio), (other, _) = found
-    return Agreement(own, other, 1.0 / ratio if ratio else 0.0)
+    return Agreement("attitude", own, other, 1.0 / ratio if ratio else 0.0)
 
 
 def _pushed(position: Array, log: Trajectory) -> Array:
@@ -107,18 +109,19 @@ def turning(trajectory: Trajectory, column: str) -> Array:
 
 
 def velocity_agreement(logs: Sequence[Trajectory]) -> dict[str, Agreement]:
-    """Every velocity against the derivative of the position, as it stands and turned from body axes."""
-    layout = logs[0].layouts.state
-    least, found = LEAST_MOTION["m/s"], {}
-    for place, column in enumerate(VELOCITIES):
-        position = column.removeprefix("v")
-        if column not in layout or position not in layout:
-            continue
-        moved = [np.diff(log.column(position)) / np.diff(log.time) for log in logs]
+    """Velocities and rates of joints against the change of the coordinate; velocities turned from body axes as well."""
+    state, found = logs[0].layouts.state, {}
+    for coordinate, column in state.rates.items():
+        least = LEAST_MOTION.get(state.units[column], 0.0)
+        moved = [np.diff(log.column(coordinate)) / np.diff(log.time) for log in logs]
         own, ratio = _compared([(_middle(log.column(column)), m) for log, m in zip(logs, moved, strict=True)], least)
+        if column not in VELOCITIES:
+            found[column] = Agreement(coordinate, own, ratio=ratio)
+            continue
+        place = VELOCITIES.index(column)
         turned = [to_world(log) for log in logs]
         other = [(_middle(t[:, place]), m) for t, m in zip(turned, moved, strict=True) if t is not None]
-        found[column] = Agreement(own, _compared(other, least)[0] if other else None, ratio)
+        found[column] = Agreement(POSITION.name, own, _compared(other, least)[0] if other else None, ratio)
     return found
 
 

@@ -10,7 +10,6 @@ import torch
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.faults.commands.signs import ReversedCommand, reversed_commands
 from sym2real.diagnosis.faults.commands.units import foreign_commands
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit, foreign_positions, foreign_rates, foreign_velocities
 from sym2real.diagnosis.faults.mistakes import BadRows, Undoing, bad_rows, mistakes
@@ -18,24 +17,8 @@ from sym2real.diagnosis.faults.quaternion_order import ScalarLast, scalar_last
 from sym2real.effects.sensors import Sensors
 from sym2real.symbolic import Equations
 
-Breach = ForeignUnit | ScalarLast | ReversedCommand | BadRows | Undoing
+Breach = ForeignUnit | ScalarLast | BadRows | Undoing
 Look = Callable[[Dataset], Sequence[Breach]]
-
-
-def unless_healthy(look: Look) -> Look:
-    """The look, which is not repeated at logs that it has found nothing in."""
-    healthy: list[Dataset] = []
-
-    def looked(data: Dataset) -> Sequence[Breach]:
-        """What the look finds; nothing in the very logs that it has found healthy."""
-        if any(data is logs for logs in healthy):
-            return ()
-        breaches = look(data)
-        if not breaches:
-            healthy.append(data)
-        return breaches
-
-    return looked
 
 
 @dataclass(frozen=True)
@@ -43,9 +26,9 @@ class Looks:
     """What is looked for, in order: a quaternion in another order is no turned or mirrored world.
 
     Args:
-        frames: rows, quaternions, and with a model exchanged or turned axes.
-        units: of what sensors measure.
-        commands: their units, times and signs, which only a model can judge.
+        frames: rows, quaternions, units of what sensors measure, and with a model what a user has done to columns.
+        units: again, as a turned frame hid them.
+        commands: their units, which only a model can judge, and again what was done to columns.
     """
 
     frames: tuple[Look, ...]
@@ -59,12 +42,12 @@ class Looks:
         units = (foreign_positions, foreign_velocities, foreign_rates)
         if model is None:
             return cls(frames, units)
-        # Once a velocity has its unit, an exchange can be seen that was hidden before.
-        mistaken = unless_healthy(partial(mistakes, model))
+        # Once columns have their units and signs, what was hidden before can be seen.
+        mistaken = partial(mistakes, model)
         return cls(
-            (*frames, mistaken),
+            (*frames, *units, mistaken),
             units,
-            (partial(foreign_commands, model), mistaken, partial(reversed_commands, model)),
+            (partial(foreign_commands, model), mistaken),
         )
 
 

@@ -17,7 +17,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import Agreement, rate_agreement, thrust_agreement, velocity_agreement
 from sym2real.diagnosis.data.scaled import divided
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.logs.units import UNITS, standard_unit
+from sym2real.logs.units import UNITS
 from sym2real.vocabulary import POSITION
 
 POSITIONS = POSITION.columns
@@ -30,6 +30,7 @@ class ForeignUnit:
 
     Args:
         columns: of the state or the action.
+        meant: their unit.
         ratio: what is logged over what is meant, as found.
         unit: key of :data:`~sym2real.logs.units.UNITS`; "" where none has such a factor.
         factor: what is logged over what is meant, of that unit; as found where there is none.
@@ -39,6 +40,7 @@ class ForeignUnit:
     """
 
     columns: tuple[str, ...]
+    meant: str
     ratio: float
     unit: str
     factor: float
@@ -49,8 +51,8 @@ class ForeignUnit:
     @property
     def evidence(self) -> str:
         """What shows it, one clause."""
-        meant, names = standard_unit(self.columns[0]), " ".join(self.columns)
-        unit = f"{self.unit} instead of {meant}" if self.unit else f"no unit of {meant} that is known"
+        names = " ".join(self.columns)
+        unit = f"{self.unit} instead of {self.meant}" if self.unit else f"no unit of {self.meant} that is known"
         where = "" if self.log is None else f" in {self.log[1]}, other than in other logs"
         return f"{names} in {unit}{where}: the logged numbers are {_plain(self.ratio)} times {self.than}"
 
@@ -59,7 +61,7 @@ class ForeignUnit:
         """What to change."""
         value = f'unit = "{self.unit}"' if self.unit else f"scale = {1.0 / self.factor:.4g}"
         change = f"give {' and '.join(self.columns)} {value} in a specification of the log"
-        per_mass = self.unit and UNITS[self.unit][0] == "m/s^2" and standard_unit(self.columns[0]) == "N"
+        per_mass = self.unit and UNITS[self.unit][0] == "m/s^2" and self.meant == "N"
         return f"{change}, and mass = {self.mass:g} at its top" if per_mass else change
 
     def undone(self, data: Dataset) -> Dataset:
@@ -67,11 +69,11 @@ class ForeignUnit:
         return divided(data, self.columns, self.factor, only=None if self.log is None else self.log[0])
 
 
-def unit_of(column: str, ratio: float, least: float, mass: float | None = None) -> tuple[str, float] | None:
+def unit_of(meant: str, ratio: float, least: float, mass: float | None = None) -> tuple[str, float] | None:
     """Unit and factor of numbers that are so many times too large; "" and the ratio where it has no name.
 
     Args:
-        column: standard column name.
+        meant: the unit that stands there.
         ratio: what is logged over what is meant.
         least: factor of a unit, below which nobody tells it from what a robot does.
         mass: kg, where a thrust may be logged per unit mass.
@@ -79,16 +81,15 @@ def unit_of(column: str, ratio: float, least: float, mass: float | None = None) 
     Returns:
         None where the ratio is that of no unit, and not so large that there must be one.
     """
-    known = {unit: factor for unit, factor in factors(column, mass).items() if factor >= least}
+    known = {unit: factor for unit, factor in factors(meant, mass).items() if factor >= least}
     unit = min(known, key=lambda name: abs(log(known[name] / ratio)), default="")
     if unit and abs(log(known[unit] / ratio)) <= log(SETTINGS.unit_near):
         return unit, known[unit]
     return ("", ratio) if ratio >= SETTINGS.unit_unheard_of else None
 
 
-def factors(column: str, mass: float | None = None) -> dict[str, float]:
-    """Unit → how many times larger its numbers are than the column's own; ``mass`` as of :func:`unit_of`."""
-    meant = standard_unit(column)
+def factors(meant: str, mass: float | None = None) -> dict[str, float]:
+    """Unit → how many times larger its numbers are than those in the unit meant; ``mass`` as of :func:`unit_of`."""
     found = {unit: 1.0 / value for unit, (inside, value) in UNITS.items() if inside == meant}
     if meant == "N" and mass is not None:
         found |= {unit: 1.0 / (value * mass) for unit, (inside, value) in UNITS.items() if inside == "m/s^2"}
@@ -96,13 +97,15 @@ def factors(column: str, mass: float | None = None) -> dict[str, float]:
 
 
 def foreign_positions(data: Dataset) -> list[ForeignUnit]:
-    """The position, by a quadrotor's pushes or by the velocity that it should have."""
+    """Position and joints, by a quadrotor's pushes or by the rates that they should have."""
     return _by_log(_positions, data)
 
 
 def foreign_velocities(data: Dataset) -> list[ForeignUnit]:
     """The velocity, by how the position changes."""
-    return _by_log(lambda logs: (_ratios(velocity_agreement(list(logs))), "what the position changes by"), data)
+    return _by_log(
+        lambda logs: (_ratios(velocity_agreement(list(logs))), "what the position or joint changes by"), data
+    )
 
 
 def foreign_rates(data: Dataset) -> list[ForeignUnit]:
@@ -116,8 +119,9 @@ def _positions(data: Dataset) -> Judged:
         columns = (name for name in POSITIONS if name in data.layouts.state)
         return dict.fromkeys(columns, pushed), "how far thrust moves the robot"
     moved = _ratios(velocity_agreement(list(data)))
-    inverse = {name.removeprefix("v"): None if ratio is None else 1.0 / ratio for name, ratio in moved.items()}
-    return inverse, "how far the velocity moves the robot"
+    rates = data.layouts.state.rates.items()
+    inverse = {place: None if (ratio := moved[rate]) is None else 1.0 / ratio for place, rate in rates}
+    return inverse, "how far its rate moves it"
 
 
 def _ratios(found: Mapping[str, Agreement]) -> dict[str, float | None]:
@@ -126,12 +130,17 @@ def _ratios(found: Mapping[str, Agreement]) -> dict[str, float | None]:
 
 def _by_log(judge: Callable[[Dataset], Judged], data: Dataset) -> list[ForeignUnit]:
     """What is so in all logs, or, where logs that can be judged contradict each other, what is so in each."""
+    meant = data.layouts.state.units
     alone = [judge(Dataset([log])) for log in data] if len(data) > 1 else []
     judged = [{name: ratio for name, ratio in ratios.items() if ratio is not None} for ratios, _ in alone]
-    large = [{name for name, ratio in own.items() if unit_of(name, ratio, SETTINGS.unit_large)} for own in judged]
+    large = [
+        {name for name, ratio in own.items() if unit_of(meant[name], ratio, SETTINGS.unit_large)} for own in judged
+    ]
     if any(set[str]().union(*large) & own.keys() - here for own, here in zip(judged, large, strict=True)):
-        return [in_one_log(foreign, data, place) for place, own in enumerate(alone) for foreign in _foreign(*own)]
-    return _foreign(*judge(data))
+        return [
+            in_one_log(foreign, data, place) for place, own in enumerate(alone) for foreign in _foreign(*own, meant)
+        ]
+    return _foreign(*judge(data), meant)
 
 
 def in_one_log(foreign: ForeignUnit, data: Dataset, place: int) -> ForeignUnit:
@@ -139,17 +148,17 @@ def in_one_log(foreign: ForeignUnit, data: Dataset, place: int) -> ForeignUnit:
     return replace(foreign, log=(place, data[place].name))
 
 
-def _foreign(ratios: Mapping[str, float | None], than: str) -> list[ForeignUnit]:
+def _foreign(ratios: Mapping[str, float | None], than: str, meant: Mapping[str, str]) -> list[ForeignUnit]:
     """One entry for each unit that columns are in; what cannot be judged is in the one that all others are in."""
     judged = {name: ratio for name, ratio in ratios.items() if ratio is not None}
-    units = {name: unit_of(name, ratio, SETTINGS.unit_large) for name, ratio in judged.items()}
-    shared = {None if entries is None else entries[0] for entries in units.values()}
+    units = {name: (meant[name], unit_of(meant[name], ratio, SETTINGS.unit_large)) for name, ratio in judged.items()}
     entries = []
-    for unit in sorted(known for known in shared if known is not None):
-        own = [name for name, known in units.items() if known is not None and known[0] == unit]
-        columns = tuple(ratios) if len(shared) == 1 else tuple(own)
+    for wanted, found in sorted({(wanted, found[0]) for wanted, found in units.values() if found is not None}):
+        own = [name for name, known in units.items() if known[0] == wanted and known[1] and known[1][0] == found]
+        alike = [name for name in ratios if meant[name] == wanted]
+        columns = tuple(alike) if all(name in own or ratios[name] is None for name in alike) else tuple(own)
         ratio = float(np.exp(np.mean(np.log([judged[name] for name in own]))))
-        entries.append(ForeignUnit(columns, ratio, unit, factors(own[0])[unit] if unit else ratio, than))
+        entries.append(ForeignUnit(columns, wanted, ratio, found, factors(wanted)[found] if found else ratio, than))
     return entries
 
 

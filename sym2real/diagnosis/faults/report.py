@@ -19,7 +19,7 @@ from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.start import noise_level
 from sym2real.diagnosis.faults.conventions import breaches
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.logs.dropouts import tells_of_loss
+from sym2real.logs.dropouts import is_unasked
 from sym2real.logs.extremes import at_extremes
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Trajectory
@@ -132,12 +132,8 @@ class DataReport:
         if self.heading_reversed:
             found.append("the heading turns against the path: wrong sign")
         found += self.breaches
-        found += [
-            _said(name, agreement, "attitude") for name, agreement in self.rates.items() if _remarkable(agreement)
-        ]
-        found += [
-            _said(name, agreement, "position") for name, agreement in self.velocities.items() if _remarkable(agreement)
-        ]
+        checks = {**self.rates, **self.velocities}
+        found += [_said(name, agreement) for name, agreement in checks.items() if _remarkable(agreement)]
         if self.feedback:
             sentence = (
                 f"{', '.join(self.following)} {'goes' if len(self.following) == 1 else 'go'} with the measured state"
@@ -162,8 +158,8 @@ def _remarkable(agreement: Agreement) -> bool:
     return agreement.verdict in ("reversed", "other frame", "unclear")
 
 
-def _said(name: str, agreement: Agreement, integral: str) -> str:
-    sentence = f"{name} and the derivative of the {integral} correlate by {agreement.correlation:.2f}"
+def _said(name: str, agreement: Agreement) -> str:
+    sentence = f"{name} and the derivative of the {agreement.of} correlate by {agreement.correlation:.2f}"
     return (
         sentence
         + {"reversed": ": wrong sign", "other frame": ": body axes, not world", "unclear": ""}[agreement.verdict]
@@ -199,9 +195,9 @@ def data_report(data: Dataset | Trajectory, model: Equations | None = None) -> D
     )
 
 
-def loss_said(data: Dataset) -> list[str]:
-    """What was lost of the logs before they were read, a sentence each."""
-    return [f"{log.name}: {note}" for log in data for note in log.notes if tells_of_loss(note)]
+def reading_said(data: Dataset) -> list[str]:
+    """What was lost or changed of the logs when they were read, a sentence each."""
+    return [f"{log.name}: {note}" for log in data for note in log.notes if is_unasked(note)]
 
 
 def exact(log: Trajectory) -> bool:

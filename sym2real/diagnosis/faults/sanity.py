@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from functools import partial
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.agreement import RATES, rate_agreement, velocity_agreement
+from sym2real.diagnosis.data.agreement import rate_agreement, velocity_agreement
+from sym2real.diagnosis.data.heading import against_the_path
 from sym2real.diagnosis.data.scaled import divided
 from sym2real.diagnosis.faults.conventions import Breach, Look, Looks, through, undone
 from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit
-from sym2real.diagnosis.faults.frames import attitude_frame, heading_direction, velocity_frame
 from sym2real.diagnosis.faults.motor_columns import (
     in_order,
     order_of_motors,
@@ -20,7 +20,7 @@ from sym2real.diagnosis.faults.motor_columns import (
     spin_said,
     turned_the_other_way,
 )
-from sym2real.diagnosis.faults.report import exact, exactness, excitation, loss_said
+from sym2real.diagnosis.faults.report import exact, exactness, excitation, reading_said
 from sym2real.diagnosis.faults.sensor_faults import readings
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import EFFECTS
@@ -67,7 +67,7 @@ def check(model: Equations, data: Dataset) -> Checked:
     looks = Looks.of(model)
     steps: tuple[Callable[[Dataset], Settled], ...] = (
         *map(_breached, looks.frames),
-        *(attitude_frame, heading_direction, velocity_frame),
+        _heading,
         *map(_breached, looks.units),
         _signs,
         *map(_breached, looks.commands),
@@ -78,7 +78,7 @@ def check(model: Equations, data: Dataset) -> Checked:
         faults, data = settle(data)
         found += faults
     data = through(sensors.measured, data)
-    notes = (*loss_said(data), *_time_step(model, data), *_saturation(data), *_noise(data))
+    notes = (*reading_said(data), *_time_step(model, data), *_saturation(data), *_noise(data))
     return Checked(data, tuple(found), notes)
 
 
@@ -100,6 +100,20 @@ def _fault(breach: Breach, data: Dataset) -> Fault:
     return Fault("", breach.evidence, breach.fix)
 
 
+def _heading(data: Dataset) -> Settled:
+    """Headings that turn against the path."""
+    turning = against_the_path(data)
+    if turning is None:
+        return (), data
+    evidence = (
+        f"a heading that turns against the path: with its sign reversed it turns with it ({turning.together:.2f} of 1, "
+        f"as it stands {turning.as_it_stands:.2f})"
+    )
+    zero = f" and give it a zero of {turning.apart:.2f} rad (in its unit)" if turning.apart else ""
+    fix = f"change the sign of yaw: flip its column in the log's specification{zero}"
+    return [Fault("", evidence, fix)], Dataset(turning.undone(log) for log in data)
+
+
 def _signs(data: Dataset) -> Settled:
     faults = wrong_signs(data)
     columns = [fault.effect.partition(":")[2] for fault in faults]
@@ -107,12 +121,12 @@ def _signs(data: Dataset) -> Settled:
 
 
 def wrong_signs(data: Dataset) -> tuple[Fault, ...]:
-    """Body rates and velocities whose sign contradicts the derivative of the attitude or the position."""
+    """Rates and velocities whose sign contradicts the derivative of the attitude, the position or the joint."""
     judged = {**rate_agreement(list(data)), **velocity_agreement(list(data))}
     return tuple(
         Fault(
             f"{SENSOR_SIGN.name}:{column}",
-            f"the logged {column} and the {_measured_by(column)}'s derivative correlate by {found:.3f}",
+            f"the logged {column} and the {agreement.of}'s derivative correlate by {found:.3f}",
             SENSOR_SIGN.fix,
             -1.0,
             sensor=True,
@@ -128,7 +142,7 @@ def _sensors(data: Dataset) -> Settled:
     for reading in readings(data):
         data = Dataset(reading.undone(log) for log in data)
         for kind, value in reading.faulty.items():
-            evidence = SAID[kind].format(value, 1e3 * value, column=reading.column, other=_measured_by(reading.column))
+            evidence = SAID[kind].format(value, 1e3 * value, column=reading.column, other=reading.of)
             faults.append(
                 Fault(f"{kind}:{reading.column}", evidence, EFFECTS[kind].fix, value, sensor=kind in OF_SENSORS)
             )
@@ -149,10 +163,6 @@ def _motors(model: Equations, data: Dataset) -> Settled:
         faults.append(Fault("", *spin_said(model, data)))
         data = turned_the_other_way(model, data) or data
     return faults, data
-
-
-def _measured_by(column: str) -> str:
-    return "attitude" if column in RATES else "position"
 
 
 def _time_step(model: Equations, data: Dataset) -> tuple[str, ...]:

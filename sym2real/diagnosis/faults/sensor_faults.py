@@ -1,4 +1,4 @@
-"""Scale, bias and time shift of measured rates and velocities, against the attitude and position that they change.
+"""Scale, bias and time shift of measured rates and velocities, against attitude, position or joint, which they change.
 
 A sensor that reports w(t) = k ω(t - d) + b satisfies over any stretch of a log
 
@@ -30,13 +30,14 @@ from math import sqrt
 import numpy as np
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.agreement import RATES, VELOCITIES, turning
+from sym2real.diagnosis.data.agreement import RATES, turning
 from sym2real.diagnosis.data.start import ROWS, noise_level
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.sensor_bias import SENSOR_BIAS
 from sym2real.effects.sensor_scale import SENSOR_SCALE
 from sym2real.effects.time_shift import TIME_SHIFT
 from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import POSITION
 
 STRETCH = 0.4  # s
 EARLIEST, LATEST = -5, 12
@@ -48,11 +49,13 @@ class Reading:
 
     Args:
         column: of the state.
+        of: what it is the rate of: the attitude, the position or a joint.
         scale, bias, shift: factor, offset in the column's unit, s; 1, 0 and 0 where nothing is wrong.
         correlation: of what the sensor says and the other measurement, over stretches.
     """
 
     column: str
+    of: str
     scale: float
     bias: float
     shift: float
@@ -79,24 +82,17 @@ def readings(data: Dataset) -> tuple[Reading, ...]:
     if not logs:
         return ()
     turns = layout.has_field("attitude") or layout.has_field("heading")
-    for column in (*RATES, *VELOCITIES):
-        other = column.removeprefix("v")
-        if column not in layout or (column in RATES and not turns) or (column in VELOCITIES and other not in layout):
-            continue
-        reading = _reading(logs, column, [_change(log, column) for log in logs])
+    of = {rate: "attitude" for rate in RATES if turns and rate in layout}
+    for column, other in (of | {rate: coordinate for coordinate, rate in layout.rates.items()}).items():
+        reading = _reading(logs, column, other)
         if reading is not None and reading.faulty:
             readings.append(reading)
     return tuple(readings)
 
 
-def _change(log: Trajectory, column: str) -> Array:
-    """Between rows, of the angle or position that a column is the rate of ``# (rows - 1,)``."""
-    if column in RATES:
-        return turning(log, column) * np.diff(log.time)
-    return np.diff(log.column(column.removeprefix("v")))
-
-
-def _reading(logs: Sequence[Trajectory], column: str, changes: Sequence[Array]) -> Reading | None:
+def _reading(logs: Sequence[Trajectory], column: str, of: str) -> Reading | None:
+    turns = column in RATES
+    changes = [turning(log, column) * np.diff(log.time) if turns else np.diff(log.column(of)) for log in logs]
     dt = float(np.median(np.concatenate([np.diff(log.time) for log in logs])))
     length = max(5, round(STRETCH / dt))
     tables = {rows: _stretches(logs, column, changes, length, rows) for rows in range(EARLIEST, LATEST + 1)}
@@ -134,6 +130,7 @@ def _reading(logs: Sequence[Trajectory], column: str, changes: Sequence[Array]) 
     correlation = float(np.corrcoef(tables[rows][:, 0], tables[rows][:, 1])[0, 1])
     return Reading(
         column,
+        POSITION.name if of in POSITION.columns else of,
         scale if sure["scale"] else 1.0,
         bias if sure["bias"] else 0.0,
         shift if sure["shift"] else 0.0,

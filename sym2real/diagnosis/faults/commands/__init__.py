@@ -1,1 +1,1 @@
-"""Commands in another unit, with the wrong sign, or late against a model that says what they do."""
+"""Commands in another unit than a model's, which says what they do."""

@@ -53,14 +53,6 @@ class Steps:
         """Those of the log at this place."""
         return Steps(self.model, self._predict, Dataset([self.data[place]]))
 
-    @property
-    def signed(self) -> list[str]:
-        """Commands that may lie below zero: angles, their rates, and what has been there."""
-        sent = np.concatenate([log.action for log in self.data])
-        turns = [self._action.units[name] in ("rad", "rad/s") for name in self._action]
-        below = sent.min(axis=0) < 0
-        return [name for name, *either in zip(self._action, turns, below, strict=True) if any(either)]
-
     def groups(self, settled: Sequence[str]) -> list[tuple[str, ...]]:
         """Columns that may share a unit: all that have one in common, and each by itself."""
         units, shared = self._action.units, dict[str, list[str]]()

@@ -53,7 +53,8 @@ def _most_foreign(steps: Steps, settled: Sequence[str]) -> ForeignUnit | None:
     for columns in steps.groups(settled):
         least, ratio = steps.best(columns)
         sure = least < best[0] and steps.rise(columns, ratio) > SETTINGS.command_sides
-        found = unit_of(columns[0], ratio, SETTINGS.command_unit, mass) if sure else None
+        meant = steps.data.layouts.action.units[columns[0]]
+        found = unit_of(meant, ratio, SETTINGS.command_unit, mass) if sure else None
         if found is not None:
-            best = least, ForeignUnit(columns, ratio, *found, THAN, mass)
+            best = least, ForeignUnit(columns, meant, ratio, *found, THAN, mass)
     return best[1]

@@ -43,7 +43,6 @@ class Balance:
     Args:
         names, fields: of the quantities, and of the state's fields that they are part of.
         measured, foretold: of each, by component ``# (stretches, components)``.
-        block: the second or so of a log that a stretch lies in ``# (stretches,)``.
         data: the logs.
         rows: of a stretch.
     """
@@ -52,14 +51,13 @@ class Balance:
     fields: tuple[str, ...]
     measured: tuple[Array, ...]
     foretold: tuple[Array, ...]
-    block: Array
     data: Dataset
     rows: int
 
     def of_field(self, field: str) -> tuple[Array, Array]:
         """Measured and foretold change of a field's components ``# (stretches, components)``, in their order."""
         own = [place for place, of in enumerate(self.fields) if of == field]
-        none = np.zeros((len(self.block), 0))
+        none = np.zeros((len(self.losses), 0))
         parts = (self.measured, self.foretold)
         measured, foretold = (np.concatenate([none, *(part[place] for place in own)], axis=1) for part in parts)
         return measured, foretold
@@ -78,6 +76,13 @@ class Balance:
             size = float((np.square(measured) + np.square(other)).sum(1).mean())
             columns.append(np.square(measured - other).sum(1) / max(size, 1e-300))
         return np.stack(columns, axis=1)
+
+    def missed(self, place: int) -> Array:
+        """Squares missed of a quantity over the median of both changes, which no single one makes ``# (s,)``."""
+        measured, foretold = self.measured[place], self.foretold[place]
+        size = float(np.median((np.square(measured) + np.square(foretold)).sum(1)))
+        found: Array = np.square(measured - foretold).sum(1) / max(size, 1e-300)
+        return found
 
 
 class Balances:
@@ -104,9 +109,6 @@ class Balances:
         lengths = [len(log) - 1 for log in known]
         layout = known.layouts.state
         measured, foretold = (_summed(layout.difference(end, now).numpy(), lengths, rows) for end in (then, later))
-        seconds = max(1, round(1.0 / (rows * data.dt)))
-        blocks = [np.arange(length // rows) // seconds for length in lengths]
-        firsts = np.cumsum([0, *(block[-1] + 1 if len(block) else 0 for block in blocks[:-1])])
         quantities = _quantities(data.layouts.state)
         turns = _turned(measured, layout, _summed(now.numpy() * data.dt, lengths, rows))
         return Balance(
@@ -114,7 +116,6 @@ class Balances:
             (*(field for field, _ in quantities.values()), *("" for _ in turns)),
             (*(measured[:, places] for _, places in quantities.values()), *(angle for angle, _ in turns.values())),
             (*(foretold[:, places] for _, places in quantities.values()), *(rate for _, rate in turns.values())),
-            np.concatenate([block + first for block, first in zip(blocks, firsts, strict=True)]),
             known,
             rows,
         )
@@ -142,13 +143,18 @@ def _summed(changes: Array, lengths: Sequence[int], rows: int) -> Array:
 
 
 def _quantities(layout: Layout) -> dict[str, tuple[str, list[int]]]:
-    """Quantity → field, places in the tangent: world vectors level and upright, all else one by one."""
+    """Quantity → field, places in the tangent: world vectors level and upright, all else one by one.
+
+    What has no frame goes by its columns: joints and their rates.
+    """
     found: dict[str, tuple[str, list[int]]] = {}
     for field, places in zip(layout.fields, places_of_fields(layout), strict=True):
         if field.frame == "world" and field.kind == "vector":
             found[f"level {field.name}"] = field.name, list(places[:LEVEL])
             if len(places) > LEVEL:
                 found[f"upright {field.name}"] = field.name, list(places[LEVEL:])
+        elif not field.frame and field.kind == "vector":
+            found |= {column: (field.name, [place]) for column, place in zip(field.columns, places, strict=True)}
         elif len(places) == 1:
             found[field.name] = field.name, list(places)
         else:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import wilcoxon
@@ -10,6 +10,7 @@ from scipy.stats import wilcoxon
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.mistakes.balance import Balance, Balances, without_arm, without_drag
 from sym2real.diagnosis.faults.mistakes.listed import mimics, transformations
+from sym2real.diagnosis.faults.mistakes.scales import Scaled, scales
 from sym2real.diagnosis.faults.mistakes.transformation import (
     POSITIONS,
     Exchanged,
@@ -36,6 +37,7 @@ class Undoing:
         quantity: in which it shows most surely.
         before, after: squares missed there over those of its change, as it stands and undone.
         gain: by how much the sum of these over all quantities falls.
+        others: what would mend the logs as well, of other columns.
     """
 
     transformation: Transformation
@@ -43,12 +45,14 @@ class Undoing:
     before: float
     after: float
     gain: float
+    others: tuple[str, ...] = ()
 
     @property
     def evidence(self) -> str:
         """What is wrong: what shows it."""
+        what = ", or ".join((self.transformation.name, *self.others))
         return (
-            f"{self.transformation.name}: as it stands the logs miss {self.before:.2g} of the squares by which the "
+            f"{what}: as it stands the logs miss {self.before:.2g} of the squares by which the "
             f"{self.quantity} changes, {self.after:.2g} without"
         )
 
@@ -70,50 +74,61 @@ def mistakes(model: Equations, data: Dataset) -> list[Undoing]:
     undoings = []
     for _ in range(MOST):
         undoing = _best(balances, data)
-        # One sensor or command with the other sign is named as such, by an effect of its own.
-        if undoing is None or (
-            isinstance(undoing.transformation, Exchanged) and len(undoing.transformation.wrong) == 1
-        ):
+        if undoing is None or _is_a_sensors_sign(undoing.transformation, data):
             break
         undoings.append(undoing)
         data = undoing.undone(data)
     return undoings
 
 
+def _is_a_sensors_sign(transformation: Transformation, data: Dataset) -> bool:
+    """Whether one sensor has the other sign, which is named as such, by an effect of its own."""
+    wrong = transformation.wrong if isinstance(transformation, Exchanged) else []
+    return len(wrong) == 1 and wrong[0][0] in data.layouts.state
+
+
 def _best(balances: Balances, data: Dataset) -> Undoing | None:
     """The transformation that gains most; of two kinds that gain as much the simpler."""
     now = balances(data)
-    tried = list(transformations(data, now))
-    kinds: dict[type, Undoing] = {}
-    for transformation in tried:
-        held = _judged(balances, now, transformation, data, len(tried))
-        if held is not None and (type(transformation) not in kinds or held.gain > kinds[type(transformation)].gain):
-            kinds[type(transformation)] = held
-    most = max((undoing.gain for undoing in kinds.values()), default=0.0)
-    return next((undoing for undoing in kinds.values() if undoing.gain >= SETTINGS.nearly_as_good * most), None)
+    tried = [*transformations(data, now), *scales(balances, data, now)]
+    judged = [_judged(balances, now, transformation, data, len(tried)) for transformation in tried]
+    held = [undoing for undoing in judged if undoing is not None]
+    best = {type(undoing.transformation): undoing for undoing in sorted(held, key=lambda undoing: undoing.gain)}
+    least = SETTINGS.nearly_as_good * max((undoing.gain for undoing in held), default=0.0)
+    found = next((best[kind] for kind in map(type, tried) if kind in best and best[kind].gain >= least), None)
+    if found is None:
+        return None
+    others = (one.transformation for one in held if one.gain >= least)
+    return replace(found, others=tuple(one.name for one in others if _apart(one, found.transformation)))
+
+
+def _apart(one: Transformation, other: Transformation) -> bool:
+    """Whether two of one kind are of other columns."""
+    if isinstance(one, Exchanged) and isinstance(other, Exchanged):
+        return not {own for own, _ in one.wrong} & {own for own, _ in other.wrong}
+    return isinstance(one, Scaled) and isinstance(other, Scaled) and not {*one.columns} & {*other.columns}
 
 
 def _judged(
     balances: Balances, now: Balance, transformation: Transformation, data: Dataset, tried: int
 ) -> Undoing | None:
     """What undoing it gains, where that is beyond chance and nothing else becomes worse."""
-    before = now.losses
-    after = balances(of_all(transformation, data)).losses
-    old, new = before.mean(0), after.mean(0)
+    then = balances(of_all(transformation, data))
+    old, new = now.losses.mean(0), then.losses.mean(0)
     better = old - new
     clear = (old > SETTINGS.mistake_fewer * new) & (new < SETTINGS.mistake_left)
     if not clear.any() or -better.min() > SETTINGS.others_worse * better.max() or _in_all(new) > _in_all(old):
         return None
     if isinstance(transformation, Turned) and transformation.field == "attitude":
         clear &= without_drag(now) > SETTINGS.mistake_fewer * new
+    if isinstance(transformation, Exchanged | Scaled):
+        clear &= old > SETTINGS.mistake_left
     if isinstance(transformation, Late | Turned):
         clear &= without_arm(now) > SETTINGS.mistake_fewer * new
     for other in mimics(transformation, data.layouts.action.columns):
         mimicked = balances(of_all(other, data)).losses.mean(0)
         clear &= (mimicked > SETTINGS.mistake_fewer * new) & (_in_all(mimicked) > _in_all(new))
-    chance = [
-        _chance(before[:, place], after[:, place], now.block) if clear[place] else 1.0 for place in range(len(old))
-    ]
+    chance = [_chance(now.missed(place), then.missed(place)) if clear[place] else 1.0 for place in range(len(old))]
     most = int(np.argmin(chance))
     if chance[most] > SETTINGS.false_alarms / tried:
         return None
@@ -125,7 +140,6 @@ def _in_all(losses: Array) -> float:
     return float(np.log(np.maximum(losses, ROUNDING)).sum())
 
 
-def _chance(before: Array, after: Array, block: Array) -> float:
-    """How likely blocks of a second would miss so many fewer squares by chance (Wilcoxon's signed ranks, 1945)."""
-    _, places = np.unique(block, return_inverse=True)
-    return float(wilcoxon(np.bincount(places, before - after), alternative="greater", zero_method="zsplit").pvalue)
+def _chance(before: Array, after: Array) -> float:
+    """How likely stretches would miss so many fewer squares by chance (Wilcoxon's signed ranks, 1945)."""
+    return float(wilcoxon(before, after, alternative="greater", zero_method="zsplit").pvalue)

@@ -7,9 +7,10 @@ whether it is there is judged elsewhere, for all kinds alike.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import permutations, product
+from itertools import combinations, permutations, product
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, VELOCITIES
@@ -50,11 +51,12 @@ def transformations(data: Dataset, balance: Balance) -> Iterator[Transformation]
     yield from _exchanged(balance, "attitude", (rates,), of_measured=False)
     if len(commands) == len(rates) == 3:
         yield from _in_common(_followed(data, rates, commands), (commands,))
-    if len(data.layouts.action) == 2:
-        yield from _orders((data.layouts.action.columns,))
+    else:
+        yield from _swapped((data.layouts.action.columns,))
+    yield from _of_joints(data, balance)
     for sensor in data.layouts.state.fields:
         yield from (Late(sensor.name, sensor.columns, sign * rows, data.dt) for rows in SHIFTS for sign in (1, -1))
-    yield Late("commands", data.layouts.action.columns, 1, data.dt)
+    yield from (Late("commands", data.layouts.action.columns, rows, data.dt) for rows in (1, 2))
 
 
 def mimics(transformation: Transformation, commands: Sequence[str]) -> Iterator[Transformation]:
@@ -73,6 +75,43 @@ def _axes(data: Dataset) -> Iterator[Transformation]:
         yield FromWorld()
         if rates == RATES:
             yield OtherAxes(rates, "world")
+
+
+def _of_joints(data: Dataset, balance: Balance) -> Iterator[Exchanged]:
+    """Joints and commands that count the other way, and joints of one kind in another order."""
+    state, commands = data.layouts.state, data.layouts.action.columns
+    for columns in (*((joint, state.rates[joint]) for joint in state.joints), *((command,) for command in commands)):
+        yield Exchanged(columns, columns, (-1,) * len(columns))
+    for field in state.fields:
+        joints = tuple(name for name in field.columns if name in state.joints)
+        if len(joints) < 2:
+            continue
+        rates = tuple(state.rates[joint] for joint in joints)
+        yield from _swapped((joints, rates))
+        moved, turned = _alike(balance, joints), _alike(balance, rates)
+        yield from _in_common(turned, (joints, rates))
+        yield from _in_common(moved, (joints,))
+        yield from _in_common(moved.T, (rates,))
+        if len(commands) == len(joints):
+            yield from _in_common(turned.T, (commands,))
+
+
+def _swapped(vectors: Sequence[tuple[str, ...]]) -> Iterator[Exchanged]:
+    """Two components in each other's place, in several vectors alike."""
+    for one, two in combinations(range(len(vectors[0])), 2):
+        columns = tuple(name for vector in vectors for name in (vector[one], vector[two]))
+        sources = tuple(name for vector in vectors for name in (vector[two], vector[one]))
+        yield Exchanged(columns, sources, (1,) * len(columns))
+
+
+def _alike(balance: Balance, columns: Sequence[str]) -> Array:
+    """Correlation of the measured change of every column with the change that is foretold of each ``# (n, n)``."""
+    places = [balance.names.index(column) for column in columns]
+    measured, foretold = (
+        np.concatenate([parts[place] for place in places], axis=1) for parts in (balance.measured, balance.foretold)
+    )
+    found: Array = np.nan_to_num(np.corrcoef(measured.T, foretold.T)[: len(places), len(places) :])
+    return found
 
 
 def _exchanged(
@@ -99,16 +138,12 @@ def _followed(data: Dataset, rates: Sequence[str], commands: Sequence[str]) -> A
 
 def _in_common(common: Array, vectors: Sequence[tuple[str, ...]]) -> Iterator[Exchanged]:
     """The exchange by which most is in common; ``common`` is of what a column holds and what it may mean."""
-    best = max(_orders(vectors), key=lambda exchanged: _common(exchanged, vectors[0], common))
-    if _common(best, vectors[0], common) > float(np.trace(common)):
-        yield best
-
-
-def _common(exchanged: Exchanged, vector: tuple[str, ...], common: Array) -> float:
-    pairs = zip(exchanged.columns, exchanged.sources, exchanged.signs, strict=True)
-    return sum(
-        sign * float(common[vector.index(own), vector.index(other)]) for own, other, sign in pairs if own in vector
-    )
+    rows, places = linear_sum_assignment(np.abs(common), maximize=True)
+    signs = np.where(common[rows, places] < 0, -1, 1)
+    if (places != rows).any() or (signs < 0).any():
+        columns = tuple(name for vector in vectors for name in vector)
+        sources = tuple(vector[place] for vector in vectors for place in places)
+        yield Exchanged(columns, sources, tuple(signs.tolist()) * len(vectors))
 
 
 def _orders(vectors: Sequence[tuple[str, ...]]) -> Iterator[Exchanged]:

@@ -72,11 +72,16 @@ def bad_rows(data: Dataset) -> list[BadRows]:
     while bad := _all_that_repeats(data):
         damages.append(bad)
         data = bad.undone(data)
-    for field in fields:
-        if field.kind == "vector" and (jumping := _jumping(data, field)) is not None:
+    for columns in (one for field in fields if field.kind == "vector" for one in _sensors(field)):
+        if (jumping := _jumping(data, columns)) is not None:
             damages.append(jumping)
             data = jumping.undone(data)
     return damages
+
+
+def _sensors(field: Field) -> list[tuple[str, ...]]:
+    """Columns of a field that one sensor measures: a vector's all, of joints each its own."""
+    return [field.columns] if field.frame else [(column,) for column in field.columns]
 
 
 def _all_that_repeats(data: Dataset) -> BadRows | None:
@@ -106,8 +111,9 @@ def _repeated(data: Dataset, columns: Sequence[str]) -> BadRows | None:
     return BadRows("repeat", tuple(columns), tuple(rows), tuple(() for _ in data))
 
 
-def _jumping(data: Dataset, field: Field) -> BadRows | None:
-    places = data.layouts.state.indices(field.columns)
+def _jumping(data: Dataset, columns: tuple[str, ...]) -> BadRows | None:
+    layout = data.layouts.state
+    places = layout.indices(columns)
     changes = [np.diff(log.state[:, places], axis=0) for log in data]
     sizes = [np.linalg.norm(change - _usual(change), axis=1) for change in changes]
     every = np.concatenate(sizes)
@@ -115,14 +121,14 @@ def _jumping(data: Dataset, field: Field) -> BadRows | None:
         SETTINGS.jump_deviations * MAD_TO_SIGMA * float(np.median(every)),
         SETTINGS.jump_beyond * float(np.percentile(every, 95)),
     )
-    stays = field.unit == "m"
+    stays = columns[0] in layout.rates or layout.units[columns[0]] == "m"
     least = max(least, SETTINGS.jump_metres) if stays else least
     places_of = [np.flatnonzero(size > least) + 1 for size in sizes]
     found = [_excursions(change, there, stays=stays) for change, there in zip(changes, places_of, strict=True)]
     if least <= 0.0 or not any(rows.any() or cuts for rows, cuts in found):
         return None
     rows, cuts = zip(*found, strict=True)
-    return BadRows("jump", field.columns, rows, cuts)
+    return BadRows("jump", columns, rows, cuts)
 
 
 def _usual(change: Array) -> Array:

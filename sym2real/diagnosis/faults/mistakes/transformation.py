@@ -1,6 +1,6 @@
 """What a user does to a log without wishing to: a list of transformations, each with its inverse and its words.
 
-A transformation says what the log holds in place of what is meant: ``made`` writes it so, ``undone`` reads it as meant.
+A transformation says what the log holds in place of what is meant: ``undone`` reads it as meant.
 """
 
 from __future__ import annotations
@@ -35,10 +35,6 @@ class Transformation(Protocol):
         """What to change."""
         ...
 
-    def made(self, log: Trajectory) -> Trajectory:
-        """A right log with the mistake in it."""
-        ...
-
     def undone(self, log: Trajectory) -> Trajectory:
         """A log with the mistake as it should be."""
         ...
@@ -71,6 +67,8 @@ class Exchanged:
         if {own for own, _ in wrong} == {"z", "vz"}:
             return "z down (z vz with the other sign)"
         moved = [own for own, other in wrong if own != other.removeprefix("-")]
+        if len(wrong) == 1:
+            return f"{wrong[0][0]} with the wrong sign"
         if not moved:
             return f"{' '.join(own for own, _ in wrong)} mirrored (with the other sign)"
         exchanges = ", ".join(f"{own} holds {other}" for own, other in wrong)
@@ -80,11 +78,6 @@ class Exchanged:
     def fix(self) -> str:
         """What to change."""
         return "name and flip these columns as they are meant in a specification of the log"
-
-    def made(self, log: Trajectory) -> Trajectory:
-        """With the columns exchanged."""
-        pairs = zip(self.columns, self.sources, self.signs, strict=True)
-        return with_columns(log, {own: sign * log.column(other) for own, other, sign in pairs})
 
     def undone(self, log: Trajectory) -> Trajectory:
         """With every column in its own place."""
@@ -115,15 +108,9 @@ class Turned:
         """What to change."""
         return f"turn it by {degrees(-self.angle):.0f}° where it is logged, so that all sensors share the world's axes"
 
-    def made(self, log: Trajectory) -> Trajectory:
-        """Turned."""
-        return self._by(log, self.angle)
-
     def undone(self, log: Trajectory) -> Trajectory:
         """Turned back."""
-        return self._by(log, -self.angle)
-
-    def _by(self, log: Trajectory, angle: float) -> Trajectory:
+        angle = -self.angle
         if self.field == "attitude":
             half = torch.tensor([cos(angle / 2), 0.0, 0.0, sin(angle / 2)], dtype=torch.float64)
             turned = rotation.multiply(half, attitude(log)).numpy()
@@ -160,20 +147,13 @@ class OtherAxes:
             return 'log the velocity along world axes, or say velocity_frame = "body" in a specification of the log'
         return "log the rates of the gyro, or turn them into body axes"
 
-    def made(self, log: Trajectory) -> Trajectory:
-        """Along the axes that are not meant."""
-        return self._turned(log, to_body=self.logged == "body")
-
     def undone(self, log: Trajectory) -> Trajectory:
         """Along the axes that are meant."""
-        return self._turned(log, to_body=self.logged != "body")
-
-    def _turned(self, log: Trajectory, *, to_body: bool) -> Trajectory:
-        turn = attitude(log)
+        turn = attitude(log) if self.logged == "body" else rotation.conjugate(attitude(log))
         vector = np.zeros((len(log), 3))
         for place, name in enumerate(self.columns):
             vector[:, place] = log.column(name)
-        found = rotation.rotate(rotation.conjugate(turn) if to_body else turn, torch.as_tensor(vector)).numpy()
+        found = rotation.rotate(turn, torch.as_tensor(vector)).numpy()
         return with_columns(log, {name: found[:, place] for place, name in enumerate(self.columns)})
 
 
@@ -184,11 +164,9 @@ class FromWorld:
     name: str = "the attitude turned the other way (quaternions from world to body)"
     fix: str = "log the quaternion from body to world: change the sign of qx, qy, qz"
 
-    def made(self, log: Trajectory) -> Trajectory:
+    def undone(self, log: Trajectory) -> Trajectory:
         """The conjugate."""
         return with_columns(log, dict(zip(QUATERNION, rotation.conjugate(attitude(log)).numpy().T, strict=True)))
-
-    undone = made
 
 
 @dataclass(frozen=True)
@@ -219,16 +197,9 @@ class Late:
         """What to change."""
         return "stamp all columns of a row with one clock, or shift these when the log is written"
 
-    def made(self, log: Trajectory) -> Trajectory:
-        """Behind; the ends are held."""
-        return self._by(log, self.rows)
-
     def undone(self, log: Trajectory) -> Trajectory:
         """Shifted back; the ends are held."""
-        return self._by(log, -self.rows)
-
-    def _by(self, log: Trajectory, rows: int) -> Trajectory:
-        places = np.clip(np.arange(len(log)) - rows, 0, len(log) - 1)
+        places = np.clip(np.arange(len(log)) + self.rows, 0, len(log) - 1)
         return with_columns(log, {name: log.column(name)[places] for name in self.columns})
 
 

@@ -1,0 +1,110 @@
+"""Mistakes of a user in healthy logs of his own arm: each is named, and the logs are as they were once it is undone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+import two_links
+
+from sym2real.dataset import Dataset
+from sym2real.diagnosis import data_report
+from sym2real.diagnosis.faults.sanity import check
+from sym2real.logs import read_logs
+from sym2real.robots import Robot
+from sym2real.trajectory import Array, Trajectory
+
+LINKS = Robot.from_mjcf(two_links.MJCF, name="links", dt=two_links.STEP)
+BASE = LINKS.nominal()
+COLUMNS = two_links.COLUMNS
+DEGREES = 180.0 / np.pi
+Spoil = Callable[[Array], Array]
+
+
+@cache
+def swings() -> tuple[Array, ...]:
+    return tuple(two_links.swings(seed=seed, seconds=8.0) for seed in (1, 2))
+
+
+def read(spoil: Spoil) -> Dataset:
+    """Logs as they come from a file, ten rows at both ends left out: shifts hold the ends."""
+    spoilt = [spoil(rows.copy())[10:-10].T for rows in swings()]
+    return Dataset(
+        Trajectory.from_arrays(rows[1:5].T, rows[5:7].T, LINKS.layouts, time=rows[0] - rows[0, 0]) for rows in spoilt
+    )
+
+
+def times(factor: float, *names: str) -> Spoil:
+    def spoil(rows: Array) -> Array:
+        rows[:, [COLUMNS.index(name) for name in names]] *= factor
+        return rows
+
+    return spoil
+
+
+def swapped(*names: str) -> Spoil:
+    """The first with the second, the third with the fourth."""
+
+    def spoil(rows: Array) -> Array:
+        places = [COLUMNS.index(name) for name in names]
+        others = [place for pair in zip(places[1::2], places[::2], strict=True) for place in pair]
+        rows[:, places] = rows[:, others]
+        return rows
+
+    return spoil
+
+
+def late(rows: Array) -> Array:
+    rows[2:, 5:7] = rows[:-2, 5:7]
+    return rows
+
+
+CASES: Sequence[tuple[Spoil, Sequence[str]]] = (
+    (times(1.0), []),
+    (times(-1.0, "q1", "q1_rate"), ["q1 q1_rate mirrored"]),
+    (times(-1.0, "q2", "q2_rate"), ["q2 q2_rate mirrored"]),
+    (times(-1.0, "q1_rate"), ["sensor_sign:q1_rate"]),
+    (times(-1.0, "q2"), ["sensor_sign:q2_rate", "q2 q2_rate mirrored"]),
+    (times(-1.0, "tau1"), ["tau1 with the wrong sign"]),
+    (times(DEGREES, "q1", "q2", "q1_rate", "q2_rate"), ["q1 q2 q1_rate q2_rate in deg instead of rad"]),
+    (times(DEGREES, "q1", "q1_rate"), ["q1 q1_rate in deg instead of rad"]),
+    (times(DEGREES, "q1", "q2"), ["q1 q2 in deg instead of rad"]),
+    (times(DEGREES, "q2_rate"), ["sensor_scale:q2_rate"]),
+    (times(30.0, "q2", "q2_rate"), ["q2 q2_rate before a gear or in another unit, 30"]),
+    (times(1e3, "tau1", "tau2"), ["tau1 tau2 in mN m instead of N m"]),
+    (swapped("q1", "q2", "q1_rate", "q2_rate"), ["q1 q2 q1_rate q2_rate swapped"]),
+    (swapped("q1", "q2"), ["q1 q2 swapped"]),
+    (swapped("tau1", "tau2"), ["tau1 tau2 swapped"]),
+    (late, ["commands 2 rows late"]),
+)
+
+
+@pytest.mark.parametrize(("spoil", "said"), CASES, ids=[", ".join(said) or "healthy" for _, said in CASES])
+def test_a_mistake_is_named_and_undone(spoil: Spoil, said: Sequence[str]) -> None:
+    data, right = read(spoil), read(times(1.0))
+    checked = check(BASE, data)
+    assert len(checked.faults) == len(said)
+    assert all(fault.name.startswith(words) for fault, words in zip(checked.faults, said, strict=True))
+    for log, healthy in zip(checked.data, right, strict=True):
+        for found, meant in ((log.state, healthy.state), (log.action, healthy.action)):
+            np.testing.assert_allclose(found[5:-5], meant[5:-5], rtol=0.02, atol=1e-3)
+    if [*said] == ["q1 q1_rate mirrored"]:
+        assert any(line.startswith(said[0]) for line in data_report(data, BASE).lines())
+
+
+def test_an_encoder_that_begins_anew_after_a_turn_is_unwrapped(tmp_path: Path) -> None:
+    """Jumps by whole turns are no motion; a jump by anything else stays, and is named."""
+    plain = swings()[0]
+    wrapped = plain.copy()
+    wrapped[:, 1] = plain[:, 1].mean() + (plain[:, 1] - plain[:, 1].mean()) % (2 * np.pi)
+    wrapped[300:305, 2] += 1.0
+    log = read_logs([two_links.write(tmp_path / "wrapped.csv", wrapped)], layouts=LINKS.layouts)
+    shift = log[0].column("q1") - plain[:, 1]
+    np.testing.assert_allclose(shift, shift[0], atol=1e-8)
+    checked = check(BASE, log)
+    assert any("q1 is unwrapped" in note for note in checked.notes)
+    (fault,) = checked.faults
+    assert fault.name == "q2 jumps"

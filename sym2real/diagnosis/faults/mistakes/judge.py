@@ -10,7 +10,7 @@ from scipy.stats import wilcoxon
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.mistakes.balance import Balance, Balances, without_arm, without_drag
 from sym2real.diagnosis.faults.mistakes.listed import mimics, transformations
-from sym2real.diagnosis.faults.mistakes.scales import Scaled, scales
+from sym2real.diagnosis.faults.mistakes.scales import Scaled, fitting_scales
 from sym2real.diagnosis.faults.mistakes.transformation import (
     POSITIONS,
     Exchanged,
@@ -90,7 +90,7 @@ def _is_a_sensors_sign(transformation: Transformation, data: Dataset) -> bool:
 def _best(balances: Balances, data: Dataset) -> Undoing | None:
     """The transformation that gains most; of two kinds that gain as much the simpler."""
     now = balances(data)
-    tried = [*transformations(data, now), *scales(balances, data, now)]
+    tried = [*transformations(data, now), *fitting_scales(balances, data, now)]
     judged = [_judged(balances, now, transformation, data, len(tried)) for transformation in tried]
     held = [undoing for undoing in judged if undoing is not None]
     best = {type(undoing.transformation): undoing for undoing in sorted(held, key=lambda undoing: undoing.gain)}

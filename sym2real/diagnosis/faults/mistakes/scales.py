@@ -50,7 +50,7 @@ class Scaled:
         return with_columns(log, {name: log.column(name) / self.factor for name in self.columns})
 
 
-def scales(balances: Balances, data: Dataset, now: Balance) -> Iterator[Scaled]:
+def fitting_scales(balances: Balances, data: Dataset, now: Balance) -> Iterator[Scaled]:
     """For joints that the model foretells badly, and for commands where there are any, the factor that fits best."""
     state, action = data.layouts.state, data.layouts.action
     losses = dict(zip(now.names, now.losses.mean(0), strict=True))

@@ -249,3 +249,17 @@ def test_a_simulation_that_leaves_all_measure_is_an_error(
         plant.step(CRAZYFLIE.low)
     assert not list(tmp_path.iterdir())  # MuJoCo's own log of warnings
     assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("rate", [45.0, 70.0, 16.0])
+def test_a_robot_at_another_period_keeps_time(rate: float) -> None:
+    """Free fall, commanded at a rate that is no whole number of its own physics steps."""
+    plant = MujocoPlant(CRAZYFLIE.at_period(1.0 / rate))
+    start = plant.reset()
+    steps = round(0.2 * rate)
+    for _ in range(steps):
+        state = plant.step(np.zeros(len(plant.layouts.action)))
+    seconds = steps / rate
+    assert plant.time == pytest.approx(seconds, rel=1e-9)
+    assert state[plant.layouts.state.index("vz")] == pytest.approx(-GRAVITY * seconds, rel=2e-2)
+    assert state[plant.layouts.state.index("z")] < start[plant.layouts.state.index("z")]

@@ -44,9 +44,9 @@ def gaps(time: Array, dt: float) -> NDArray[np.int64]:
 def resample(log: Standard, dt: float, layouts: Layouts) -> Standard:
     """The log at steps of ``dt`` from its first stamp on.
 
-    Vectors go linearly, attitudes on the great circle, circles by their angle. Commands hold: a row gets the one
-    that was in force in the middle of its step, so that jitter of the stamps delays no command by a whole step.
-    Columns outside the vocabulary and the model's ``layouts`` hold their last value.
+    Vectors go linearly, attitudes on the great circle, circles by their angle. Commands hold: a row gets the mean of
+    those that were in force in its step, an attitude that is commanded the one in force in the middle of it, so that
+    jitter of the stamps delays no command by a whole step. Columns outside the vocabulary and the model's ``layouts`` hold their last value.
     """
     commands = COMMANDS.union(layouts.action)
     moving = {*STANDARD_COLUMNS, *layouts.state, *layouts.inputs}
@@ -55,15 +55,24 @@ def resample(log: Standard, dt: float, layouts: Layouts) -> Standard:
     grid = time[0] + dt * np.arange(int(np.floor((time[-1] - time[0]) / dt + 1e-6)) + 1)
     in_force = np.searchsorted(time, grid + 0.5 * dt, side="left") - 1
     latest = np.searchsorted(time, grid, side="right") - 1
+    turned = {column for name in ATTITUDES for column in attitude_columns(name)}.union(*CIRCLES)
     columns: Columns = {}
     for name, values in log.columns.items():
         if name in commands:
-            columns[name] = values[in_force]
+            columns[name] = values[in_force] if name in turned else _mean(time, values, grid, dt)
         else:
             columns[name] = np.interp(grid, time, values) if name in moving else values[latest]
     columns |= _circles(log, grid, commands) | _attitudes(log, grid, latest, commands)
     others = {name: values[latest] for name, values in log.others.items()}
     return Standard(grid, columns, others, (*log.notes, _note(time, dt, len(grid))))
+
+
+def _mean(time: Array, values: Array, grid: Array, dt: float) -> Array:
+    """Mean over each step of what holds its value until the next stamp, the last one for ever ``# (rows,)``."""
+    stamps = np.append(time, max(time[-1], grid[-1]) + dt)
+    sums = np.concatenate([[0.0], np.cumsum(values * np.diff(stamps))])
+    mean: Array = (np.interp(grid + dt, stamps, sums) - np.interp(grid, stamps, sums)) / dt
+    return mean
 
 
 def _note(time: Array, dt: float, rows: int) -> str:

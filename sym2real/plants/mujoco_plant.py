@@ -30,6 +30,7 @@ def edited(robot: Robot, changes: Sequence[Change] = (), description: str | None
     Inertial frames must be edited here: MuJoCo compiles a centred body to a form whose frame cannot move afterwards.
     """
     spec = robot.description.spec() if description is None else mujoco.MjSpec.from_string(description)
+    spec.option.timestep = robot.description.physics_dt
     for change in changes:
         if change.edit is not None:
             change.edit(spec)

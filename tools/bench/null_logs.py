@@ -28,7 +28,7 @@ from sym2real.robots import ROBOTS
 from sym2real.trajectory import Trajectory
 
 BENCH = "null logs"
-RATES = {"16 Hz": 16.0, "20 Hz": 20.0, "25 Hz": 25.0}
+RATES = {f"{rate} Hz": float(rate) for rate in (16, 20, 25, 45, 100)}
 SECONDS = {"crazyflie": 8.0, "mushr": 20.0}
 LOST, LONGEST = 0.03, 3  # part of the rows at which rows begin to be lost, and how many in a row
 STALE = 0.05  # part of the rows that repeat the state before

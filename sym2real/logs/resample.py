@@ -46,7 +46,8 @@ def resample(log: Standard, dt: float, layouts: Layouts) -> Standard:
 
     Vectors go linearly, attitudes on the great circle, circles by their angle. Commands hold: a row gets the mean of
     those that were in force in its step, an attitude that is commanded the one in force in the middle of it, so that
-    jitter of the stamps delays no command by a whole step. Columns outside the vocabulary and the model's ``layouts`` hold their last value.
+    jitter of the stamps delays no command by a whole step. Columns outside the vocabulary and the model's ``layouts``
+    hold their last value.
     """
     commands = COMMANDS.union(layouts.action)
     moving = {*STANDARD_COLUMNS, *layouts.state, *layouts.inputs}

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import gc
 import os
+import sys
 import zlib
 from pathlib import Path
 
 import pytest
 
 os.environ.setdefault("SYM2REAL_TRACEBACK", "1")  # an error that nobody foresaw is to fail a test with its traceback
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tools" / "bench"))  # what tests and benches share
 BESIDE_THE_CHECKOUT = Path(__file__).resolve().parents[2] / "shared" / "data"
 
 

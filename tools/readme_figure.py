@@ -18,8 +18,10 @@ from matplotlib.figure import Figure
 from sym2real import Dataset, Equations, Trajectory, diagnose, example_flight, read_log, try_effect
 from sym2real.diagnosis import Tried
 from sym2real.diagnosis.data.windows import JUDGED_AT
-from sym2real.experiments.real_flight import motor_level_equations
+from sym2real.experiments.thrust_of_log import thrust_of_log
+from sym2real.logs import load_spec
 from sym2real.report.style import INFORMED, MEASURED, MODELS, PREDICTED, REFERENCE, legend_below
+from sym2real.robots import Motors, quadrotor
 
 SPEC = "crazyflie_battery_drag"
 FITTED = 0.75  # of the flight
@@ -28,7 +30,8 @@ OUT = Path(__file__).resolve().parent.parent / "docs" / "images" / "flight.svg"
 
 def main() -> None:
     """Diagnose, draw, and print what the README says in words."""
-    model = motor_level_equations(example_flight(), SPEC)
+    motors = Motors(thrust=thrust_of_log(example_flight(), load_spec(SPEC)).per_mass)
+    model = quadrotor(None, interface="motors", attitude="measured", motors=motors)
     log = read_log(example_flight(), SPEC, model.layouts, model.dt)
     cut = round(FITTED * len(log))
     kept = log.rows(cut, len(log))

@@ -20,13 +20,13 @@ from pathlib import Path
 import torch
 import tyro
 from figures import Figure, report
+from motor_level import motor_level_equations
 from real_scores import Answer, battery_figures, car_figures, penny_figures, wind_figures
 from rich.console import Console
 from rich.markup import escape
 
 from sym2real.diagnosis import diagnose
 from sym2real.experiments.models import cached_base
-from sym2real.experiments.real_flight import motor_level_equations
 from sym2real.logs import read_logs
 from sym2real.plants import MujocoPlant
 from sym2real.report.diagnosis import diagnosis_report

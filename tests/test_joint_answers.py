@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 import two_links
 from cli_results import result_of
 from rich.console import Console
@@ -21,7 +22,7 @@ from sym2real.logs import read_logs
 from sym2real.report.error_figures import where_figure
 from sym2real.report.plan import plan_report
 from sym2real.robots import Robot
-from sym2real.symbolic import save_model
+from sym2real.symbolic import compile_model, rollout, save_model
 
 LINKS = Robot.from_mjcf(two_links.MJCF, name="links", dt=two_links.STEP)
 BASE = LINKS.nominal()
@@ -61,6 +62,14 @@ def test_the_zero_of_an_encoder_is_named(tmp_path: Path) -> None:
         (finding,) = diagnose(BASE, read_logs(files, layouts=LINKS.layouts)).findings
         assert finding.effect == key
         assert f"sensor_bias:q{place}" in {finding.effect, *finding.group}
+
+
+def test_dry_friction_holds_a_light_link() -> None:
+    """It could stop what turns at 0.2 rad/s within a period, and may not push it back and forth instead."""
+    held = effect("joint_friction:q2", BASE).substitute(BASE, {"value": 0.3})
+    start = torch.tensor([0.0, 0.05, 0.0, 0.01], dtype=torch.float64)
+    states = rollout(compile_model(held, dtype=torch.float64), start, torch.zeros(60, 2, dtype=torch.float64))
+    assert float(states[:, 3].abs().max()) < 0.03
 
 
 def test_an_effect_of_another_robot_leads_to_the_one_that_joints_have(

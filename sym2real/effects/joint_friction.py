@@ -20,7 +20,7 @@ def _parameters(body: Body) -> tuple[Parameter, ...]:
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     joint, friction = body.column, values["value"]
-    force = dry_friction(friction, symbol(rate_column(joint)), equations.dt)
+    force = dry_friction(friction, symbol(rate_column(joint)), equations.dt, inertia(body))
     return braked(equations, body, friction_quantity(joint), friction, force)
 
 

@@ -38,7 +38,8 @@ class Forces:
         force = np.array([symbol(push_column(joint)) for joint in joints], dtype=object)
         for number, link in enumerate(self.links):
             force[number] += -symbol(damping_quantity(link.joint)) * rate[number]
-            force[number] += dry_friction(symbol(friction_quantity(link.joint)), rate[number], self.dt)
+            inertia = 1.0 / float(self.model.dof_invweight0[self.model.joint(link.joint).dofadr[0]])
+            force[number] += dry_friction(symbol(friction_quantity(link.joint)), rate[number], self.dt, inertia)
             force[number] += -as_expression(link.stiffness) * (place[number] - as_expression(link.rest))
         for index in range(self.model.nu):
             name = self.model.actuator(index).name

@@ -16,16 +16,29 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, compare, diagnose
 from sym2real.diagnosis.data.agreement import thrust_agreement
 from sym2real.diagnosis.faults.commands.steps import Steps
-from sym2real.diagnosis.faults.conventions import breaches
+from sym2real.diagnosis.faults.conventions import Breach, Looks, through, undone
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit, foreign_positions, foreign_velocities
 from sym2real.diagnosis.faults.report import data_report
 from sym2real.diagnosis.faults.sanity import check
+from sym2real.effects.sensors import Sensors
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import read_log, write_log
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
+from sym2real.symbolic import Equations
 
 DEGREES = 180.0 / np.pi
 Factors = dict[str, float]
+
+
+def breaches(data: Dataset, model: Equations | None = None) -> tuple[list[Breach], Dataset]:
+    """What stands against the conventions alone, and the logs without it."""
+    data = data if model is None else through(Sensors(model).state, data)
+    found: list[Breach] = []
+    looks = Looks.of(model)
+    for look in (*looks.frames, *looks.units, *looks.commands):
+        more = look(data)
+        data, found = undone(more, data), [*found, *more]
+    return found, data
 
 
 def one_flight() -> Dataset:
@@ -126,12 +139,12 @@ def test_the_scalar_last_is_named_beside_units_and_signs(factors: Factors, said:
 
 def test_a_factor_of_no_unit_is_told_with_the_scale_that_undoes_it() -> None:
     data = one_flight()
-    (found,), undone = breaches(times(data, {"thrust": 70_000.0}), CRAZYFLIE.nominal())
+    (found,), mended = breaches(times(data, {"thrust": 70_000.0}), CRAZYFLIE.nominal())
     assert isinstance(found, ForeignUnit)
     assert found.unit == ""
     assert found.factor == pytest.approx(70_000.0, rel=0.05)
     assert f"scale = {1.0 / found.factor:.4g}" in found.fix
-    np.testing.assert_allclose(undone[0].action, data[0].action, rtol=0.05)
+    np.testing.assert_allclose(mended[0].action, data[0].action, rtol=0.05)
 
 
 @pytest.mark.parametrize(
@@ -160,10 +173,10 @@ def test_motors_in_percent_or_16_bits_are_named_on_a_measured_flight(factor: flo
     data = Dataset([read_log(flight, spec=name, layouts=model.layouts, dt=model.dt)])
     motors = "motor1 motor2 motor3 motor4"
     assert breaches(data, model)[0] == []
-    (found,), undone = breaches(times(data, of(motors, factor)), model)
+    (found,), mended = breaches(times(data, of(motors, factor)), model)
     assert isinstance(found, ForeignUnit)
     assert (" ".join(found.columns), found.unit) == (motors, unit)
-    np.testing.assert_allclose(undone[0].action, data[0].action, rtol=1e-9)
+    np.testing.assert_allclose(mended[0].action, data[0].action, rtol=1e-9)
 
 
 def test_logs_in_different_units_are_each_put_right() -> None:
@@ -303,10 +316,10 @@ def test_a_robot_at_rest_has_no_commands_in_another_unit() -> None:
     ("column", "factor", "unit"), [("x", 1e3, "mm"), ("wy", DEGREES, "deg/s"), ("vz", 1e2, "cm/s")]
 )
 def test_one_column_of_several_is_named_alone(column: str, factor: float, unit: str) -> None:
-    (found,), undone = breaches(times(flights(), {column: factor}))
+    (found,), mended = breaches(times(flights(), {column: factor}))
     assert isinstance(found, ForeignUnit)
     assert (found.columns, found.unit) == ((column,), unit)
-    np.testing.assert_allclose(undone[0].state, flights()[0].state, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(mended[0].state, flights()[0].state, rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -129,7 +129,7 @@ def test_a_diagnosis_turns_the_heading_and_leaves_the_steering(zero: float) -> N
     data = simulate_case(Case("mushr", (), seed=4), rows=200)
     assert against_the_path(data) is None
     broken = mirrored(data, lambda heading: zero - heading)
-    assert sum("wrong sign" in line for line in data_report(broken).lines()) == 1
+    assert sum("turns against the path" in line for line in data_report(broken).lines()) == 1
     checked = check(MUSHR.nominal(), broken)
     (fault,) = checked.faults
     # Turned against the path and by a quarter, a heading's sine is its cosine.

@@ -67,7 +67,7 @@ class Diagnose(OfLogs):
         base, about_model = equations_below(self.model, console)
         data = logs_for(base, self.logs, self.naming)
         held_out = logs_for(base, self.held_out, self.naming, apart_from=self.logs) if self.held_out else None
-        about_data = data_report(data, base).lines()
+        about_data = data_report(data, base).remarks
         for line in about_data:
             console.print(f"data: {line}", style="dim", markup=False)
         with stages_progress() as on_progress:

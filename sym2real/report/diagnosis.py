@@ -105,10 +105,7 @@ def tried_report(tried: Tried) -> RenderableType:
 
 def fault_lines(faults: Sequence[Fault]) -> list[str]:
     """What is wrong with the data and was undone, a line each, and what to change."""
-    lines = [f"{fault.effect}: {fault.evidence}" if fault.effect else fault.evidence for fault in faults]
-    return [
-        f"[red]fault[/] {escape(line)}; fix: {escape(fault.fix)}" for line, fault in zip(lines, faults, strict=True)
-    ]
+    return [f"[red]fault[/] {escape(fault.sentence)}; fix: {escape(fault.fix)}" for fault in faults]
 
 
 def where_lines(where: Sequence[Where]) -> list[str]:

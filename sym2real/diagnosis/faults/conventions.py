@@ -14,7 +14,6 @@ from sym2real.diagnosis.faults.commands.units import foreign_commands
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit, foreign_positions, foreign_rates, foreign_velocities
 from sym2real.diagnosis.faults.mistakes import BadRows, Undoing, bad_rows, mistakes
 from sym2real.diagnosis.faults.quaternion_order import ScalarLast, scalar_last
-from sym2real.effects.sensors import Sensors
 from sym2real.symbolic import Equations
 
 Breach = ForeignUnit | ScalarLast | BadRows | Undoing
@@ -49,21 +48,6 @@ class Looks:
             units,
             (partial(foreign_commands, model), mistaken),
         )
-
-
-def breaches(data: Dataset, model: Equations | None = None) -> tuple[list[Breach], Dataset]:
-    """What is wrong, and the logs without it; commands are judged only with a model that says what they do.
-
-    What the model says of its sensors is no breach: the logs come back as their sensors' input.
-    """
-    if model is not None:
-        data = through(Sensors(model).state, data)
-    breaches_found: list[Breach] = []
-    looks = Looks.of(model)
-    for look in (*looks.frames, *looks.units, *looks.commands):
-        more = look(data)
-        data, breaches_found = undone(more, data), [*breaches_found, *more]
-    return breaches_found, data
 
 
 def undone(breaches: Sequence[Breach], data: Dataset) -> Dataset:

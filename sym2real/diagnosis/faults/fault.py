@@ -37,6 +37,11 @@ class Fault:
         without_value = self.value is None or self.effect.startswith(SENSOR_SIGN.name)
         return self.effect if without_value else f"{self.effect} ({self.value:.3g})"
 
+    @property
+    def sentence(self) -> str:
+        """With the key of the effect that describes it."""
+        return f"{self.effect}: {self.evidence}" if self.effect else self.evidence
+
     def to_dict(self) -> dict[str, str | float | bool | None]:
         """The entry of ``faults`` in docs/method.md, "Answers as files"."""
         return dict(vars(self))

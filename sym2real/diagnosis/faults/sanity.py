@@ -11,6 +11,7 @@ from sym2real.diagnosis.data.agreement import rate_agreement, velocity_agreement
 from sym2real.diagnosis.data.heading import against_the_path
 from sym2real.diagnosis.data.scaled import divided
 from sym2real.diagnosis.faults.conventions import Breach, Look, Looks, through, undone
+from sym2real.diagnosis.faults.excitation import exact, exactness, excitation
 from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit
 from sym2real.diagnosis.faults.motor_columns import (
@@ -20,7 +21,6 @@ from sym2real.diagnosis.faults.motor_columns import (
     spin_said,
     turned_the_other_way,
 )
-from sym2real.diagnosis.faults.report import exact, exactness, excitation, reading_said
 from sym2real.diagnosis.faults.sensor_faults import readings
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import EFFECTS
@@ -29,6 +29,7 @@ from sym2real.effects.sensor_scale import SENSOR_SCALE
 from sym2real.effects.sensor_sign import SENSOR_SIGN
 from sym2real.effects.sensors import Sensors
 from sym2real.effects.time_shift import TIME_SHIFT
+from sym2real.logs.dropouts import is_unasked
 from sym2real.symbolic import Equations
 
 SAID = {
@@ -55,15 +56,16 @@ class Checked:
     notes: tuple[str, ...]
 
 
-def check(model: Equations, data: Dataset) -> Checked:
+def check(model: Equations | None, data: Dataset) -> Checked:
     """Find and undo what no model can explain: frames and units first, then signs, scales, biases and time
     shifts, then the units of commands and the order of motors.
 
-    What the model itself says of its sensors is no fault: the data are judged as its sensors' input.
+    What the model itself says of its sensors is no fault: the data are judged as its sensors' input. Without a model
+    nobody knows what commands do.
     """
     found: list[Fault] = []
-    sensors = Sensors(model)
-    data = through(sensors.state, data)
+    sensors = None if model is None else Sensors(model)
+    data = data if sensors is None else through(sensors.state, data)
     looks = Looks.of(model)
     steps: tuple[Callable[[Dataset], Settled], ...] = (
         *map(_breached, looks.frames),
@@ -72,13 +74,18 @@ def check(model: Equations, data: Dataset) -> Checked:
         _signs,
         *map(_breached, looks.commands),
         _sensors,
-        partial(_motors, model),
+        *(() if model is None else (partial(_motors, model),)),
     )
     for settle in steps:
         faults, data = settle(data)
         found += faults
-    data = through(sensors.measured, data)
-    notes = (*reading_said(data), *_time_step(model, data), *_saturation(data), *_noise(data))
+    data = data if sensors is None else through(sensors.measured, data)
+    notes = (
+        *_lost(data),
+        *_slow(model, data),
+        *_saturation(data),
+        *exactness(sum(exact(log) for log in data), len(data)),
+    )
     return Checked(data, tuple(found), notes)
 
 
@@ -126,7 +133,7 @@ def wrong_signs(data: Dataset) -> tuple[Fault, ...]:
     return tuple(
         Fault(
             f"{SENSOR_SIGN.name}:{column}",
-            f"the logged {column} and the {agreement.of}'s derivative correlate by {found:.3f}",
+            f"the logged {column} and the {agreement.of}'s derivative correlate by {found:.3f}: wrong sign",
             SENSOR_SIGN.fix,
             -1.0,
             sensor=True,
@@ -165,15 +172,16 @@ def _motors(model: Equations, data: Dataset) -> Settled:
     return faults, data
 
 
-def _time_step(model: Equations, data: Dataset) -> tuple[str, ...]:
-    if abs(data.dt - model.dt) <= SETTINGS.time_step * model.dt:
-        return ()
-    return (f"the model's time step is {model.dt:g} s, the logs have {data.dt:g} s",)
+def _lost(data: Dataset) -> list[str]:
+    """What was lost or changed of the logs when they were read."""
+    return [f"{log.name}: {note}" for log in data for note in log.notes if is_unasked(note)]
+
+
+def _slow(model: Equations | None, data: Dataset) -> list[str]:
+    if model is None or data.dt <= (1.0 + SETTINGS.time_step) * model.dt:
+        return []
+    return [f"rows are {data.dt:.4g} s apart: the model goes through its steps of {model.dt:g} s until the next one"]
 
 
 def _saturation(data: Dataset) -> tuple[str, ...]:
     return tuple(line for name, command in excitation(list(data)).items() for line in command.limits_said(name))
-
-
-def _noise(data: Dataset) -> list[str]:
-    return exactness(sum(exact(log) for log in data), len(data))

@@ -77,8 +77,7 @@ class DataReport:
         for name, varied in self.commands.items():
             if varied.weak:
                 found.append(
-                    f"{name} hardly varies (±{varied.deviation:.2g} {varied.unit}): "
-                    "effects on it cannot be seen"
+                    f"{name} hardly varies (±{varied.deviation:.2g} {varied.unit}): effects on it cannot be seen"
                 )
             found += varied.limits_said(name)
         for name, agreement in {**self.rates, **self.velocities}.items():

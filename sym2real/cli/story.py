@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -32,32 +33,34 @@ class Story:
 
     def simulated(self, model: Path, console: Console) -> dict[str, Any]:
         """The learned quadrotor against a plant with an effect that nothing in the logs names."""
+        from sym2real.cli.add import Add
         from sym2real.cli.progress import stages_progress
-        from sym2real.diagnosis import add
-        from sym2real.experiments.hidden import flown_with, hidden_case, write_flights
-        from sym2real.report.tables import flight_table
-        from sym2real.symbolic import load_model
+        from sym2real.cli.run import Run
+        from sym2real.experiments.standard_cases import hidden_case
+        from sym2real.experiments.standard_set import simulate_case
+        from sym2real.logs import write_log
 
         console.rule("A hidden effect: which one, how much, and does it help to know?")
-        case = hidden_case("crazyflie", self.seed)
+        case, out = hidden_case("crazyflie", self.seed), self.out / "hidden"
         with stages_progress() as on_progress:
             on_progress("flying the changed robot")
-            logs = write_flights(case, self.out / "hidden" / "logs", FLIGHTS, ROWS)
-        used, kept = logs[: FLIGHTS - KEPT], logs[FLIGHTS - KEPT :]
-        compared = self._compare(model, used, None, self.out / "hidden" / "compare", console)
-        found = self._diagnose(model, used, kept, None, self.out / "hidden", console)
-        base, informed = load_model(model), self.out / "hidden" / "model"
-        models = {"base": base, "that knows the truth": add(base, case.effects)}
-        if informed.is_dir():
-            models = {"base": base, "with what was found": load_model(informed), **models}
-        with stages_progress() as on_progress:
-            on_progress("flying the changed robot with MPPI")
-            flights = flown_with(case, models, [TASK], seconds=self.seconds, samples=self.samples, seed=self.seed)
-        console.print(flight_table(flights))
+            logs = {out / "logs" / f"{flight.name}.csv": flight for flight in simulate_case(case, FLIGHTS, ROWS)}
+        for log, trajectory in logs.items():
+            write_log(trajectory, log)
+        used, kept = [*logs][:-KEPT], [*logs][-KEPT:]
+        compared = self._compare(model, used, None, out / "compare", console)
+        found = self._diagnose(model, used, kept, None, out, console)
         truth = [{"effect": key, "values": dict(values)} for key, values in case.effects]
-        effects = "; ".join(f"{key} {dict(values)}" for key, values in case.effects)
-        console.print(f"the hidden effect was {effects}", markup=False, style="bold")
-        closed_loop = {flight.trajectory.name: flight.tracking for flight in flights}
+        texts = [[key, *(f"{name}={value}" for name, value in values.items())] for key, values in case.effects]
+        console.print(f"the hidden effect was {'; '.join(map(' '.join, texts))}", markup=False, style="bold")
+        Add(str(model), tuple(chain(*texts)), out / "truth").run(console)
+        models = {"base": model, "with what was found": out / "model", "that knows the truth": out / "truth"}
+        closed_loop, plant = {}, str(out / "truth" / "simulator")
+        for label, folder in models.items():
+            if folder.is_dir():
+                _say(f"run {folder} {TASK} --plant {plant}", None, console)
+                flight = Run(str(folder), TASK, plant, seconds=self.seconds, samples=self.samples, seed=self.seed)
+                closed_loop[label] = flight.run(console)["tracking"]
         return {"truth": truth, "compared": compared, "diagnosis": found, "closed_loop": closed_loop}
 
     def real(self, console: Console) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -121,6 +121,13 @@ def standard_cases(robot: str, quick: bool = False) -> tuple[Case, ...]:
     if robot not in SERIES:
         raise UnknownNameError("robot of the standard set", robot, SERIES)
     return (*_singles(robot, quick), *_pairs(robot, quick), *_nulls(robot, quick))
+
+
+def hidden_case(robot: str, seed: int) -> Case:
+    """A single effect of the standard set in one of its sizes; the flights' own noise and trim go with the seed."""
+    singles = [case for case in standard_cases(robot) if len(case.effects) == 1]
+    drawn = singles[int(np.random.default_rng(seed).integers(len(singles)))]
+    return replace(drawn, seed=seed)
 
 
 def _singles(robot: str, quick: bool) -> list[Case]:

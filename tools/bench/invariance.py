@@ -27,7 +27,7 @@ from repeated import Settings, share
 from rich.console import Console
 from rich.table import Table
 
-from sym2real.experiments.hidden import hidden_case
+from sym2real.experiments.standard_cases import hidden_case
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import ROBOTS
 

@@ -15,7 +15,7 @@ from sym2real.data import example_flight
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, compare, diagnose
 from sym2real.diagnosis.data.agreement import thrust_agreement
-from sym2real.diagnosis.faults.commands.steps import Steps
+from sym2real.diagnosis.faults.command_units import Steps
 from sym2real.diagnosis.faults.conventions import Breach, Looks, through, undone
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit, foreign_positions, foreign_velocities
 from sym2real.diagnosis.faults.report import data_report

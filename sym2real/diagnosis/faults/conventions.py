@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.faults.commands.units import foreign_commands
+from sym2real.diagnosis.faults.command_units import foreign_commands
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit, foreign_positions, foreign_rates, foreign_velocities
 from sym2real.diagnosis.faults.mistakes import BadRows, Undoing, bad_rows, mistakes
 from sym2real.diagnosis.faults.quaternion_order import ScalarLast, scalar_last
@@ -43,11 +43,7 @@ class Looks:
             return cls(frames, units)
         # Once columns have their units and signs, what was hidden before can be seen.
         mistaken = partial(mistakes, model)
-        return cls(
-            (*frames, *units, mistaken),
-            units,
-            (partial(foreign_commands, model), mistaken),
-        )
+        return cls((*frames, *units, mistaken), units, (partial(foreign_commands, model), mistaken))
 
 
 def undone(breaches: Sequence[Breach], data: Dataset) -> Dataset:

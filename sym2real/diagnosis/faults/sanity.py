@@ -122,25 +122,16 @@ def _heading(data: Dataset) -> Settled:
 
 
 def _signs(data: Dataset) -> Settled:
-    faults = wrong_signs(data)
-    columns = [fault.effect.partition(":")[2] for fault in faults]
-    return faults, divided(data, columns, -1.0) if columns else data
-
-
-def wrong_signs(data: Dataset) -> tuple[Fault, ...]:
     """Rates and velocities whose sign contradicts the derivative of the attitude, the position or the joint."""
     judged = {**rate_agreement(list(data)), **velocity_agreement(list(data))}
-    return tuple(
-        Fault(
-            f"{SENSOR_SIGN.name}:{column}",
-            f"the logged {column} and the {agreement.of}'s derivative correlate by {found:.3f}: wrong sign",
-            SENSOR_SIGN.fix,
-            -1.0,
-            sensor=True,
-        )
-        for column, agreement in judged.items()
-        if (found := agreement.correlation) is not None and found < -SETTINGS.agreeing
-    )
+    wrong = {column: agreement for column, agreement in judged.items() if agreement.verdict == "reversed"}
+    said = "the logged {} and the {}'s derivative correlate by {:.3f}: wrong sign"
+    texts = {column: said.format(column, found.of, found.correlation) for column, found in wrong.items()}
+    faults = [
+        Fault(f"{SENSOR_SIGN.name}:{column}", text, SENSOR_SIGN.fix, -1.0, sensor=True)
+        for column, text in texts.items()
+    ]
+    return faults, divided(data, [*wrong], -1.0)
 
 
 def _sensors(data: Dataset) -> Settled:

@@ -1,1 +1,0 @@
-"""Commands in another unit than a model's, which says what they do."""

@@ -122,7 +122,7 @@ def _judged(
     if isinstance(transformation, Turned) and transformation.field == "attitude":
         clear &= without_drag(now) > SETTINGS.mistake_fewer * new
     if isinstance(transformation, Exchanged | Scaled):
-        clear &= old > SETTINGS.mistake_left
+        clear &= better > SETTINGS.error_fall
     if isinstance(transformation, Late | Turned):
         clear &= without_arm(now) > SETTINGS.mistake_fewer * new
     for other in mimics(transformation, data.layouts.action.columns):

@@ -52,6 +52,7 @@ class Trajectory:
         name: what to call it, usually the file's stem.
         notes: what was done to it on the way in (rows dropped, resampled, …), one sentence each.
         raw: every column of the file as it stood there, before anything was done, by its own name.
+        between: what was sent in equal parts of every row, where commands were not held ``# (rows, parts, action)``.
 
     Raises:
         ShapeError: when shapes do not fit the layouts or stamps do not increase.
@@ -74,6 +75,7 @@ class Trajectory:
     name: str = ""
     notes: tuple[str, ...] = ()
     raw: Mapping[str, Array] = field(default_factory=dict)
+    between: Array | None = None
 
     def __post_init__(self) -> None:
         rows = len(self.time)
@@ -195,6 +197,10 @@ class Trajectory:
             return self.extra[name]
         return self.state[:, self.layouts.state.index(name)]
 
+    def sent_in_parts(self, parts: int) -> Array:
+        """What was sent in each of so many equal parts of every row ``# (rows, parts, action)``."""
+        return np.repeat(self.action[:, None], parts, axis=1) if self.between is None else self.between
+
     def past(self, commands: int, states: int) -> Array:
         """Commands sent before each row, newest first, then states ``# (rows, commands·action + states·state)``.
 
@@ -210,5 +216,6 @@ class Trajectory:
             state=self.state[start:stop],
             action=self.action[start:stop],
             inputs=self.inputs[start:stop],
+            between=None if self.between is None else self.between[start:stop],
             extra={name: values[start:stop] for name, values in self.extra.items()},
         )

@@ -36,7 +36,7 @@ def _filters(equations: Equations) -> list[tuple[Effect, Mapping[str, Expr]]]:
 
 
 def filter_commands(
-    equations: Equations, actions: Tensor, parameters: Tensor | None = None, dt: float | None = None, parts: int = 1
+    equations: Equations, actions: Tensor, parameters: Tensor | None = None, dt: float | None = None
 ) -> Tensor:
     """What of the commands of a whole log reaches the robot.
 
@@ -45,13 +45,10 @@ def filter_commands(
         actions: ``# (..., T, action)``.
         parameters: values of ``equations.parameters`` in their order ``# (..., P)``; None for the equations' own.
         dt: time between two commands in s; that of the equations by default.
-        parts: what leaves the filters is told for so many equal parts of that ``# (..., T, parts * action)``.
     """
-    step, rows = (dt or equations.dt) / parts, actions.shape[-2]
-    actions = actions.repeat_interleave(parts, dim=-2) if parts > 1 else actions
     for command_filter, values in command_filters(equations):
-        actions = command_filter.filter(actions, step, numbers(equations, values, parameters))
-    return actions.unflatten(-2, (rows, parts)).flatten(-2) if parts > 1 else actions
+        actions = command_filter.filter(actions, dt or equations.dt, numbers(equations, values, parameters))
+    return actions
 
 
 def numbers(equations: Equations, values: Mapping[str, Expr], parameters: Tensor | None) -> dict[str, Tensor | float]:

@@ -17,10 +17,10 @@ from sym2real.effects.inputs import with_inputs
 from sym2real.effects.sensors import MeasuredModel
 from sym2real.effects.visible import visible_state
 from sym2real.errors import ShapeError
-from sym2real.layout import Layouts
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
 from sym2real.symbolic.period import at_period, steps_within
+from sym2real.trajectory import Trajectory
 
 
 def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[DynamicsModel, Dataset]:
@@ -43,31 +43,41 @@ def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[Dynami
             f"the model's time step is {equations.dt:g} s, the log's is {dataset.dt:g} s: read it with "
             f"dt={equations.dt:g}{', upsample=True' if longer > 0.0 else ''}"
         )
-    apart = bool(command_filters(equations)) and whole is None
-    slow = at_period(equations, dataset.dt, apart=apart)
-    parts = steps_within(equations, dataset.dt) if apart else 1
-    return MeasuredModel(slow, model=whole), with_filtered_commands(equations, dataset, slow.layouts, parts)
+    slow, logs = in_parts(equations, dataset)
+    return MeasuredModel(slow, model=whole), logs
 
 
-def with_filtered_commands(
-    equations: Equations, dataset: Dataset, layouts: Layouts | None = None, parts: int = 1
-) -> Dataset:
-    """The logs with the commands that reach the robot when it delays, limits or smooths them as the equations say.
+def in_parts(equations: Equations, dataset: Dataset) -> tuple[Equations, Dataset]:
+    """The equations from row to row, and the logs with what reaches the robot in every part of a row where it differs.
 
     Args:
-        equations: with filters.
-        dataset: logs, whose rows may be further apart than the equations' steps.
-        layouts: with the commands of every part of a row; those of the logs by default.
-        parts: of a row.
+        equations: of one step, whose filters the commands go through.
+        dataset: logs with their columns, whose rows may be further apart.
+    """
+    logs = with_filtered_commands(equations, dataset)
+    apart = any(log.between is not None for log in logs)
+    slow = at_period(equations, dataset.dt, apart=apart)
+    return slow, Dataset(_widened(log, slow) for log in logs) if apart else logs
+
+
+def _widened(log: Trajectory, slow: Equations) -> Trajectory:
+    parts = len(slow.layouts.action) // len(log.layouts.action)
+    layouts = replace(log.layouts, action=slow.layouts.action)
+    return replace(log, action=log.sent_in_parts(parts).reshape(len(log), -1), between=None, layouts=layouts)
+
+
+def with_filtered_commands(equations: Equations, dataset: Dataset) -> Dataset:
+    """The logs with the commands that reach the robot when it delays, limits or smooths them as the equations say.
+
+    Of rows that are further apart than the equations' steps they are the means.
     """
     if not command_filters(equations):
         return dataset
-    action = layouts.action if layouts else dataset.layouts.action
-    return Dataset(
-        replace(
-            log,
-            action=filter_commands(equations, torch.as_tensor(log.action), dt=dataset.dt, parts=parts).numpy(),
-            layouts=replace(log.layouts, action=action),
-        )
-        for log in dataset
-    )
+    parts = steps_within(equations, dataset.dt)
+    return Dataset(_filtered(equations, log, dataset.dt / parts, parts) for log in dataset)
+
+
+def _filtered(equations: Equations, log: Trajectory, dt: float, parts: int) -> Trajectory:
+    sent = torch.as_tensor(log.sent_in_parts(parts)).flatten(0, 1)
+    reaching = filter_commands(equations, sent, dt=dt).numpy().reshape(len(log), parts, -1)
+    return replace(log, action=reaching.mean(1), between=None if parts == 1 else reaching)

@@ -20,6 +20,7 @@ from sym2real.diagnosis.errors.regions import Segment, Where, where_of, worst_se
 from sym2real.diagnosis.errors.residuals import Residuals
 from sym2real.diagnosis.errors.skill import HorizonErrors, prediction_errors
 from sym2real.diagnosis.faults.report import DataReport, data_report
+from sym2real.diagnosis.predict.between_rows import with_lost_commands
 from sym2real.errors import ShapeError
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
@@ -123,6 +124,7 @@ def compare(
         True
     """
     logs = long_enough(data)
+    logs = with_lost_commands(model, logs) if isinstance(model, Equations) else logs
     predictor, dataset = prepared(model, logs)
     longest = max(len(trajectory) for trajectory in dataset) - ROWS
     short = [horizon for horizon in horizons if round(horizon / dataset.dt) < 1]

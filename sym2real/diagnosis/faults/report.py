@@ -10,9 +10,9 @@ import numpy as np
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import Agreement, rate_agreement, velocity_agreement
 from sym2real.diagnosis.data.lengths import long_enough
-from sym2real.diagnosis.faults.excitation import Excitation, exact, exactness, excitation
 from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.faults.sanity import check
+from sym2real.diagnosis.faults.variation import Excitation, exact, exactness, excitation
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Trajectory

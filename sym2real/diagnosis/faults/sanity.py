@@ -11,7 +11,6 @@ from sym2real.diagnosis.data.agreement import rate_agreement, velocity_agreement
 from sym2real.diagnosis.data.heading import against_the_path
 from sym2real.diagnosis.data.scaled import divided
 from sym2real.diagnosis.faults.conventions import Breach, Look, Looks, through, undone
-from sym2real.diagnosis.faults.excitation import exact, exactness, excitation
 from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit
 from sym2real.diagnosis.faults.motor_columns import (
@@ -22,6 +21,8 @@ from sym2real.diagnosis.faults.motor_columns import (
     turned_the_other_way,
 )
 from sym2real.diagnosis.faults.sensor_faults import readings
+from sym2real.diagnosis.faults.variation import exact, exactness, excitation
+from sym2real.diagnosis.predict.between_rows import with_lost_commands
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import EFFECTS
 from sym2real.effects.sensor_bias import SENSOR_BIAS
@@ -49,11 +50,13 @@ class Checked:
         data: corrected logs.
         faults: what was wrong; undone where the logs tell how.
         notes: what was seen and left as it is.
+        commands_lost: whether commands were sent between rows that no row tells.
     """
 
     data: Dataset
     faults: tuple[Fault, ...]
     notes: tuple[str, ...]
+    commands_lost: bool = False
 
 
 def check(model: Equations | None, data: Dataset) -> Checked:
@@ -80,13 +83,14 @@ def check(model: Equations | None, data: Dataset) -> Checked:
         faults, data = settle(data)
         found += faults
     data = data if sensors is None else through(sensors.measured, data)
+    data = data if model is None else with_lost_commands(model, data)
     notes = (
         *_lost(data),
         *_slow(model, data),
         *_saturation(data),
         *exactness(sum(exact(log) for log in data), len(data)),
     )
-    return Checked(data, tuple(found), notes)
+    return Checked(data, tuple(found), notes, any(log.between is not None for log in data))
 
 
 def _breached(look: Look) -> Callable[[Dataset], Settled]:
@@ -171,7 +175,9 @@ def _lost(data: Dataset) -> list[str]:
 def _slow(model: Equations | None, data: Dataset) -> list[str]:
     if model is None or data.dt <= (1.0 + SETTINGS.time_step) * model.dt:
         return []
-    return [f"rows are {data.dt:.4g} s apart: the model goes through its steps of {model.dt:g} s until the next one"]
+    lost = "commands between rows are not in the logs, and what they did is not judged"
+    held = "commands are held" if data[0].between is None else lost
+    return [f"rows are {data.dt:.4g} s apart, the model's steps {model.dt:g} s: {held}"]
 
 
 def _saturation(data: Dataset) -> tuple[str, ...]:

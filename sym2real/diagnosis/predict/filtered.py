@@ -24,8 +24,8 @@ class FilteredCommands:
     def __init__(self, library: Library, data: Dataset) -> None:
         self._library, self._parts = library, library.parts(data.dt)
         self._dt = data.dt / self._parts
-        rows = padded(trajectory.action for trajectory in data)
-        self._actions = rows.repeat_interleave(self._parts, dim=1)  # (logs, T * parts, m)
+        sent = (log.sent_in_parts(self._parts) for log in data)
+        self._actions = padded(parts.reshape(-1, parts.shape[-1]) for parts in sent)  # (logs, T * parts, m)
         self._filtered: dict[bytes, Tensor] = {}
 
     def of(self, sets: Tensor) -> tuple[Tensor, Tensor]:

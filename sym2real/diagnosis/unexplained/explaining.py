@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from sym2real.diagnosis.estimate.weighing import Prepared
 from sym2real.diagnosis.score.finding import Finding, applied, rated
 from sym2real.diagnosis.score.scoring import Scored
+from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.unexplained.constant import find_constants
 from sym2real.diagnosis.unexplained.dependence import find_dependence
 from sym2real.diagnosis.unexplained.leftover import Leftover, Rest, find_leftovers, find_misfit
@@ -36,15 +38,8 @@ def explain_rest(scored: Scored) -> Explained:
     selection, own, spread = result.selection, prepared.calibration, prepared.spread
     problems = selection.problems
     rest = Rest.of(problems.problem, spread, problems.whitening, selection.fit.values)
-    of_the_base = None if own is None else lambda: Rest.of(own.problem, own.spread, own.whitening, own.origin)
-    leftovers = find_leftovers(rest, of_the_base)
-    leftovers += find_constants(selection, spread, own, exclude=[leftover.channel for leftover in leftovers])
-    leftovers = leftovers or find_dependence(selection, spread, own)
-    if not any(leftover.matters for leftover in leftovers):
-        errors = problems.problem.residuals(selection.fit.values[None])[0]
-        motion = part_of_changes(problems.problem.segments, errors)
-        leftovers += find_misfit(selection.fit.total / problems.whitening.freedom, motion)
-    leftovers = tuple(sorted(leftovers, key=lambda leftover: not leftover.matters))
+    # Commands that no row tells push the robot, and what they did goes with what it then did.
+    leftovers = () if prepared.checked.commands_lost else _leftovers(prepared, selection, rest)
     unexplained = any(leftover.matters for leftover in leftovers)
     calibrated = own is not None and result.finished
     sure = rated(scored.findings, passed=scored.gate.passed, leftover=unexplained, calibrated=calibrated)
@@ -52,4 +47,18 @@ def explain_rest(scored: Scored) -> Explained:
     if unexplained:
         informed = applied(prepared.model, sure)
         proposal = propose(informed, prepared.checked.data, rest, leftovers[0], problems.whitening)
-    return Explained(scored, sure, tuple(leftovers), proposal)
+    return Explained(scored, sure, leftovers, proposal)
+
+
+def _leftovers(prepared: Prepared, selection: Selection, rest: Rest) -> tuple[Leftover, ...]:
+    """What no effect explains, the strongest of what matters first."""
+    own, problems = prepared.calibration, selection.problems
+    of_the_base = None if own is None else lambda: Rest.of(own.problem, own.spread, own.whitening, own.origin)
+    leftovers = find_leftovers(rest, of_the_base)
+    leftovers += find_constants(selection, prepared.spread, own, exclude=[leftover.channel for leftover in leftovers])
+    leftovers = leftovers or find_dependence(selection, prepared.spread, own)
+    if not any(leftover.matters for leftover in leftovers):
+        errors = problems.problem.residuals(selection.fit.values[None])[0]
+        motion = part_of_changes(problems.problem.segments, errors)
+        leftovers += find_misfit(selection.fit.total / problems.whitening.freedom, motion)
+    return tuple(sorted(leftovers, key=lambda leftover: not leftover.matters))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Protocol
 
 import torch
@@ -17,7 +17,7 @@ from torch import Tensor
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Finding
-from sym2real.diagnosis.data.preparation import prepared, with_filtered_commands
+from sym2real.diagnosis.data.preparation import in_parts, prepared
 from sym2real.diagnosis.predict.library import shielded
 from sym2real.effects import Effect, compose, effect
 from sym2real.effects.filters import with_hidden_start
@@ -25,6 +25,7 @@ from sym2real.effects.inputs import with_inputs
 from sym2real.effects.sensors import MeasuredModel
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations, compile_model, rollout
+from sym2real.symbolic.period import at_period
 
 MOST_SWITCHES = 5
 Predicting = Equations | DynamicsModel
@@ -126,10 +127,6 @@ class WithFindings:
         fitted = {parameter.name for parameter in of.parameters if parameter.fitted}
         return {name: of.symbols()[name] if name in fitted else value for name, value in finding.values.items()}
 
-    @cached_property
-    def _compiled(self) -> torch.jit.ScriptModule:
-        return compile_model(self.equations, dtype=torch.float64)
-
     def prepared(self, on: Sequence[bool], data: Dataset) -> tuple[DynamicsModel, Dataset]:
         """See :class:`Variants`."""
         parameters = dict(self.equations.parameters)
@@ -137,8 +134,9 @@ class WithFindings:
             for finding in group if is_on else ():
                 parameters |= self._numbers(finding)
         equations = replace(self.equations, parameters=parameters)
-        logs = with_filtered_commands(equations, with_inputs(equations.layouts.inputs, data))
-        return MeasuredModel(equations, model=_At(self._compiled, equations)), logs
+        slow, logs = in_parts(equations, with_inputs(equations.layouts.inputs, data))
+        compiled = _compiled(self.equations, data.dt, slow.layouts != equations.layouts)
+        return MeasuredModel(slow, model=_At(compiled, slow)), logs
 
     def _numbers(self, finding: Finding) -> dict[str, float]:
         symbols = self.effects[finding.effect].symbols()
@@ -146,6 +144,11 @@ class WithFindings:
         return {
             names[name]: value for name, value in finding.values.items() if names[name] in self.equations.parameters
         }
+
+
+@lru_cache(maxsize=4)
+def _compiled(equations: Equations, dt: float, apart: bool) -> torch.jit.ScriptModule:
+    return compile_model(at_period(equations, dt, apart=apart), dtype=torch.float64)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,58 @@
+"""What was sent between the rows of a log that is slower than the model: held commands, or others that no row tells.
+
+A recorder that keeps every second row of a controller's commands loses the others. Held over the row, the one that was
+kept looks as if it did less than it does (errors in variables). In the place of a lost command stands what is expected
+of it, the smooth part of those that were kept (regression calibration: R. Carroll et al., "Measurement Error in
+Nonlinear Models", 2006, chapter 4). The model tells which of the two it was, by its errors over a row.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import torch
+from scipy.interpolate import make_smoothing_spline
+
+from sym2real.dataset import Dataset
+from sym2real.diagnosis.data.preparation import prepared
+from sym2real.diagnosis.settings import SETTINGS
+from sym2real.symbolic import Equations, rollout
+from sym2real.symbolic.period import steps_within
+from sym2real.trajectory import Array, Trajectory
+
+FEWEST = 5  # rows of a smoothing spline
+
+
+def with_lost_commands(model: Equations, data: Dataset) -> Dataset:
+    """The logs with what is expected of commands that were sent between their rows, where that predicts better.
+
+    Beyond chance: by a likelihood ratio of the errors over a row.
+    """
+    parts = steps_within(model, data.dt)
+    if parts == 1 or min(map(len, data)) < FEWEST:
+        return data
+    smooth = Dataset(_smooth(log, parts) for log in data)
+    ratio = _log_likelihood(model, smooth) - _log_likelihood(model, data)
+    return smooth if ratio > SETTINGS.sensor_deviations**2 else data
+
+
+def _smooth(log: Trajectory, parts: int) -> Trajectory:
+    rows = np.arange(len(log), dtype=np.float64)
+    moments = np.minimum(rows[:, None] + np.arange(parts) / parts, rows[-1])
+    between = np.stack([make_smoothing_spline(rows, column)(moments) for column in log.action.T], axis=-1)
+    between[:, 0] = log.action
+    return replace(log, between=between)
+
+
+def _log_likelihood(model: Equations, data: Dataset) -> float:
+    """Of the errors over a row, each component with a variance of its own."""
+    predict, logs = prepared(model, data)
+    layout, errors = logs.layouts.state, list[Array]()
+    for log in logs:
+        state, sent, inputs = (torch.as_tensor(values[:-1]) for values in (log.state, log.action, log.inputs))
+        with torch.no_grad():
+            after = rollout(predict, state, sent[:, None], inputs[:, None])[:, 0]
+        errors.append(layout.difference(after, torch.as_tensor(log.state[1:])).numpy())
+    squares = np.square(np.concatenate(errors)).mean(axis=0)
+    return -0.5 * sum(map(len, errors)) * float(np.log(np.maximum(squares, 1e-300)).sum())

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from sym2real.diagnosis.faults.commands.between_rows import with_lost_commands
 
 from sym2real.diagnosis import Diagnosis, compare, diagnose
 from sym2real.effects.sensors import MeasuredModel
@@ -71,3 +73,29 @@ def test_a_residual_is_held_against_rows_of_its_own_step_alone(tmp_path: Path) -
     whole.equations = MUSHR.nominal()  # type: ignore[attr-defined]
     with pytest.raises(ShapeError, match=r"0\.05 s, the log's is 0.1 s: read it with dt=0.05, upsample=True"):
         compare(whole, data)
+
+
+def test_commands_that_a_recorder_lost_are_no_effect(tmp_path: Path) -> None:
+    """Every second row of a drive at the model's own rate: half of the commands are nowhere."""
+    data = simulate_case(Case("mushr", (("yaw_bias", {"value": 0.035}),), seed=41))
+    for number, log in enumerate(data):
+        rows = slice(0, None, 2)
+        parts = {name: getattr(log, name)[rows] for name in ("time", "state", "action", "inputs")}
+        write_log(replace(log, **parts, extra={}), tmp_path / f"{number}.csv")
+    model = MUSHR.nominal()
+    logs = read_logs(tmp_path, layouts=model.layouts, dt=model.dt)
+    thinned, whole = with_lost_commands(model, logs), with_lost_commands(model, data)
+    between = [log.between for log in thinned]
+    assert all(parts is not None and parts.shape == (200, 2, 2) for parts in between)
+    assert all(log.between is None for log in whole)
+    # What is expected of the commands that were lost is nearer to them than those that were kept.
+    lost = np.concatenate([log.action[1::2] for log in data])
+    expected = np.concatenate([parts[:, 1] for parts in between if parts is not None])
+    kept = np.concatenate([log.action[::2] for log in data])
+    assert (np.square(expected - lost).mean(0) < np.square(kept - lost).mean(0)).all()
+    assert "yaw_bias" in [finding.effect for finding in diagnose(model, logs, MujocoPlant(MUSHR)).findings]
+
+
+def test_commands_that_are_held_stay_as_they_are() -> None:
+    held = simulate_case(Case("mushr", seed=41), trajectories=2, rows=200, robot=MUSHR.at_period(PERIOD))
+    assert with_lost_commands(MUSHR.nominal(), held) is held

@@ -10,6 +10,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import rate_agreement, velocity_agreement
 from sym2real.diagnosis.data.heading import against_the_path
 from sym2real.diagnosis.data.scaled import divided
+from sym2real.diagnosis.faults.commands.between_rows import with_lost_commands
 from sym2real.diagnosis.faults.conventions import Breach, Look, Looks, through, undone
 from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit
@@ -22,7 +23,6 @@ from sym2real.diagnosis.faults.motor_columns import (
 )
 from sym2real.diagnosis.faults.sensor_faults import readings
 from sym2real.diagnosis.faults.variation import exact, exactness, excitation
-from sym2real.diagnosis.predict.between_rows import with_lost_commands
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import EFFECTS
 from sym2real.effects.sensor_bias import SENSOR_BIAS

@@ -29,6 +29,7 @@ from sym2real.diagnosis.faults.mistakes.transformation import (
     present,
 )
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.layout import motors_of
 from sym2real.logs.course import between, course
 from sym2real.trajectory import Array
 
@@ -51,7 +52,7 @@ def transformations(data: Dataset, balance: Balance) -> Iterator[Transformation]
     yield from _exchanged(balance, "attitude", (rates,), of_measured=False)
     if len(commands) == len(rates) == 3:
         yield from _in_common(_followed(data, rates, commands), (commands,))
-    else:
+    elif not motors_of(data.layouts.action):  # whose order and spin have a look of their own
         yield from _swapped((data.layouts.action.columns,))
     yield from _of_joints(data, balance)
     for sensor in data.layouts.state.fields:
@@ -80,7 +81,8 @@ def _axes(data: Dataset) -> Iterator[Transformation]:
 def _of_joints(data: Dataset, balance: Balance) -> Iterator[Exchanged]:
     """Joints and commands that count the other way, and joints of one kind in another order."""
     state, commands = data.layouts.state, data.layouts.action.columns
-    for columns in (*((joint, state.rates[joint]) for joint in state.joints), *((command,) for command in commands)):
+    alone = () if motors_of(data.layouts.action) else commands
+    for columns in (*((joint, state.rates[joint]) for joint in state.joints), *((command,) for command in alone)):
         yield Exchanged(columns, columns, (-1,) * len(columns))
     for field in state.fields:
         joints = tuple(name for name in field.columns if name in state.joints)
@@ -138,6 +140,7 @@ def _followed(data: Dataset, rates: Sequence[str], commands: Sequence[str]) -> A
 
 def _in_common(common: Array, vectors: Sequence[tuple[str, ...]]) -> Iterator[Exchanged]:
     """The exchange by which most is in common; ``common`` is of what a column holds and what it may mean."""
+    common = np.nan_to_num(common)  # of a model that predicts no number
     rows, places = linear_sum_assignment(np.abs(common), maximize=True)
     signs = np.where(common[rows, places] < 0, -1, 1)
     if (places != rows).any() or (signs < 0).any():

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sym2real.diagnosis.faults.commands.between_rows import with_lost_commands
 
 from sym2real.diagnosis import Diagnosis, compare, diagnose
+from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
 from sym2real.effects.sensors import MeasuredModel
 from sym2real.errors import ShapeError
 from sym2real.experiments.standard_set import Case, simulate_case

@@ -19,7 +19,7 @@ from sym2real.diagnosis.errors.one_step import one_step_residuals
 from sym2real.diagnosis.errors.regions import Segment, Where, where_of, worst_segments
 from sym2real.diagnosis.errors.residuals import Residuals
 from sym2real.diagnosis.errors.skill import HorizonErrors, prediction_errors
-from sym2real.diagnosis.faults.commands.between_rows import with_lost_commands
+from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
 from sym2real.diagnosis.faults.report import DataReport, data_report
 from sym2real.errors import ShapeError
 from sym2real.protocols import DynamicsModel

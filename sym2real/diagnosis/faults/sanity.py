@@ -10,10 +10,10 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import rate_agreement, velocity_agreement
 from sym2real.diagnosis.data.heading import against_the_path
 from sym2real.diagnosis.data.scaled import divided
-from sym2real.diagnosis.faults.commands.between_rows import with_lost_commands
 from sym2real.diagnosis.faults.conventions import Breach, Look, Looks, through, undone
 from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit
+from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
 from sym2real.diagnosis.faults.motor_columns import (
     in_order,
     order_of_motors,

@@ -43,7 +43,6 @@ class Settings:
     agreeing: float = _of(
         0.5, "sensor", "correlation of a rate with its derivative that agrees; its negative is reversed"
     )
-    other_frame: float = _of(0.2, "tuned", "correlation that another frame must add: simulated logs with turned frames")
     feedback: float = _of(0.5, "tuned", "R² of a command by the state from which a loop is closed: simulated flights")
     time_step: float = _of(0.02, "sensor", "relative difference of a log's and the model's time step")
     jitter: float = _of(0.05, "sensor", "relative spread of the time step that is worth a remark")

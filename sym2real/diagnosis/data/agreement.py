@@ -42,15 +42,17 @@ class Agreement:
 
     @property
     def verdict(self) -> str:
-        """agrees, reversed, other frame, unclear or too little motion."""
+        """agrees, reversed, unclear or too little motion."""
         if self.correlation is None:
             return "too little motion"
         if self.correlation <= -SETTINGS.agreeing:
             return "reversed"
-        wanted = max(self.correlation + SETTINGS.other_frame, SETTINGS.agreeing)
-        if self.in_other_frame is not None and self.in_other_frame > wanted:
-            return "other frame"
         return "agrees" if self.correlation >= SETTINGS.agreeing else "unclear"
+
+
+def agreements(logs: Sequence[Trajectory]) -> dict[str, Agreement]:
+    """Of every rate of a body, a position or a joint."""
+    return {**rate_agreement(logs), **velocity_agreement(logs)}
 
 
 def rate_agreement(logs: Sequence[Trajectory]) -> dict[str, Agreement]:

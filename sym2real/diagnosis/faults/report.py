@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.agreement import Agreement, rate_agreement, velocity_agreement
+from sym2real.diagnosis.data.agreement import Agreement, agreements
 from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.faults.sanity import check
@@ -29,7 +29,7 @@ class DataReport:
         gaps: number of time steps that are longer than one and a half.
         longest_gap: in s; 0 without gaps.
         commands: by action column.
-        rates, velocities: by state column, faults undone.
+        agreements: of rates with what they are the rates of, by state column, faults undone.
         exact: number of logs whose positions have no sensor noise.
         faults: what is wrong with the data, as a diagnosis finds and undoes it.
     """
@@ -41,8 +41,7 @@ class DataReport:
     gaps: int
     longest_gap: float
     commands: dict[str, Excitation]
-    rates: dict[str, Agreement]
-    velocities: dict[str, Agreement]
+    agreements: dict[str, Agreement]
     exact: int
     faults: tuple[Fault, ...]
 
@@ -80,7 +79,7 @@ class DataReport:
                     f"{name} hardly varies (±{varied.deviation:.2g} {varied.unit}): effects on it cannot be seen"
                 )
             found += varied.limits_said(name)
-        for name, agreement in {**self.rates, **self.velocities}.items():
+        for name, agreement in self.agreements.items():
             if agreement.verdict == "unclear":
                 found.append(
                     f"{name} and the derivative of the {agreement.of} correlate by {agreement.correlation:.2f}"
@@ -94,15 +93,7 @@ class DataReport:
 
     def to_dict(self) -> dict[str, Any]:
         """The object ``data`` that ``compare --json`` prints."""
-        commands = {
-            name: {**asdict(excitation), "weak": excitation.weak, "saturated": excitation.saturated}
-            for name, excitation in self.commands.items()
-        }
-        checks = {
-            key: {name: {**asdict(agreement), "verdict": agreement.verdict} for name, agreement in found.items()}
-            for key, found in (("rates", self.rates), ("velocities", self.velocities))
-        }
-        return {**asdict(self), "commands": commands, **checks, "feedback": self.feedback}
+        return {**asdict(self), "feedback": self.feedback}
 
 
 def data_report(data: Dataset | Trajectory, model: Equations | None = None) -> DataReport:
@@ -125,8 +116,7 @@ def data_report(data: Dataset | Trajectory, model: Equations | None = None) -> D
         gaps=len(gaps),
         longest_gap=float(gaps.max()) if len(gaps) else 0.0,
         commands=excitation(logs),
-        rates=rate_agreement(list(checked.data)),
-        velocities=velocity_agreement(list(checked.data)),
+        agreements=agreements(list(checked.data)),
         exact=sum(exact(trajectory) for trajectory in logs),
         faults=checked.faults,
     )

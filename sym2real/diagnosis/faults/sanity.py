@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.agreement import rate_agreement, velocity_agreement
+from sym2real.diagnosis.data.agreement import agreements
 from sym2real.diagnosis.data.heading import against_the_path
 from sym2real.diagnosis.data.scaled import divided
 from sym2real.diagnosis.faults.conventions import Breach, Look, Looks, through, undone
@@ -127,8 +127,9 @@ def _heading(data: Dataset) -> Settled:
 
 def _signs(data: Dataset) -> Settled:
     """Rates and velocities whose sign contradicts the derivative of the attitude, the position or the joint."""
-    judged = {**rate_agreement(list(data)), **velocity_agreement(list(data))}
-    wrong = {column: agreement for column, agreement in judged.items() if agreement.verdict == "reversed"}
+    wrong = {
+        column: agreement for column, agreement in agreements(list(data)).items() if agreement.verdict == "reversed"
+    }
     said = "the logged {} and the {}'s derivative correlate by {:.3f}: wrong sign"
     texts = {column: said.format(column, found.of, found.correlation) for column, found in wrong.items()}
     faults = [

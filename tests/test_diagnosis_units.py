@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, compare, diagnose
 from sym2real.diagnosis.data.agreement import thrust_agreement
 from sym2real.diagnosis.faults.command_units import Steps
-from sym2real.diagnosis.faults.conventions import Breach, Looks, through, undone
+from sym2real.diagnosis.faults.conventions import Breach, looks_for, through, undone
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit, foreign_positions, foreign_velocities
 from sym2real.diagnosis.faults.report import data_report
 from sym2real.diagnosis.faults.sanity import check
@@ -34,8 +35,7 @@ def breaches(data: Dataset, model: Equations | None = None) -> tuple[list[Breach
     """What stands against the conventions alone, and the logs without it."""
     data = data if model is None else through(Sensors(model).state, data)
     found: list[Breach] = []
-    looks = Looks.of(model)
-    for look in (*looks.frames, *looks.units, *looks.commands):
+    for look in chain.from_iterable(looks_for(model)):
         more = look(data)
         data, found = undone(more, data), [*found, *more]
     return found, data

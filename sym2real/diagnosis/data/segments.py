@@ -90,9 +90,9 @@ class Segments:
         """Steps at which equal pieces of a segment begin, and the last one ends ``# (pieces + 1,)``."""
         return np.linspace(0, self.length - 1, pieces + 1).round().astype(np.int64)
 
-    def ahead(self, before: int = 0) -> NDArray[np.int64]:
-        """Rows whose actions lead through each segment, from so many rows before it ``# (S, N - 1 + before)``."""
-        return self.row[:, None] + np.arange(-before, self.length - 1)
+    def ahead(self) -> NDArray[np.int64]:
+        """Rows whose actions lead through each segment ``# (S, N - 1)``."""
+        return self.row[:, None] + np.arange(self.length - 1)
 
 
 def segment_length(layout: Layout) -> int:

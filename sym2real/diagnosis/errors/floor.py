@@ -30,7 +30,7 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.layout import Layout
 from sym2real.protocols import DynamicsModel
 
-DRAWS = 4
+DRAWS, SEED = 4, 0
 MOST_WINDOWS = 60
 # In s: windows for the floor of noise start this often, which is seldom enough not to cost more than the errors do.
 STRIDE = 0.2
@@ -50,7 +50,7 @@ class Floor:
 
 
 def floor_of_noise(
-    model: DynamicsModel, data: Dataset, steps: Sequence[int], start: Start = "smoothed", seed: int = 0
+    model: DynamicsModel, data: Dataset, steps: Sequence[int], start: Start = "smoothed"
 ) -> tuple[Floor, ...]:
     """The part of the floor that the sensors' noise makes: for any model, whatever disturbs the robot.
 
@@ -61,9 +61,8 @@ def floor_of_noise(
         data: logs with the model's columns; those too short for the longest window take no part.
         steps: lengths of windows in rows.
         start: how start states are estimated.
-        seed: of the noise that is drawn.
     """
-    layout, rng, longest = data.layouts.state, np.random.default_rng(seed), max(steps)
+    layout, rng, longest = data.layouts.state, np.random.default_rng(SEED), max(steps)
     noise = _no_larger_than_one_step(SensorNoise.of(data), model, data)
     stride, row, moved = max(1, round(STRIDE / data.dt)), torch.as_tensor(noise.of_a_row).square(), []
     for trajectory in data:
@@ -99,7 +98,6 @@ def floor_of_explained(
     horizons: Sequence[float],
     *,
     noise: SensorNoise | None = None,
-    seed: int = 0,
 ) -> tuple[Floor, ...]:
     """The floor of a model that misses nothing but noise and small disturbances.
 
@@ -110,7 +108,6 @@ def floor_of_explained(
         whitening: what noise and disturbances are.
         horizons: in s.
         noise: of the sensors; by default what the whitening and, of what it does not compare, the logs show.
-        seed: of the noise that is drawn.
     """
     steps = [round(horizon / data.dt) for horizon in horizons]
     windows = windows_of(data, max(steps)) if steps else None
@@ -119,7 +116,7 @@ def floor_of_explained(
     windows = windows.some(MOST_WINDOWS)
     layout, problem = windows.layout, Problem(library, data, windows)
     noise = noise or SensorNoise.of(data).with_deviation(compared_components(layout)[0], whitening.sensor.numpy())
-    deviations = _start_deviations(data, windows, noise, np.random.default_rng(seed))  # (W, D, n)
+    deviations = _start_deviations(data, windows, noise, np.random.default_rng(SEED))  # (W, D, n)
     started = torch.einsum("wri,wdi->wrd", problem.start_jacobian(values), deviations).square().mean(-1)
     kinds = disturbances(library.equations)
     pieces = max(1, round(max(steps) * PIECES / segment_length(layout)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import torch
@@ -20,30 +20,19 @@ Breach = ForeignUnit | ScalarLast | BadRows | Undoing
 Look = Callable[[Dataset], Sequence[Breach]]
 
 
-@dataclass(frozen=True)
-class Looks:
-    """What is looked for, in order: a quaternion in another order is no turned or mirrored world.
+def looks_for(model: Equations | None) -> tuple[tuple[Look, ...], ...]:
+    """What is looked for, in order, with this model or without one.
 
-    Args:
-        frames: rows, quaternions, units of what sensors measure, and with a model what a user has done to columns.
-        units: again, as a turned frame hid them.
-        commands: their units, which only a model can judge, and again what was done to columns.
+    First rows, quaternions (one in another order is no turned or mirrored world), units of what sensors measure, and
+    what a user has done to columns, which only a model can judge. Then units again, as a turned frame hid them. Then
+    units of commands, and again what was done to columns: once those have their units and signs, more can be seen.
     """
-
-    frames: tuple[Look, ...]
-    units: tuple[Look, ...]
-    commands: tuple[Look, ...] = ()
-
-    @classmethod
-    def of(cls, model: Equations | None) -> Looks:
-        """All that can be looked for with this model, or without one."""
-        frames = (bad_rows, scalar_last)
-        units = (foreign_positions, foreign_velocities, foreign_rates)
-        if model is None:
-            return cls(frames, units)
-        # Once columns have their units and signs, what was hidden before can be seen.
-        mistaken = partial(mistakes, model)
-        return cls((*frames, *units, mistaken), units, (partial(foreign_commands, model), mistaken))
+    frames = (bad_rows, scalar_last)
+    units = (foreign_positions, foreign_velocities, foreign_rates)
+    if model is None:
+        return frames, units, ()
+    mistaken = partial(mistakes, model)
+    return (*frames, *units, mistaken), units, (partial(foreign_commands, model), mistaken)
 
 
 def undone(breaches: Sequence[Breach], data: Dataset) -> Dataset:

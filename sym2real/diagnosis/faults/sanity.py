@@ -10,7 +10,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import agreements
 from sym2real.diagnosis.data.heading import against_the_path
 from sym2real.diagnosis.data.scaled import divided
-from sym2real.diagnosis.faults.conventions import Breach, Look, Looks, through, undone
+from sym2real.diagnosis.faults.conventions import Breach, Look, looks_for, through, undone
 from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit
 from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
@@ -69,13 +69,13 @@ def check(model: Equations | None, data: Dataset) -> Checked:
     found: list[Fault] = []
     sensors = None if model is None else Sensors(model)
     data = data if sensors is None else through(sensors.state, data)
-    looks = Looks.of(model)
+    frames, units, commands = looks_for(model)
     steps: tuple[Callable[[Dataset], Settled], ...] = (
-        *map(_breached, looks.frames),
+        *map(_breached, frames),
         _heading,
-        *map(_breached, looks.units),
+        *map(_breached, units),
         _signs,
-        *map(_breached, looks.commands),
+        *map(_breached, commands),
         _sensors,
         *(() if model is None else (partial(_motors, model),)),
     )

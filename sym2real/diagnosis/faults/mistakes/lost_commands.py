@@ -16,12 +16,11 @@ from scipy.interpolate import make_smoothing_spline
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.preparation import prepared
+from sym2real.diagnosis.data.windows import predict_windows
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.symbolic import Equations, rollout
+from sym2real.symbolic import Equations
 from sym2real.symbolic.period import steps_within
-from sym2real.trajectory import Array, Trajectory
-
-FEWEST = 5  # rows of a smoothing spline
+from sym2real.trajectory import Trajectory
 
 
 def with_lost_commands(model: Equations, data: Dataset) -> Dataset:
@@ -30,7 +29,7 @@ def with_lost_commands(model: Equations, data: Dataset) -> Dataset:
     Beyond chance: by a likelihood ratio of the errors over a row.
     """
     parts = steps_within(model, data.dt)
-    if parts == 1 or min(map(len, data)) < FEWEST:
+    if parts == 1:
         return data
     smooth = Dataset(_smooth(log, parts) for log in data)
     ratio = _log_likelihood(model, smooth) - _log_likelihood(model, data)
@@ -48,11 +47,7 @@ def _smooth(log: Trajectory, parts: int) -> Trajectory:
 def _log_likelihood(model: Equations, data: Dataset) -> float:
     """Of the errors over a row, each component with a variance of its own."""
     predict, logs = prepared(model, data)
-    layout, errors = logs.layouts.state, list[Array]()
-    for log in logs:
-        state, sent, inputs = (torch.as_tensor(values[:-1]) for values in (log.state, log.action, log.inputs))
-        with torch.no_grad():
-            after = rollout(predict, state, sent[:, None], inputs[:, None])[:, 0]
-        errors.append(layout.difference(after, torch.as_tensor(log.state[1:])).numpy())
-    squares = np.square(np.concatenate(errors)).mean(axis=0)
-    return -0.5 * sum(map(len, errors)) * float(np.log(np.maximum(squares, 1e-300)).sum())
+    windows = [predict_windows(predict, log, 1, "measured", stride=1) for log in logs]
+    errors = [part.layout.difference(part.measured[:, 0], part.predicted[:, 0]) for part in windows]
+    squares = torch.cat(errors).square().mean(0).clamp(min=1e-300)
+    return -0.5 * sum(map(len, errors)) * float(squares.log().sum())

@@ -40,7 +40,7 @@ def test_a_copy_of_a_robot_is_learned_like_it(hexa: Robot) -> None:
     assert learned.equations.numbers == CRAZYFLIE.numbers
     assert [task.name for task in training_tasks(hexa)] == ["hover", "circle", "lemniscate"]
     assert base_folder(hexa) != base_folder(CRAZYFLIE)
-    assert measured("hexa").dependencies == CRAZYFLIE.recipe.dependencies
+    assert measured("hexa").like.recipe.dependencies == CRAZYFLIE.recipe.dependencies
 
 
 def test_a_copy_of_a_car_is_learned_from_its_drives() -> None:

@@ -82,6 +82,8 @@ class Trajectory:
         check_shape("state", self.state, rows, self.layouts.state)
         check_shape("action", self.action, rows, self.layouts.action)
         check_shape("inputs", self.inputs, rows, self.layouts.inputs)
+        if self.between is not None and self.between.shape[::2] != self.action.shape:
+            raise ShapeError(f"between must have shape (rows, parts, action), found {self.between.shape}")
         for column, values in self.extra.items():
             if values.shape != (rows,):
                 raise ShapeError(f"extra column {column!r} must have shape ({rows},), found {values.shape}")
@@ -198,8 +200,16 @@ class Trajectory:
         return self.state[:, self.layouts.state.index(name)]
 
     def sent_in_parts(self, parts: int) -> Array:
-        """What was sent in each of so many equal parts of every row ``# (rows, parts, action)``."""
-        return np.repeat(self.action[:, None], parts, axis=1) if self.between is None else self.between
+        """What was sent in each of so many equal parts of every row ``# (rows, parts, action)``.
+
+        Raises:
+            ShapeError: where it is known for another number of parts.
+        """
+        if self.between is None:
+            return np.repeat(self.action[:, None], parts, axis=1)
+        if self.between.shape[1] != parts:
+            raise ShapeError(f"expected what was sent in {parts} parts of every row, found {self.between.shape[1]}")
+        return self.between
 
     def past(self, commands: int, states: int) -> Array:
         """Commands sent before each row, newest first, then states ``# (rows, commands·action + states·state)``.

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sym2real.diagnosis import Diagnosis, compare, diagnose
+from sym2real.diagnosis import Diagnosis, add, compare, diagnose
+from sym2real.diagnosis.estimate.simulator import with_effects_of
 from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
 from sym2real.effects.sensors import MeasuredModel
 from sym2real.errors import ShapeError
@@ -48,6 +49,26 @@ def test_a_delay_between_two_rows_is_found_to_a_fraction_of_a_row(tmp_path: Path
     models = MUSHR.nominal(), found.apply(MUSHR.nominal())
     errors = [compare(model, logs).at(0.8).errors["position"].value for model in models]
     assert errors[1] < 0.5 * errors[0]
+
+
+def test_a_model_that_delays_is_held_against_a_simulator_that_delays_as_much() -> None:
+    late = add(MUSHR.nominal(), "delay:steer", {"value": DELAY})
+    plant, _ = with_effects_of(late, MujocoPlant(MUSHR), PERIOD)
+    assert plant is not None
+    rates = []
+    plant.reset(MUSHR.start)
+    for row in range(12):
+        rates.append(plant.step(np.array([0.0 if row < 6 else 0.3, 1.0]))[MUSHR.layouts.state.index("wz")])
+    # Sent at row 6, half a row of 0.1 s before the row after the next.
+    turning = np.flatnonzero(np.abs(rates) > 0.05)[0]
+    assert turning in (7, 8)
+
+
+def test_rows_far_apart_are_compared_at_horizons_that_they_have() -> None:
+    data = simulate_case(Case("mushr", seed=1), trajectories=1, rows=80, robot=MUSHR.at_period(0.2))
+    found = compare(MUSHR.nominal(), data)
+    assert [errors.horizon for errors in found.horizons] == [0.2, 0.8, 1.0]
+    assert any("taken as held" in line for line in found.data.lines())  # type: ignore[union-attr]
 
 
 def written(folder: Path, name: str, dt: float, seconds: float = 4.0) -> Path:

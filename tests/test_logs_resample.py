@@ -70,7 +70,15 @@ def test_jittered_stamps_follow_the_motion_exactly(tmp_path: Path, dt: float) ->
     assert np.array_equal(log.raw["thrust"], np.arange(len(time)) + 1.0)
 
 
-@pytest.mark.parametrize("dt", [0.02, 0.05])
+def test_jittered_commands_hold_the_value_in_force_in_the_middle_of_the_step(tmp_path: Path) -> None:
+    time = jittered(2)
+    log = reread(tmp_path, time, 0.02)
+    for stamp, command in zip(log.time, log.action[:, 0], strict=True):
+        assert command == 1 + max(i for i, sent in enumerate(time) if sent < stamp + 0.01)
+    assert set(log.action[:, 0]) <= set(log.raw["thrust"])
+
+
+@pytest.mark.parametrize("dt", [0.024, 0.05])
 def test_a_command_is_the_mean_of_what_was_in_force_in_its_step(tmp_path: Path, dt: float) -> None:
     time = jittered(2)
     log = reread(tmp_path, time, dt)

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from scipy.linalg import expm
 from sympy import sin
 
+from sym2real.errors import ModelError
 from sym2real.layout import Layouts
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Memoryless
@@ -58,6 +59,21 @@ def test_whole_steps_are_the_steps_themselves(robot: Robot) -> None:
     )
     repeated = rollout(fast, state, action[:, None].expand(-1, 3, -1), inputs)[:, -1]
     torch.testing.assert_close(slow(state, action, inputs), repeated, rtol=1e-10, atol=1e-10)
+
+
+@pytest.mark.parametrize("steps", [1.5, 2.0, 2.5, 4.0])
+def test_time_goes_on_in_parts_of_a_step(steps: float) -> None:
+    model = Equations({"x": symbol("x") + 0.1 * (symbol("t") + 0.05)}, Layouts.of(["x", "t"]), 0.1)
+    slow = compile_model(at_period(model, steps * 0.1), dtype=torch.float64)
+    start, none, now = torch.zeros(1, 1).double(), torch.zeros(1, 0).double(), torch.tensor([[0.7]]).double()
+    # The integral of t.
+    expected = 0.5 * ((now + steps * 0.1) ** 2 - now**2)
+    torch.testing.assert_close(slow(start, none, now), expected, rtol=1e-6, atol=1e-9)
+
+
+def test_a_period_in_another_unit_is_refused() -> None:
+    with pytest.raises(ModelError, match="at most 20 of the model's steps"):
+        at_period(MUSHR.nominal(), 50.0)
 
 
 def test_time_goes_on_within_a_period_and_parameters_stay_free() -> None:

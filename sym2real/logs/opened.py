@@ -19,7 +19,7 @@ from sym2real.logs.standard import Standard, add_derived, own_specification, sta
 from sym2real.logs.table import Table
 from sym2real.trajectory import Trajectory
 
-# Steps of the model between two rows; beyond, resampling would make up nineteen rows of twenty.
+# Steps of the model between two rows; beyond, stamps are hardly in s.
 COARSEST = 20
 # Rows to a step of the model; an 8 kHz gyro has 400 in 0.05 s, stamps in s that are read as ms a thousand.
 FINEST = 500

@@ -43,7 +43,7 @@ class TimeBase:
         column: name of the column of stamps; empty where the log has none.
         unit: its unit, "s", "ms", "us" or "ns".
         rate: rows per second where there is no column.
-        dt: period in s that the log is brought to where the reader is given none; None leaves rows as they are.
+        dt: step in s of the log where the reader is given none, unless it is slower; None leaves rows as they are.
     """
 
     column: str = "t"

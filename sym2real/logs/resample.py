@@ -44,10 +44,10 @@ def gaps(time: Array, dt: float) -> NDArray[np.int64]:
 def resample(log: Standard, dt: float, layouts: Layouts) -> Standard:
     """The log at steps of ``dt`` from its first stamp on.
 
-    Vectors go linearly, attitudes on the great circle, circles by their angle. Commands hold: a row gets the mean of
-    those that were in force in its step, an attitude that is commanded the one in force in the middle of it, so that
-    jitter of the stamps delays no command by a whole step. Columns outside the vocabulary and the model's ``layouts``
-    hold their last value.
+    Vectors go linearly, attitudes on the great circle, circles by their angle. Commands hold: a row gets the one that
+    was in force in the middle of its step, so that jitter of the stamps delays no command by a whole step; of a log at
+    another step than ``dt`` the mean of those in force, but for attitudes. Columns outside the vocabulary and the
+    model's ``layouts`` hold their last value.
     """
     commands = COMMANDS.union(layouts.action)
     moving = {*STANDARD_COLUMNS, *layouts.state, *layouts.inputs}
@@ -57,10 +57,13 @@ def resample(log: Standard, dt: float, layouts: Layouts) -> Standard:
     in_force = np.searchsorted(time, grid + 0.5 * dt, side="left") - 1
     latest = np.searchsorted(time, grid, side="right") - 1
     turned = {column for name in ATTITUDES for column in attitude_columns(name)}.union(*CIRCLES)
+    # Of a row a step the stamps jitter, and each command was held for its period.
+    a_row_a_step = abs(np.median(np.diff(time)) - dt) <= REGULAR * dt
+    averaged = frozenset[str]() if a_row_a_step else commands - turned
     columns: Columns = {}
     for name, values in log.columns.items():
         if name in commands:
-            columns[name] = values[in_force] if name in turned else _mean(time, values, grid, dt)
+            columns[name] = _mean(time, values, grid, dt) if name in averaged else values[in_force]
         else:
             columns[name] = np.interp(grid, time, values) if name in moving else values[latest]
     columns |= _circles(log, grid, commands) | _attitudes(log, grid, latest, commands)

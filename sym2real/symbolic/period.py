@@ -8,6 +8,7 @@ from functools import lru_cache
 
 from sympy import Add, Expr, Max, Mul, Pow, Rational
 
+from sym2real.errors import ModelError
 from sym2real.layout import Layout, Layouts
 from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.expressions import exchange, symbol
@@ -15,6 +16,7 @@ from sym2real.symbolic.source import TIME
 
 # Part of a step by which a period may miss a whole number of them and be that number: a log's stamps are rounded.
 WHOLE = 0.01
+MOST = 20  # steps; stamps in another unit than s would make thousands
 SMALLEST_NORM = 1e-12
 
 
@@ -34,8 +36,16 @@ def at_period(equations: Equations, period: float, *, apart: bool = False) -> Eq
         period: in s.
         apart: whether the commands of every part are columns of their own, all of the first part before those of the
             second, and not held over the period.
+
+    Raises:
+        ModelError: for a period of more than :data:`MOST` steps.
     """
     ratio = _ratio(equations, period)
+    if not ratio <= MOST + 0.5:
+        raise ModelError(
+            f"expected rows at most {MOST} of the model's steps of {equations.dt:g} s apart, found {period:g} s "
+            "(is the unit of the stamps right?)"
+        )
     return equations if ratio <= 1.0 + WHOLE else _gone_through(equations, ratio, apart)
 
 
@@ -82,20 +92,20 @@ class _Way:
 
     def part(self, number: int, steps: float) -> None:
         """Go on by a part that is as long as so many steps, between one and two."""
-        start, after = self.state, self._step(number, self.state, str(number))
+        start, after = self.state, self._step(number, self.state, str(number), number * steps)
         if abs(steps - 1.0) <= WHOLE:
             self.state = after
             return
-        nodes = start, after, self._step(number, after, f"{number}_more")
+        nodes = start, after, self._step(number, after, f"{number}_more", number * steps + 1.0)
         weights = (1.0 - steps) * (2.0 - steps) / 2.0, steps * (2.0 - steps), steps * (steps - 1.0) / 2.0
         reached = {c: Add(*(w * node[c] for w, node in zip(weights, nodes, strict=True))) for c in start}
         self.state = self._named(self._normalised(reached), f"{number}_end")
 
-    def _step(self, number: int, state: Mapping[str, Expr], label: str) -> dict[str, Expr]:
+    def _step(self, number: int, state: Mapping[str, Expr], label: str, before: float) -> dict[str, Expr]:
         equations, first = self._equations, label == "0"
         put_in = {symbol(column): value for column, value in state.items()}
         if TIME in equations.layouts.inputs:
-            put_in[symbol(TIME)] = symbol(TIME) + number * equations.dt
+            put_in[symbol(TIME)] = symbol(TIME) + before * equations.dt
         if self._apart and number:
             put_in |= {symbol(column): symbol(_at(column, number)) for column in equations.layouts.action}
         if not first:

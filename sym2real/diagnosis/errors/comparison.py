@@ -12,7 +12,7 @@ from sym2real.diagnosis.data.conditions import Region
 from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.preparation import prepared
 from sym2real.diagnosis.data.start import ROWS, Start
-from sym2real.diagnosis.data.windows import HORIZONS, JUDGED_AT, free_run_seconds
+from sym2real.diagnosis.data.windows import JUDGED_AT, free_run_seconds, horizons_in_rows
 from sym2real.diagnosis.errors.by_window import window_errors
 from sym2real.diagnosis.errors.floor import Floor, floor_of_noise
 from sym2real.diagnosis.errors.one_step import one_step_residuals
@@ -97,7 +97,7 @@ class Comparison:
 def compare(
     model: Equations | DynamicsModel,
     data: Dataset | Trajectory,
-    horizons: Sequence[float] = HORIZONS,
+    horizons: Sequence[float] | None = None,
     start: Start = "smoothed",
     region: Region | None = None,
 ) -> Comparison:
@@ -108,8 +108,8 @@ def compare(
 
     Args:
         model: equations, or a model that predicts in float64.
-        data: logs whose columns and time step are those of the model (``read_log(…, layouts=…, dt=…)``).
-        horizons: in s; those longer than every log are left out, and ``notes`` says so.
+        data: logs with the model's columns and time step, or slower (``read_log(…, layouts=…, dt=…)``).
+        horizons: in s, by default the usual ones; those longer than every log are left out, and ``notes`` says so.
         start: "smoothed" from the ten rows up to the start, or the "measured" row.
         region: range of every column in the model's training, to say whether it fails inside or outside.
 
@@ -124,8 +124,8 @@ def compare(
         True
     """
     logs = long_enough(data)
-    logs = with_lost_commands(model, logs) if isinstance(model, Equations) else logs
-    predictor, dataset = prepared(model, logs)
+    predictor, dataset = prepared(model, with_lost_commands(model, logs) if isinstance(model, Equations) else logs)
+    horizons = horizons_in_rows(dataset.dt) if horizons is None else horizons
     longest = max(len(trajectory) for trajectory in dataset) - ROWS
     short = [horizon for horizon in horizons if round(horizon / dataset.dt) < 1]
     if short:

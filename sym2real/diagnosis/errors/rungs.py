@@ -14,7 +14,7 @@ from torch import Tensor
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import WARM_UP, Segments, compared_components
 from sym2real.diagnosis.data.start import ROWS, start_states
-from sym2real.diagnosis.data.windows import HORIZONS, STRIDE, channel_errors, channel_units
+from sym2real.diagnosis.data.windows import STRIDE, channel_errors, channel_units, horizons_in_rows
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.trajectory import Array
@@ -112,7 +112,8 @@ def horizons_for(data: Dataset, longest: float | None = None, after: float = 0.0
     """
     rows = max(len(trajectory) - 1 - _first_start(len(trajectory), after) for trajectory in data)
     last = None if longest is None else min(longest, rows * data.dt)
-    wanted = HORIZONS if last is None else (*(horizon for horizon in HORIZONS if horizon < last), last)
+    usual = horizons_in_rows(data.dt)
+    wanted = usual if last is None else (*(horizon for horizon in usual if horizon < last), last)
     return tuple(horizon for horizon in wanted if 1 <= round(horizon / data.dt) <= rows)
 
 

@@ -29,9 +29,9 @@ def with_effects_of(model: Equations, plant: MujocoPlant | None, dt: float) -> t
     if plant is None:
         return None, NO_SIMULATOR
     try:
-        changes = (*plant.changes, *injected(model, plant.robot))
         slow = dt > (1.0 + SETTINGS.time_step) * plant.dt
         robot = plant.robot.at_period(dt) if slow else plant.robot
+        changes = (*plant.changes, *injected(model, robot))
         return MujocoPlant(robot, changes, description=plant.description), ""
     except Sym2RealError as error:
         return None, f"no simulator has all effects that the model has already ({error}): {UNCALIBRATED}"

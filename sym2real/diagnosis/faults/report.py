@@ -11,7 +11,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import Agreement, agreements
 from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.faults.fault import Fault
-from sym2real.diagnosis.faults.sanity import check
+from sym2real.diagnosis.faults.sanity import check, slow_said
 from sym2real.diagnosis.faults.variation import Excitation, exact, exactness, excitation
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.symbolic import Equations
@@ -31,6 +31,7 @@ class DataReport:
         commands: by action column.
         agreements: of rates with what they are the rates of, by state column, faults undone.
         exact: number of logs whose positions have no sensor noise.
+        spacing: of the rows, where it is not the model's step.
         faults: what is wrong with the data, as a diagnosis finds and undoes it.
     """
 
@@ -43,6 +44,7 @@ class DataReport:
     commands: dict[str, Excitation]
     agreements: dict[str, Agreement]
     exact: int
+    spacing: tuple[str, ...]
     faults: tuple[Fault, ...]
 
     @property
@@ -72,7 +74,7 @@ class DataReport:
             found.append(f"the time step varies by {100 * self.jitter:.0f} %")
         if self.gaps:
             found.append(f"{self.gaps} gaps, the longest {self.longest_gap:.3g} s")
-        found += exactness(self.exact, self.logs)
+        found += [*self.spacing, *exactness(self.exact, self.logs)]
         for name, varied in self.commands.items():
             if varied.weak:
                 found.append(
@@ -118,5 +120,6 @@ def data_report(data: Dataset | Trajectory, model: Equations | None = None) -> D
         commands=excitation(logs),
         agreements=agreements(list(checked.data)),
         exact=sum(exact(trajectory) for trajectory in logs),
+        spacing=tuple(slow_said(model, checked.data)),
         faults=checked.faults,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from sym2real.dataset import Dataset
@@ -67,6 +67,7 @@ def check(model: Equations | None, data: Dataset) -> Checked:
     nobody knows what commands do.
     """
     found: list[Fault] = []
+    data = Dataset(replace(log, between=None) for log in data)
     sensors = None if model is None else Sensors(model)
     data = data if sensors is None else through(sensors.state, data)
     frames, units, commands = looks_for(model)
@@ -86,7 +87,7 @@ def check(model: Equations | None, data: Dataset) -> Checked:
     data = data if model is None else with_lost_commands(model, data)
     notes = (
         *_lost(data),
-        *_slow(model, data),
+        *slow_said(model, data),
         *_saturation(data),
         *exactness(sum(exact(log) for log in data), len(data)),
     )
@@ -173,11 +174,11 @@ def _lost(data: Dataset) -> list[str]:
     return [f"{log.name}: {note}" for log in data for note in log.notes if is_unasked(note)]
 
 
-def _slow(model: Equations | None, data: Dataset) -> list[str]:
+def slow_said(model: Equations | None, data: Dataset) -> list[str]:
     if model is None or data.dt <= (1.0 + SETTINGS.time_step) * model.dt:
         return []
     lost = "commands between rows are not in the logs, and what they did is not judged"
-    held = "commands are held" if data[0].between is None else lost
+    held = "commands are taken as held" if data[0].between is None else lost
     return [f"rows are {data.dt:.4g} s apart, the model's steps {model.dt:g} s: {held}"]
 
 

@@ -12,7 +12,7 @@ from torch import Tensor
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import ROWS
 from sym2real.diagnosis.data.start import Start
-from sym2real.diagnosis.data.windows import HORIZONS, channel_units
+from sym2real.diagnosis.data.windows import channel_units, horizons_in_rows
 from sym2real.diagnosis.errors.by_window import HORIZON, named_channels
 from sym2real.layout import Layout
 from sym2real.report.html.predictions import Starts
@@ -67,7 +67,9 @@ def observe(
         single: windows that are wanted whole: log and time of the start, in s from the log's start.
     """
     longest = max(len(step) for step in data) - ROWS
-    steps = sorted({step for horizon in HORIZONS if 1 <= (step := round(horizon / data.dt)) <= longest} | {1})
+    steps = sorted(
+        {step for horizon in horizons_in_rows(data.dt) if 1 <= (step := round(horizon / data.dt)) <= longest} | {1}
+    )
     starts, shown = Starts.of(data, steps[-1], method), min(round(HORIZON / data.dt), steps[-1])
     layout, measured = data.layouts.state, starts.measured
     wanted = [_place(starts, log, seconds) for log, seconds in single]

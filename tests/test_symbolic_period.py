@@ -63,9 +63,9 @@ def test_whole_steps_are_the_steps_themselves(robot: Robot) -> None:
 
 @pytest.mark.parametrize("steps", [1.5, 2.0, 2.5, 4.0])
 def test_time_goes_on_in_parts_of_a_step(steps: float) -> None:
-    model = Equations({"x": symbol("x") + 0.1 * (symbol("t") + 0.05)}, Layouts.of(["x", "t"]), 0.1)
+    model = Equations({"x": symbol("x") + 0.1 * (symbol("t") + 0.05)}, Layouts.of(["x", "speed", "t"]), 0.1)
     slow = compile_model(at_period(model, steps * 0.1), dtype=torch.float64)
-    start, none, now = torch.zeros(1, 1).double(), torch.zeros(1, 0).double(), torch.tensor([[0.7]]).double()
+    start, none, now = torch.zeros(1, 1).double(), torch.zeros(1, 1).double(), torch.tensor([[0.7]]).double()
     # The integral of t.
     expected = 0.5 * ((now + steps * 0.1) ** 2 - now**2)
     torch.testing.assert_close(slow(start, none, now), expected, rtol=1e-6, atol=1e-9)

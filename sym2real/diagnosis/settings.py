@@ -44,6 +44,7 @@ class Settings:
         0.5, "sensor", "correlation of a rate with its derivative that agrees; its negative is reversed"
     )
     feedback: float = _of(0.5, "tuned", "R² of a command by the state from which a loop is closed: simulated flights")
+    missed_horizon: float = _of(0.1, "sensor", "part of a horizon by which whole rows may miss it")
     time_step: float = _of(0.02, "sensor", "relative difference of a log's and the model's time step")
     jitter: float = _of(0.05, "sensor", "relative spread of the time step that is worth a remark")
     gap: float = _of(1.5, "sensor", "steps without a row that are a gap, or that a row behind repeated ones catches up")

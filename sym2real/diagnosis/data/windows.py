@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.diagnosis.data.start import ROWS, Start, start_states
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.errors import ShapeError
 from sym2real.field import Field
 from sym2real.layout import Layout
@@ -28,7 +29,6 @@ FREE_RUN = {"heading": 5.0, "otherwise": 2.0}
 # Channels by which predictions are judged: what a user sees, and what logs do not have by differencing.
 # The horizon (s) that a finding is judged at: about as long as a controller's.
 JUDGED_AT = 0.8
-NEARLY = 0.1  # part of a horizon by which whole rows may miss it
 JUDGED = ("position", "attitude", "yaw", JOINT_DISPLACEMENT.name, JOINT_ANGLE.name)
 
 CHANNEL_OF_FIELD = {"heading": "yaw"}
@@ -37,7 +37,8 @@ UNIT_OF_KIND = {"quaternion": "rad", "circle": "rad"}
 
 def horizons_in_rows(dt: float) -> list[float]:
     """Those of :data:`HORIZONS` (s) that are whole rows of ``dt`` s, or nearly so."""
-    return [horizon for horizon in HORIZONS if abs(max(1, round(horizon / dt)) * dt - horizon) <= NEARLY * horizon]
+    missed = {horizon: abs(max(1, round(horizon / dt)) * dt - horizon) for horizon in HORIZONS}
+    return [horizon for horizon, by in missed.items() if by <= SETTINGS.missed_horizon * horizon]
 
 
 @dataclass(frozen=True, eq=False)

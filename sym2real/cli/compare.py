@@ -38,6 +38,7 @@ class Compare(OfLogs):
         from sym2real.cli.report import write_recording, write_report
         from sym2real.cli.report_folder import title_of
         from sym2real.diagnosis import compare, training_region
+        from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
         from sym2real.neural.composed import in_double
         from sym2real.neural.model_folder import below
         from sym2real.report.comparison import comparison_report
@@ -46,6 +47,7 @@ class Compare(OfLogs):
 
         model = in_double(open_with_progress(self.model))
         data = logs_for(below(model), self.logs, self.naming, upsample=not isinstance(model, Equations))
+        data = with_lost_commands(model, data) if isinstance(model, Equations) else data
         comparison = compare(model, data, start=self.start, region=training_region(folder_of(self.model)))
         console.print(comparison_report(comparison))
         figures = []

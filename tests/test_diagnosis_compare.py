@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 
@@ -47,6 +48,16 @@ def test_predictions_that_are_no_numbers_are_said() -> None:
     for model, lost in ((rooted, True), (FALLING, False)):
         notes = compare(model, braking, horizons=(0.1, 0.4)).notes
         assert any("predicts no number of position 0.02 s ahead" in note for note in notes) == lost
+
+
+def test_a_model_that_diverges_is_compared_all_the_same() -> None:
+    """Beyond any unit a prediction is no number; where errors are largest is said of the others."""
+    diverging = replace(FALLING, next={**FALLING.next, "vx": 1e60 * FALLING.next["vx"] ** 3})
+    logs = Dataset([replace(accelerated(speed=0.1 * number), name=str(number)) for number in range(1, 4)])
+    found = compare(diverging, logs, horizons=(0.1, 0.4))
+    assert math.isnan(found.at(0.4).errors["position"].value)
+    assert found.worst
+    json.dumps(found.to_dict())
 
 
 def test_a_model_without_one_finite_prediction_cannot_be_diagnosed() -> None:

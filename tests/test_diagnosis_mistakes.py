@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
@@ -31,6 +32,7 @@ from sym2real.diagnosis.faults.mistakes.transformation import (
     with_columns,
 )
 from sym2real.diagnosis.faults.sanity import check
+from sym2real.diagnosis.faults.sensor_faults import readings
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import ROBOTS
 from sym2real.trajectory import Array, Trajectory
@@ -124,6 +126,43 @@ def test_a_mistake_is_named_and_undone(robot: str, one: Transformation, monkeypa
     assert [fault.evidence for fault in faults] == [found.evidence]
     if isinstance(one, OtherAxes):  # of each robot one or two: compare has the same list of looks
         assert data_report(broken, model).faults[0].evidence == found.evidence
+
+
+@pytest.mark.parametrize(
+    ("robot", "late", "rate"),
+    [
+        ("crazyflie", Late("attitude", QUATERNION, 2, 0.02), "wx"),
+        ("crazyflie", Late("position", P, 2, 0.02), "vx"),
+        ("mushr", Late("heading", HEADING, 2, 0.05), "wz"),
+    ],
+    ids=lambda given: getattr(given, "what", given),
+)
+def test_no_rate_is_early_what_it_is_of_is_late(robot: str, late: Late, rate: str) -> None:
+    """Two rows, which noise hides from the balance: the sensors' own clocks tell."""
+    broken = Dataset(made(late, log).rows(10, len(log) - 10) for log in healthy(robot))
+    (fault,) = check(ROBOTS[robot].nominal(), broken).faults
+    # Velocities by differences are half a row late themselves.
+    assert re.match(rf"{late.what} [12] rows? late \({' '.join(late.columns)} by", fault.evidence)
+    assert not any(reading.column == rate for reading in readings(of_all(late, broken)))
+
+
+@pytest.mark.parametrize("factor", [np.rad2deg(1.0), 265.0], ids=["degrees", "percent"])
+def test_a_steering_in_another_unit_mirrors_no_world(factor: float) -> None:
+    logs = (with_columns(log, {"steer": factor * log.column("steer")}) for log in healthy("mushr"))
+    (fault,) = check(ROBOTS["mushr"].nominal(), Dataset(logs)).faults
+    assert fault.evidence.startswith("steer in")
+
+
+def test_one_reversed_rate_turns_no_heading_about() -> None:
+    logs = (with_columns(log, {"wz": -log.column("wz")}) for log in healthy("mushr"))
+    (fault,) = check(ROBOTS["mushr"].nominal(), Dataset(logs)).faults
+    assert fault.effect == "sensor_sign:wz"
+
+
+def test_a_command_that_is_cut_off_for_nearly_all_of_a_log_is_at_its_limit() -> None:
+    cut = float(np.quantile(np.concatenate([log.column("speed") for log in healthy("mushr")]), 0.02))
+    logs = (with_columns(log, {"speed": np.minimum(log.column("speed"), cut)}) for log in healthy("mushr"))
+    assert any(note.startswith(f"speed is at its limit {cut:.3g} m/s") for note in check(None, Dataset(logs)).notes)
 
 
 def test_a_quaternion_in_another_order_is_no_exchanged_world() -> None:

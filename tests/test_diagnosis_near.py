@@ -61,7 +61,8 @@ def test_equal_losses_weigh_alike_and_a_lower_one_more() -> None:
 def test_what_no_prediction_needs_is_dropped_and_what_it_needs_stays() -> None:
     selection = chosen(("wind", "linear_drag"), "wind", "linear_drag")
     problem = selection.problems.problem
-    keep_needed(selection, problem.library, problem.data)
+    (dropped,) = keep_needed(selection, problem.library, problem.data)
+    assert dropped.name == "linear_drag"
     assert [one.name for one in selection.chosen] == ["wind"]
     wind = selection.fit.values[selection.chosen[0].slots]
     assert wind.tolist() == pytest.approx([WIND["fx"], WIND["fy"]], rel=0.1)

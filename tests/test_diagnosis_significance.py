@@ -57,6 +57,20 @@ def test_a_burst_that_one_cluster_holds_is_chance_and_three_alike_are_none(burst
     assert (distance(columns, noise, 1.0, [0]).chance(clusters) < 1e-5) is found
 
 
+@pytest.mark.parametrize("chance", [1e-4, 0.05])
+def test_a_parameter_of_the_size_that_a_chance_asks_for_has_that_chance(chance: float) -> None:
+    rng, clusters = np.random.default_rng(7), np.repeat(np.arange(CLUSTERS), 3)
+    columns = rng.standard_normal((len(clusters), 2))
+    none = distance(columns, rng.standard_normal(len(clusters)), 0.0, [0, 1])
+    none = replace(none, gradient=none.gradient + none.curvature @ -none.away, away=torch.zeros(2, dtype=torch.float64))
+    for place, size in enumerate(none.sizes_at(chance, clusters)):
+        away = torch.zeros(2, dtype=torch.float64)
+        away[place] = size
+        there = replace(none, away=away, gradient=none.gradient + none.curvature @ away)
+        assert there.chance(clusters) == pytest.approx(chance, rel=1e-6)
+    assert none.sizes_at(chance, np.arange(len(clusters)) % 2).isinf().all()
+
+
 @pytest.mark.parametrize("by", ["blocks", "logs"])
 def test_the_part_of_an_effect_that_is_there_is_as_sure_as_its_parameter(by: str) -> None:
     """A mass beside a wind, by its value, and by the line between both predictions, as if it had no null."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from copy import copy
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.design.separation import with_advice
@@ -26,6 +27,7 @@ from sym2real.diagnosis.score.held_out import Steps
 from sym2real.diagnosis.score.tried import Rival, Tried
 from sym2real.diagnosis.search.groups import as_good
 from sym2real.diagnosis.search.near import Near
+from sym2real.diagnosis.search.needed import keep_needed
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.stages import OnProgress, Stages
@@ -119,7 +121,10 @@ def try_effect(
     on_progress(f"fitting {', '.join(keys)}")
     selection, gain = _fitted(prepared, keys)
     beside = {candidate.name: _beside(selection, candidate) for candidate in selection.chosen}
-    supported = tuple(key for key in keys if beside[key] > SETTINGS.gain and _significant(selection, key))
+    shown = [key for key in keys if beside[key] > SETTINGS.gain and _significant(selection, key)]
+    # As in a search, on a copy: what is not supported is reported with its values, too.
+    unneeded = {member.name for member in keep_needed(copy(selection), prepared.library, prepared.checked.data)}
+    supported = tuple(key for key in shown if key not in unneeded)
     on_progress("trying other effects in its place")
     others = [candidate for candidate in prepared.tried if not set(keys) & set(candidate.keys)]
     rivals = {candidate.name: _rivals(selection, candidate, others) for candidate in selection.chosen}
@@ -135,6 +140,7 @@ def try_effect(
         gain=gain,
         beside=beside,
         refused=tuple(key for key in keys if key not in supported),
+        unneeded=tuple(key for key in shown if key in unneeded),
         rivals=tuple(rival for key in keys for rival in _worth_a_line(rivals[key], beside[key])),
         faults=prepared.checked.faults,
         ladder=stages,
@@ -176,6 +182,8 @@ def _fitted(prepared: Prepared, keys: Sequence[str]) -> tuple[Selection, float]:
     """The effects, chosen whatever they gain, the one that gains most first; their held-out gain together."""
     own = tuple(_candidate(key, prepared.library, prepared.checked.data) for key in keys)
     selection = Selection(prepared.problems, own, prepared.origin)
+    # As sure as a search must be, so that both say the same.
+    selection.tried = max(len(own), len(prepared.tried))
     without = selection.loss
     while left := [candidate for candidate in own if candidate not in selection.chosen]:
         ranking = selection.ranked(selection.chosen, selection.fit.values, left)

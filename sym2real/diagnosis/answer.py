@@ -171,7 +171,7 @@ def conclude(explained: Explained) -> Diagnosis:
         gate=scored.gate,
         tried=result.selection.tried,
         not_tried=prepared.not_tried,
-        notes=(*prepared.notes, *cut_said(scored.horizons, prepared.question.horizon)),
+        notes=(*result.notes, *cut_said(scored.horizons, prepared.question.horizon)),
         misfit=_misfit(result),
     )
 
@@ -187,7 +187,7 @@ def unscored(result: SearchResult) -> Diagnosis:
         findings=findings,
         tried=result.selection.tried,
         not_tried=prepared.not_tried,
-        notes=prepared.notes,
+        notes=result.notes,
         misfit=_misfit(result),
     )
 

@@ -1,7 +1,7 @@
 """Whether one number wins over several that together do the same: a weak rotor, a force that swings, a slope, grip.
 
-Every effect is twice as large as ``plan`` says can be seen in the standard set's runs; a force that swings needs √2 of
-a steady one. Bases are those of an analyst with commands of thrust and body rates, or of steering and speed.
+Every effect is twice as large as ``plan`` says is found, and matters, in the standard set's runs; a force that swings
+needs √2 of a steady one. Bases are those of an analyst with commands of thrust and body rates, or of steering and speed.
 
     python tools/bench/fewer_numbers.py --cases 1
     python tools/bench/fewer_numbers.py --cases 20 --sealed --json build/fewer_numbers.json
@@ -22,7 +22,7 @@ from figures import Figure, report
 from repeated import Settings, share
 from rich.console import Console
 
-from sym2real.diagnosis import plan
+from sym2real.diagnosis import Visible, plan
 from sym2real.errors import ModelError
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.files import write_text
@@ -51,17 +51,21 @@ def sizes(robot: str, mass: float, place: Path) -> dict[str, float]:
     kept = place / f"sizes_{robot}.json"
     if not kept.exists():
         base, runs = base_of(robot, "simulator", place), simulate_case(Case(robot, seed=HEALTHY_SEED))
-        seen = {(one.effect, one.parameter): one.smallest for one in plan(base.equations, runs).visible}
-        smallest = {key: seen.get(SEEN[key]) for key in EFFECTS[robot]}
-        for key, size in smallest.items():
-            if size is None:
-                raise ModelError(f"{key}: expected runs that show it, found no size that is seen")
+        rows = {(one.effect, one.parameter): one for one in plan(base.equations, runs).visible}
+        smallest = {key: _announced(rows[SEEN[key]]) for key in EFFECTS[robot]}
         write_text(kept, json.dumps(smallest))
     found: dict[str, float] = json.loads(kept.read_text())
     factors = {"periodic_force": LARGER * 2**0.5, "slope": LARGER / mass, "rotor_loss": LARGER}
     large = {key: factors[key] * size for key, size in found.items() if key in factors}
     grip = {key: max(1.0 - LARGER * (1.0 - size), LEAST_GRIP) for key, size in found.items() if key not in factors}
     return large | grip
+
+
+def _announced(row: Visible) -> float:
+    """Size from which on an effect is found and matters, of a grip the smaller coefficient."""
+    if row.smallest is None or row.matters is None:
+        raise ModelError(f"{row.effect}: expected runs that show it, found no size that is seen, or none that matters")
+    return (min if row.effect == "tyre_friction" else max)(row.smallest, row.matters)
 
 
 def drawn(key: str, size: float, seed: int) -> dict[str, float]:

@@ -110,6 +110,8 @@ def judged(mistake: Mistake, answer: Record, said: Sequence[str]) -> Record:
         "silent": answer["verdict"] == "NOTHING_MISSING" and not named,
         "crashed": answer["verdict"] == CRASHED,
         "beside": named and bool([key for key in names(answer) if not mistake.named_in([key], [])]),
+        # An effect in its place is the search's to name.
+        "of_the_data": mistake.named_in([fault["effect"] for fault in answer["faults"]], sentences(answer)),
         "compare_names": mistake.named_in([], said),
     }
 
@@ -150,7 +152,9 @@ def figures(records: Sequence[Record]) -> list[Figure]:
     judgements = verdicts(records)
     found = [row for name, (key, bar) in rows.items() for row in share(name, (one[key] for one in judgements), bar)]
     found += share(
-        "compare names what diagnose names", (one["compare_names"] == one["named"] for one in judgements), ">= 1"
+        "compare says of the data what diagnose says",
+        (one["compare_names"] == one["of_the_data"] for one in judgements),
+        ">= 1",
     )
     return found + share("named in healthy logs, of all mistakes", named_in_healthy_logs(records), "<= 0")
 

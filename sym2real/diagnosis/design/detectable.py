@@ -2,7 +2,8 @@
 
 An effect of size β changes the residuals of a log by r(β); what the free start cannot absorb of it, whitened, is
 λ(β) = ‖r(β)‖². It is found where λ exceeds what the acceptance rule of the search asks for: a relative gain, and
-Hotelling's test on blocks, which is Student's t for one parameter. Near zero λ = β²F with the sensitivity matrix F =
+Hotelling's test on blocks, which is Student's t for one parameter, also where blocks, or whole logs, differ by more
+than their noise does. Near zero λ = β²F with the sensitivity matrix F =
 JᵀC⁻¹J; effects that begin at a threshold (limits, grip, dead bands) are tried at rising sizes instead. From which size
 on an effect matters for predictions is another number (see ``mattering.py``).
 
@@ -28,7 +29,8 @@ from sym2real.diagnosis.data.preparation import with_filtered_commands
 from sym2real.diagnosis.design.mattering import Predictions
 from sym2real.diagnosis.design.visible import AssumedNoise, Plan, Visible
 from sym2real.diagnosis.errors.sensor_noise import SensorNoise
-from sym2real.diagnosis.estimate.fit import Free, Hypothesis, Problems, solve
+from sym2real.diagnosis.estimate.fit import Hypothesis, Problems, solve
+from sym2real.diagnosis.estimate.significance import sizes_beyond_chance
 from sym2real.diagnosis.estimate.weighing import units_said, whiten
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening
 from sym2real.diagnosis.predict.candidate import Candidate, candidates, library_for
@@ -77,10 +79,13 @@ def plan(
     needed, predictions = _needed(problems, len(tried)), Predictions.of(problems, sensors)
     smooth = [candidate for candidate in tried if not candidate.needs_start]
     free = tuple(tied for candidate in smooth for tied in candidate.free)
-    information = _information(problems, free)
+    (fit,) = problems.quadratics([Hypothesis(free, library.null)])
+    information, places = fit.curvature.sum(0), _places(smooth)
     sizes = (needed / information.diagonal().clamp_min(1e-300)).sqrt()
+    own = [fit.part(places[candidate.name]) for candidate in smooth]
+    sizes = torch.maximum(sizes, torch.cat([sizes_beyond_chance(problems, part, len(tried)) for part in own]))
     mattering = sizes.new_full(sizes.shape, inf) if predictions is None else predictions.of_parameters(free)
-    like, places = _alike(problems, smooth, information), _places(smooth)
+    like = _alike(problems, smooth, information)
     visible = [
         replace(row, like=like[candidate.name])
         for candidate in smooth
@@ -125,12 +130,6 @@ def _needed(problems: Problems, competitors: int) -> float:
         return of_gain
     chance = SETTINGS.false_alarms / max(1, competitors)
     return max(of_gain, float(stats.t.isf(chance / 2, problems.block_count - 1)) ** 2)
-
-
-def _information(problems: Problems, free: Free) -> Tensor:
-    """The sensitivity matrix of parameters, in units of their scales ``# (A, A)``."""
-    (fit,) = problems.quadratics([Hypothesis(free, problems.problem.library.null)])
-    return fit.curvature.sum(0)
 
 
 def _alike(problems: Problems, smooth: Sequence[Candidate], information: Tensor) -> dict[str, tuple[str, ...]]:

@@ -14,7 +14,7 @@ from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.preparation import prepared
 from sym2real.diagnosis.data.start import ROWS, noise_level
 from sym2real.diagnosis.data.tangent import places_of_fields, tangents
-from sym2real.diagnosis.data.windows import channel_name, judged, predict_windows
+from sym2real.diagnosis.data.windows import LARGEST, channel_name, judged, predict_windows
 from sym2real.layout import Layout
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
@@ -32,7 +32,7 @@ class WindowErrors:
     """Errors and features of windows over all logs.
 
     Args:
-        errors: by channel ``# (windows,)``.
+        errors: by channel, as large as one can be where the model predicts no number ``# (windows,)``.
         floor: by channel, the noise of one measurement of it.
         features: by name, mean over the window ``# (windows,)``.
         log: position of each window's log ``# (windows,)``.
@@ -74,7 +74,7 @@ def window_errors(
         if len(trajectory) < ROWS + steps:
             continue
         windows = predict_windows(predictor, trajectory, steps)
-        tangent = layout.difference(windows.predicted[:, -1], windows.measured[:, -1]).numpy()
+        tangent = layout.difference(windows.predicted[:, -1], windows.measured[:, -1]).nan_to_num(LARGEST).numpy()
         means = {name: over_windows(values, windows.rows, steps) for name, values in features(trajectory).items()}
         parts.append((index, trajectory, windows.rows, tangent, means))
     common = set.intersection(*(set(means) for *_, means in parts))

@@ -50,6 +50,25 @@ def beyond_trim(problems: Problems, fit: Fit, candidate: Candidate, origin: Tens
     return chance < SETTINGS.false_alarms / max(1, tried)
 
 
+def sizes_beyond_chance(problems: Problems, fit: Fit, tried: int) -> Tensor:
+    """Sizes of an effect's parameters, each alone, from which on :func:`beyond_chance` holds, in units of scales.
+
+    Args:
+        problems: what was fitted.
+        fit: of the effect where it is none.
+        tried: number of hypotheses that had a chance.
+
+    Returns:
+        ``# (n,)``, none where nobody can say.
+    """
+    here = Distance.at_none(fit)
+    if problems.block_count < SETTINGS.fewest_pieces:
+        return torch.zeros_like(here.away)
+    sizes = here.sizes_at(SETTINGS.false_alarms / max(1, tried), problems.blocks)
+    enough = len(sizes) + 1 < SETTINGS.fewest_logs <= problems.log_count
+    return torch.maximum(sizes, here.sizes_at(SETTINGS.false_alarms_by_logs, problems.logs)) if enough else sizes
+
+
 @dataclass(frozen=True, eq=False)
 class Distance:
     """How far parameters are from none, and what tells it.
@@ -80,6 +99,12 @@ class Distance:
         return cls(away, places, fit.gradient, fit.curvature)
 
     @classmethod
+    def at_none(cls, fit: Fit) -> Distance:
+        """Of the parameters of a fit where they are none."""
+        count = len(fit.free)
+        return cls(fit.gradient.new_zeros(count), list(range(count)), fit.gradient, fit.curvature)
+
+    @classmethod
     def _of_part(cls, problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor) -> Distance:
         """Between the predictions without and with an effect a line is drawn: 0 without it, 1 as it was fitted.
 
@@ -104,11 +129,26 @@ class Distance:
         Where one cluster holds all that tells the parameters, they are none without it. J. MacKinnon,
         M. Nielsen, M. Webb, "Cluster-robust inference: a guide to empirical practice", J. Econometrics 232 (2023).
         """
+        spread, count = self._spread(clusters)
+        return chance_of(self.away, spread, count)
+
+    def sizes_at(self, chance: float, clusters: NDArray[np.int64]) -> Tensor:
+        """How far from none each parameter alone must be for a probability ``# (n,)``; infinite with few clusters."""
+        spread, count = self._spread(clusters)
+        size, freedom = len(self.away), count - len(self.away)
+        if freedom < 2:
+            return torch.full_like(self.away, inf)
+        squared = float(stats.f.isf(chance, size, freedom)) * size * (count - 1) / freedom
+        sizes: Tensor = (squared / torch.linalg.pinv(spread, hermitian=True).diagonal()).sqrt()
+        return sizes
+
+    def _spread(self, clusters: NDArray[np.int64]) -> tuple[Tensor, int]:
+        """Jackknife covariance of the parameters by clusters ``# (n, n)``, and the number of these."""
         none = self.gradient - self.curvature[:, :, self.places] @ self.away
         gradient, curvature = (part.sum(0) - summed(part, clusters) for part in (none, self.curvature))
         left_out = -(torch.linalg.pinv(curvature, hermitian=True) @ gradient[..., None])[:, self.places, 0]
         apart, count = left_out - left_out.mean(0), len(left_out)
-        return chance_of(self.away, apart.T @ apart * _gaps(clusters) * (count - 1) / count, count)
+        return apart.T @ apart * _gaps(clusters) * (count - 1) / count, count
 
 
 def _neutral(problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor) -> Tensor:

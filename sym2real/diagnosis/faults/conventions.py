@@ -23,16 +23,17 @@ Look = Callable[[Dataset], Sequence[Breach]]
 def looks_for(model: Equations | None) -> tuple[tuple[Look, ...], ...]:
     """What is looked for, in order, with this model or without one.
 
-    First rows, quaternions (one in another order is no turned or mirrored world), units of what sensors measure, and
-    what a user has done to columns, which only a model can judge. Then units again, as a turned frame hid them. Then
-    units of commands, and again what was done to columns: once those have their units and signs, more can be seen.
+    First rows, quaternions (one in another order is no turned or mirrored world), units of what sensors measure, those
+    of commands, with which a model predicts nothing that columns could be judged by, and what a user has done to
+    columns. Then units again, as a turned frame hid them, and again what was done to columns: once those have their
+    units and signs, more can be seen.
     """
     frames = (bad_rows, scalar_last)
     units = (foreign_positions, foreign_velocities, foreign_rates)
     if model is None:
         return frames, units, ()
-    mistaken = partial(mistakes, model)
-    return (*frames, *units, mistaken), units, (partial(foreign_commands, model), mistaken)
+    mistaken, commands = partial(mistakes, model), partial(foreign_commands, model)
+    return (*frames, *units, commands, mistaken), units, (commands, mistaken)
 
 
 def undone(breaches: Sequence[Breach], data: Dataset) -> Dataset:

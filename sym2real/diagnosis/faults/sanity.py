@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
+import numpy as np
+
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import agreements
 from sym2real.diagnosis.data.heading import against_the_path
@@ -14,6 +16,7 @@ from sym2real.diagnosis.faults.conventions import Breach, Look, looks_for, throu
 from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit
 from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
+from sym2real.diagnosis.faults.mistakes.transformation import Late, of_all
 from sym2real.diagnosis.faults.motor_columns import (
     in_order,
     order_of_motors,
@@ -21,7 +24,7 @@ from sym2real.diagnosis.faults.motor_columns import (
     spin_said,
     turned_the_other_way,
 )
-from sym2real.diagnosis.faults.sensor_faults import readings
+from sym2real.diagnosis.faults.sensor_faults import measured_by, readings
 from sym2real.diagnosis.faults.variation import exact, exactness, excitation
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import EFFECTS
@@ -77,6 +80,7 @@ def check(model: Equations | None, data: Dataset) -> Checked:
         *map(_breached, units),
         _signs,
         *map(_breached, commands),
+        _behind_their_rates,
         _sensors,
         *(() if model is None else (partial(_motors, model),)),
     )
@@ -138,6 +142,20 @@ def _signs(data: Dataset) -> Settled:
         for column, text in texts.items()
     ]
     return faults, divided(data, [*wrong], -1.0)
+
+
+def _behind_their_rates(data: Dataset) -> Settled:
+    """What all its rates are ahead of: no sensor reports what is still to come, so it is late itself."""
+    faults, found = [], [reading for reading in readings(data) if reading.shift]
+    for measured in dict.fromkeys(reading.of for reading in found):
+        ahead = {reading.column: -reading.shift for reading in found if reading.of == measured}
+        rows = round(float(np.median([*ahead.values()])) / data.dt) if min(ahead.values()) > 0 else 0
+        if rows:
+            late = Late(*measured_by(data.layouts.state, measured), rows, data.dt)
+            said = ", ".join(f"{column} is {1e3 * by:.0f} ms ahead" for column, by in ahead.items())
+            faults.append(Fault("", f"{late.name}: {said} of it", late.fix))
+            data = of_all(late, data)
+    return faults, data
 
 
 def _sensors(data: Dataset) -> Settled:

@@ -36,8 +36,9 @@ from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.sensor_bias import SENSOR_BIAS
 from sym2real.effects.sensor_scale import SENSOR_SCALE
 from sym2real.effects.time_shift import TIME_SHIFT
+from sym2real.layout import Layout
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import POSITION
+from sym2real.vocabulary import ATTITUDE, HEADING, POSITION
 
 STRETCH = 0.4  # s
 EARLIEST, LATEST = -5, 12
@@ -88,6 +89,12 @@ def readings(data: Dataset) -> tuple[Reading, ...]:
         if reading is not None and reading.faulty:
             readings.append(reading)
     return tuple(readings)
+
+
+def measured_by(state: Layout, of: str) -> tuple[str, tuple[str, ...]]:
+    """Name and columns of what rates are of: an attitude or a heading, the position, a joint."""
+    names = (ATTITUDE.name, HEADING.name) if of == ATTITUDE.name else (of,)
+    return next(((field.name, field.columns) for field in state.fields if field.name in names), (of, (of,)))
 
 
 def _reading(logs: Sequence[Trajectory], column: str, of: str) -> Reading | None:

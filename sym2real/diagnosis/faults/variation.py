@@ -48,7 +48,7 @@ class Excitation:
     @property
     def saturated(self) -> bool:
         """Whether it stays at an end of its range for more than a twentieth of the rows."""
-        return max(self.at_low, self.at_high) > SETTINGS.saturated and not self.weak
+        return max(self.at_low, self.at_high) > SETTINGS.saturated and self.high > self.low
 
     def limits_said(self, name: str) -> list[str]:
         """A sentence for each end at which the command of this name is saturated."""

@@ -45,10 +45,12 @@ class Tried:
 
     Args:
         findings: the effects with fitted values, intervals and what the data cannot tell them from.
-        supported: the held-out gain of each beside the others is large enough, and larger than chance would make it.
+        supported: a search would announce each: its held-out gain beside the others is large enough, larger than chance
+            would make it, and predictions need it, or whole logs establish it.
         gain: relative fall of the held-out whitened loss by all of them.
         beside: the same of each beside the others, by effect.
         refused: those that are not supported.
+        unneeded: those of them that are only too small to be announced.
         rivals: other effects in the place of each, the best first.
         faults: of the data, undone before the fit.
         ladder, floor, held_out, apart, notes, seconds: as of :class:`~sym2real.diagnosis.Diagnosis`.
@@ -59,6 +61,7 @@ class Tried:
     gain: float
     beside: Mapping[str, float]
     refused: tuple[str, ...]
+    unneeded: tuple[str, ...]
     rivals: tuple[Rival, ...]
     faults: tuple[Fault, ...]
     ladder: tuple[Stage, ...]
@@ -90,6 +93,9 @@ class Tried:
         names = " and ".join(finding.effect for finding in self.findings)
         lowered = f"{'it lowers' if len(self.findings) == 1 else 'together they lower'} the held-out loss by"
         sentence = f"{names}: {lowered} {_percent(self.gain)}"
+        if self.unneeded and set(self.refused) == set(self.unneeded):
+            small = f"predictions do not need {' or '.join(self.unneeded)}, and whole logs do not establish it"
+            return f"The logs show {sentence}, but {small}{self._better}."
         if not self.supported:
             needed = f"{_percent(SETTINGS.gain)} and more than chance are needed"
             return f"The logs do not ask for {sentence}, {needed}{self._refused}{self._better}."
@@ -139,6 +145,7 @@ class Tried:
             "gain": self.gain,
             "beside": dict(self.beside),
             "refused": list(self.refused),
+            "unneeded": list(self.unneeded),
             "rivals": [rival.to_dict() for rival in self.rivals],
             "faults": [fault.to_dict() for fault in self.faults],
             "ladder": [stage.to_dict() for stage in self.ladder],

@@ -45,11 +45,19 @@ class SearchResult:
         prepared: the model against checked data.
         selection: effects that are there.
         finished: whether nobody interrupted it.
+        unneeded: effects that are beyond chance, and that nothing which is announced needs.
     """
 
     prepared: Prepared
     selection: Selection
     finished: bool
+    unneeded: tuple[Candidate, ...] = ()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Remarks on the data, the method and what is too small to be announced."""
+        small = "{}: beyond chance, but predictions do not need it, and whole logs do not establish it"
+        return (*self.prepared.notes, *(small.format(candidate.name) for candidate in self.unneeded))
 
 
 def search(prepared: Prepared, stages: Stages) -> SearchResult:
@@ -59,8 +67,8 @@ def search(prepared: Prepared, stages: Stages) -> SearchResult:
     beam = Beam(selection, stages.on_progress)
     stages.try_to(f"searching among {len(tried)} effects", Beam.search, beam)
     needed = partial(keep_needed, library=prepared.library, logs=prepared.checked.data)
-    stages.try_to("holding effects against predictions", needed, selection)
-    return SearchResult(prepared, selection, not stages.interrupted)
+    unneeded = stages.try_to("holding effects against predictions", needed, selection)
+    return SearchResult(prepared, selection, not stages.interrupted, unneeded or ())
 
 
 @dataclass(eq=False)

@@ -34,15 +34,15 @@ from sym2real.diagnosis.settings import SETTINGS
 LAST_THIRD = 2 / 3
 
 
-def keep_needed(selection: Selection, library: Library, logs: Dataset) -> None:
-    """Drop effects until predictions need, or whole logs establish, all of them.
+def keep_needed(selection: Selection, library: Library, logs: Dataset) -> tuple[Candidate, ...]:
+    """Drop effects until predictions need, or whole logs establish, all of them; what was dropped.
 
     Args:
         selection: what was chosen.
         library: effects in the equations that predict.
         logs: of the fit, each predicted by the fit of the others.
     """
-    judged = judged_horizons(logs, scored_after(selection))
+    judged, before = judged_horizons(logs, scored_after(selection)), tuple(selection.chosen)
     while judged and selection.chosen:
         without = [selection.without(candidate) for candidate in selection.chosen]
         models = [(selection.chosen, selection.fit), *without]
@@ -57,8 +57,9 @@ def keep_needed(selection: Selection, library: Library, logs: Dataset) -> None:
             and not (_established(selection, selection.chosen[place]) and largest_rise(other, whole) <= 1.0)
         }
         if not rises:
-            return
+            break
         selection.put(*without[min(rises, key=rises.__getitem__)])
+    return tuple(candidate for candidate in before if candidate not in selection.chosen)
 
 
 def _established(selection: Selection, candidate: Candidate) -> bool:

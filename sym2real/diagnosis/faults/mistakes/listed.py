@@ -121,7 +121,7 @@ def _exchanged(
 ) -> Iterator[Exchanged]:
     """The order and signs of a vector's components by which a field's two changes have most in common."""
     measured, foretold = balance.of_field(field)
-    if len(vectors[0]) == 2:
+    if len(vectors[0]) < 3:
         yield from _orders(vectors)
     if len(vectors[0]) != 3 or measured.shape[1] != 3:
         return

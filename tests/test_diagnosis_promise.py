@@ -7,7 +7,7 @@ from functools import cache
 import pytest
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis import Diagnosis, Plan, Visible, diagnose, plan
+from sym2real.diagnosis import Diagnosis, Plan, Visible, diagnose, plan, try_effect
 from sym2real.experiments.noisy_runs import Effects, noisy_runs
 from sym2real.robots import ROBOTS
 from sym2real.tasks import make_task
@@ -17,9 +17,9 @@ ROBOT = ROBOTS["cart_pole"]
 LEFT_OUT = ("delay*", "lag*", "limit*", "rate_limit*", "dead_band*", "gravity_tilt", "armature*", "sensor_*", "*:pole")
 
 
-def runs(seed: int, effects: Effects = ()) -> Dataset:
+def runs(seed: int, effects: Effects = (), count: int = 6) -> Dataset:
     tasks = [make_task("regulate", ROBOT, goal={"slider": place}) for place in (0.3, -0.3)]
-    return noisy_runs(ROBOT, tasks, effects, count=6, rows=300, dither=2.5, seed=seed)
+    return noisy_runs(ROBOT, tasks, effects, count=count, rows=300, dither=2.5, seed=seed)
 
 
 @cache
@@ -58,3 +58,16 @@ def test_what_is_found_may_be_too_small_to_matter() -> None:
         assert gate.best is not None
         falls.append(gate.best.part)
     assert falls[0] < 0.1 < falls[1]
+
+
+def test_what_is_beyond_chance_and_too_small_for_few_logs_is_a_note_and_not_supported() -> None:
+    size = row("offset:drive").smallest
+    assert size is not None
+    base, logs = ROBOT.nominal(), runs(2, [("offset:drive", {"value": 2.5 * size})], count=4)
+    answer, tried = diagnose(base, logs, exclude=LEFT_OUT), try_effect(base, "offset:drive", logs, exclude=LEFT_OUT)
+    assert not answer.findings
+    assert any(note.startswith("offset:drive: beyond chance") for note in answer.notes)
+    assert tried.unneeded == tried.refused == ("offset:drive",)
+    assert not tried.supported
+    assert tried.finding.values["value"] == pytest.approx(2.5 * size, rel=0.3)
+    assert "predictions do not need offset:drive" in tried.summary

@@ -1,7 +1,8 @@
 """Whether one number wins over several that together do the same: a weak rotor, a force that swings, a slope, grip.
 
 Every effect is twice as large as ``plan`` says is found, and matters, in the standard set's runs; a force that swings
-needs √2 of a steady one. Bases are those of an analyst with commands of thrust and body rates, or of steering and speed.
+needs √2 of a steady one. Bases are those of an analyst with commands of thrust and body rates, or of steering and
+speed.
 
     python tools/bench/fewer_numbers.py --cases 1
     python tools/bench/fewer_numbers.py --cases 20 --sealed --json build/fewer_numbers.json

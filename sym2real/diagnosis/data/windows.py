@@ -31,8 +31,6 @@ FREE_RUN = {"heading": 5.0, "otherwise": 2.0}
 JUDGED_AT = 0.8
 JUDGED = ("position", "attitude", "yaw", JOINT_DISPLACEMENT.name, JOINT_ANGLE.name)
 
-# Of a state in any unit: what is predicted beyond it is no number, and so large an error has a square that is one.
-LARGEST = 1e9
 CHANNEL_OF_FIELD = {"heading": "yaw"}
 UNIT_OF_KIND = {"quaternion": "rad", "circle": "rad"}
 
@@ -127,6 +125,7 @@ def predict_windows(
     past = torch.as_tensor(trajectory.past(*seen)[rows]) if any(seen) else None
     with torch.no_grad():
         predicted = rollout(model, state, action, inputs, past=past)
-        predicted = torch.where(predicted.abs() < LARGEST, predicted, torch.nan)
+        # What single precision does not hold is no number: squares of all others are numbers.
+        predicted = torch.where(predicted.float().isfinite(), predicted, torch.nan)
     layout = trajectory.layouts.state
     return Windows(rows, predicted, torch.as_tensor(trajectory.state[ahead + 1]), state, layout)

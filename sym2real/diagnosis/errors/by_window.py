@@ -14,7 +14,7 @@ from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.preparation import prepared
 from sym2real.diagnosis.data.start import ROWS, noise_level
 from sym2real.diagnosis.data.tangent import places_of_fields, tangents
-from sym2real.diagnosis.data.windows import LARGEST, channel_name, judged, predict_windows
+from sym2real.diagnosis.data.windows import channel_name, judged, predict_windows
 from sym2real.layout import Layout
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
@@ -22,6 +22,7 @@ from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import HEIGHT
 
 HORIZON = 0.5  # s
+LARGEST = float(np.finfo(np.float32).max)  # error of a prediction that is no number
 BLOCK = 2.0  # s: pieces of a single log that stand for logs in the cross-validation
 # What is up and what is level is told apart, because gravity does.
 VERTICAL = HEIGHT

@@ -199,7 +199,8 @@ def _worst_range(values: Array, target: Array) -> NDArray[np.bool_]:
     predicted = _explained(values, target)
     order = np.argsort(values, kind="stable")
     levels = predicted[order]
-    bad = 2 * levels >= levels.max() + target.mean()
+    worst = float(levels.max())
+    bad = 2 * levels >= worst + min(worst, float(target.mean()))  # the mean of equal numbers may be rounded up
     first = int(np.argmax(levels))
     before, after = np.flatnonzero(~bad[:first]), np.flatnonzero(~bad[first:])
     start = before[-1] + 1 if len(before) else 0

@@ -2,8 +2,8 @@
 
 An effect of size β changes the residuals of a log by r(β); what the free start cannot absorb of it, whitened, is
 λ(β) = ‖r(β)‖². It is found where λ exceeds what the acceptance rule of the search asks for: a relative gain, and
-Hotelling's test on blocks, which is Student's t for one parameter, also where blocks, or whole logs, differ by more
-than their noise does. Near zero λ = β²F with the sensitivity matrix F =
+Hotelling's test on blocks, which is Student's t for one parameter, also where blocks, or whole logs, of measured ones
+differ by more than their noise does. Near zero λ = β²F with the sensitivity matrix F =
 JᵀC⁻¹J; effects that begin at a threshold (limits, grip, dead bands) are tried at rising sizes instead. From which size
 on an effect matters for predictions is another number (see ``mattering.py``).
 
@@ -82,8 +82,9 @@ def plan(
     (fit,) = problems.quadratics([Hypothesis(free, library.null)])
     information, places = fit.curvature.sum(0), _places(smooth)
     sizes = (needed / information.diagonal().clamp_min(1e-300)).sqrt()
-    own = [fit.part(places[candidate.name]) for candidate in smooth]
-    sizes = torch.maximum(sizes, torch.cat([sizes_beyond_chance(problems, part, len(tried)) for part in own]))
+    if noise is None and smooth:
+        own = [fit.part(places[candidate.name]) for candidate in smooth]
+        sizes = torch.maximum(sizes, torch.cat([sizes_beyond_chance(problems, part, len(tried)) for part in own]))
     mattering = sizes.new_full(sizes.shape, inf) if predictions is None else predictions.of_parameters(free)
     like = _alike(problems, smooth, information)
     visible = [

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import Any
 
 from sym2real.effects.body import Body
+from sym2real.effects.domain import Domain
 from sym2real.effects.joint_push import inertia, raised
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.truth import editing
 from sym2real.symbolic import Equations
 from sym2real.vocabulary import armature_quantity
 
+ALONE = "{column}_alone"  # the number of a joint that bounds it
+OVERSTATED = 0.5  # part of it that a description may likely be too large by
+
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     unit, scale = ("kg m²" if body.unit == "rad" else "kg"), 0.1 * inertia(body)
-    return (Parameter("value", unit, null=0.0, low=-5 * scale, high=30 * scale, scale=scale),)
+    # A description may overstate what turns with the joint, at most by all that a force along it moves while no other
+    # joint is held: with less, the masses of the whole robot are not positive definite, and nothing can move so.
+    most = body.numbers.get(ALONE.format(column=body.column), inf)
+    low = -OVERSTATED * min(most, inertia(body))
+    return (Parameter("value", unit, 0.0, low, 30 * scale, scale, domain=Domain(-most, open=True)),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:

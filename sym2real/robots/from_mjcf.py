@@ -88,7 +88,7 @@ def from_mjcf(
     simulated = columns.Coordinates(places, standing, model.nq, actuators, model.nu)
     coordinates: columns.Coordinates | planar.PlanarCoordinates = simulated
     low, high = columns.ranges_of(model, actuators)
-    own = {"mass": float(model.body_subtreemass[0])} | _joint_numbers(model, columns.inertias(model, data).diagonal())
+    own = {"mass": float(model.body_subtreemass[0])} | _joint_numbers(model, columns.inertias(model, data))
     own |= _ranges(layouts.action, low, high)
     if wheels is not None:
         layouts = replace(layouts, inputs=planar.inputs_of(model))
@@ -175,9 +175,12 @@ def _period(model: mujoco.MjModel, dt: float | None) -> float:
 
 
 def _joint_numbers(model: mujoco.MjModel, masses: Array) -> dict[str, float]:
-    joints = range(model.njnt)
-    single = [joint for joint in joints if model.jnt_type[joint] != columns.FREE]
-    return {f"{model.joint(joint).name}_inertia": float(masses[model.jnt_dofadr[joint]]) for joint in single}
+    """What a force along each joint moves while all others are held, and while none is, of masses ``# (nv, nv)``."""
+    single = [joint for joint in range(model.njnt) if model.jnt_type[joint] != columns.FREE]
+    places = {model.joint(joint).name: model.jnt_dofadr[joint] for joint in single}
+    held, free = masses.diagonal(), 1.0 / np.linalg.pinv(masses, hermitian=True).diagonal()
+    found = {f"{name}_inertia": float(held[place]) for name, place in places.items()}
+    return found | {f"{name}_alone": float(free[place]) for name, place in places.items()}
 
 
 def _ranges(action: Layout, low: Array, high: Array) -> dict[str, float]:

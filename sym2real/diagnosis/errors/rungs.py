@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from torch import Tensor
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import WARM_UP, Segments, compared_components
 from sym2real.diagnosis.data.start import ROWS, start_states
-from sym2real.diagnosis.data.windows import STRIDE, channel_errors, channel_units, horizons_in_rows
+from sym2real.diagnosis.data.windows import STRIDE, channel_errors, channel_units, horizons_in_rows, judged
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.trajectory import Array
@@ -26,7 +27,8 @@ RESAMPLES = 200
 class StageError:
     """Root mean square and mean of a channel's error norm over windows, with a 95 % interval over logs' blocks.
 
-    Errors of the same windows are resampled alike ``# (draws,)``, so that two models can be held against each other.
+    Errors of the same windows are resampled alike ``# (draws,)``, so that two models can be held against each other;
+    ``hold`` is the error of predicting that nothing changes.
     """
 
     value: float
@@ -35,10 +37,11 @@ class StageError:
     high: float
     unit: str
     resampled: Array = field(default_factory=lambda: np.empty(0), repr=False, compare=False)
+    hold: float = field(default=inf, repr=False, compare=False)
 
     def to_dict(self) -> dict[str, Any]:
-        """Without what was resampled."""
-        return {name: value for name, value in vars(self).items() if name != "resampled"}
+        """Without what it is held against."""
+        return {name: value for name, value in vars(self).items() if name not in ("resampled", "hold")}
 
 
 @dataclass(frozen=True)
@@ -47,6 +50,12 @@ class Stage:
 
     model: str
     horizons: dict[float, dict[str, StageError]]
+
+    @property
+    def foretells(self) -> bool:
+        """Whether some horizon has all that is judged foretold better than by predicting that nothing changes."""
+        levels = self.horizons.values()
+        return any(all(errors[name].value < errors[name].hold for name in judged(errors)) for errors in levels)
 
     def nearest(self, horizon: float) -> float:
         """The horizon that is nearest to ``horizon`` s.
@@ -164,8 +173,15 @@ def ladder(
 
 def _errors(predicted: Tensor, windows: Segments, step: int) -> dict[str, StageError]:
     units = channel_units(windows.layout)
-    errors = channel_errors(windows.layout, predicted, windows.measured[:, step])
-    return {channel: error_of(values, windows.log, units[channel]) for channel, values in errors.items()}
+    errors, holds = (
+        channel_errors(windows.layout, end, windows.measured[:, step]) for end in (predicted, windows.start)
+    )
+    return {
+        channel: replace(
+            error_of(values, windows.log, units[channel]), hold=float(np.sqrt(np.mean(holds[channel] ** 2)))
+        )
+        for channel, values in errors.items()
+    }
 
 
 def error_of(values: Array, log: NDArray[np.int64], unit: str) -> StageError:

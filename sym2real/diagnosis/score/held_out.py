@@ -63,8 +63,9 @@ class Gate:
 
     @property
     def passed(self) -> bool:
-        """Whether a tenth of an error goes and none rises beyond chance; also where no log is long enough to say."""
-        return self.best is None or (self.best.part >= SETTINGS.error_fall and not self.worse)
+        """Whether a tenth of an error goes and none rises beyond chance; also where nothing can be foretold."""
+        best, foretold = self.best, any(stage and stage.foretells for stage in (self.before, self.after))
+        return best is None or not foretold or (best.part >= SETTINGS.error_fall and not self.worse)
 
     def _falls(self) -> Iterator[tuple[Fall, bool]]:
         """Every judged error's, and whether it rises beyond both intervals."""

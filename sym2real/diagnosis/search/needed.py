@@ -8,6 +8,10 @@ An effect can be there and too small to matter beside what noise and disturbance
 centimetres under the noise of a localisation. As predictions do not bear it out, whole logs must tell it from trim,
 which differs from run to run, as surely as blocks tell a finding from chance, and no error may be larger with it. What
 is needed least is dropped first, because what stands for it may be needed then.
+
+A robot that is held where it would not stay (a pole upright, an arm) moves little, and what its start is off by grows:
+predictions of the right model may be worse than that nothing changes, and worse than those of a wrong model of which it
+grows more slowly. Where no model foretells anything, predictions judge nothing, and whole logs do.
 """
 
 from __future__ import annotations
@@ -54,7 +58,7 @@ def keep_needed(selection: Selection, library: Library, logs: Dataset) -> tuple[
             place: rise
             for place, other in enumerate(others)
             if (rise := largest_rise(whole, other)) <= 1.0
-            and not (_established(selection, selection.chosen[place]) and largest_rise(other, whole) <= 1.0)
+            and not (_established(selection, selection.chosen[place]) and _no_worse(whole, other))
         }
         if not rises:
             break
@@ -65,6 +69,10 @@ def keep_needed(selection: Selection, library: Library, logs: Dataset) -> tuple[
 def _established(selection: Selection, candidate: Candidate) -> bool:
     problems, origin, tried = selection.problems, selection.origin, selection.tried
     return beyond_trim(problems, selection.fit, candidate, origin, tried)
+
+
+def _no_worse(whole: Stage, without: Stage) -> bool:
+    return largest_rise(without, whole) <= 1.0 or not (whole.foretells or without.foretells)
 
 
 def largest_rise(whole: Stage, without: Stage) -> float:

@@ -99,7 +99,7 @@ def _one(finding: Finding) -> str:
 
 def fall_of_error(stages: Sequence[Stage]) -> tuple[str, float, float] | None:
     """Channel, first and last error at the horizon that is judged of the channel that falls most."""
-    if len(stages) < 2 or not stages[0].horizons:
+    if len(stages) < 2 or not stages[0].horizons or not any(stage.foretells for stage in stages):
         return None
     horizon = stages[0].nearest(JUDGED_AT)
     first, last = stages[0].horizons[horizon], stages[-1].horizons[horizon]

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from math import inf
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -27,8 +26,7 @@ RESAMPLES = 200
 class StageError:
     """Root mean square and mean of a channel's error norm over windows, with a 95 % interval over logs' blocks.
 
-    Errors of the same windows are resampled alike ``# (draws,)``, so that two models can be held against each other;
-    ``hold`` is the error of predicting that nothing changes.
+    Errors of the same windows are resampled alike ``# (draws,)``, so that two models can be held against each other.
     """
 
     value: float
@@ -37,25 +35,22 @@ class StageError:
     high: float
     unit: str
     resampled: Array = field(default_factory=lambda: np.empty(0), repr=False, compare=False)
-    hold: float = field(default=inf, repr=False, compare=False)
 
     def to_dict(self) -> dict[str, Any]:
-        """Without what it is held against."""
-        return {name: value for name, value in vars(self).items() if name not in ("resampled", "hold")}
+        """Without what was resampled."""
+        return {name: value for name, value in vars(self).items() if name != "resampled"}
 
 
 @dataclass(frozen=True)
 class Stage:
-    """A model of the ladder: errors by horizon and channel."""
+    """A model of the ladder: errors by horizon and channel.
+
+    It foretells something where all that is judged is off by less, at some horizon, than if nothing changed.
+    """
 
     model: str
     horizons: dict[float, dict[str, StageError]]
-
-    @property
-    def foretells(self) -> bool:
-        """Whether some horizon has all that is judged foretold better than by predicting that nothing changes."""
-        levels = self.horizons.values()
-        return any(all(errors[name].value < errors[name].hold for name in judged(errors)) for errors in levels)
+    foretells: bool = True
 
     def nearest(self, horizon: float) -> float:
         """The horizon that is nearest to ``horizon`` s.
@@ -163,25 +158,20 @@ def ladder(
     folds = torch.zeros(len(windows), dtype=torch.long)
     if fold_of is not None:
         folds = torch.as_tensor(fold_of)[torch.as_tensor(windows.log)].long()
-    found = []
+    found, unchanged = [], [_errors(windows.start, windows, count) for count in steps.values()]
     for name, sets in stages:
         mine = problem.states_by_segment(sets, folds if len(sets) > 1 else torch.zeros_like(folds))
         table = {horizon: _errors(mine[:, count], windows, count) for horizon, count in steps.items()}
-        found.append(Stage(name, table))
+        pairs = zip(table.values(), unchanged, strict=True)
+        foretells = any(all(errors[c].value < still[c].value for c in judged(errors)) for errors, still in pairs)
+        found.append(Stage(name, table, foretells))
     return found
 
 
 def _errors(predicted: Tensor, windows: Segments, step: int) -> dict[str, StageError]:
     units = channel_units(windows.layout)
-    errors, holds = (
-        channel_errors(windows.layout, end, windows.measured[:, step]) for end in (predicted, windows.start)
-    )
-    return {
-        channel: replace(
-            error_of(values, windows.log, units[channel]), hold=float(np.sqrt(np.mean(holds[channel] ** 2)))
-        )
-        for channel, values in errors.items()
-    }
+    errors = channel_errors(windows.layout, predicted, windows.measured[:, step])
+    return {channel: error_of(values, windows.log, units[channel]) for channel, values in errors.items()}
 
 
 def error_of(values: Array, log: NDArray[np.int64], unit: str) -> StageError:

@@ -42,7 +42,8 @@ class Gate:
     """Held-out errors over a controller's horizon and over a free run.
 
     Args:
-        before, after: of the base, and with all findings; None where there are none, or no log is long enough.
+        before, after: of the base, and with all findings; None where there are none, no log is long enough, or neither
+            foretells anything.
     """
 
     before: Stage | None = None
@@ -63,9 +64,8 @@ class Gate:
 
     @property
     def passed(self) -> bool:
-        """Whether a tenth of an error goes and none rises beyond chance; also where nothing can be foretold."""
-        best, foretold = self.best, any(stage and stage.foretells for stage in (self.before, self.after))
-        return best is None or not foretold or (best.part >= SETTINGS.error_fall and not self.worse)
+        """Whether a tenth of an error goes and none rises beyond chance; also where nothing was judged."""
+        return self.best is None or (self.best.part >= SETTINGS.error_fall and not self.worse)
 
     def _falls(self) -> Iterator[tuple[Fall, bool]]:
         """Every judged error's, and whether it rises beyond both intervals."""
@@ -149,9 +149,10 @@ class Steps:
         return tuple(ladder(library, data, stages, self.fold_of, horizons=horizons, after=self.after))
 
     def gate(self, library: Library, data: Dataset) -> Gate:
-        """Errors of the first and the last model over a controller's horizon and over a free run."""
+        """Errors of the first and the last model over a controller's horizon and a free run, where either foretells."""
         judged = judged_horizons(data, self.after)
         if not judged or self.last is None:
             return Gate()
         pairs = [(self.names[place], self.sets[place]) for place in (0, -1)]
-        return Gate(*ladder(library, data, pairs, self.fold_of, horizons=judged, after=self.after))
+        ends = ladder(library, data, pairs, self.fold_of, horizons=judged, after=self.after)
+        return Gate(*ends) if any(end.foretells for end in ends) else Gate()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy.stats import wilcoxon
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.mistakes.balance import Balance, Balances, without_arm, without_drag
 from sym2real.diagnosis.faults.mistakes.listed import mimics, transformations
+from sym2real.diagnosis.faults.mistakes.lost_commands import step_likelihood
 from sym2real.diagnosis.faults.mistakes.scales import Scaled, fitting_scales
 from sym2real.diagnosis.faults.mistakes.transformation import (
     POSITIONS,
@@ -25,6 +27,7 @@ from sym2real.symbolic import Equations
 from sym2real.trajectory import Array
 
 MOST = 3  # mistakes in one set of logs
+WRITTEN_LATE, LATER = (1, 2), (-1, -2, -3, -4, -5, -6)  # rows that commands are late by; that they take to act
 ROUNDING = 1e-6  # of the squares
 
 
@@ -73,7 +76,7 @@ def mistakes(model: Equations, data: Dataset) -> list[Undoing]:
         return []
     undoings = []
     for _ in range(MOST):
-        undoing = _best(balances, data)
+        undoing = _best(balances, data) or _late_commands(balances, data)
         if undoing is None or _is_a_sensors_sign(undoing.transformation, data):
             break
         undoings.append(undoing)
@@ -100,6 +103,29 @@ def _best(balances: Balances, data: Dataset) -> Undoing | None:
         return None
     others = (one.transformation for one in held if one.gain >= least)
     return replace(found, others=tuple(one.name for one in others if _apart(one, found.transformation)))
+
+
+def _late_commands(balances: Balances, data: Dataset) -> Undoing | None:
+    """Commands written a row or two late, where that leaves at most half of the product of a step's error variances.
+
+    Commands that change from row to row tell rows apart step by step; over a stretch their changes sum to little. What
+    takes effect later than it is sent must not say as much.
+    """
+    columns, least = data.layouts.action.columns, -0.5 * np.log(SETTINGS.mistake_left) * sum(map(len, data))
+
+    def likeliest(rows: Sequence[int]) -> tuple[float, Late]:
+        tried = [Late("commands", columns, by, data.dt) for by in rows]
+        return max(
+            ((step_likelihood(balances.model, of_all(late, data)), late) for late in tried), key=lambda one: one[0]
+        )
+
+    likely, late = likeliest(WRITTEN_LATE)
+    if likely - likeliest((0,))[0] <= least or likely - likeliest(LATER)[0] <= least:
+        return None
+    now, then = balances(data), balances(of_all(late, data))
+    old, new = now.losses.mean(0), then.losses.mean(0)
+    most = int(np.argmax(old - new))
+    return Undoing(late, now.names[most], float(old[most]), float(new[most]), float((old - new).sum()))
 
 
 def _apart(one: Transformation, other: Transformation) -> bool:

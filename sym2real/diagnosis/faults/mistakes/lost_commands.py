@@ -32,7 +32,7 @@ def with_lost_commands(model: Equations, data: Dataset) -> Dataset:
     if parts == 1:
         return data
     smooth = Dataset(_smooth(log, parts) for log in data)
-    ratio = _log_likelihood(model, smooth) - _log_likelihood(model, data)
+    ratio = step_likelihood(model, smooth) - step_likelihood(model, data)
     return smooth if ratio > SETTINGS.sensor_deviations**2 else data
 
 
@@ -44,7 +44,7 @@ def _smooth(log: Trajectory, parts: int) -> Trajectory:
     return replace(log, between=between)
 
 
-def _log_likelihood(model: Equations, data: Dataset) -> float:
+def step_likelihood(model: Equations, data: Dataset) -> float:
     """Of the errors over a row, each component with a variance of its own."""
     predict, logs = prepared(model, data)
     windows = [predict_windows(predict, log, 1, "measured", stride=1) for log in logs]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 import torch
 from noisy_flights import LEFT_OUT, flights_with
@@ -66,6 +68,16 @@ def test_what_rises_beyond_its_interval_passes_no_gate(rise: float, half_width: 
     gate = Gate(before, after)
     assert gate.passed is passes
     assert [fall.channel for fall in gate.worse] == ([] if passes else ["attitude"])
+
+
+def test_predictions_that_are_worse_than_no_change_judge_nothing() -> None:
+    """Of a pole that falls within the horizon, with either model."""
+    ends = [replace(stage(name, size, size), foretells=False) for name, size in (("base", 1.0), ("+ armature", 2.0))]
+    gate = Gate(*ends)
+    assert gate.passed
+    assert not gate.foretold
+    assert not Gate(ends[0], replace(ends[1], foretells=True)).passed
+    assert "worse than that nothing changes" in gate_line(gate, Fall(0.8, "position", -1.0))
 
 
 def test_findings_that_improve_no_prediction_are_no_answer() -> None:

@@ -12,9 +12,12 @@ import two_links
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import data_report
+from sym2real.diagnosis.faults.mistakes.transformation import Late, of_all
 from sym2real.diagnosis.faults.sanity import check
+from sym2real.experiments.noisy_runs import noisy_runs
 from sym2real.logs import read_logs
-from sym2real.robots import Robot
+from sym2real.robots import ROBOTS, Robot
+from sym2real.tasks import make_task
 from sym2real.trajectory import Array, Trajectory
 
 LINKS = Robot.from_mjcf(two_links.MJCF, name="links", dt=two_links.STEP)
@@ -58,9 +61,12 @@ def swapped(*names: str) -> Spoil:
     return spoil
 
 
-def late(rows: Array) -> Array:
-    rows[2:, 5:7] = rows[:-2, 5:7]
-    return rows
+def late(by: int) -> Spoil:
+    def spoil(rows: Array) -> Array:
+        rows[by:, 5:7] = rows[:-by, 5:7]
+        return rows
+
+    return spoil
 
 
 CASES: Sequence[tuple[Spoil, Sequence[str]]] = (
@@ -79,7 +85,8 @@ CASES: Sequence[tuple[Spoil, Sequence[str]]] = (
     (swapped("q1", "q2", "q1_rate", "q2_rate"), ["q1 q2 q1_rate q2_rate swapped"]),
     (swapped("q1", "q2"), ["q1 q2 swapped"]),
     (swapped("tau1", "tau2"), ["tau1 tau2 swapped"]),
-    (late, ["commands 2 rows late"]),
+    (late(1), ["commands 1 row late"]),
+    (late(2), ["commands 2 rows late"]),
 )
 
 
@@ -129,6 +136,16 @@ def test_a_joint_that_counts_the_other_way_is_named_where_friction_hides_its_own
         for log in mirrored
     )
     assert [fault.name for fault in check(model, data).faults] == ["q2 q2_rate mirrored (with the other sign)"]
+
+
+@pytest.mark.parametrize(("rows", "said"), [(1, ["commands 1 row late (drive by 20 ms)"]), (0, []), (-1, [])])
+def test_a_row_is_told_where_a_controller_answers_noise(rows: int, said: list[str]) -> None:
+    """A pole is held upright, and moves less than its rate's noise says; what acts a row later is no mistake."""
+    robot = ROBOTS["cart_pole"]
+    tasks = [make_task("regulate", robot, goal={"slider": place}) for place in (0.3, -0.3)]
+    logs = noisy_runs(robot, tasks, count=4, rows=300, dither=2.5, seed=3)
+    written = of_all(Late("commands", ("drive",), -rows, robot.dt), logs)
+    assert [fault.name for fault in check(robot.nominal(), written).faults] == said
 
 
 def test_an_encoder_that_begins_anew_after_a_turn_is_unwrapped(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from sym2real.cli import main
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare, diagnose
 from sym2real.effects import applicable, effect
+from sym2real.effects.body import Body
 from sym2real.errors import DataError, ModelError, ShapeError, UnknownNameError
 from sym2real.experiments.learning import learn_in_simulation
 from sym2real.experiments.models import open_model
@@ -21,6 +22,7 @@ from sym2real.experiments.noisy_runs import Effects, noisy_runs
 from sym2real.logs import read_log
 from sym2real.plants import MujocoPlant
 from sym2real.robots import ROBOTS, Robot
+from sym2real.robots.mjcf_columns import inertias, opened
 from sym2real.symbolic import Equations, compile_model, load_model, save_model
 from sym2real.tasks import make_task
 from sym2real.trajectory import Array
@@ -208,6 +210,32 @@ def test_a_hidden_effect_of_the_cart_pole_is_named(
     assert found.findings, found.summary
     first = found.findings[0]
     assert {first.effect, *first.group} & {key, *alike}, found.summary
+
+
+def test_less_inertia_than_described_is_found_though_predictions_of_a_pole_that_falls_are_worse_with_it(
+    equations: dict[str, Equations],
+) -> None:
+    """A lighter pole falls faster, and so does the noise of every start: predictions say nothing, and stop nothing."""
+    found = diagnose(equations["cart_pole"], to_and_fro([("armature:pole", {"value": -0.004})], count=8, rows=400))
+    assert (found.verdict, [one.effect for one in found.findings]) == ("EFFECT", ["armature:pole"])
+    assert found.findings[0].values["value"] == pytest.approx(-0.004, rel=0.1)
+    assert not found.gate.foretold
+
+
+@pytest.mark.parametrize("robot", ["cart_pole", "arm", "differential_drive"])
+def test_no_joint_may_have_less_armature_than_leaves_its_masses_positive(robot: str) -> None:
+    known = ROBOTS[robot]
+    model, data = opened(known.description.mjcf)
+    for joint in Body.of(known).joints:
+        armature = effect(f"armature:{joint}", known)
+        (value,) = armature.parameters
+        for part, positive in ((0.99, True), (1.01, False)):
+            masses = inertias(model, data)
+            masses[(place := model.joint(joint).dofadr[0]), place] += part * value.domain.low
+            assert bool((np.linalg.eigvalsh(masses) > 0).all()) is positive
+        assert value.low == pytest.approx(0.5 * value.domain.low)
+        with pytest.raises(ModelError, match=f"armature:{joint}: expected more than -"):
+            armature.inject(value=1.01 * value.domain.low)
 
 
 def test_a_plain_cart_pole_misses_nothing(equations: dict[str, Equations]) -> None:

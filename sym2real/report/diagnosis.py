@@ -67,7 +67,9 @@ def leftover_lines(leftovers: Sequence[Leftover]) -> list[str]:
 
 
 def gate_line(gate: Gate, best: Fall) -> str:
-    """Whether held-out predictions become better by as much as they must, and none worse."""
+    """Whether held-out predictions become better by as much as they must, and none worse; nothing of mere noise."""
+    if not gate.foretold:
+        return "[green]gate passed[/]: predictions here are worse than that nothing changes, and judge nothing"
     verdict = "[green]gate passed[/]" if gate.passed else "[red]gate not passed[/]"
     risen = "".join(
         f"; that of {rise.channel} after {rise.horizon:g} s rises by {-100 * rise.part:.0f} %, beyond its interval"

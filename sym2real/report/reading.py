@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -126,7 +127,8 @@ def _floor(floor: Json) -> Floor:
 def _gate(gate: Json | None) -> Gate:
     if gate is None:
         return Gate()
-    return Gate(*(_stage({"model": end, "horizons": gate[end]}) for end in ("before", "after")))
+    ends = (_stage({"model": end, "horizons": gate[end]}) for end in ("before", "after"))
+    return Gate(*(replace(end, foretells=gate.get("foretold", True)) for end in ends))
 
 
 def _numbers(values: Json) -> dict[str, Any]:

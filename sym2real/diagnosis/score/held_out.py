@@ -42,8 +42,7 @@ class Gate:
     """Held-out errors over a controller's horizon and over a free run.
 
     Args:
-        before, after: of the base, and with all findings; None where there are none, no log is long enough, or neither
-            foretells anything.
+        before, after: of the base, and with all findings; None where there are none, or no log is long enough.
     """
 
     before: Stage | None = None
@@ -64,8 +63,14 @@ class Gate:
 
     @property
     def passed(self) -> bool:
-        """Whether a tenth of an error goes and none rises beyond chance; also where nothing was judged."""
-        return self.best is None or (self.best.part >= SETTINGS.error_fall and not self.worse)
+        """Whether a tenth of an error goes and none rises beyond chance; also where nothing can be foretold."""
+        best = self.best if self.foretold else None
+        return best is None or (best.part >= SETTINGS.error_fall and not self.worse)
+
+    @property
+    def foretold(self) -> bool:
+        """Whether one of both predicts better than that nothing changes; else errors tell what noise grows to."""
+        return any(stage is not None and stage.foretells for stage in (self.before, self.after))
 
     def _falls(self) -> Iterator[tuple[Fall, bool]]:
         """Every judged error's, and whether it rises beyond both intervals."""
@@ -84,6 +89,7 @@ class Gate:
             return None
         return {
             "passed": self.passed,
+            "foretold": self.foretold,
             "best": asdict(self.best),
             "worse": [asdict(fall) for fall in self.worse],
             "before": self.before.to_dict()["horizons"],
@@ -149,10 +155,9 @@ class Steps:
         return tuple(ladder(library, data, stages, self.fold_of, horizons=horizons, after=self.after))
 
     def gate(self, library: Library, data: Dataset) -> Gate:
-        """Errors of the first and the last model over a controller's horizon and a free run, where either foretells."""
+        """Errors of the first and the last model over a controller's horizon and over a free run."""
         judged = judged_horizons(data, self.after)
         if not judged or self.last is None:
             return Gate()
         pairs = [(self.names[place], self.sets[place]) for place in (0, -1)]
-        ends = ladder(library, data, pairs, self.fold_of, horizons=judged, after=self.after)
-        return Gate(*ends) if any(end.foretells for end in ends) else Gate()
+        return Gate(*ladder(library, data, pairs, self.fold_of, horizons=judged, after=self.after))

@@ -143,6 +143,8 @@ def _added(variants: Variants, found: Diagnosis, observed: Observed, arrays: Arr
     if found.gate.best is not None:
         best, passed = found.gate.best, "passed" if found.gate.passed else "not passed"
         fall = f"the held-out error of {best.channel} after {best.horizon:g} s falls by {100 * best.part:.0f} %"
+        if not found.gate.foretold:
+            fall = "predictions here are worse than that nothing changes, and judge nothing"
         parts.append(Lines("", [f"Gate {passed}: {fall}."]))
     parts.append(curves(observed, arrays, switched=bool(found.findings)))
     equations: list[Formulas] = formulas(variants) if isinstance(variants, WithFindings) else []

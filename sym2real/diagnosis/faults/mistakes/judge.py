@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,7 +26,7 @@ from sym2real.symbolic import Equations
 from sym2real.trajectory import Array
 
 MOST = 3  # mistakes in one set of logs
-WRITTEN_LATE, LATER = (1, 2), (-1, -2, -3, -4, -5, -6)  # rows that commands are late by; that they take to act
+COMMAND_ROWS = range(-6, 3)  # that commands may be written late by; as many as a delay may take where less than none
 ROUNDING = 1e-6  # of the squares
 
 
@@ -111,21 +110,18 @@ def _late_commands(balances: Balances, data: Dataset) -> Undoing | None:
     Commands that change from row to row tell rows apart step by step; over a stretch their changes sum to little. What
     takes effect later than it is sent must not say as much.
     """
-    columns, least = data.layouts.action.columns, -0.5 * np.log(SETTINGS.mistake_left) * sum(map(len, data))
-
-    def likeliest(rows: Sequence[int]) -> tuple[float, Late]:
-        tried = [Late("commands", columns, by, data.dt) for by in rows]
-        return max(
-            ((step_likelihood(balances.model, of_all(late, data)), late) for late in tried), key=lambda one: one[0]
-        )
-
-    likely, late = likeliest(WRITTEN_LATE)
-    if likely - likeliest((0,))[0] <= least or likely - likeliest(LATER)[0] <= least:
+    tried = [Late("commands", data.layouts.action.columns, rows, data.dt) for rows in COMMAND_ROWS]
+    likely = [step_likelihood(balances.model, of_all(late, data)) for late in tried]
+    best = int(np.argmax(likely))
+    beside = max(value for late, value in zip(tried, likely, strict=True) if late.rows <= 0)
+    if likely[best] - beside <= -0.5 * np.log(SETTINGS.mistake_left) * sum(map(len, data)):
         return None
-    now, then = balances(data), balances(of_all(late, data))
-    old, new = now.losses.mean(0), then.losses.mean(0)
+    old, new = (balances(logs).losses.mean(0) for logs in (data, of_all(tried[best], data)))
     most = int(np.argmax(old - new))
-    return Undoing(late, now.names[most], float(old[most]), float(new[most]), float((old - new).sum()))
+    undoing = Undoing(
+        tried[best], balances(data).names[most], float(old[most]), float(new[most]), float(sum(old - new))
+    )
+    return undoing if undoing.after < SETTINGS.mistake_left else None
 
 
 def _apart(one: Transformation, other: Transformation) -> bool:

@@ -57,12 +57,11 @@ def transformations(data: Dataset, balance: Balance) -> Iterator[Transformation]
     yield from _of_joints(data, balance)
     for sensor in data.layouts.state.fields:
         yield from (Late(sensor.name, sensor.columns, sign * rows, data.dt) for rows in SHIFTS for sign in (1, -1))
-    yield from (Late("commands", data.layouts.action.columns, rows, data.dt) for rows in (1, 2))
 
 
 def mimics(transformation: Transformation, commands: Sequence[str]) -> Iterator[Transformation]:
     """What no mistake is and may explain as much: a sensor's filter, and commands that take effect later."""
-    if isinstance(transformation, Late) and transformation.columns != tuple(commands):
+    if isinstance(transformation, Late):
         yield from (Late(transformation.what, transformation.columns, rows, transformation.dt) for rows in (-1, 1))
         yield Late("commands", tuple(commands), -abs(transformation.rows), transformation.dt)
 

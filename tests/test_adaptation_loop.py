@@ -154,6 +154,29 @@ def test_a_wild_model_does_not_fly(factor: float, said: str, tmp_path: Path) -> 
     assert not (tmp_path / "residual.safetensors").exists()
 
 
+@dataclass(frozen=True)
+class WorseThenWild:
+    """Learners of one log shift the height a little, learners of more diverge."""
+
+    def fit(self, transitions: Transitions, base: Equations, start: object = None) -> Composed:
+        if len(set(transitions.trajectory.tolist())) > 1:
+            return Misled(1e30).fit(transitions, base)
+        model = Misled(0.0).fit(transitions, base)
+        with torch.no_grad():
+            model.residual.linears[-1].bias[2] = 1e-2  # m a step
+        return Composed(base, model.residual)
+
+
+def test_where_a_model_must_not_fly_the_best_one_does_and_not_the_one_before() -> None:
+    task = make_task("circle", CRAZYFLIE)
+    controller = geometric_controller(CRAZYFLIE, task.reference)
+    logs = [Dataset([run_episode(MujocoPlant(CRAZYFLIE), controller, task, seed=seed, steps=200)]) for seed in range(3)]
+    found = adapt(CRAZYFLIE.nominal(), logs, None, WorseThenWild(), Adapting(rounds=2), robot=CRAZYFLIE)
+    assert found.reports[1].gain.value < 0.0
+    assert "not finite" in found.reports[2].learned.refused
+    assert found.models[2] is found.models[0]
+
+
 def test_a_log_too_short_to_learn_from_ends_nothing() -> None:
     """Upside down on the ground in no time: training has too few rows, the next round flies again."""
     plant = MujocoPlant(CRAZYFLIE, [effect("gain:thrust", CRAZYFLIE).inject(value=0.05)])

@@ -22,7 +22,7 @@ class Learned:
         base: digest of the equations or networks below what was trained.
         effects: that the equations have.
         penalty: λ, the weight of the residual's size in the loss; NaN where there is none.
-        refused: why what was trained is not used and the model is that of the round before; empty where it is used.
+        refused: why what was trained is not used and the model is the best so far; empty where it is used.
     """
 
     rows: int = 0

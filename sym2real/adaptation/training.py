@@ -55,7 +55,7 @@ class Training:
             logs: of the rounds so far, all of which are learned from.
 
         Returns:
-            What was trained, or the model of the round before with the reason why.
+            What was trained, or the best model so far with the reason why.
         """
         base = below(given)
         if not models:
@@ -70,7 +70,8 @@ class Training:
         model, penalty, refused = self._trained(data, base, models[-1] if warm and number > 1 else None)
         seconds = time.perf_counter() - started
         if model is None:
-            return models[-1], replace(before, rows=data.rows, seconds=seconds, refused=refused)
+            best = best_of(reports)
+            return models[best], replace(reports[best].learned, rows=data.rows, seconds=seconds, refused=refused)
         return model, Learned(data.rows, seconds, digest, effects_of(base), penalty)
 
     def _trained(self, data: Dataset, base: Base, start: Model | None) -> tuple[Model | None, float, str]:

@@ -24,7 +24,7 @@ class Adapt(OfLogs, AdaptVerb):
     The model stays frozen, and what is learned goes on top of it, unless its own constants are asked for. The model of
     every round is tested on a trajectory that it has not seen, and compared there with the best one before; the run
     ends by itself when two rounds in a row bring nothing. A model whose predictions leave the robot's limits does not
-    fly: that of the round before flies again.
+    fly: the best one so far flies again.
 
     TARGET is a robot's name (its plain simulator), the folder of a simulator that `add` or `diagnose` wrote, or a
     folder of logs. With logs nothing flies: they come in the order of their names, one a round.

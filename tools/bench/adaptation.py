@@ -5,6 +5,7 @@ Runs what is missing in the folder and keeps it there, so that a part of the stu
     python tools/bench/adaptation.py --out build/adaptation --cases mass-26 friction --seeds 1
     python tools/bench/adaptation.py --out build/adaptation --json build/adaptation.json
 
+What MuJoCo itself reaches is kept in ``adaptation_references.json``, and taken from there while it still holds.
 Without ``--cases`` the bases from scratch belong to it. ``--quick`` takes one seed, and a case of each kind.
 """
 
@@ -18,6 +19,7 @@ import tyro
 from adaptation_bars import Bars
 from adaptation_logs import log_figures
 from adaptation_page import page
+from adaptation_references import keep, take_known
 from figures import Figure, report
 
 from sym2real.experiments.study.case import load_suite
@@ -131,7 +133,9 @@ def main(options: Options) -> None:
     if options.only_kept:
         answers = kept(jobs, options.out)
     else:
+        take_known(jobs, options.out)
         answers = run_sweep(jobs, options.out, workers=options.jobs, cluster=options.cluster, on_progress=say)
+        keep(jobs, answers)
     bars = Bars(answers, effort)
     figures = figures_of(bars) if answers else []
     figures += log_figures() if options.logs else []

@@ -21,11 +21,11 @@ from figures import Figure, report
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare
+from sym2real.experiments.learners import make_learner
 from sym2real.experiments.models import base_folder, cached_base
-from sym2real.experiments.study.contestants import COMMANDS, CONTESTANTS, Contestant
+from sym2real.experiments.study.contestants import CONTESTANTS, Contestant
 from sym2real.experiments.study.effects_first import informing
 from sym2real.logs import read_logs
-from sym2real.neural import ResidualTraining
 from sym2real.neural.composed import in_double
 from sym2real.neural.model_folder import Model
 from sym2real.robots import MUSHR
@@ -99,13 +99,11 @@ def answers(
 
 def models(contestant: Contestant, base: Equations, data: Dataset, seeds: Sequence[int]) -> Iterator[Model]:
     """One per seed of the network; the base alone without one."""
-    if contestant.residual == "none":
+    if contestant.learner == "none":
         yield base
         return
-    commands = COMMANDS if contestant.residual == "memory" else 0
     for seed in seeds:
-        training = ResidualTraining(commands=commands, seed=seed)
-        yield training.fit(data.transitions(), base)
+        yield make_learner(contestant.learner, seed, memory=contestant.commands).fit(data.transitions(), base)
 
 
 def error_of(model: Model, log: Dataset) -> float:

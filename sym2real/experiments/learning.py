@@ -20,7 +20,8 @@ from sym2real.files import write_text
 from sym2real.layout import Layouts
 from sym2real.logs import LogSpec, read_logs
 from sym2real.plants import MujocoPlant, run_episode
-from sym2real.regression import ENGINES, Dependence, dependence
+from sym2real.regression import ENGINES, BeamSearch, Dependence, dependence
+from sym2real.regression.windows import MEASURED
 from sym2real.regression.wrench import FEWEST_ROWS
 from sym2real.robots import Robot
 from sym2real.symbolic import Equations, save_model
@@ -147,7 +148,9 @@ def learn_from_logs(
     data = read_logs(paths, spec=spec, layouts=layouts, dt=step, upsample=True)
     if (steps := data.rows - len(data)) < FEWEST_ROWS:
         raise DataError(", ".join(map(str, paths)), f"at least {FEWEST_ROWS} steps to learn from", f"{steps}")
-    equations = ENGINES[engine](angles=like.recipe.angles).fit(data.transitions())
+    search = ENGINES[engine](angles=like.recipe.angles)
+    search = replace(search, windows=MEASURED) if isinstance(search, BeamSearch) else search
+    equations = search.fit(data.transitions())
     given = {**(like.numbers if known else {}), **(numbers or {})}
     name, notes = like.name if known else "", (*equations.notes, FROM_LOGS)
     own = replace(equations, dt=step, robot=name, numbers=given, notes=notes)

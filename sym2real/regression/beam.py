@@ -11,7 +11,7 @@ without a wrench.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import sympy
@@ -19,11 +19,13 @@ from threadpoolctl import threadpool_limits
 
 from sym2real.dataset import Transitions
 from sym2real.regression.features import Variables
+from sym2real.regression.free_run import free_runs, plainest
 from sym2real.regression.monomials import Monomials
 from sym2real.regression.polynomial import Polynomial, polynomial_of
 from sym2real.regression.refit import Loss
 from sym2real.regression.selection import SearchSettings
 from sym2real.regression.stage import Stage
+from sym2real.regression.windows import FEWEST, Windows
 from sym2real.regression.wrench import pushed_rows, wrench_stage
 from sym2real.symbolic import Equations
 
@@ -42,6 +44,8 @@ class BeamSearch:
         wrench_nodes: how many of them are kept for wrench terms, where there are wrench inputs, learned or not: so
             an equation is the same with the wrench at zero as without it.
         search: how the search goes.
+        windows: rows over which a state's changes are averaged. Of several, as for measured rows with their noise,
+            every equation is the plainest of those that run best on their own over the longest (:mod:`.windows`).
 
     Examples:
         >>> robot = ROBOTS["mushr"]
@@ -60,6 +64,7 @@ class BeamSearch:
     nodes: int = 85
     wrench_nodes: int = 20
     search: SearchSettings = field(default_factory=SearchSettings)
+    windows: Sequence[int] = (1,)
 
     def fit(self, transitions: Transitions, start: Equations | None = None) -> Equations:
         """Equations for these transitions.
@@ -78,30 +83,38 @@ class BeamSearch:
 
     def _fit(self, transitions: Transitions, start: Equations | None) -> Equations:
         variables = Variables.of(transitions.layouts, self.angles)
-        base = self._base_stage(transitions, variables)
+        rows = [window for window in self.windows if len(Windows.of(transitions, window).starts) >= FEWEST]
+        bases = [self._base_stage(transitions, variables, window) for window in rows or [1]]
         push = wrench_stage(transitions, variables, self.search, self.loss, self.seed) if self.wrench else None
         expressions = {}
         for column in transitions.layouts.state:
             earlier = None if start is None else polynomial_of(start.next[column], column, variables)
-            expressions[column] = self._equation(column, base, push, earlier)
+            expressions[column] = self._equation(column, bases, push, earlier)
         return Equations(next=expressions, layouts=transitions.layouts, dt=transitions.dt)
 
-    def _base_stage(self, transitions: Transitions, variables: Variables) -> Stage:
+    def _base_stage(self, transitions: Transitions, variables: Variables, window: int) -> Stage:
         plain = Monomials.to_degree(variables.plain, self.degree)
         return Stage(
             transitions.where(~pushed_rows(transitions, variables)),
             variables,
             Monomials(np.pad(plain.powers, ((0, 0), (0, len(variables.wrench))))),
-            search=self.search,
+            search=replace(self.search, noisy=len(self.windows) > 1),
             loss=self.loss,
             seed=self.seed,
+            window=window,
         )
 
-    def _equation(self, column: str, base: Stage, push: Stage | None, earlier: Polynomial | None) -> sympy.Expr:
-        variables = base.variables
+    def _equation(
+        self, column: str, bases: Sequence[Stage], push: Stage | None, earlier: Polynomial | None
+    ) -> sympy.Expr:
+        variables = bases[0].variables
         free, wrenched = _split(earlier, variables)
         room = self.nodes - (self.wrench_nodes if variables.wrench else 0)
-        terms = base.solve(column, base.increments(column), free, lambda terms: terms.nodes(column, variables) <= room)
+        found = [
+            base.solve(column, base.increments(column), free, lambda terms: terms.nodes(column, variables) <= room)
+            for base in bases
+        ]
+        terms = found[0] if len(found) == 1 else _running_best(found, column, bases)
         added = self._wrench_terms(column, terms, push, wrenched)
         return (terms if added is None else terms + added).expression(column, variables)
 
@@ -113,6 +126,12 @@ class BeamSearch:
         left = push.increments(column) - base.evaluate(push.values)
         variables = push.variables
         return push.solve(column, left, earlier, lambda terms: (base + terms).nodes(column, variables) <= self.nodes)
+
+
+def _running_best(found: Sequence[Polynomial], column: str, bases: Sequence[Stage]) -> Polynomial:
+    longest = bases[-1]
+    runs = [free_runs(terms, column, longest.variables, longest.transitions, longest.windows.rows) for terms in found]
+    return plainest(found, runs)
 
 
 def _split(earlier: Polynomial | None, variables: Variables) -> tuple[Polynomial | None, Polynomial | None]:

@@ -94,7 +94,14 @@ def exchanged(support: Support, gram: Array, correlation: Array, energy: float) 
 
 
 def beam_search(
-    gram: Array, correlation: Array, energy: float, *, width: int, branch: int, limit: int
+    gram: Array,
+    correlation: Array,
+    energy: float,
+    *,
+    width: int,
+    branch: int,
+    limit: int,
+    together: bool = False,
 ) -> list[tuple[int, ...]]:
     """The best set of columns found at every size from 0 to ``limit``.
 
@@ -105,6 +112,10 @@ def beam_search(
         width: supports kept at every size.
         branch: columns tried on each of them.
         limit: size to stop at.
+        together: look for columns that explain only together, too: begin with the first one, which is the constant, as
+            well, and drop columns again from the largest set on, since such are found late, behind others that are
+            needed no longer (floating search: P. Pudil, J. Novovičová, J. Kittler, "Floating search methods in feature
+            selection", Pattern Recognition Letters 15, 1994).
     """
     beam = [empty_support(gram, correlation, energy)]
     found: list[tuple[int, ...]] = [()]
@@ -113,11 +124,26 @@ def beam_search(
         if not children:
             break
         beam = [beam[parent].with_column(column, gram) for _, parent, column in children]
+        if together and len(found) == 1:
+            beam.append(support_of((0,), gram, correlation, energy))
         best = exchanged(beam[0], gram, correlation, energy)
         if best is not beam[0]:
             beam = [best, *beam[: width - 1]]
         found.append(best.columns)
-    return found
+    return _backward(found, gram, correlation, energy) if together else found
+
+
+def _backward(found: list[tuple[int, ...]], gram: Array, correlation: Array, energy: float) -> list[tuple[int, ...]]:
+    """At every size the better of what was found and of the next larger set without its least useful column."""
+
+    def loss(columns: tuple[int, ...]) -> float:
+        return support_of(columns, gram, correlation, energy).loss
+
+    better = list(found)
+    for size in range(len(found) - 1, 0, -1):
+        smaller = [tuple(other for other in better[size] if other != column) for column in better[size]]
+        better[size - 1] = min(better[size - 1], *smaller, key=loss)
+    return better
 
 
 def _children(beam: list[Support], branch: int) -> list[tuple[float, int, int]]:

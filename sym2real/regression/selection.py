@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import zip_longest
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from sym2real.dataset import Transitions
 from sym2real.regression.monomials import Monomials, Powers
 from sym2real.regression.refit import refit
 from sym2real.regression.search import beam_search
+from sym2real.regression.windows import Values
 from sym2real.trajectory import Array
 
 Mask = NDArray[np.bool_]
@@ -25,13 +27,13 @@ FAR_OFF = 3.0
 LEAST_WEIGHT = 0.03
 
 
-def validation_rows(transitions: Transitions, seed: int) -> Mask:
-    """Every other block of 20 steps ``# (rows,)``; ``seed`` shifts the blocks, by 10 steps each.
+def validation_rows(transitions: Transitions, seed: int, size: int = BLOCK) -> Mask:
+    """Every other block of ``size`` steps ``# (rows,)``; ``seed`` shifts the blocks, by half their size each.
 
     Neighbouring rows are nearly alike, so whole blocks are held back. A table shorter than two blocks is split row
     by row.
     """
-    block = (transitions.step + seed * (BLOCK // 2)) // BLOCK + transitions.trajectory
+    block = (transitions.step + seed * (size // 2)) // size + transitions.trajectory
     if len(np.unique(block % 2)) < 2:
         block = np.arange(len(transitions))
     held: Mask = block % 2 == 1
@@ -64,6 +66,8 @@ class SearchSettings:
         parsimony: what a term of degree 3 must lower ln(validation error) by, at least (see :func:`score`).
         growth: degree that chosen terms are multiplied up to.
         rounds: how often they are, as long as that lowers the score.
+        noisy: where rows are: look for terms that explain only together, too, which noise hides one by one, and judge
+            their number by rows that had no part in choosing them.
     """
 
     width: int = 8
@@ -72,6 +76,7 @@ class SearchSettings:
     parsimony: float = 0.07
     growth: int = 4
     rounds: int = 3
+    noisy: bool = False
 
 
 def validation_error(columns: Array, target: Array, held: Mask) -> float:
@@ -86,7 +91,7 @@ def validation_error(columns: Array, target: Array, held: Mask) -> float:
     return float(np.exp(np.mean(logarithms) / 2))
 
 
-def score(error: float, terms: Monomials, parsimony: float) -> float:
+def score(error: float, terms: Monomials, parsimony: float, *, honest: bool = False) -> float:
     """ln(validation error) + demand · Σ max(1, degree) / 3; lower is better.
 
     The demand is ``parsimony`` where a thousandth or less of the target's spread is left, and rises to three times
@@ -97,9 +102,10 @@ def score(error: float, terms: Monomials, parsimony: float) -> float:
         error: validation error as a share of the target's spread.
         terms: the products.
         parsimony: demand per term of degree 3.
+        honest: the terms were chosen without the rows of the error, so that chance does not help them.
     """
     error = max(error, FLOOR)
-    demand = parsimony * float(np.clip(np.log10(error) + 4.0, 1.0, 3.0))
+    demand = parsimony * (1.0 if honest else float(np.clip(np.log10(error) + 4.0, 1.0, 3.0)))
     return float(np.log(error) + demand * np.maximum(1, terms.degrees).sum() / 3)
 
 
@@ -120,15 +126,15 @@ class Pool:
     held: Mask
 
     @classmethod
-    def of(cls, terms: Monomials, values: Array, weights: Array, held: Mask) -> Pool:
+    def of(cls, terms: Monomials, values: Values, weights: Array, held: Mask) -> Pool:
         """Candidates that are not zero everywhere; ``weights`` multiply the rows ``# (rows,)``."""
-        columns = terms.evaluate(values) * weights[:, None]
+        columns = values.of(terms) * weights[:, None]
         norms = np.linalg.norm(columns, axis=0)
         alive = norms > 1e-12 * norms.max(initial=0.0)
         columns = columns[:, alive] / norms[alive]
         return cls(terms.where(alive), columns, columns.T @ columns, held)
 
-    def grown(self, terms: Monomials, values: Array, weights: Array) -> Pool:
+    def grown(self, terms: Monomials, values: Values, weights: Array) -> Pool:
         """This pool and further candidates."""
         more = Pool.of(terms, values, weights, self.held)
         across = self.columns.T @ more.columns
@@ -141,26 +147,49 @@ class Pool:
 
     def choose(self, target: Array, settings: SearchSettings) -> Choice:
         """The best set of terms for a target ``# (rows,)`` whose spread is 1."""
-        found = beam_search(
-            self.gram,
-            self.columns.T @ target,
+        found = self._supports(self.columns, self.gram, target, settings)
+        honest = self._errors_of_size(target, settings) if settings.noisy else []
+        choices = []
+        for support, known in zip_longest(map(list, found), honest[: len(found)]):
+            terms = self.terms.where(support)
+            error = validation_error(self.columns[:, support], target, self.held) if known is None else known
+            choices.append(Choice(terms, error, score(error, terms, settings.parsimony, honest=settings.noisy)))
+        return min(choices, key=lambda choice: choice.score)
+
+    def _errors_of_size(self, target: Array, settings: SearchSettings) -> list[float]:
+        """Validation error by number of terms, the terms too chosen without the rows that validate them.
+
+        The best of some hundred candidates fits noise of all rows, and so of those that were held back.
+        """
+        logarithms = []
+        for fitted in (~self.held, self.held):
+            columns, own, other = self.columns[fitted], target[fitted], target[~fitted]
+            norms = np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
+            columns = columns / norms
+            unseen = self.columns[~fitted] / norms
+            supports = map(list, self._supports(columns, columns.T @ columns, own, settings))
+            left = (other - unseen[:, chosen] @ refit(columns[:, chosen], own, "l2") for chosen in supports)
+            logarithms.append([np.log(np.mean(wrong**2) + np.finfo(float).tiny) for wrong in left])
+        return [float(np.exp(np.mean(both) / 2)) for both in zip(*logarithms, strict=False)]
+
+    @staticmethod
+    def _supports(columns: Array, gram: Array, target: Array, settings: SearchSettings) -> list[tuple[int, ...]]:
+        return beam_search(
+            gram,
+            columns.T @ target,
             float(target @ target),
             width=settings.width,
             branch=settings.branch,
             limit=settings.terms,
+            together=settings.noisy,
         )
-        choices = []
-        for support in map(list, found):
-            terms, error = self.terms.where(support), validation_error(self.columns[:, support], target, self.held)
-            choices.append(Choice(terms, error, score(error, terms, settings.parsimony)))
-        return min(choices, key=lambda choice: choice.score)
 
 
 class Table:
     """Rows, candidates and their split, for the targets of one kind of equation.
 
     Args:
-        values: scaled values of the variables ``# (rows, variables)``.
+        values: scaled values of the variables.
         candidates: the products to choose from.
         signs: sign pattern of products' powers (see ``Variables.signs``).
         multipliers: products that chosen terms may be multiplied by.
@@ -169,7 +198,7 @@ class Table:
 
     def __init__(
         self,
-        values: Array,
+        values: Values,
         candidates: Monomials,
         *,
         signs: Callable[[Powers], Powers],
@@ -204,7 +233,7 @@ class Table:
         target, pool = target / spread, self._pool(sign)
         choice = self._grown(pool, target, np.ones(len(target)), sign)
         if choice.error > FLOOR:
-            columns = choice.terms.evaluate(self.values)
+            columns = self.values.of(choice.terms)
             wrong = np.abs(target - columns @ refit(columns, target, "l1"))
             share = FAR_OFF * np.median(wrong) / np.maximum(wrong, np.finfo(float).tiny)
             weights = np.sqrt(np.clip(share, LEAST_WEIGHT, 1.0))

@@ -11,7 +11,8 @@ from sym2real.regression.features import Variables
 from sym2real.regression.monomials import Monomials
 from sym2real.regression.polynomial import Polynomial
 from sym2real.regression.refit import Loss, refit
-from sym2real.regression.selection import SearchSettings, Table, validation_rows
+from sym2real.regression.selection import BLOCK, SearchSettings, Table, validation_rows
+from sym2real.regression.windows import Values, Windows
 from sym2real.trajectory import Array
 
 # A warm start is searched again where the newest trajectory is predicted so much worse than the ones before.
@@ -28,6 +29,7 @@ class Stage:
         variables: what the terms are made of.
         candidates: products to choose from.
         seed: shifts the blocks of rows that validate each other.
+        window: rows over which changes and terms are averaged.
     """
 
     def __init__(
@@ -39,18 +41,20 @@ class Stage:
         search: SearchSettings,
         loss: Loss,
         seed: int,
+        window: int = 1,
     ) -> None:
         self.transitions, self.variables, self.loss = transitions, variables, loss
         self.values = variables.values_of(transitions)
         scale = np.sqrt(np.mean(self.values**2, axis=0))
         self.scale = np.where(scale > 0, scale, 1.0)
+        self.windows = Windows.of(transitions, window)
         self.newest = transitions.trajectory == transitions.trajectory.max()
         self.table = Table(
-            self.values / self.scale,
+            Values(self.values / self.scale, self.windows),
             candidates,
             signs=variables.signs,
             multipliers=variables.multipliers,
-            held=validation_rows(transitions, seed),
+            held=validation_rows(transitions, seed, max(BLOCK, 4 * window))[self.windows.starts],
             settings=search,
         )
 
@@ -86,7 +90,8 @@ class Stage:
         """
         if earlier is not None and not self._surprised(earlier, target):
             return self._fitted(earlier.terms, target, fits)
-        return self._fitted(self.table.choose(target, self.variables.sign_of(column)).terms, target, fits)
+        chosen = self.table.choose(self.windows.averaged(target), self.variables.sign_of(column))
+        return self._fitted(chosen.terms, target, fits)
 
     def _surprised(self, earlier: Polynomial, target: Array) -> bool:
         if self.newest.all():
@@ -95,7 +100,7 @@ class Stage:
         return bool(np.sqrt(wrong[self.newest].mean()) > SURPRISE * np.sqrt(wrong[~self.newest].mean()))
 
     def _fitted(self, terms: Monomials, target: Array, fits: Callable[[Polynomial], bool]) -> Polynomial:
-        columns = terms.evaluate(self.values / self.scale)
+        columns, target = self.table.values.of(terms), self.windows.averaged(target)
         units = np.prod(self.scale**terms.powers, axis=1)
         while len(terms) and not fits(Polynomial(terms, refit(columns, target, "l2") / units)):
             kept = np.arange(len(terms)) != _least_useful(columns, target)

@@ -1,0 +1,123 @@
+"""Equations from measured rows: what noise hides of a step is found over windows, and noise itself is no equation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from paper_robots import PAPER_ROBOTS
+
+from sym2real.dataset import Dataset, Transitions
+from sym2real.diagnosis import compare
+from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.layout import Layout, Layouts
+from sym2real.regression import ENGINES
+from sym2real.regression.beam import BeamSearch
+from sym2real.regression.features import Variables
+from sym2real.regression.free_run import free_runs, plainest
+from sym2real.regression.monomials import Monomials
+from sym2real.regression.polynomial import Polynomial
+from sym2real.regression.search import beam_search
+from sym2real.regression.windows import MEASURED, Values, Windows
+from sym2real.robots import ROBOTS
+from sym2real.symbolic import symbol
+from sym2real.trajectory import Array, Trajectory
+
+RNG = np.random.default_rng(11)
+
+
+@cache
+def runs(robot: str, seed: int) -> Dataset:
+    """Four noisy runs, as a localisation and a gyro would log them, whose logs do not have the wrench."""
+    known = ROBOTS[robot].layouts
+    layouts = Layouts(known.state, known.action)
+    logs = simulate_case(Case(robot, seed=seed), trajectories=4)
+    return Dataset(replace(log, inputs=np.zeros((len(log), 0)), layouts=layouts) for log in logs)
+
+
+@pytest.mark.parametrize(("robot", "near"), [*zip(PAPER_ROBOTS, (0.08, 0.03), strict=True)])
+def test_noisy_logs_give_equations_that_predict(robot: str, near: float) -> None:
+    """Step by step the velocity of a quadrotor seems to stay what it is, and its error is several times as large."""
+    search = ENGINES["beam"](angles=ROBOTS[robot].recipe.angles)
+    assert isinstance(search, BeamSearch)
+    learned, other = runs(robot, 5).transitions(), runs(robot, 6)
+    by_step, by_windows = (
+        compare(replace(search, windows=windows).fit(learned), other).at(0.8).errors["position"].value
+        for windows in ((1,), MEASURED)
+    )
+    assert by_windows < near
+    assert by_windows < by_step / 2
+
+
+def follower(noise: float, rows: int = 300, logs: int = 4) -> Transitions:
+    """A speed follows its command, a rate does nothing; both measured with noise."""
+    layouts, found = Layouts(Layout.of(["vx", "wz"]), Layout.of(["steer", "speed"])), []
+    for number in range(logs):
+        sent, state = RNG.standard_normal((rows, 2)), np.zeros((rows, 2))
+        for row in range(1, rows):
+            state[row, 0] = 0.8 * state[row - 1, 0] + 0.2 * sent[row - 1, 1]
+        measured = state + noise * RNG.standard_normal(state.shape)
+        found.append(Trajectory(0.05 * np.arange(rows), measured, sent, np.zeros((rows, 0)), layouts, name=str(number)))
+    return Dataset(found).transitions()
+
+
+def test_averages_of_a_sum_are_the_sum_of_averages_and_no_window_leaves_its_log() -> None:
+    rows = follower(0.1, rows=50)
+    values, terms = np.c_[rows.state, rows.action], Monomials.to_degree(4, 2)
+    windows = Windows.of(rows, 8)
+    numbers = RNG.standard_normal(len(terms))
+    averaged = Values(values, windows).of(terms) @ numbers
+    np.testing.assert_allclose(averaged, windows.averaged(Polynomial(terms, numbers).evaluate(values)), atol=1e-12)
+    ends = windows.starts + windows.rows - 1
+    assert (rows.trajectory[windows.starts] == rows.trajectory[ends]).all()
+    assert (rows.step[ends] - rows.step[windows.starts] == 7).all()
+    assert len(windows.starts) == 4 * len(range(0, 49 - 8 + 1, 2))
+
+
+@pytest.mark.parametrize("level", [True, False], ids=["a level and what varies about it", "two that are alike"])
+def test_columns_that_explain_only_together_are_found_among_others(level: bool) -> None:
+    """Alone each of the two explains less than noise seems to: thrust about weight, a rate and its command."""
+    rng, ones = np.random.default_rng(4), np.ones(400)
+    varies, others = rng.standard_normal((400, 2)), rng.standard_normal((400, 60))
+    pair = np.c_[ones, 1.0 + 0.01 * varies[:, 0]] if level else rng.standard_normal((400, 1)) + 0.1 * varies
+    target = varies[:, 0] if level else pair[:, 0] - pair[:, 1]
+    columns = np.c_[pair, others] if level else np.c_[ones, pair, others]
+    columns = columns / np.linalg.norm(columns, axis=0)
+    found = {
+        together: beam_search(
+            columns.T @ columns,
+            columns.T @ target,
+            float(target @ target),
+            width=8,
+            branch=6,
+            limit=14,
+            together=together,
+        )
+        for together in (False, True)
+    }
+    wanted = {0, 1} if level else {1, 2}
+    assert set(found[True][2]) == wanted
+    assert set(found[False][2]) != wanted
+
+
+def test_noise_is_no_equation_and_a_lag_is_found_beside_it() -> None:
+    equations = BeamSearch(windows=MEASURED).fit(follower(0.05))
+    assert {str(symbol) for symbol in equations.next["wz"].free_symbols} == {"wz"}
+    assert {str(symbol) for symbol in equations.next["vx"].free_symbols} == {"vx", "speed"}
+    step = equations.next["vx"].subs({symbol("vx"): 0.0, symbol("speed"): 1.0})
+    assert float(step) == pytest.approx(0.2, rel=0.1)
+
+
+def test_a_free_run_is_the_recursion_and_the_plainest_of_equal_ones_is_taken() -> None:
+    rows = follower(0.0)
+    lag, still = (
+        Polynomial(Monomials(np.array(p)), np.array(n))
+        for p, n in (([[1, 0, 0, 0], [0, 0, 0, 1]], [-0.2, 0.2]), ([[1, 0, 0, 0]], [0.0]))
+    )
+    errors: list[Array] = [free_runs(one, "vx", Variables.of(rows.layouts), rows, 20) for one in (lag, still)]
+    assert errors[0].max() < 1e-20
+    assert errors[1].mean() > 0.01
+    assert plainest([lag, still], errors) is lag
+    assert plainest([lag, still], [errors[0], errors[0]]) is still

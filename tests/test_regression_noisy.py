@@ -121,3 +121,10 @@ def test_a_free_run_is_the_recursion_and_the_plainest_of_equal_ones_is_taken() -
     assert errors[1].mean() > 0.01
     assert plainest([lag, still], errors) is lag
     assert plainest([lag, still], [errors[0], errors[0]]) is still
+
+
+@pytest.mark.parametrize("rows", [25, 60, 400])
+def test_one_short_log_has_equations_without_a_warning(rows: int, recwarn: pytest.WarningsRecorder) -> None:
+    log = follower(0.05, rows=rows, logs=1)
+    assert BeamSearch(windows=MEASURED).fit(log).next.keys() == {"vx", "wz"}
+    assert not [str(one.message) for one in recwarn]

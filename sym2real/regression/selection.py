@@ -13,7 +13,7 @@ from sym2real.dataset import Transitions
 from sym2real.regression.monomials import Monomials, Powers
 from sym2real.regression.refit import refit
 from sym2real.regression.search import beam_search
-from sym2real.regression.windows import Values
+from sym2real.regression.windows import Values, Windows
 from sym2real.trajectory import Array
 
 Mask = NDArray[np.bool_]
@@ -27,15 +27,16 @@ FAR_OFF = 3.0
 LEAST_WEIGHT = 0.03
 
 
-def validation_rows(transitions: Transitions, seed: int, size: int = BLOCK) -> Mask:
-    """Every other block of ``size`` steps ``# (rows,)``; ``seed`` shifts the blocks, by half their size each.
+def validation_rows(transitions: Transitions, seed: int, windows: Windows) -> Mask:
+    """Windows in every other block of 20 steps, or four windows ``# (windows,)``; ``seed`` shifts blocks by half each.
 
-    Neighbouring rows are nearly alike, so whole blocks are held back. A table shorter than two blocks is split row
-    by row.
+    Neighbouring rows are nearly alike, so whole blocks are held back. A table shorter than two blocks is split window
+    by window.
     """
-    block = (transitions.step + seed * (size // 2)) // size + transitions.trajectory
+    size, starts = max(BLOCK, 4 * windows.rows), windows.starts
+    block = (transitions.step[starts] + seed * (size // 2)) // size + transitions.trajectory[starts]
     if len(np.unique(block % 2)) < 2:
-        block = np.arange(len(transitions))
+        block = np.arange(len(starts))
     held: Mask = block % 2 == 1
     return held
 

@@ -11,7 +11,7 @@ from sym2real.regression.features import Variables
 from sym2real.regression.monomials import Monomials
 from sym2real.regression.polynomial import Polynomial
 from sym2real.regression.refit import Loss, refit
-from sym2real.regression.selection import BLOCK, SearchSettings, Table, validation_rows
+from sym2real.regression.selection import SearchSettings, Table, validation_rows
 from sym2real.regression.windows import Values, Windows
 from sym2real.trajectory import Array
 
@@ -54,7 +54,7 @@ class Stage:
             candidates,
             signs=variables.signs,
             multipliers=variables.multipliers,
-            held=validation_rows(transitions, seed, max(BLOCK, 4 * window))[self.windows.starts],
+            held=validation_rows(transitions, seed, self.windows),
             settings=search,
         )
 

@@ -11,7 +11,7 @@ from noisy_flights import LEFT_OUT, flights_with
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Fall, Finding, Gate, diagnose
 from sym2real.diagnosis.conclusion import summary, verdict
-from sym2real.diagnosis.errors.rungs import Stage, StageError, windows_of
+from sym2real.diagnosis.errors.rungs import Stage, StageError, ladder, windows_of
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.faults.fault import Fault
@@ -26,8 +26,10 @@ from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.leftover import Leftover, find_misfit
 from sym2real.effects import effect
+from sym2real.experiments.noisy_runs import noisy_runs
 from sym2real.report.diagnosis import gate_line
-from sym2real.robots import CRAZYFLIE
+from sym2real.robots import CRAZYFLIE, ROBOTS
+from sym2real.tasks import make_task
 
 
 def stage(name: str, position: float, attitude: float) -> Stage:
@@ -78,6 +80,15 @@ def test_predictions_that_are_worse_than_no_change_judge_nothing() -> None:
     assert not gate.foretold
     assert not Gate(ends[0], replace(ends[1], foretells=True)).passed
     assert "worse than that nothing changes" in gate_line(gate, Fall(0.8, "position", -1.0))
+
+
+def test_predictions_of_a_hover_judge() -> None:
+    """Where hardly anything moves, that nothing changes is as good; but not surely better."""
+    robot = ROBOTS["crazyflie"]
+    logs = noisy_runs(robot, [make_task("hover", robot)], count=4, rows=300, seed=3)
+    library = Library.of(robot.nominal(), [])
+    (base,) = ladder(library, logs, [("base", library.null[None])], None, horizons=(0.8, 2.0))
+    assert base.foretells
 
 
 def test_findings_that_improve_no_prediction_are_no_answer() -> None:

@@ -146,6 +146,12 @@ def test_no_rate_is_early_what_it_is_of_is_late(robot: str, late: Late, rate: st
     assert not any(reading.column == rate for reading in readings(of_all(late, broken)))
 
 
+def test_one_early_rate_among_others_makes_nothing_else_late() -> None:
+    early = Late("velocity", ("vx",), -2, 0.02)
+    broken = Dataset(made(early, log).rows(10, len(log) - 10) for log in healthy("crazyflie"))
+    assert {fault.effect for fault in check(ROBOTS["crazyflie"].nominal(), broken).faults} == {"time_shift:vx"}
+
+
 @pytest.mark.parametrize("factor", [np.rad2deg(1.0), 265.0], ids=["degrees", "percent"])
 def test_a_steering_in_another_unit_mirrors_no_world(factor: float) -> None:
     logs = (with_columns(log, {"steer": factor * log.column("steer")}) for log in healthy("mushr"))

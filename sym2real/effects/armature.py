@@ -20,7 +20,7 @@ OVERSTATED = 0.5  # part of it that a description may likely be too large by
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     unit, scale = ("kg m²" if body.unit == "rad" else "kg"), 0.1 * inertia(body)
     # A description may overstate what turns with the joint, at most by all that a force along it moves while no other
-    # joint is held: with less, the masses of the whole robot are not positive definite, and nothing can move so.
+    # joint is held: with less, the masses of the whole robot, in the pose it stands in, are not positive definite.
     most = body.numbers.get(ALONE.format(column=body.column), inf)
     low = -OVERSTATED * min(most, inertia(body))
     return (Parameter("value", unit, 0.0, low, 30 * scale, scale, domain=Domain(-most, open=True)),)

@@ -83,7 +83,8 @@ class BeamSearch:
 
     def _fit(self, transitions: Transitions, start: Equations | None) -> Equations:
         variables = Variables.of(transitions.layouts, self.angles)
-        rows = [window for window in self.windows if len(Windows.of(transitions, window).starts) >= FEWEST]
+        plain = transitions.where(~pushed_rows(transitions, variables))
+        rows = [window for window in self.windows if len(Windows.of(plain, window).starts) >= FEWEST]
         bases = [self._base_stage(transitions, variables, window) for window in rows or [1]]
         push = wrench_stage(transitions, variables, self.search, self.loss, self.seed) if self.wrench else None
         expressions = {}

@@ -51,9 +51,12 @@ def free_runs(added: Polynomial, column: str, variables: Variables, transitions:
         for row in range(rows):
             now = values[starts + row]
             now[:, own] = state
+            if column in variables.angles:
+                sine = len(variables.columns) + variables.angles.index(column)
+                now[:, sine], now[:, sine + len(variables.angles)] = np.sin(state), np.cos(state)
             state = state + added.evaluate(now)
             measured = transitions.next_state[starts + row]
             if others:
                 state = state / np.sqrt(state**2 + np.square(measured[:, others]).sum(axis=1))
             squares += np.square(state - measured[:, place]) / rows
-    return np.nan_to_num(squares, nan=DIVERGED, posinf=DIVERGED)
+    return np.minimum(np.nan_to_num(squares, nan=DIVERGED, posinf=DIVERGED), DIVERGED)

@@ -112,10 +112,10 @@ def beam_search(
         width: supports kept at every size.
         branch: columns tried on each of them.
         limit: size to stop at.
-        together: look for columns that explain only together, too: begin with the first one, which is the constant, as
-            well, and drop columns again from the largest set on, since such are found late, behind others that are
-            needed no longer (floating search: P. Pudil, J. Novovičová, J. Kittler, "Floating search methods in feature
-            selection", Pattern Recognition Letters 15, 1994).
+        together: look for columns that explain only together, too: begin with the first one, the constant where there
+            is one, as well, and drop columns again from the largest set on, since such are found late, behind others
+            that are needed no longer (floating search: P. Pudil, J. Novovičová, J. Kittler, "Floating search methods in
+            feature selection", Pattern Recognition Letters 15, 1994).
     """
     beam = [empty_support(gram, correlation, energy)]
     found: list[tuple[int, ...]] = [()]

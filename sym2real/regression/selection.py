@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from itertools import zip_longest
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +67,7 @@ class SearchSettings:
         growth: degree that chosen terms are multiplied up to.
         rounds: how often they are, as long as that lowers the score.
         noisy: where rows are: look for terms that explain only together, too, which noise hides one by one, and judge
-            their number by rows that had no part in choosing them.
+            their number by windows that begin among rows which had no part in choosing them.
     """
 
     width: int = 8
@@ -149,11 +148,14 @@ class Pool:
     def choose(self, target: Array, settings: SearchSettings) -> Choice:
         """The best set of terms for a target ``# (rows,)`` whose spread is 1."""
         found = self._supports(self.columns, self.gram, target, settings)
-        honest = self._errors_of_size(target, settings) if settings.noisy else []
+        errors: Iterable[float] = (
+            self._errors_of_size(target, settings)
+            if settings.noisy
+            else (validation_error(self.columns[:, list(support)], target, self.held) for support in found)
+        )
         choices = []
-        for support, known in zip_longest(map(list, found), honest[: len(found)]):
-            terms = self.terms.where(support)
-            error = validation_error(self.columns[:, support], target, self.held) if known is None else known
+        for support, error in zip(found, errors, strict=False):  # a size that no half has is none that can be judged
+            terms = self.terms.where(list(support))
             choices.append(Choice(terms, error, score(error, terms, settings.parsimony, honest=settings.noisy)))
         return min(choices, key=lambda choice: choice.score)
 

@@ -45,7 +45,7 @@ class StageError:
 class Stage:
     """A model of the ladder: errors by horizon and channel.
 
-    It foretells something where all that is judged is off by less, at some horizon, than if nothing changed.
+    It foretells something where, at some horizon, nothing that is judged is surely worse than if nothing changed.
     """
 
     model: str
@@ -163,7 +163,7 @@ def ladder(
         mine = problem.states_by_segment(sets, folds if len(sets) > 1 else torch.zeros_like(folds))
         table = {horizon: _errors(mine[:, count], windows, count) for horizon, count in steps.items()}
         pairs = zip(table.values(), unchanged, strict=True)
-        foretells = any(all(errors[c].value < still[c].value for c in judged(errors)) for errors, still in pairs)
+        foretells = any(all(errors[c].low <= still[c].high for c in judged(errors)) for errors, still in pairs)
         found.append(Stage(name, table, foretells))
     return found
 

@@ -94,8 +94,8 @@ class Tried:
         lowered = f"{'it lowers' if len(self.findings) == 1 else 'together they lower'} the held-out loss by"
         sentence = f"{names}: {lowered} {_percent(self.gain)}"
         if self.unneeded and set(self.refused) == set(self.unneeded):
-            small = f"predictions do not need {' or '.join(self.unneeded)}, and whole logs do not establish it"
-            return f"The logs show {sentence}, but {small}{self._better}."
+            small = f"predictions do not need {' or '.join(self.unneeded)}"
+            return f"The logs show {sentence}, but {small}, and whole logs do not establish it{self._better}."
         if not self.supported:
             needed = f"{_percent(SETTINGS.gain)} and more than chance are needed"
             return f"The logs do not ask for {sentence}, {needed}{self._refused}{self._better}."

@@ -114,7 +114,7 @@ def _late_commands(balances: Balances, data: Dataset) -> Undoing | None:
     likely = [step_likelihood(balances.model, of_all(late, data)) for late in tried]
     best = int(np.argmax(likely))
     beside = max(value for late, value in zip(tried, likely, strict=True) if late.rows <= 0)
-    if likely[best] - beside <= -0.5 * np.log(SETTINGS.mistake_left) * sum(map(len, data)):
+    if not likely[best] - beside > -0.5 * np.log(SETTINGS.mistake_left) * sum(map(len, data)):  # or no number
         return None
     old, new = (balances(logs).losses.mean(0) for logs in (data, of_all(tried[best], data)))
     most = int(np.argmax(old - new))

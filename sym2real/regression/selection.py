@@ -22,6 +22,8 @@ BLOCK = 20
 FLOOR = 1e-9
 # Rows further off than so many median errors weigh less in the second choice.
 FAR_OFF = 3.0
+# Noisy rows that a term needs at least.
+ROWS_A_TERM = 4
 # No row weighs less: the few rows that leave the calm region are what shows the terms that act there.
 LEAST_WEIGHT = 0.03
 
@@ -183,7 +185,8 @@ class Pool:
             float(target @ target),
             width=settings.width,
             branch=settings.branch,
-            limit=settings.terms,
+            # More terms than that nobody can tell from noise, and some of them depend on the others.
+            limit=min(settings.terms, len(target) // ROWS_A_TERM) if settings.noisy else settings.terms,
             together=settings.noisy,
         )
 

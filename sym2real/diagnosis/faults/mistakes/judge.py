@@ -110,11 +110,14 @@ def _late_commands(balances: Balances, data: Dataset) -> Undoing | None:
     Commands that change from row to row tell rows apart step by step; over a stretch their changes sum to little. What
     takes effect later than it is sent must not say as much.
     """
+    if data.dt < (1.0 - SETTINGS.time_step) * balances.model.dt:  # such rows are no steps of the model
+        return None
     tried = [Late("commands", data.layouts.action.columns, rows, data.dt) for rows in COMMAND_ROWS]
     likely = [step_likelihood(balances.model, of_all(late, data)) for late in tried]
     best = int(np.argmax(likely))
     beside = max(value for late, value in zip(tried, likely, strict=True) if late.rows <= 0)
-    if not likely[best] - beside > -0.5 * np.log(SETTINGS.mistake_left) * sum(map(len, data)):  # or no number
+    left = np.exp(2.0 * (beside - likely[best]) / sum(map(len, data)))
+    if not left < SETTINGS.mistake_left:  # or no number
         return None
     old, new = (balances(logs).losses.mean(0) for logs in (data, of_all(tried[best], data)))
     most = int(np.argmax(old - new))

@@ -121,10 +121,7 @@ def try_effect(
     on_progress(f"fitting {', '.join(keys)}")
     selection, gain = _fitted(prepared, keys)
     beside = {candidate.name: _beside(selection, candidate) for candidate in selection.chosen}
-    shown = [key for key in keys if beside[key] > SETTINGS.gain and _significant(selection, key)]
-    # As in a search, on a copy: what is not supported is reported with its values, too.
-    unneeded = {member.name for member in keep_needed(copy(selection), prepared.library, prepared.checked.data)}
-    supported = tuple(key for key in shown if key not in unneeded)
+    supported, unneeded = _supported(selection, prepared, beside)
     on_progress("trying other effects in its place")
     others = [candidate for candidate in prepared.tried if not set(keys) & set(candidate.keys)]
     rivals = {candidate.name: _rivals(selection, candidate, others) for candidate in selection.chosen}
@@ -140,7 +137,7 @@ def try_effect(
         gain=gain,
         beside=beside,
         refused=tuple(key for key in keys if key not in supported),
-        unneeded=tuple(key for key in shown if key in unneeded),
+        unneeded=unneeded,
         rivals=tuple(rival for key in keys for rival in _worth_a_line(rivals[key], beside[key])),
         faults=prepared.checked.faults,
         ladder=stages,
@@ -150,6 +147,16 @@ def try_effect(
         notes=(*prepared.notes, *cut_said(horizons, horizon)),
         seconds=time.perf_counter() - started,
     )
+
+
+def _supported(
+    selection: Selection, prepared: Prepared, beside: Mapping[str, float]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The effects that are beyond chance: those that predictions need, and those that they do not."""
+    shown = [key for key, gain in beside.items() if gain > SETTINGS.gain and _significant(selection, key)]
+    # As in a search, on a copy: what is not supported is reported with its values, too.
+    small = {member.name for member in keep_needed(copy(selection), prepared.library, prepared.checked.data)}
+    return tuple(key for key in shown if key not in small), tuple(key for key in shown if key in small)
 
 
 def _worth_a_line(rivals: Sequence[Rival], beside: float) -> Sequence[Rival]:

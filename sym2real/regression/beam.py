@@ -11,7 +11,7 @@ without a wrench.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 import sympy
@@ -85,7 +85,7 @@ class BeamSearch:
         variables = Variables.of(transitions.layouts, self.angles)
         plain = transitions.where(~pushed_rows(transitions, variables))
         rows = [window for window in self.windows if len(Windows.of(plain, window).starts) >= FEWEST]
-        bases = [self._base_stage(transitions, variables, window) for window in rows or [1]]
+        bases = [self._base_stage(plain, variables, window) for window in rows or [1]]
         push = wrench_stage(transitions, variables, self.search, self.loss, self.seed) if self.wrench else None
         expressions = {}
         for column in transitions.layouts.state:
@@ -93,16 +93,17 @@ class BeamSearch:
             expressions[column] = self._equation(column, bases, push, earlier)
         return Equations(next=expressions, layouts=transitions.layouts, dt=transitions.dt)
 
-    def _base_stage(self, transitions: Transitions, variables: Variables, window: int) -> Stage:
-        plain = Monomials.to_degree(variables.plain, self.degree)
+    def _base_stage(self, plain: Transitions, variables: Variables, window: int) -> Stage:
+        terms = Monomials.to_degree(variables.plain, self.degree)
         return Stage(
-            transitions.where(~pushed_rows(transitions, variables)),
+            plain,
             variables,
-            Monomials(np.pad(plain.powers, ((0, 0), (0, len(variables.wrench))))),
-            search=replace(self.search, noisy=len(self.windows) > 1),
+            Monomials(np.pad(terms.powers, ((0, 0), (0, len(variables.wrench))))),
+            search=self.search,
             loss=self.loss,
             seed=self.seed,
             window=window,
+            noisy=len(self.windows) > 1,
         )
 
     def _equation(

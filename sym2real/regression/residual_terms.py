@@ -25,6 +25,7 @@ from sym2real.regression.monomials import Monomials
 from sym2real.regression.polynomial import Polynomial
 from sym2real.regression.refit import refit
 from sym2real.regression.search import beam_search
+from sym2real.regression.windows import Windows
 from sym2real.trajectory import Array
 
 BLOCK = 20  # rows that validate, or teach, together
@@ -87,7 +88,8 @@ class _Search:
 
     def __init__(self, transitions: Transitions, settings: ResidualSettings, variables: Variables) -> None:
         self.settings, self.variables = settings, variables
-        self.starts, block = _windows(transitions, settings.window)
+        starts, block = _windows(transitions, settings.window)
+        self.windows = Windows(starts, settings.window)
         blocks = len(np.unique(block))
         if blocks < FEWEST:
             raise ModelError(
@@ -102,18 +104,12 @@ class _Search:
         self.candidates = Monomials(np.pad(plain.powers, ((0, 0), (0, len(variables.wrench)))))
         self._pools: dict[bytes, tuple[Monomials, Array, Array]] = {}
 
-    def _averaged(self, rows: Array) -> Array:
-        """Means over the windows ``# (windows, …)``."""
-        sums = np.concatenate([np.zeros((1, *rows.shape[1:])), np.cumsum(rows, axis=0)])
-        averaged: Array = (sums[self.starts + self.settings.window] - sums[self.starts]) / self.settings.window
-        return averaged
-
     def _pool(self, sign: Rows) -> tuple[Monomials, Array, Array]:
         """Candidates of a sign pattern, their averaged values and the norms of these."""
         key = sign.tobytes()
         if key not in self._pools:
             terms = self.candidates.where((self.variables.signs(self.candidates.powers) == sign).all(axis=1))
-            columns = self._averaged(terms.evaluate(self.values / self.scale))
+            columns = self.windows.averaged(terms.evaluate(self.values / self.scale))
             norms = np.linalg.norm(columns, axis=0)
             alive = norms > 1e-9 * norms.max(initial=0.0)
             self._pools[key] = terms.where(alive), columns[:, alive] / norms[alive], norms[alive]
@@ -122,7 +118,7 @@ class _Search:
     def polynomial(self, column: str, rows: Array) -> Polynomial:
         """The terms of a column for what is left of it ``# (rows,)``."""
         terms, columns, norms = self._pool(self.variables.sign_of(column))
-        target = self._averaged(rows)
+        target = self.windows.averaged(rows)
         size = float(np.sqrt(np.mean(target**2))) or 1.0
         supports = beam_search(
             columns.T @ columns,

@@ -6,18 +6,13 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sym2real.dataset import Transitions
 from sym2real.regression.monomials import Monomials, Powers
 from sym2real.regression.refit import refit
 from sym2real.regression.search import beam_search
-from sym2real.regression.windows import Values, Windows
+from sym2real.regression.windows import Mask, Values
 from sym2real.trajectory import Array
 
-Mask = NDArray[np.bool_]
-
-BLOCK = 20
 # Validation errors below this share of the target's spread are rounding; they justify no further term.
 FLOOR = 1e-9
 # Rows further off than so many median errors weigh less in the second choice.
@@ -26,20 +21,6 @@ FAR_OFF = 3.0
 ROWS_A_TERM = 4
 # No row weighs less: the few rows that leave the calm region are what shows the terms that act there.
 LEAST_WEIGHT = 0.03
-
-
-def validation_rows(transitions: Transitions, seed: int, windows: Windows) -> Mask:
-    """Windows in every other block of 20 steps, or four windows ``# (windows,)``; ``seed`` shifts blocks by half each.
-
-    Neighbouring rows are nearly alike, so whole blocks are held back. A table shorter than two blocks is split window
-    by window.
-    """
-    size, starts = max(BLOCK, 4 * windows.rows), windows.starts
-    block = (transitions.step[starts] + seed * (size // 2)) // size + transitions.trajectory[starts]
-    if len(np.unique(block % 2)) < 2:
-        block = np.arange(len(starts))
-    held: Mask = block % 2 == 1
-    return held
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +49,6 @@ class SearchSettings:
         parsimony: what a term of degree 3 must lower ln(validation error) by, at least (see :func:`score`).
         growth: degree that chosen terms are multiplied up to.
         rounds: how often they are, as long as that lowers the score.
-        noisy: where rows are: look for terms that explain only together, too, which noise hides one by one, and judge
-            their number by windows that begin among rows which had no part in choosing them.
     """
 
     width: int = 8
@@ -78,7 +57,6 @@ class SearchSettings:
     parsimony: float = 0.07
     growth: int = 4
     rounds: int = 3
-    noisy: bool = False
 
 
 def validation_error(columns: Array, target: Array, held: Mask) -> float:
@@ -147,18 +125,18 @@ class Pool:
             self.held,
         )
 
-    def choose(self, target: Array, settings: SearchSettings) -> Choice:
-        """The best set of terms for a target ``# (rows,)`` whose spread is 1."""
-        found = self._supports(self.columns, self.gram, target, settings)
+    def choose(self, target: Array, settings: SearchSettings, *, noisy: bool) -> Choice:
+        """The best set of terms for a target ``# (rows,)`` whose spread is 1; ``noisy`` as a :class:`Table` says."""
+        found = _supports(self.columns, self.gram, target, settings, noisy=noisy)
         errors: Iterable[float] = (
             self._errors_of_size(target, settings)
-            if settings.noisy
+            if noisy
             else (validation_error(self.columns[:, list(support)], target, self.held) for support in found)
         )
         choices = []
         for support, error in zip(found, errors, strict=False):  # a size that no half has is none that can be judged
             terms = self.terms.where(list(support))
-            choices.append(Choice(terms, error, score(error, terms, settings.parsimony, honest=settings.noisy)))
+            choices.append(Choice(terms, error, score(error, terms, settings.parsimony, honest=noisy)))
         return min(choices, key=lambda choice: choice.score)
 
     def _errors_of_size(self, target: Array, settings: SearchSettings) -> list[float]:
@@ -172,23 +150,25 @@ class Pool:
             norms = np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
             columns = columns / norms
             unseen = self.columns[~fitted] / norms
-            supports = map(list, self._supports(columns, columns.T @ columns, own, settings))
+            supports = map(list, _supports(columns, columns.T @ columns, own, settings, noisy=True))
             left = (other - unseen[:, chosen] @ refit(columns[:, chosen], own, "l2") for chosen in supports)
             logarithms.append([np.log(np.mean(wrong**2) + np.finfo(float).tiny) for wrong in left])
         return [float(np.exp(np.mean(both) / 2)) for both in zip(*logarithms, strict=False)]
 
-    @staticmethod
-    def _supports(columns: Array, gram: Array, target: Array, settings: SearchSettings) -> list[tuple[int, ...]]:
-        return beam_search(
-            gram,
-            columns.T @ target,
-            float(target @ target),
-            width=settings.width,
-            branch=settings.branch,
-            # More terms than that nobody can tell from noise, and some of them depend on the others.
-            limit=min(settings.terms, len(target) // ROWS_A_TERM) if settings.noisy else settings.terms,
-            together=settings.noisy,
-        )
+
+def _supports(
+    columns: Array, gram: Array, target: Array, settings: SearchSettings, *, noisy: bool
+) -> list[tuple[int, ...]]:
+    return beam_search(
+        gram,
+        columns.T @ target,
+        float(target @ target),
+        width=settings.width,
+        branch=settings.branch,
+        # More terms than that nobody can tell from noise, and some of them depend on the others.
+        limit=min(settings.terms, len(target) // ROWS_A_TERM) if noisy else settings.terms,
+        together=noisy,
+    )
 
 
 class Table:
@@ -200,6 +180,8 @@ class Table:
         signs: sign pattern of products' powers (see ``Variables.signs``).
         multipliers: products that chosen terms may be multiplied by.
         held: the half of the rows that validates the other ``# (rows,)``.
+        noisy: where rows are, terms that explain only together are looked for too, as noise hides them one by one, and
+            their number is judged by windows that begin among rows which had no part in choosing them.
     """
 
     def __init__(
@@ -211,9 +193,10 @@ class Table:
         multipliers: Monomials,
         held: Mask,
         settings: SearchSettings,
+        noisy: bool = False,
     ) -> None:
         self.values, self.candidates, self.signs = values, candidates, signs
-        self.multipliers, self.held, self.settings = multipliers, held, settings
+        self.multipliers, self.held, self.settings, self.noisy = multipliers, held, settings, noisy
         self._pools: dict[bytes, Pool] = {}
 
     def _of_sign(self, terms: Monomials, sign: Powers) -> Monomials:
@@ -249,13 +232,13 @@ class Table:
 
     def _grown(self, pool: Pool, target: Array, weights: Array, sign: Powers) -> Choice:
         """Terms for a weighted target: what is chosen is multiplied by further factors and chosen from again."""
-        choice = pool.choose(target, self.settings)
+        choice = pool.choose(target, self.settings, noisy=self.noisy)
         for _ in range(self.settings.rounds):
             fresh = self._of_sign(choice.terms.times(self.multipliers), sign).without(pool.terms, self.settings.growth)
             if not len(fresh):
                 break
             pool = pool.grown(fresh, self.values, weights)
-            better = pool.choose(target, self.settings)
+            better = pool.choose(target, self.settings, noisy=self.noisy)
             if better.score >= choice.score:
                 break
             choice = better

@@ -11,7 +11,7 @@ from sym2real.regression.features import Variables
 from sym2real.regression.monomials import Monomials
 from sym2real.regression.polynomial import Polynomial
 from sym2real.regression.refit import Loss, refit
-from sym2real.regression.selection import SearchSettings, Table, validation_rows
+from sym2real.regression.selection import SearchSettings, Table
 from sym2real.regression.windows import Values, Windows
 from sym2real.trajectory import Array
 
@@ -30,6 +30,7 @@ class Stage:
         candidates: products to choose from.
         seed: shifts the blocks of rows that validate each other.
         window: rows over which changes and terms are averaged.
+        noisy: as a :class:`Table` says.
     """
 
     def __init__(
@@ -42,6 +43,7 @@ class Stage:
         loss: Loss,
         seed: int,
         window: int = 1,
+        noisy: bool = False,
     ) -> None:
         self.transitions, self.variables, self.loss = transitions, variables, loss
         self.values = variables.values_of(transitions)
@@ -54,8 +56,9 @@ class Stage:
             candidates,
             signs=variables.signs,
             multipliers=variables.multipliers,
-            held=validation_rows(transitions, seed, self.windows),
+            held=self.windows.validating(transitions, seed),
             settings=search,
+            noisy=noisy,
         )
 
     def increments(self, column: str) -> Array:

@@ -21,6 +21,9 @@ from sym2real.trajectory import Array
 MEASURED = (1, 2, 5, 10, 20, 40)
 # So many windows and more are worth a search.
 FEWEST = 20
+BLOCK = 20  # rows that validate together
+
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +51,24 @@ class Windows:
 
     def averaged(self, rows: Array) -> Array:
         """Means over the windows ``# (rows, …) -> (windows, …)``."""
-        means: Array = rows[self.starts[:, None] + np.arange(self.rows)].mean(axis=1)
+        if self.rows == 1:
+            return rows[self.starts]
+        sums = np.concatenate([np.zeros((1, *rows.shape[1:])), np.cumsum(rows, axis=0)])
+        means: Array = (sums[self.starts + self.rows] - sums[self.starts]) / self.rows
         return means
+
+    def validating(self, transitions: Transitions, seed: int) -> Mask:
+        """Those in every other block of 20 rows, or of four windows ``# (windows,)``; ``seed`` shifts by half a block.
+
+        Neighbouring rows are nearly alike, so whole blocks are held back. A table shorter than two blocks is split
+        window by window.
+        """
+        size = max(BLOCK, 4 * self.rows)
+        block = (transitions.step[self.starts] + seed * (size // 2)) // size + transitions.trajectory[self.starts]
+        if len(np.unique(block % 2)) < 2:
+            block = np.arange(len(self.starts))
+        held: Mask = block % 2 == 1
+        return held
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ from sym2real.report.ladder import ladder_table
 from sym2real.report.tables import number, table_of
 
 STYLE = {"EFFECT": "bold yellow", "NOTHING_MISSING": "bold green", "UNEXPLAINED": "bold red", "CANNOT_TELL": "bold"}
+NOT_FORETOLD = "predictions here are worse than that nothing changes, and judge nothing"
 
 
 def diagnosis_report(diagnosis: Diagnosis, shown_before: Collection[str] = ()) -> RenderableType:
@@ -69,7 +70,7 @@ def leftover_lines(leftovers: Sequence[Leftover]) -> list[str]:
 def gate_line(gate: Gate, best: Fall) -> str:
     """Whether held-out predictions become better by as much as they must, and none worse; nothing of mere noise."""
     if not gate.foretold:
-        return "[green]gate passed[/]: predictions here are worse than that nothing changes, and judge nothing"
+        return f"[green]gate passed[/]: {NOT_FORETOLD}"
     verdict = "[green]gate passed[/]" if gate.passed else "[red]gate not passed[/]"
     risen = "".join(
         f"; that of {rise.channel} after {rise.horizon:g} s rises by {-100 * rise.part:.0f} %, beyond its interval"

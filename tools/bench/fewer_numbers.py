@@ -49,7 +49,7 @@ def sizes(robot: str, mass: float, place: Path) -> dict[str, float]:
     Raises:
         ModelError: for an effect that the runs do not show.
     """
-    kept = place / f"sizes_{robot}.json"
+    kept = place / f"smallest_announced_{robot}.json"
     if not kept.exists():
         base, runs = base_of(robot, "simulator", place), simulate_case(Case(robot, seed=HEALTHY_SEED))
         rows = {(one.effect, one.parameter): one for one in plan(base.equations, runs).visible}

@@ -77,21 +77,9 @@ def plan(
     problem, tried = Problem(library, dataset), candidates(library, dataset)
     problems, sensors = _with_noise(problem, tried, noise)
     needed, predictions = _needed(problems, len(tried)), Predictions.of(problems, sensors)
+    chance = len(tried) if noise is None else None
     smooth = [candidate for candidate in tried if not candidate.needs_start]
-    free = tuple(tied for candidate in smooth for tied in candidate.free)
-    (fit,) = problems.quadratics([Hypothesis(free, library.null)])
-    information, places = fit.curvature.sum(0), _places(smooth)
-    sizes = (needed / information.diagonal().clamp_min(1e-300)).sqrt()
-    if noise is None and smooth:
-        own = [fit.part(places[candidate.name]) for candidate in smooth]
-        sizes = torch.maximum(sizes, torch.cat([sizes_beyond_chance(problems, part, len(tried)) for part in own]))
-    mattering = sizes.new_full(sizes.shape, inf) if predictions is None else predictions.of_parameters(free)
-    like = _alike(problems, smooth, information)
-    visible = [
-        replace(row, like=like[candidate.name])
-        for candidate in smooth
-        for row in _smooth_rows(candidate, library, sizes[places[candidate.name]], mattering[places[candidate.name]])
-    ]
+    visible = _smooth(smooth, problems, predictions, needed, chance)
     visible += [
         _threshold_row(candidate, problems, predictions, needed) for candidate in tried if candidate.needs_start
     ]
@@ -160,6 +148,31 @@ def _part_at_size(problems: Problems, first: Candidate, other: Candidate) -> boo
     whole = float(problems.whitening.loss(wanted[None]).sum())
     left = problems.whitening.loss(residuals[2:] - residuals[1]).sum(1)
     return float(left.min()) > (1.0 - SETTINGS.inseparable) * whole
+
+
+def _smooth(
+    smooth: Sequence[Candidate],
+    problems: Problems,
+    predictions: Predictions | None,
+    needed: float,
+    tried: int | None,
+) -> list[Visible]:
+    """Rows of effects that act from zero on; where the noise was measured its blocks and logs, too, must tell them."""
+    library, places = problems.problem.library, _places(smooth)
+    free = tuple(tied for candidate in smooth for tied in candidate.free)
+    (fit,) = problems.quadratics([Hypothesis(free, library.null)])
+    information = fit.curvature.sum(0)
+    sizes = (needed / information.diagonal().clamp_min(1e-300)).sqrt()
+    if tried is not None and smooth:
+        own = [fit.part(places[candidate.name]) for candidate in smooth]
+        sizes = torch.maximum(sizes, torch.cat([sizes_beyond_chance(problems, part, tried) for part in own]))
+    mattering = sizes.new_full(sizes.shape, inf) if predictions is None else predictions.of_parameters(free)
+    like = _alike(problems, smooth, information)
+    return [
+        replace(row, like=like[candidate.name])
+        for candidate in smooth
+        for row in _smooth_rows(candidate, library, sizes[places[candidate.name]], mattering[places[candidate.name]])
+    ]
 
 
 def _smooth_rows(candidate: Candidate, library: Library, seen: Tensor, mattering: Tensor) -> list[Visible]:

@@ -30,8 +30,7 @@ def beyond_chance(problems: Problems, fit: Fit, candidate: Candidate, origin: Te
     if problems.block_count < SETTINGS.fewest_pieces:
         return True
     distance = Distance.of(problems, fit, candidate, origin)
-    enough = len(candidate.free) + 1 < SETTINGS.fewest_logs <= problems.log_count
-    if enough and distance.chance(problems.logs) > SETTINGS.false_alarms_by_logs:
+    if _enough_logs(problems, len(candidate.free)) and distance.chance(problems.logs) > SETTINGS.false_alarms_by_logs:
         return False
     return distance.chance(problems.blocks) < SETTINGS.false_alarms / max(1, tried)
 
@@ -65,8 +64,14 @@ def sizes_beyond_chance(problems: Problems, fit: Fit, tried: int) -> Tensor:
     if problems.block_count < SETTINGS.fewest_pieces:
         return torch.zeros_like(here.away)
     sizes = here.sizes_at(SETTINGS.false_alarms / max(1, tried), problems.blocks)
-    enough = len(sizes) + 1 < SETTINGS.fewest_logs <= problems.log_count
-    return torch.maximum(sizes, here.sizes_at(SETTINGS.false_alarms_by_logs, problems.logs)) if enough else sizes
+    if not _enough_logs(problems, len(sizes)):
+        return sizes
+    return torch.maximum(sizes, here.sizes_at(SETTINGS.false_alarms_by_logs, problems.logs))
+
+
+def _enough_logs(problems: Problems, parameters: int) -> bool:
+    """Whether there are logs enough for a test on whole logs of so many parameters."""
+    return parameters + 1 < SETTINGS.fewest_logs <= problems.log_count
 
 
 @dataclass(frozen=True, eq=False)

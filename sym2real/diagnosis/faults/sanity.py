@@ -150,12 +150,14 @@ def _behind_their_rates(data: Dataset) -> Settled:
     for measured in dict.fromkeys(reading.of for reading in found):
         ahead = {reading.column: -reading.shift for reading in found if reading.of == measured}
         rows = round(float(np.median([*ahead.values()])) / data.dt) if min(ahead.values()) > 0 else 0
+        if not rows:
+            continue
         late = Late(*measured_by(data.layouts.state, measured), rows, data.dt)
         # A rate that was on time and is so no longer: then not what is measured was late.
         shifted = {
             reading.column for reading in readings(of_all(late, data)) if reading.shift and reading.of == measured
         }
-        if rows and shifted <= ahead.keys():
+        if shifted <= ahead.keys():
             said = ", ".join(f"{column} is {1e3 * by:.0f} ms ahead" for column, by in ahead.items())
             faults.append(Fault("", f"{late.name}: {said} of it", late.fix))
             data = of_all(late, data)

@@ -50,7 +50,7 @@ class Tried:
         gain: relative fall of the held-out whitened loss by all of them.
         beside: the same of each beside the others, by effect.
         refused: those that are not supported.
-        unneeded: those of them that are only too small to be announced.
+        unneeded: those of them that are beyond chance, but that predictions do not need.
         rivals: other effects in the place of each, the best first.
         faults: of the data, undone before the fit.
         ladder, floor, held_out, apart, notes, seconds: as of :class:`~sym2real.diagnosis.Diagnosis`.

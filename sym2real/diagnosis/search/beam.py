@@ -55,7 +55,7 @@ class SearchResult:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Remarks on the data, the method and what is too small to be announced."""
+        """Remarks on the data and the method, and effects beyond chance that predictions do not need."""
         small = "{}: beyond chance, but predictions do not need it, and whole logs do not establish it"
         return (*self.prepared.notes, *(small.format(candidate.name) for candidate in self.unneeded))
 

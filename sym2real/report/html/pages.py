@@ -10,6 +10,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import Comparison, Diagnosis, compare
 from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.diagnosis.faults.sanity import check
+from sym2real.report.diagnosis import NOT_FORETOLD
 from sym2real.report.html.accuracy import accuracy
 from sym2real.report.html.added import curves, ladder_charts, ladder_rows
 from sym2real.report.html.arrays import Arrays
@@ -144,7 +145,7 @@ def _added(variants: Variants, found: Diagnosis, observed: Observed, arrays: Arr
         best, passed = found.gate.best, "passed" if found.gate.passed else "not passed"
         fall = f"the held-out error of {best.channel} after {best.horizon:g} s falls by {100 * best.part:.0f} %"
         if not found.gate.foretold:
-            fall = "predictions here are worse than that nothing changes, and judge nothing"
+            fall = NOT_FORETOLD
         parts.append(Lines("", [f"Gate {passed}: {fall}."]))
     parts.append(curves(observed, arrays, switched=bool(found.findings)))
     equations: list[Formulas] = formulas(variants) if isinstance(variants, WithFindings) else []

@@ -119,11 +119,10 @@ def _late_commands(balances: Balances, data: Dataset) -> Undoing | None:
     left = np.exp(2.0 * (beside - likely[best]) / sum(map(len, data)))
     if not left < SETTINGS.mistake_left:  # or no number
         return None
-    old, new = (balances(logs).losses.mean(0) for logs in (data, of_all(tried[best], data)))
+    now, then = (balances(logs) for logs in (data, of_all(tried[best], data)))
+    old, new = now.losses.mean(0), then.losses.mean(0)
     most = int(np.argmax(old - new))
-    undoing = Undoing(
-        tried[best], balances(data).names[most], float(old[most]), float(new[most]), float(sum(old - new))
-    )
+    undoing = Undoing(tried[best], now.names[most], float(old[most]), float(new[most]), float(sum(old - new)))
     return undoing if undoing.after < SETTINGS.mistake_left else None
 
 

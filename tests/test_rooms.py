@@ -24,6 +24,7 @@ FLOORS: dict[str, int] = {
             "past",
             "trajectory",
             "dataset",
+            "level_ground",
             "protocols",
             "data",
             "native",

@@ -18,6 +18,7 @@ from sym2real.experiments.flights import car_drives
 from sym2real.experiments.measured import Measured, step_of
 from sym2real.files import write_text
 from sym2real.layout import Layouts
+from sym2real.level_ground import PLACE, any_heading_alike, at_many_headings
 from sym2real.logs import LogSpec, read_logs
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.regression import ENGINES, BeamSearch, Dependence, dependence
@@ -149,8 +150,13 @@ def learn_from_logs(
     if (steps := data.rows - len(data)) < FEWEST_ROWS:
         raise DataError(", ".join(map(str, paths)), f"at least {FEWEST_ROWS} steps to learn from", f"{steps}")
     search = ENGINES[engine](angles=like.recipe.angles)
-    search = replace(search, windows=MEASURED) if isinstance(search, BeamSearch) else search
-    equations = search.fit(data.transitions())
+    rows = data
+    if isinstance(search, BeamSearch):
+        search = replace(search, windows=MEASURED)
+    if any_heading_alike(layouts):
+        rows = at_many_headings(data)
+        search = replace(search, cyclic=PLACE) if isinstance(search, BeamSearch) else search
+    equations = search.fit(rows.transitions())
     given = {**(like.numbers if known else {}), **(numbers or {})}
     name, notes = like.name if known else "", (*equations.notes, FROM_LOGS)
     own = replace(equations, dt=step, robot=name, numbers=given, notes=notes)

@@ -10,12 +10,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from sym2real.level_ground import PLACE
 from sym2real.neural.composed import Base
 from sym2real.symbolic import Equations
 from sym2real.symbolic.expressions import symbol
-from sym2real.vocabulary import POSITION
-
-PLACE = POSITION.columns[:2]
 
 
 def cyclic_coordinates(base: Base) -> tuple[str, ...]:

@@ -44,6 +44,7 @@ class BeamSearch:
         wrench_nodes: how many of them are kept for wrench terms, where there are wrench inputs, learned or not: so
             an equation is the same with the wrench at zero as without it.
         search: how the search goes.
+        cyclic: columns that no change depends on.
         windows: rows over which a state's changes are averaged. Of several, as for measured rows with their noise,
             every equation is the plainest of those that run best on their own over the longest (:mod:`.windows`).
 
@@ -64,6 +65,7 @@ class BeamSearch:
     nodes: int = 85
     wrench_nodes: int = 20
     search: SearchSettings = field(default_factory=SearchSettings)
+    cyclic: Sequence[str] = ()
     windows: Sequence[int] = (1,)
 
     def fit(self, transitions: Transitions, start: Equations | None = None) -> Equations:
@@ -82,7 +84,7 @@ class BeamSearch:
             return self._fit(transitions, start)
 
     def _fit(self, transitions: Transitions, start: Equations | None) -> Equations:
-        variables = Variables.of(transitions.layouts, self.angles)
+        variables = Variables.of(transitions.layouts, self.angles, self.cyclic)
         plain = transitions.where(~pushed_rows(transitions, variables))
         rows = [window for window in self.windows if len(Windows.of(plain, window).starts) >= FEWEST]
         bases = [self._base_stage(plain, variables, window) for window in rows or [1]]

@@ -36,8 +36,8 @@ class Variables:
     quaternions: tuple[tuple[str, ...], ...]
 
     @classmethod
-    def of(cls, layouts: Layouts, angles: Sequence[str] = ()) -> Variables:
-        """Variables of these layouts.
+    def of(cls, layouts: Layouts, angles: Sequence[str] = (), cyclic: Sequence[str] = ()) -> Variables:
+        """Variables of these layouts, without the coordinates that nothing depends on.
 
         Raises:
             ShapeError: when an angle is not a column in rad.
@@ -47,7 +47,7 @@ class Variables:
             if everything.units[everything.columns[everything.index(angle)]] != "rad":
                 raise ShapeError(f"angle {angle!r} must be a column in rad, its unit is {everything.units[angle]!r}")
         wrench = layouts.inputs.pushes
-        columns = tuple(column for column in everything if column not in (*wrench, *NOT_A_CAUSE))
+        columns = tuple(column for column in everything if column not in (*wrench, *cyclic, *NOT_A_CAUSE))
         quaternions = tuple(field.columns for field in everything.fields if field.kind == "quaternion")
         return cls(columns, tuple(angles), wrench, quaternions)
 

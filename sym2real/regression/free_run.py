@@ -45,12 +45,12 @@ def free_runs(added: Polynomial, column: str, variables: Variables, transitions:
     field = next(field for field in layout.fields if column in field.columns)
     others = [] if field.kind == "vector" else [layout.index(other) for other in field.columns if other != column]
     values, starts = variables.values_of(transitions), Windows.of(transitions, rows).starts
-    own, place = variables.columns.index(column), layout.index(column)
+    own, place = [name == column for name in variables.columns], layout.index(column)
     state, squares = transitions.state[starts, place], np.zeros(len(starts))
     with np.errstate(over="ignore", invalid="ignore"):
         for row in range(rows):
             now = values[starts + row]
-            now[:, own] = state
+            now[:, np.flatnonzero(own)] = state[:, None]
             if column in variables.angles:
                 sine = len(variables.columns) + variables.angles.index(column)
                 now[:, sine], now[:, sine + len(variables.angles)] = np.sin(state), np.cos(state)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from answers import UNFORESEEN, Record, answer_of, refusal
+from log_changes import every_second
 
 from sym2real.cli.found import plain_simulator
 from sym2real.dataset import Dataset
@@ -75,6 +76,15 @@ def base_of(robot: str, kind: Kind, folder: Path, dt: float | None = None) -> Ba
         step = of.dt if dt is None else dt
         equations = quadrotor(of.mass, dt=step) if flies(of) else car(WHEELBASE, dt=step)
     return Base(robot, kind, equations.to_json())
+
+
+def calibrated(base: Base) -> Base:
+    """With what the healthy robot's runs say that it lacks: first principles have no simulator that would calibrate them."""
+    of, equations = ROBOTS[base.robot], base.equations
+    runs = simulate_case(Case(base.robot, seed=HEALTHY_SEED))
+    runs = Dataset(map(every_second, runs)) if equations.dt > of.dt else runs
+    found = diagnose(equations, as_read(equations, runs), plain_simulator(equations))
+    return replace(base, text=found.apply(equations).to_json())
 
 
 def _from_logs(robot: str, folder: Path) -> Equations:

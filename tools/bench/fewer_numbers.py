@@ -2,7 +2,7 @@
 
 Every effect is twice as large as ``plan`` says is found, and matters, in the standard set's runs; a force that swings
 needs √2 of a steady one. Bases are those of an analyst with commands of thrust and body rates, or of steering and
-speed.
+speed; what a diagnosis of the healthy robot's runs finds is added to first principles.
 
     python tools/bench/fewer_numbers.py --cases 1
     python tools/bench/fewer_numbers.py --cases 20 --sealed --json build/fewer_numbers.json
@@ -132,7 +132,8 @@ def main(settings: Settings) -> None:
     seeds, place, jobs = settings.seeds_of(BENCH), settings.place(BENCH), list[One]()
     for robot, keys in EFFECTS.items():
         large = sizes(robot, ROBOTS[robot].mass, place)
-        bases = tuple(base_of(robot, kind, place) for kind in KINDS)
+        made = (base_of(robot, kind, place) for kind in KINDS)
+        bases = tuple(calibrated(base) if base.kind == "first principles" else base for base in made)
         cases = (Case(robot, ((key, drawn(key, large[key], seed)),), seed, True) for seed in seeds for key in keys)
         jobs += [One(case, bases) for case in cases]
     records = settings.answers(BENCH, jobs)

@@ -3,7 +3,7 @@ every second row, another base.
 
 Cases are single effects of the standard set in one of its sizes, drawn by seed. Bases come about as on the command
 line, and logs go through files: what was learned at one step gets logs of another one resampled, first principles are
-made at the logs' own step.
+made at the logs' own step, with what a diagnosis of the healthy robot's runs adds to them.
 
     python tools/bench/invariance.py --cases 2
     python tools/bench/invariance.py --cases 60 --sealed --json build/invariance.json
@@ -19,7 +19,7 @@ from typing import Annotated
 import numpy as np
 import tyro
 from answers import ALONG_THE_WORLD, Record, first, same_first, within_both
-from bases import Base, Kind, base_of, diagnosed
+from bases import Base, Kind, base_of, calibrated, diagnosed
 from figures import Figure, report
 from hidden_scores import first_right
 from log_changes import CHANGES, drawn_turn
@@ -32,12 +32,13 @@ from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import ROBOTS
 
 BENCH, PLAIN, OWN_STEP = "invariance", "as it is", "own step"
+PRINCIPLES: Kind = "first principles"
 # Name → what is done to the logs, with which base; the last makes first principles at the step of the changed logs.
 CHANGED: dict[str, tuple[str, str]] = {
     PLAIN: ("", "simulator"),
     **{name: (name, "simulator") for name in CHANGES},
     "base from logs": ("", "logs"),
-    "first principles": ("", "first principles"),
+    "first principles": ("", PRINCIPLES),
     "half rate, first principles": ("half rate", OWN_STEP),
 }
 
@@ -105,9 +106,13 @@ def bases_of(options: Options, robot: str) -> dict[str, Base]:
     """Those that the chosen disguises need."""
     place = options.run.place(BENCH)
     needed = {CHANGED[name][1] for name in options.changes}
-    learned: tuple[Kind, ...] = ("simulator", "logs", "first principles")
+    learned: tuple[Kind, ...] = ("simulator", "logs")
     bases = {kind: base_of(robot, kind, place) for kind in learned if kind in needed}
-    return bases | {OWN_STEP: base_of(robot, "first principles", place, 2 * ROBOTS[robot].dt)}
+    steps = {PRINCIPLES: ROBOTS[robot].dt, OWN_STEP: 2 * ROBOTS[robot].dt}
+    written = {
+        name: calibrated(base_of(robot, PRINCIPLES, place, dt)) for name, dt in steps.items() if name in needed
+    }
+    return bases | written
 
 
 def figures(records: Sequence[Record], robot: str) -> list[Figure]:

@@ -3,70 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-import torch
 
-from sym2real import rotation
 from sym2real.dataset import Dataset
-from sym2real.trajectory import Array, Trajectory
+from sym2real.level_ground import Turn
+from sym2real.trajectory import Trajectory
 
 FARTHEST = 5.0  # m that a world's origin is moved by
 SPLIT = (0.4, 0.6)  # part of a log that its first piece is
 LATER = (20, 60)  # rows by which a log starts later
 
 Change = Callable[[Dataset, np.random.Generator], Dataset]
-
-
-@dataclass(frozen=True)
-class Turn:
-    """A world turned about its vertical axis, then moved in the plane.
-
-    Args:
-        angle: to the left, rad.
-        x, y: in m.
-    """
-
-    angle: float
-    x: float = 0.0
-    y: float = 0.0
-
-    @property
-    def inverse(self) -> Turn:
-        """What undoes it."""
-        x, y = _plane(-self.angle) @ [-self.x, -self.y]
-        return Turn(-self.angle, float(x), float(y))
-
-    def of_log(self, log: Trajectory) -> Trajectory:
-        """The log as somebody with another world frame would have written it; references ``ref_…`` too."""
-        columns = log.layouts.state.columns
-        state = self.of_states(log.state, columns)
-        wanted = [f"ref_{name}" for name in columns]
-        extra = dict(log.extra)
-        if all(name in extra for name in wanted):
-            turned = self.of_states(np.stack([extra[name] for name in wanted], axis=1), columns)
-            extra |= dict(zip(wanted, turned.T, strict=True))
-        return replace(log, state=state, extra=extra)
-
-    def of_states(self, states: Array, columns: tuple[str, ...]) -> Array:
-        """States ``# (rows, state)`` seen from the new world; body rates stay."""
-        result, at, matrix = states.copy(), columns.index, _plane(self.angle)
-        for pair, moved in ((("x", "y"), (self.x, self.y)), (("vx", "vy"), (0.0, 0.0))):
-            places = [at(name) for name in pair]
-            result[:, places] = states[:, places] @ matrix.T + moved
-        if "qw" in columns:
-            places = [at(name) for name in ("qw", "qx", "qy", "qz")]
-            half = torch.tensor([np.cos(self.angle / 2), 0.0, 0.0, np.sin(self.angle / 2)], dtype=torch.float64)
-            result[:, places] = rotation.multiply(half, torch.as_tensor(states[:, places])).numpy()
-        else:
-            places = [at(name) for name in ("cos_yaw", "sin_yaw")]
-            result[:, places] = states[:, places] @ matrix.T
-        return result
-
-
-def _plane(angle: float) -> Array:
-    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 
 
 def drawn_turn(rng: np.random.Generator) -> Turn:

@@ -79,7 +79,7 @@ def base_of(robot: str, kind: Kind, folder: Path, dt: float | None = None) -> Ba
 
 
 def calibrated(base: Base) -> Base:
-    """With what the healthy robot's runs say that it lacks: first principles have no simulator that would calibrate them."""
+    """With what the healthy robot's runs say that it lacks: no simulator calibrates first principles."""
     of, equations = ROBOTS[base.robot], base.equations
     runs = simulate_case(Case(base.robot, seed=HEALTHY_SEED))
     runs = Dataset(map(every_second, runs)) if equations.dt > of.dt else runs

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import tyro
 from answers import Record, first, same_first
-from bases import HEALTHY_SEED, Base, Kind, base_of, diagnosed
+from bases import HEALTHY_SEED, Base, Kind, base_of, calibrated, diagnosed
 from figures import Figure, report
 from repeated import Settings, share
 from rich.console import Console

@@ -109,9 +109,7 @@ def bases_of(options: Options, robot: str) -> dict[str, Base]:
     learned: tuple[Kind, ...] = ("simulator", "logs")
     bases = {kind: base_of(robot, kind, place) for kind in learned if kind in needed}
     steps = {PRINCIPLES: ROBOTS[robot].dt, OWN_STEP: 2 * ROBOTS[robot].dt}
-    written = {
-        name: calibrated(base_of(robot, PRINCIPLES, place, dt)) for name, dt in steps.items() if name in needed
-    }
+    written = {name: calibrated(base_of(robot, PRINCIPLES, place, dt)) for name, dt in steps.items() if name in needed}
     return bases | written
 
 

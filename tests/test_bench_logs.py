@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import torch
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tools" / "bench"))
 
@@ -21,9 +20,7 @@ from sym2real.experiments.flights import car_drives, quadrotor_flights
 from sym2real.experiments.noisy_runs import noisy_runs
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.robots import ROBOTS as OTHERS
-from sym2real.symbolic import Equations, compile_model
 from sym2real.tasks import make_task
-from sym2real.trajectory import Trajectory
 
 ROBOTS = {"crazyflie": CRAZYFLIE, "mushr": MUSHR}
 
@@ -34,36 +31,6 @@ def logs() -> dict[str, Dataset]:
     still = {name: [make_task("regulate", robot)] for name, robot in joints.items()}
     moving = {name: noisy_runs(robot, still[name], count=1, rows=120) for name, robot in joints.items()}
     return {"crazyflie": quadrotor_flights(2, 3, steps=120), "mushr": car_drives(3, 3, steps=120), **moving}
-
-
-def one_step_error(equations: Equations, log: Trajectory) -> float:
-    model = compile_model(equations, dtype=torch.float64)
-    arrays = (torch.as_tensor(values[:-1]) for values in (log.state, log.action, log.inputs))
-    difference = log.layouts.state.difference(model(*arrays), torch.as_tensor(log.state[1:]))
-    return float(difference.abs().max())
-
-
-@pytest.mark.parametrize("robot", ROBOTS)
-def test_a_turned_world_is_undone_by_its_inverse_and_keeps_the_physics(robot: str, logs: dict[str, Dataset]) -> None:
-    log, turn = logs[robot][0], log_changes.Turn(1.1, 0.5, -2.0)
-    turned = turn.of_log(log)
-    assert np.abs(turned.state - log.state).max() > 0.5
-    np.testing.assert_allclose(turn.inverse.of_log(turned).state, log.state, atol=1e-12)
-    # No law of motion knows where north is: the nominal equations miss a step by as much as before.
-    nominal = ROBOTS[robot].nominal()
-    assert one_step_error(nominal, turned) == pytest.approx(one_step_error(nominal, log), rel=0.5)
-
-
-def test_references_turn_with_the_world(logs: dict[str, Dataset]) -> None:
-    log = logs["mushr"][0]
-    columns = log.layouts.state.columns
-    with_reference = Trajectory(
-        log.time, log.state, log.action, log.inputs, log.layouts,
-        extra={f"ref_{name}": values for name, values in zip(columns, log.state.T, strict=True)},
-    )  # fmt: skip
-    turned = log_changes.Turn(0.7, 1.0, 2.0).of_log(with_reference)
-    for name in columns:
-        np.testing.assert_array_equal(turned.extra[f"ref_{name}"], turned.column(name))
 
 
 def test_cut_and_shuffled_logs_hold_every_row(logs: dict[str, Dataset]) -> None:

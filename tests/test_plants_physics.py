@@ -13,6 +13,7 @@ from paper_robots import PAPER_ROBOTS
 from sym2real import rotation
 from sym2real.effects import effect
 from sym2real.errors import ModelError, ShapeError
+from sym2real.level_ground import Turn
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.robots.robot import GRAVITY
@@ -101,17 +102,7 @@ def test_the_quaternion_stays_a_unit_one() -> None:
 
 def turned(robot: Robot, state: Array, yaw: float) -> Array:
     """The same state in a world turned by ``yaw`` about its vertical."""
-    result, columns = state.copy(), robot.layouts.state
-    matrix = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
-    for pair in (("x", "y"), ("vx", "vy")):
-        result[columns.indices(pair)] = matrix @ state[columns.indices(pair)]
-    if columns.has_field("attitude"):
-        about_z = torch.tensor([np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)], dtype=torch.float64)
-        result[3:7] = rotation.multiply(about_z, quaternion(state)).numpy()
-    else:
-        heading = np.arctan2(state[2], state[3]) + yaw
-        result[2:4] = np.sin(heading), np.cos(heading)
-    return result
+    return Turn(yaw).of_rows(state[None], robot.layouts.state)[0]
 
 
 @pytest.mark.parametrize("robot", PAPER_ROBOTS.values(), ids=PAPER_ROBOTS)

@@ -1,0 +1,117 @@
+"""Worlds turned about the vertical: what turns, what stays, and equations that do not know where north is.
+
+That MuJoCo turns with them is in ``test_plants_physics.py``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from paper_robots import PAPER_ROBOTS
+
+from sym2real.dataset import Dataset
+from sym2real.diagnosis import compare
+from sym2real.experiments.flights import car_drives, quadrotor_flights
+from sym2real.experiments.learning import learn_from_logs
+from sym2real.experiments.measured import measured
+from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.field import Field
+from sym2real.layout import Layout, Layouts
+from sym2real.level_ground import HEADINGS, Turn, any_heading_alike, at_many_headings
+from sym2real.logs import write_log
+from sym2real.robots import ROBOTS
+from sym2real.trajectory import Trajectory
+from sym2real.vocabulary import ATTITUDE_COMMAND
+
+
+@pytest.fixture(scope="module")
+def logs() -> dict[str, Trajectory]:
+    return {"crazyflie": quadrotor_flights(1, 3, steps=120)[0], "mushr": car_drives(1, 3, steps=120)[0]}
+
+
+@pytest.mark.parametrize("robot", PAPER_ROBOTS)
+def test_a_turn_is_undone_by_its_inverse(robot: str, logs: dict[str, Trajectory]) -> None:
+    log, turn = logs[robot], Turn(1.1, 0.5, -2.0)
+    turned = turn.of_log(log)
+    assert np.abs(turned.state - log.state).max() > 0.5
+    np.testing.assert_allclose(turn.inverse.of_log(turned).state, log.state, atol=1e-12)
+
+
+def test_references_turn_with_the_world(logs: dict[str, Trajectory]) -> None:
+    log = logs["mushr"]
+    columns = log.layouts.state.columns
+    references = {f"ref_{name}": values for name, values in zip(columns, log.state.T, strict=True)}
+    turned = Turn(0.7, 1.0, 2.0).of_log(replace(log, extra=references))
+    for name in columns:
+        np.testing.assert_array_equal(turned.extra[f"ref_{name}"], turned.column(name))
+
+
+def test_forces_of_the_world_and_commanded_attitudes_turn_and_body_axes_stay() -> None:
+    layout = Layout.of(["fx", "fy", "fz", "tx", "ty", "tz", *ATTITUDE_COMMAND.columns, "thrust"])
+    row = np.array([[1.0, 0.0, 3.0, 4.0, 5.0, 6.0, 1.0, 0.0, 0.0, 0.0, 0.3]])
+    half = np.sqrt(0.5)
+    expected = [[0.0, 1.0, 3.0, 4.0, 5.0, 6.0, half, 0.0, 0.0, half, 0.3]]
+    np.testing.assert_allclose(Turn(np.pi / 2, 7.0, 8.0).of_rows(row, layout), expected, atol=1e-15)
+
+
+@pytest.mark.parametrize("count", [1, 3, 20])
+def test_no_step_is_lost_and_there_are_many_headings(count: int, logs: dict[str, Trajectory]) -> None:
+    data = Dataset([replace(logs["mushr"], name=str(number)) for number in range(count)])
+    pieces = at_many_headings(data)
+    assert len(pieces) >= HEADINGS
+    steps, own = pieces.transitions(), data.transitions()
+    assert len(steps) % len(own) == 0
+    still = [data.layouts.state.index(name) for name in ("wz",)]
+    np.testing.assert_array_equal(steps.state[: len(own), still], own.state[:, still])
+    speeds = (np.hypot(rows.state[:, 4], rows.state[:, 5]) for rows in (steps, own))
+    np.testing.assert_allclose(next(speeds)[: len(own)], next(speeds), atol=1e-12)
+
+
+def test_long_logs_are_turned_piece_by_piece_and_no_longer_than_they_were() -> None:
+    data = simulate_case(Case("mushr", seed=3), trajectories=8)
+    pieces = at_many_headings(data)
+    assert len(pieces) == HEADINGS
+    assert len(pieces.transitions()) == len(data.transitions())
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_what_faces_somewhere_can_be_turned(robot: str) -> None:
+    assert any_heading_alike(ROBOTS[robot].layouts) == (robot not in ("arm", "cart_pole"))
+
+
+HEADING = Layout.of(["sin_yaw", "cos_yaw"]).fields
+WIND = Field("wind", ("wind_x", "wind_y"), "m/s", "world")
+
+
+@pytest.mark.parametrize(
+    ("state", "can"),
+    [
+        (Layout((*HEADING, *Layout.of(["vx", "vy"]).fields)), True),
+        (Layout((*HEADING, *Layout.of(["z"]).fields)), True),
+        (Layout((*HEADING, *Layout.of(["vx"]).fields)), False),
+        (Layout((*HEADING, WIND)), False),
+        (Layout.of(["x", "y", "vx", "vy"]), False),
+    ],
+    ids=["a velocity", "a height", "half a velocity", "a vector of another name", "no heading"],
+)
+def test_half_a_vector_and_unknown_ones_are_not_turned(state: Layout, can: bool) -> None:
+    assert any_heading_alike(Layouts(state, ROBOTS["mushr"].layouts.action)) == can
+
+
+@pytest.mark.parametrize("robot", PAPER_ROBOTS)
+def test_equations_of_logs_predict_turned_worlds_as_well(robot: str, tmp_path: Path) -> None:
+    """Nobody flew to all sides: without turns a quadrotor is a hundred times as far off, a car four times."""
+    paths = [tmp_path / f"{number}.csv" for number in range(4)]
+    for log, path in zip(simulate_case(Case(robot, seed=5), trajectories=4), paths, strict=True):
+        write_log(log, path)
+    learned = learn_from_logs(measured(robot), paths, None, "beam").equations
+    assert not any(learned.depends(column, place) for column in ("vx", "vy") for place in ("x", "y"))
+    other = simulate_case(Case(robot, seed=6), trajectories=4)
+    plain, turned = (
+        compare(learned, Dataset(Turn(angle, 3.0, -2.0).of_log(log) for log in other)).at(0.8).errors["position"].value
+        for angle in (0.0, 2.0)
+    )
+    assert turned < 1.2 * plain

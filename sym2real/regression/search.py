@@ -69,7 +69,11 @@ def support_of(columns: tuple[int, ...], gram: Array, correlation: Array, energy
     if not columns:
         return empty_support(gram, correlation, energy)
     chosen = list(columns)
-    factor = np.linalg.cholesky(gram[np.ix_(chosen, chosen)])
+    own = gram[np.ix_(chosen, chosen)]
+    try:
+        factor = np.linalg.cholesky(own)
+    except np.linalg.LinAlgError:  # columns that rounding makes dependent, as those of a log without noise
+        factor = np.linalg.cholesky(own + DEPENDENT * np.eye(len(own)))
     both, _ = dtrtrs(factor, np.column_stack([gram[chosen], correlation[chosen]]), lower=1)
     rows, weights = both[:, :-1], both[:, -1]
     return Support(

@@ -19,7 +19,7 @@ from threadpoolctl import threadpool_limits
 
 from sym2real.dataset import Transitions
 from sym2real.regression.features import Variables
-from sym2real.regression.free_run import free_runs, plainest
+from sym2real.regression.free_run import FreeRuns, plainest
 from sym2real.regression.monomials import Monomials
 from sym2real.regression.polynomial import Polynomial, polynomial_of
 from sym2real.regression.refit import Loss
@@ -134,8 +134,8 @@ class BeamSearch:
 
 def _running_best(found: Sequence[Polynomial], column: str, bases: Sequence[Stage]) -> Polynomial:
     longest = bases[-1]
-    runs = [free_runs(terms, column, longest.variables, longest.transitions, longest.windows.rows) for terms in found]
-    return plainest(found, runs)
+    runs = FreeRuns(column, longest.variables, longest.transitions, longest.windows.rows)
+    return runs.fitted(plainest(found, [runs.squares(terms) for terms in found]))
 
 
 def _split(earlier: Polynomial | None, variables: Variables) -> tuple[Polynomial | None, Polynomial | None]:

@@ -1,4 +1,9 @@
-"""How well one equation runs on its own: its column from its own past, all other columns as they were measured."""
+"""How well one equation runs on its own: its column from its own past, all other columns as they were measured.
+
+Fitted row by row, an equation takes the noise of its own column for a part of what moves it, and its numbers become too
+small (errors in variables). Fitted to runs whose starts are free they do not: the noise is then the output's alone
+(output error method: L. Ljung, System Identification, 2nd ed., section 7.2).
+"""
 
 from __future__ import annotations
 
@@ -15,6 +20,108 @@ from sym2real.trajectory import Array
 DIVERGED = 1e30
 # Times the least mean square: equations that noise alone tells apart differ by less.
 NEARLY = 1.1
+STEPS = 10  # of Gauss and Newton
+STILL = 1e-6  # relative fall of the loss that ends them
+NEAR = 1e-6  # of a column's spread, for its derivative
+
+
+class FreeRuns:
+    """Runs of one column, each of so many rows, beside the measured others.
+
+    A component of a quaternion or a unit circle is put back on it after every step.
+
+    Args:
+        column: of the state.
+        variables: what the terms are made of.
+        transitions: rows that follow each other.
+        rows: of a run.
+    """
+
+    def __init__(self, column: str, variables: Variables, transitions: Transitions, rows: int) -> None:
+        layout = transitions.layouts.state
+        field = next(field for field in layout.fields if column in field.columns)
+        others = [] if field.kind == "vector" else [layout.index(other) for other in field.columns if other != column]
+        place, starts = layout.index(column), Windows.of(transitions, rows).starts
+        within = starts[:, None] + np.arange(rows)
+        self.column, self.variables = column, variables
+        self.start, self.measured = transitions.state[starts, place], transitions.next_state[within, place]
+        self.values = np.moveaxis(variables.values_of(transitions)[within], 1, 0)
+        beside = transitions.next_state[within][:, :, others]
+        self.beside = np.square(beside).sum(axis=2) if others else None
+        self.near = NEAR * (float(np.std(transitions.state[:, place])) or 1.0)
+
+    def squares(self, added: Polynomial) -> Array:
+        """Mean square error of every run, in the column's unit ``# (runs,)``; huge where one diverges."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            squares: Array = np.square(self.run(added) - self.measured).mean(axis=1)
+        return np.minimum(np.nan_to_num(squares, nan=DIVERGED, posinf=DIVERGED), DIVERGED)
+
+    def run(self, added: Polynomial) -> Array:
+        """The column along every run from its measured start, by what a step adds to it ``# (runs, rows)``."""
+        state, states = self.start, []
+        with np.errstate(over="ignore", invalid="ignore"):
+            for row, values in enumerate(self.values):
+                state = self._on_manifold(state + added.evaluate(self._with(values, state)), row)
+                states.append(state)
+        return np.stack(states, axis=1)
+
+    def fitted(self, added: Polynomial) -> Polynomial:
+        """With the numbers that suit the runs best, wherever these start; as it is where runs diverge."""
+        best, least = added, np.inf
+        with np.errstate(over="ignore", invalid="ignore"):
+            for _ in range(STEPS):
+                errors, slopes = self._linearised(added)
+                loss = float(np.square(errors).sum())
+                if not loss < least * (1.0 - STILL) or not np.isfinite(slopes).all():
+                    break
+                best, least = added, loss
+                norms = np.maximum(np.linalg.norm(slopes, axis=0), np.finfo(float).tiny)
+                step = np.linalg.lstsq(slopes / norms, -errors, rcond=None)[0] / norms
+                added = Polynomial(added.terms, added.coefficients + step)
+        return best
+
+    def _linearised(self, added: Polynomial) -> tuple[Array, Array]:
+        """Errors and their derivatives by the numbers, without what the start explains ``# (E,), (E, numbers)``."""
+        state, by_start = self.start, np.ones_like(self.start)
+        by_numbers = np.zeros((len(state), len(added)))
+        errors, starts, numbers = [], [], []
+        for row, values in enumerate(self.values):
+            now = self._with(values, state)
+            up, down = (added.evaluate(self._with(values, state + side)) for side in (self.near, -self.near))
+            slope = 1.0 + (up - down) / (2.0 * self.near)
+            state, by_numbers, by_start = (
+                state + added.evaluate(now),
+                slope[:, None] * by_numbers + added.terms.evaluate(now),
+                slope * by_start,
+            )
+            if self.beside is not None:
+                on_it = self.beside[:, row] / (state**2 + self.beside[:, row]) ** 1.5
+                by_numbers, by_start = on_it[:, None] * by_numbers, on_it * by_start
+            state = self._on_manifold(state, row)
+            errors.append(state - self.measured[:, row])
+            starts.append(by_start)
+            numbers.append(by_numbers)
+        both = np.concatenate([np.stack(errors, axis=1)[:, :, None], np.stack(numbers, axis=1)], axis=2)
+        along = np.stack(starts, axis=1)
+        along = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), np.finfo(float).tiny)
+        both = both - along[:, :, None] * np.einsum("rs,rsk->rk", along, both)[:, None]
+        return both[:, :, 0].ravel(), both[:, :, 1:].reshape(-1, len(added))
+
+    def _with(self, values: Array, state: Array) -> Array:
+        """Values of the variables with this state of the column ``# (runs, variables)``."""
+        now, variables = values.copy(), self.variables
+        if self.column in variables.columns:
+            now[:, variables.columns.index(self.column)] = state
+        if self.column in variables.angles:
+            sine = len(variables.columns) + variables.angles.index(self.column)
+            now[:, sine], now[:, sine + len(variables.angles)] = np.sin(state), np.cos(state)
+        return now
+
+    def _on_manifold(self, state: Array, row: int) -> Array:
+        if self.beside is None:
+            return state
+        unit: Array = state / np.sqrt(state**2 + self.beside[:, row])
+        return unit
 
 
 def plainest(found: Sequence[Polynomial], errors: Sequence[Array]) -> Polynomial:
@@ -27,36 +134,3 @@ def plainest(found: Sequence[Polynomial], errors: Sequence[Array]) -> Polynomial
     means = [float(error.mean()) for error in errors]
     near = [terms for terms, mean in zip(found, means, strict=True) if mean <= NEARLY * min(means)]
     return min(near, key=lambda terms: int(terms.terms.powers.sum()))
-
-
-def free_runs(added: Polynomial, column: str, variables: Variables, transitions: Transitions, rows: int) -> Array:
-    """Mean square error of every run of so many rows, in the column's unit ``# (runs,)``; huge where one diverges.
-
-    A component of a quaternion or a unit circle is put back on it after every step, beside the measured others.
-
-    Args:
-        added: what a step adds to the column.
-        column: of the state.
-        variables: what the terms are made of.
-        transitions: rows that follow each other.
-        rows: of a run.
-    """
-    layout = transitions.layouts.state
-    field = next(field for field in layout.fields if column in field.columns)
-    others = [] if field.kind == "vector" else [layout.index(other) for other in field.columns if other != column]
-    values, starts = variables.values_of(transitions), Windows.of(transitions, rows).starts
-    own, place = [name == column for name in variables.columns], layout.index(column)
-    state, squares = transitions.state[starts, place], np.zeros(len(starts))
-    with np.errstate(over="ignore", invalid="ignore"):
-        for row in range(rows):
-            now = values[starts + row]
-            now[:, np.flatnonzero(own)] = state[:, None]
-            if column in variables.angles:
-                sine = len(variables.columns) + variables.angles.index(column)
-                now[:, sine], now[:, sine + len(variables.angles)] = np.sin(state), np.cos(state)
-            state = state + added.evaluate(now)
-            measured = transitions.next_state[starts + row]
-            if others:
-                state = state / np.sqrt(state**2 + np.square(measured[:, others]).sum(axis=1))
-            squares += np.square(state - measured[:, place]) / rows
-    return np.minimum(np.nan_to_num(squares, nan=DIVERGED, posinf=DIVERGED), DIVERGED)

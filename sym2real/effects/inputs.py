@@ -15,6 +15,7 @@ from sym2real.vocabulary import CLOCK, is_push
 (TIME,) = CLOCK.columns
 # Of a force that swings, in the middle of the step after a row, rad; what swings in no log has it at zero.
 ANGLE = "swing_angle"
+DROPOUT = 1.0  # s without rows, at most, between parts of one recording
 
 
 def inputs_along(inputs: Layout, log: Trajectory) -> Array:
@@ -29,6 +30,23 @@ def with_inputs(inputs: Layout, logs: Dataset) -> Dataset:
         return logs
     layouts = replace(logs.layouts, inputs=inputs)
     return Dataset(replace(log, inputs=inputs_along(inputs, log), layouts=layouts) for log in logs)
+
+
+def with_one_clock(logs: Dataset) -> Dataset:
+    """The logs, those that go on where another one ends with the time from where that recording began, in ``t``.
+
+    A dropout, and whoever cuts a log in two, leaves the battery as it is.
+    """
+    begun: dict[int, float] = {}
+    for number in sorted(range(len(logs)), key=lambda number: logs[number].time[0]):
+        first = float(logs[number].time[0])
+        gaps = {other: first - float(logs[other].time[-1]) for other in begun}
+        before = [other for other, gap in gaps.items() if 0.0 < gap <= DROPOUT]
+        begun[number] = begun[min(before, key=gaps.__getitem__)] if before else first
+    return Dataset(
+        log if begun[number] == log.time[0] else replace(log, extra={**log.extra, TIME: log.time - begun[number]})
+        for number, log in enumerate(logs)
+    )
 
 
 def _is_known(name: str, log: Trajectory) -> bool:

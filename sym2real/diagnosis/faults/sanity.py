@@ -28,6 +28,7 @@ from sym2real.diagnosis.faults.sensor_faults import measured_by, readings
 from sym2real.diagnosis.faults.variation import exact, exactness, excitation
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import EFFECTS
+from sym2real.effects.inputs import with_one_clock
 from sym2real.effects.sensor_bias import SENSOR_BIAS
 from sym2real.effects.sensor_scale import SENSOR_SCALE
 from sym2real.effects.sensor_sign import SENSOR_SIGN
@@ -88,7 +89,7 @@ def check(model: Equations | None, data: Dataset) -> Checked:
         faults, data = settle(data)
         found += faults
     data = data if sensors is None else through(sensors.measured, data)
-    data = data if model is None else with_lost_commands(model, data)
+    data = with_one_clock(data if model is None else with_lost_commands(model, data))
     notes = (
         *_lost(data),
         *slow_said(model, data),

@@ -22,6 +22,8 @@ from sym2real.symbolic import Equations
 from sym2real.symbolic.period import steps_within
 from sym2real.trajectory import Trajectory
 
+ROWS = 2  # of a delay, at most, that commands may have in the comparison
+
 
 def with_lost_commands(model: Equations, data: Dataset) -> Dataset:
     """The logs with what is expected of commands that were sent between their rows, where that predicts better.
@@ -32,8 +34,24 @@ def with_lost_commands(model: Equations, data: Dataset) -> Dataset:
     if parts == 1:
         return data
     smooth = Dataset(_smooth(log, parts) for log in data)
-    ratio = step_likelihood(model, smooth) - step_likelihood(model, data)
-    return smooth if ratio > SETTINGS.sensor_deviations**2 else data
+    held, expected = (_likelihood_of_any_delay(model, logs, parts) for logs in (data, smooth))
+    return smooth if expected - held > SETTINGS.sensor_deviations**2 else data
+
+
+def _likelihood_of_any_delay(model: Equations, data: Dataset, parts: int) -> float:
+    """The best of commands that take effect at once and later: held over a row they are half a row late already."""
+    return max(
+        step_likelihood(model, Dataset(_later(log, parts, late) for log in data)) for late in range(ROWS * parts + 1)
+    )
+
+
+def _later(log: Trajectory, parts: int, late: int) -> Trajectory:
+    """With commands that take effect so many parts of a row later."""
+    sent = log.sent_in_parts(parts)
+    sent = sent.reshape(-1, sent.shape[-1])
+    moved = np.concatenate([np.repeat(sent[:1], late, axis=0), sent[: len(sent) - late]])
+    between = moved.reshape(len(log), parts, -1)
+    return replace(log, action=between[:, 0], between=between)
 
 
 def _smooth(log: Trajectory, parts: int) -> Trajectory:

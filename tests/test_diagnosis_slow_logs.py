@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, add, compare, diagnose
 from sym2real.diagnosis.estimate.simulator import with_effects_of
 from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
@@ -96,15 +97,26 @@ def test_a_residual_is_held_against_rows_of_its_own_step_alone(tmp_path: Path) -
         compare(whole, data)
 
 
-def test_commands_that_a_recorder_lost_are_no_effect(tmp_path: Path) -> None:
-    """Every second row of a drive at the model's own rate: half of the commands are nowhere."""
-    data = simulate_case(Case("mushr", (("yaw_bias", {"value": 0.035}),), seed=41))
+def every_second_row(data: Dataset, folder: Path) -> Dataset:
+    """Of drives at the model's own rate, through files: half of the commands are nowhere."""
     for number, log in enumerate(data):
         rows = slice(0, None, 2)
         parts = {name: getattr(log, name)[rows] for name in ("time", "state", "action", "inputs")}
-        write_log(replace(log, **parts, extra={}), tmp_path / f"{number}.csv")
-    model = MUSHR.nominal()
-    logs = read_logs(tmp_path, layouts=model.layouts, dt=model.dt)
+        write_log(replace(log, **parts, extra={}), folder / f"{number}.csv")
+    return read_logs(folder, layouts=MUSHR.layouts, dt=MUSHR.dt)
+
+
+def test_a_delay_keeps_its_value_where_half_of_the_commands_are_lost(tmp_path: Path) -> None:
+    """Commands that are held over a row are late by half of it, and so much less would be left for the delay."""
+    data = simulate_case(Case("mushr", (("delay", {"value": 0.1}),), seed=42))
+    found = diagnose(MUSHR.nominal(), every_second_row(data, tmp_path), MujocoPlant(MUSHR)).findings
+    assert [finding.effect for finding in found] == ["delay"]
+    assert found[0].values["value"] == pytest.approx(0.1, abs=0.01)
+
+
+def test_commands_that_a_recorder_lost_are_no_effect(tmp_path: Path) -> None:
+    data = simulate_case(Case("mushr", (("yaw_bias", {"value": 0.035}),), seed=41))
+    model, logs = MUSHR.nominal(), every_second_row(data, tmp_path)
     thinned, whole = with_lost_commands(model, logs), with_lost_commands(model, data)
     between = [log.between for log in thinned]
     assert all(parts is not None and parts.shape == (200, 2, 2) for parts in between)

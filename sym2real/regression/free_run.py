@@ -68,6 +68,8 @@ class FreeRuns:
     def fitted(self, added: Polynomial) -> Polynomial:
         """With the numbers that suit the runs best, wherever these start; as it is where runs diverge."""
         best, least = added, np.inf
+        if not len(added):
+            return added
         with np.errstate(over="ignore", invalid="ignore"):
             for _ in range(STEPS):
                 errors, slopes = self._linearised(added)

@@ -39,18 +39,24 @@ def with_lost_commands(model: Equations, data: Dataset) -> Dataset:
 
 
 def _likelihood_of_any_delay(model: Equations, data: Dataset, parts: int) -> float:
-    """The best of commands that take effect at once and later: held over a row they are half a row late already."""
-    return max(
-        step_likelihood(model, Dataset(_later(log, parts, late) for log in data)) for late in range(ROWS * parts + 1)
-    )
+    """The best of commands that take effect at once and later, one command after the other.
+
+    Held over a row they are half a row late already.
+    """
+    best = step_likelihood(model, data)
+    for place in range(data.layouts.action.size):
+        delayed = [Dataset(_later(log, place, parts, late) for log in data) for late in range(1, ROWS * parts + 1)]
+        likely = [step_likelihood(model, logs) for logs in delayed]
+        if max(likely) > best:
+            best, data = max(likely), delayed[int(np.argmax(likely))]
+    return best
 
 
-def _later(log: Trajectory, parts: int, late: int) -> Trajectory:
-    """With commands that take effect so many parts of a row later."""
-    sent = log.sent_in_parts(parts)
-    sent = sent.reshape(-1, sent.shape[-1])
-    moved = np.concatenate([np.repeat(sent[:1], late, axis=0), sent[: len(sent) - late]])
-    between = moved.reshape(len(log), parts, -1)
+def _later(log: Trajectory, place: int, parts: int, late: int) -> Trajectory:
+    """With a command that takes effect so many parts of a row later."""
+    between = log.sent_in_parts(parts).copy()
+    sent = between[:, :, place].ravel()
+    between[:, :, place] = np.concatenate([np.repeat(sent[:1], late), sent[:-late]]).reshape(len(log), parts)
     return replace(log, action=between[:, 0], between=between)
 
 

@@ -1,8 +1,9 @@
 """Whether one number wins over several that together do the same: a weak rotor, a force that swings, a slope, grip.
 
-Every effect is twice as large as ``plan`` says is found, and matters, in the standard set's runs; a force that swings
-needs √2 of a steady one. Bases are those of an analyst with commands of thrust and body rates, or of steering and
-speed; what a diagnosis of the healthy robot's runs finds is added to first principles.
+Every effect is twice as large as ``plan`` says is found, and matters, in the standard set's runs with every base that
+can be given it (a bicycle without mass has no force); a force that swings needs √2 of a steady one. Bases are those of
+an analyst with commands of thrust and body rates, or of steering and speed; what a diagnosis of the healthy robot's
+runs finds is added to first principles.
 
     python tools/bench/fewer_numbers.py --cases 1
     python tools/bench/fewer_numbers.py --cases 20 --sealed --json build/fewer_numbers.json
@@ -18,13 +19,12 @@ from pathlib import Path
 import numpy as np
 import tyro
 from answers import Record, first, same_first
-from bases import HEALTHY_SEED, Base, Kind, base_of, calibrated, diagnosed
+from bases import HEALTHY_SEED, Base, Kind, as_read, base_of, calibrated, diagnosed
 from figures import Figure, report
 from repeated import Settings, share
 from rich.console import Console
 
 from sym2real.diagnosis import Visible, plan
-from sym2real.errors import ModelError
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.files import write_text
 from sym2real.robots import ROBOTS
@@ -43,30 +43,32 @@ SWING = (3.0, 8.0)  # rad/s
 LEAST_GRIP = 0.3
 
 
-def sizes(robot: str, mass: float, place: Path) -> dict[str, float]:
-    """Size of every effect of a robot: N, m/s², a part of the thrust, a coefficient of friction.
+def announced(robot: str, base: Base, place: Path) -> dict[str, float]:
+    """Size from which on every effect of a robot is found and matters, of a grip the smaller coefficient.
 
-    Raises:
-        ModelError: for an effect that the runs do not show.
+    Without the effects that the base cannot be given, or that ``plan`` promises at no size.
     """
-    kept = place / f"smallest_announced_{robot}.json"
+    kept = place / f"announced_{robot}_{base.kind.replace(' ', '_')}.json"
     if not kept.exists():
-        base, runs = base_of(robot, "simulator", place), simulate_case(Case(robot, seed=HEALTHY_SEED))
-        rows = {(one.effect, one.parameter): one for one in plan(base.equations, runs).visible}
-        smallest = {key: _announced(rows[SEEN[key]]) for key in EFFECTS[robot]}
-        write_text(kept, json.dumps(smallest))
+        runs = as_read(base.equations, simulate_case(Case(robot, seed=HEALTHY_SEED)))
+        rows = {(row.effect, row.parameter): row for row in plan(base.equations, runs).visible}
+        shown = {key: rows[SEEN[key]] for key in EFFECTS[robot] if SEEN[key] in rows}
+        write_text(kept, json.dumps({key: size for key, row in shown.items() if (size := _size(row)) is not None}))
     found: dict[str, float] = json.loads(kept.read_text())
-    factors = {"periodic_force": LARGER * 2**0.5, "slope": LARGER / mass, "rotor_loss": LARGER}
-    large = {key: factors[key] * size for key, size in found.items() if key in factors}
-    grip = {key: max(1.0 - LARGER * (1.0 - size), LEAST_GRIP) for key, size in found.items() if key not in factors}
-    return large | grip
+    return found
 
 
-def _announced(row: Visible) -> float:
-    """Size from which on an effect is found and matters, of a grip the smaller coefficient."""
+def _size(row: Visible) -> float | None:
     if row.smallest is None or row.matters is None:
-        raise ModelError(f"{row.effect}: expected runs that show it, found no size that is seen, or none that matters")
+        return None
     return (min if row.effect == "tyre_friction" else max)(row.smallest, row.matters)
+
+
+def large(key: str, sizes: Sequence[float], mass: float) -> float:
+    """Twice the least that every base which has it announces: N, m/s², a part of the thrust, a friction coefficient."""
+    if key == "tyre_friction":
+        return max(1.0 - LARGER * (1.0 - min(sizes)), LEAST_GRIP)
+    return {"periodic_force": LARGER * 2**0.5, "slope": LARGER / mass, "rotor_loss": LARGER}[key] * max(sizes)
 
 
 def drawn(key: str, size: float, seed: int) -> dict[str, float]:
@@ -123,7 +125,8 @@ def figures(records: Sequence[Record]) -> list[Figure]:
         for key in keys:
             own = [one for one in records if (one["robot"], one["truth"]) == (robot, key)]
             for kind in KINDS:
-                found += share(f"{robot}, {key}, {kind}", (named_first(one, kind) for one in own))
+                right = [named_first(one, kind) for one in own if kind in one["answers"]]
+                found += share(f"{robot}, {key}, {kind}", right) if right else []
     return found
 
 
@@ -131,11 +134,13 @@ def main(settings: Settings) -> None:
     """Plan, simulate, diagnose, print, write."""
     seeds, place, jobs = settings.seeds_of(BENCH), settings.place(BENCH), list[One]()
     for robot, keys in EFFECTS.items():
-        large = sizes(robot, ROBOTS[robot].mass, place)
         made = (base_of(robot, kind, place) for kind in KINDS)
-        bases = tuple(calibrated(base) if base.kind == "first principles" else base for base in made)
-        cases = (Case(robot, ((key, drawn(key, large[key], seed)),), seed, True) for seed in seeds for key in keys)
-        jobs += [One(case, bases) for case in cases]
+        bases = [calibrated(base) if base.kind == "first principles" else base for base in made]
+        promised = [announced(robot, base, place) for base in bases]
+        for key in keys:
+            asked = tuple(base for base, sizes in zip(bases, promised, strict=True) if key in sizes)
+            size = large(key, [sizes[key] for sizes in promised if key in sizes], ROBOTS[robot].mass)
+            jobs += [One(Case(robot, ((key, drawn(key, size, seed)),), seed, True), asked) for seed in seeds]
     records = settings.answers(BENCH, jobs)
     console = Console(stderr=True)
     for one in records:

@@ -60,6 +60,7 @@ class Learn(OfLogs):
 
     def run(self, console: Console) -> dict[str, Any]:
         """Learn, print the tables, write the model."""
+        from sym2real.cli.progress import stages_progress
         from sym2real.errors import ModelError
         from sym2real.experiments.learning import learn_from_logs
         from sym2real.experiments.measured import measured
@@ -67,7 +68,10 @@ class Learn(OfLogs):
 
         numbers = self._numbers()
         if self.data:
-            learned = learn_from_logs(measured(self.robot), self.data, self.naming, self.engine, numbers)
+            with stages_progress() as on_progress:
+                learned = learn_from_logs(
+                    measured(self.robot), self.data, self.naming, self.engine, numbers=numbers, on_progress=on_progress
+                )
         else:
             learned = self._from(self._simulated(), console)
         learned.save(self.out)

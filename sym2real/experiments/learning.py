@@ -128,7 +128,9 @@ def learn_from_logs(
     paths: Sequence[Path],
     spec: LogSpec | None,
     engine: str,
+    *,
     numbers: Mapping[str, float] | None = None,
+    on_progress: Callable[[str], None] = lambda _: None,
 ) -> Learned:
     """Equations fitted to recorded logs; ``dependence`` shows what control cannot rely on.
 
@@ -138,6 +140,7 @@ def learn_from_logs(
         spec: how their columns are named.
         engine: of the search.
         numbers: of the robot that was measured (mass in kg, …), where they are not those that are known.
+        on_progress: told what is being done.
 
     Raises:
         DataError: when a log cannot be read or lacks a column of the robot, or all are too short.
@@ -150,13 +153,16 @@ def learn_from_logs(
     if (steps := data.rows - len(data)) < FEWEST_ROWS:
         raise DataError(", ".join(map(str, paths)), f"at least {FEWEST_ROWS} steps to learn from", f"{steps}")
     search = ENGINES[engine](angles=like.recipe.angles)
-    rows = data
+    turned = any_heading_alike(layouts)
     if isinstance(search, BeamSearch):
-        search = replace(search, windows=MEASURED)
-    if any_heading_alike(layouts):
-        rows = at_many_headings(data)
-        search = replace(search, cyclic=PLACE) if isinstance(search, BeamSearch) else search
-    equations = search.fit(rows.transitions())
+        search = replace(
+            search,
+            windows=MEASURED,
+            cyclic=PLACE if turned else (),
+            on_column=lambda column: on_progress(f"searching the equation of {column}"),
+        )
+    on_progress(f"searching equations in {data.rows} rows")
+    equations = search.fit((at_many_headings(data) if turned else data).transitions())
     given = {**(like.numbers if known else {}), **(numbers or {})}
     name, notes = like.name if known else "", (*equations.notes, FROM_LOGS)
     own = replace(equations, dt=step, robot=name, numbers=given, notes=notes)

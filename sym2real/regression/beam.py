@@ -10,7 +10,7 @@ without a wrench.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -47,6 +47,7 @@ class BeamSearch:
         cyclic: columns that no change depends on.
         windows: rows over which a state's changes are averaged. Of several, as for measured rows with their noise,
             every equation is the plainest of those that run best on their own over the longest (:mod:`.windows`).
+        on_column: told the state column whose equation is searched next.
 
     Examples:
         >>> robot = ROBOTS["mushr"]
@@ -67,6 +68,7 @@ class BeamSearch:
     search: SearchSettings = field(default_factory=SearchSettings)
     cyclic: Sequence[str] = ()
     windows: Sequence[int] = (1,)
+    on_column: Callable[[str], None] = lambda _: None
 
     def fit(self, transitions: Transitions, start: Equations | None = None) -> Equations:
         """Equations for these transitions.
@@ -91,6 +93,7 @@ class BeamSearch:
         push = wrench_stage(transitions, variables, self.search, self.loss, self.seed) if self.wrench else None
         expressions = {}
         for column in transitions.layouts.state:
+            self.on_column(column)
             earlier = None if start is None else polynomial_of(start.next[column], column, variables)
             expressions[column] = self._equation(column, bases, push, earlier)
         return Equations(next=expressions, layouts=transitions.layouts, dt=transitions.dt)

@@ -9,7 +9,7 @@ from typing import Protocol
 
 from sym2real.errors import ModelError
 from sym2real.layout import Layouts, motors_of
-from sym2real.vocabulary import MOTOR_COLUMNS, push_column, rate_column
+from sym2real.vocabulary import MOTOR_COLUMNS, STEER_COLUMN, push_column, rate_column, rate_per_speed
 
 GRAVITY = 9.81  # m/s²
 
@@ -90,6 +90,12 @@ class Body:
     def planar(self) -> bool:
         """True for a robot that moves in a plane."""
         return "z" not in self.layouts.state
+
+    @property
+    def on_wheels(self) -> bool:
+        """True for a robot in a plane that tyres hold across its heading: it is steered, or its wheels are driven."""
+        rolling = any(name.endswith(rate_per_speed("")) for name in self.numbers)
+        return self.planar and "sin_yaw" in self.layouts.state and (rolling or STEER_COLUMN in self.layouts.action)
 
     @property
     def moves(self) -> str:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from sympy import Expr, Rational
+from sympy import Expr, Rational, tan
 
 from sym2real.effects.body import Body
+from sym2real.effects.frames import axes, dot
 from sym2real.errors import ModelError
 from sym2real.symbolic import Equations, symbol
+from sym2real.vocabulary import STEER_COLUMN
 
 AXES = ("x", "y", "z")
 
@@ -18,11 +20,14 @@ def push(equations: Equations, body: Body, force: Sequence[Expr] = (), torque: S
     """The equations with a force in N along world axes and a torque in N m about body axes.
 
     A wrench input that the equations use takes it exactly. Else velocity and position take ``dt F/m`` and
-    ``½ dt² F/m``, and a rate command takes ``τ/(J K)``: approximate, which the notes say.
+    ``½ dt² F/m``, of a robot on wheels along its heading alone, and a rate command takes ``τ/(J K)``: approximate,
+    which the notes say.
 
     Raises:
         ModelError: when the equations have no place for a component that is not zero.
     """
+    if force and body.on_wheels and not any(uses(equations, f"f{axis}") for axis in AXES):
+        force = _along_the_heading(body, force)
     changes: dict[str, Expr] = {}
     for axis, value in zip(AXES, force, strict=False):
         if not value.is_zero:
@@ -38,6 +43,16 @@ def push(equations: Equations, body: Body, force: Sequence[Expr] = (), torque: S
 def uses(equations: Equations, name: str) -> bool:
     """Whether any equation of motion depends on a name."""
     return name in equations.names and any(equations.depends(column, name) for column in equations.next)
+
+
+def _along_the_heading(body: Body, force: Sequence[Expr]) -> list[Expr]:
+    """What of a force moves a robot whose tyres hold: its work along the heading, and on the turn, per metre."""
+    forward, left = axes(body)
+    ahead = dot(forward, force)
+    if STEER_COLUMN in body.layouts.action and "wheelbase" in body.numbers:
+        lever = body.numbers.get("centre", 0.0) / body.number("wheelbase")
+        ahead += lever * tan(symbol(STEER_COLUMN)) * dot(left, force)
+    return [ahead * component for component in forward]
 
 
 def _force(equations: Equations, body: Body, axis: str, value: Expr) -> tuple[Equations, dict[str, Expr]]:

@@ -12,6 +12,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, compare
 from sym2real.effects import injected
 from sym2real.effects.body import Body
+from sym2real.effects.wrench import with_force_inputs
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.layout import Layout
 from sym2real.plants import MujocoPlant
@@ -65,3 +66,25 @@ def test_a_slope_in_noisy_drives_is_predicted_without_a_wrench(wrenchless: Equat
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_cars_and_driven_wheels_hold_and_flying_robots_do_not(robot: str) -> None:
     assert Body.of(ROBOTS[robot]).on_wheels == (robot in ("mushr", "differential_drive"))
+
+
+@pytest.mark.parametrize("robot", ["crazyflie", "mushr"])
+def test_inputs_of_a_force_are_what_adding_one_is(robot: str) -> None:
+    nominal = ROBOTS[robot].nominal()
+    bare = nominal.substitute(dict.fromkeys(nominal.layouts.inputs, 0.0))
+    bare = replace(bare, layouts=replace(bare.layouts, inputs=Layout()))
+    with_inputs, known = with_force_inputs(bare), {"fx": 0.2 * FORCE, "fy": -0.1 * FORCE}
+    names = with_inputs.layouts.inputs.columns
+    assert names == (("fx", "fy") if robot == "mushr" else ("fx", "fy", "fz"))
+    rng = np.random.default_rng(0)
+    state, action = rng.normal(size=(5, len(bare.layouts.state))), rng.uniform(0.1, 0.3, (5, len(bare.layouts.action)))
+    state = bare.layouts.state.normalise(torch.as_tensor(state)).numpy()
+    force = np.tile([known.get(name, 0.0) for name in names], (5, 1))
+    none = np.zeros((5, 0))
+    np.testing.assert_allclose(
+        with_inputs.predict(state, action, 0 * force), bare.predict(state, action, none), atol=1e-9
+    )
+    pushed = add(bare, "wind", known).predict(state, action, none)
+    np.testing.assert_allclose(with_inputs.predict(state, action, force), pushed, atol=1e-9)
+    assert np.abs(pushed - bare.predict(state, action, none)).max() > 1e-3
+    assert with_force_inputs(nominal) is nominal

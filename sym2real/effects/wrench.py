@@ -10,8 +10,9 @@ from sympy import Expr, Rational, tan
 from sym2real.effects.body import Body
 from sym2real.effects.frames import axes, dot
 from sym2real.errors import ModelError
+from sym2real.layout import Layout
 from sym2real.symbolic import Equations, symbol
-from sym2real.vocabulary import STEER_COLUMN
+from sym2real.vocabulary import FORCE, STEER_COLUMN
 
 AXES = ("x", "y", "z")
 
@@ -26,18 +27,36 @@ def push(equations: Equations, body: Body, force: Sequence[Expr] = (), torque: S
     Raises:
         ModelError: when the equations have no place for a component that is not zero.
     """
-    if force and body.on_wheels and not any(uses(equations, f"f{axis}") for axis in AXES):
+    exact = {axis for axis in AXES if uses(equations, f"f{axis}")}
+    if force and body.on_wheels and not exact:
         force = _along_the_heading(body, force)
     changes: dict[str, Expr] = {}
     for axis, value in zip(AXES, force, strict=False):
         if not value.is_zero:
-            equations, change = _force(equations, body, axis, value)
-            changes |= change
+            name = f"f{axis}"
+            if axis in exact:
+                changes[name] = symbol(name) + value
+            else:
+                equations = _approximate(_accelerated(equations, body, axis, value), name)
     for axis, value in zip(AXES, torque, strict=False):
         if not value.is_zero:
             equations, change = _torque(equations, body, axis, value)
             changes |= change
     return equations.substitute(changes)
+
+
+def with_force_inputs(equations: Equations) -> Equations:
+    """The equations with inputs ``fx fy fz`` of a force in N, zero where nobody pushes, as :func:`push` adds one.
+
+    As they are where they have one, where their mass is unknown, or where a force has no place.
+    """
+    body = Body.of(equations)
+    names = [column for column in FORCE.columns[: 2 if body.planar else 3] if f"v{column[1]}" in equations.next]
+    if len(names) < 2 or "mass" not in equations.numbers or any(uses(equations, name) for name in names):
+        return equations
+    missing = Layout.of(name for name in names if name not in equations.layouts.inputs)
+    layouts = replace(equations.layouts, inputs=equations.layouts.inputs + missing)
+    return push(replace(equations, layouts=layouts), body, force=[symbol(name) for name in names])
 
 
 def uses(equations: Equations, name: str) -> bool:
@@ -55,16 +74,14 @@ def _along_the_heading(body: Body, force: Sequence[Expr]) -> list[Expr]:
     return [ahead * component for component in forward]
 
 
-def _force(equations: Equations, body: Body, axis: str, value: Expr) -> tuple[Equations, dict[str, Expr]]:
-    name, velocity = f"f{axis}", f"v{axis}"
-    if uses(equations, name):
-        return equations, {name: symbol(name) + value}
+def _accelerated(equations: Equations, body: Body, axis: str, value: Expr) -> Equations:
+    velocity = f"v{axis}"
     if velocity not in equations.next:
-        raise ModelError(f"the equations have neither the input {name} nor the state {velocity}: a force has no place")
+        raise ModelError(f"the equations have neither the input f{axis} nor the state {velocity}: a force has no place")
     change = equations.dt * value / body.mass
     steps = {velocity: change, axis: Rational(1, 2) * equations.dt * change}
     moved = {column: equations.next[column] + step for column, step in steps.items() if column in equations.next}
-    return _approximate(replace(equations, next={**equations.next, **moved}), name), {}
+    return replace(equations, next={**equations.next, **moved})
 
 
 def _torque(equations: Equations, body: Body, axis: str, value: Expr) -> tuple[Equations, dict[str, Expr]]:

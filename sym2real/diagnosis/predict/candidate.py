@@ -16,6 +16,7 @@ from sym2real.effects.catalogue import require_patterns
 from sym2real.effects.groups import Group, holding, others_of
 from sym2real.effects.inputs import ANGLE
 from sym2real.effects.voltage import voltage_at_start, with_voltage
+from sym2real.effects.wrench import with_force_inputs
 from sym2real.symbolic import Equations
 from sym2real.vocabulary import RATE_COMMAND, THRUST_COLUMN
 
@@ -56,7 +57,7 @@ def library_for(
     Logs with the battery's voltage give the equations that input, so that thrust may sag with it.
     """
     require_patterns(exclude)
-    equations = with_inputs_of(equations, data)
+    equations = _with_forces(with_inputs_of(equations, data))
     return _library(equations, tuple(dict.fromkeys((*competing(equations, data, exclude)[0], *include))))
 
 
@@ -68,6 +69,7 @@ def with_inputs_of(equations: Equations, data: Dataset) -> Equations:
     return _with_voltage(equations, reference)
 
 
+_with_forces = lru_cache(maxsize=4)(with_force_inputs)
 _with_voltage = lru_cache(maxsize=4)(with_voltage)  # the same equations again, of which libraries are kept
 
 

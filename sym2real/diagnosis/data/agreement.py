@@ -93,8 +93,7 @@ def _pushed(position: Array, log: Trajectory) -> Array:
     """Acceleration in units of gravity between rows that are averaged first ``# (rows - 2,)``."""
     kernel = np.ones(2 * SMOOTHING + 1) / (2 * SMOOTHING + 1)
     smooth = np.convolve(np.pad(position, SMOOTHING, mode="edge"), kernel, "valid")
-    found: Array = np.diff(smooth, n=2) / log.dt**2 / GRAVITY
-    return found
+    return np.diff(smooth, n=2) / log.dt**2 / GRAVITY
 
 
 def turning(trajectory: Trajectory, column: str) -> Array:
@@ -102,12 +101,10 @@ def turning(trajectory: Trajectory, column: str) -> Array:
     layout, steps = trajectory.layouts.state, np.diff(trajectory.time)
     if layout.has_field("heading"):
         yaw = np.unwrap(np.arctan2(*(trajectory.column(name) for name in HEADING.columns)))
-        turned: Array = np.diff(yaw) / steps
-        return turned
+        return np.diff(yaw) / steps
     attitude = torch.as_tensor(trajectory.state[:, layout.slice("attitude")])
     turn = rotation.logarithm(rotation.multiply(rotation.conjugate(attitude[:-1]), attitude[1:])).numpy()
-    about: Array = turn[:, RATES.index(column)] / steps
-    return about
+    return turn[:, RATES.index(column)] / steps
 
 
 def velocity_agreement(logs: Sequence[Trajectory]) -> dict[str, Agreement]:
@@ -133,8 +130,7 @@ def to_world(trajectory: Trajectory) -> Array | None:
     velocity = np.column_stack([trajectory.column(name) for name in VELOCITIES if name in layout])
     if layout.has_field("attitude") and velocity.shape[1] == len(VELOCITIES):
         attitude = torch.as_tensor(trajectory.state[:, layout.slice("attitude")])
-        turned: Array = rotation.rotate(attitude, torch.as_tensor(velocity)).numpy()
-        return turned
+        return rotation.rotate(attitude, torch.as_tensor(velocity)).numpy()
     if layout.has_field("heading") and velocity.shape[1] == 2:
         s, c = (trajectory.column(name) for name in HEADING.columns)
         return np.column_stack([c * velocity[:, 0] - s * velocity[:, 1], s * velocity[:, 0] + c * velocity[:, 1]])

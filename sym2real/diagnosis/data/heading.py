@@ -52,5 +52,4 @@ def _course(log: Trajectory) -> Array:
 
 
 def _heading(log: Trajectory) -> Array:
-    heading: Array = np.arctan2(*(log.column(name) for name in HEADING.columns))
-    return heading
+    return np.arctan2(*(log.column(name) for name in HEADING.columns))

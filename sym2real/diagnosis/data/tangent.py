@@ -26,5 +26,4 @@ def places_of_columns(layout: Layout) -> dict[str, int]:
 def tangents(trajectory: Trajectory) -> Array:
     """States as tangent vectors from the first, added up step by step ``# (rows - 1, tangent)``."""
     states = torch.as_tensor(trajectory.state)
-    steps: Array = trajectory.layouts.state.difference(states[1:], states[:-1]).cumsum(0).numpy()
-    return steps
+    return trajectory.layouts.state.difference(states[1:], states[:-1]).cumsum(0).numpy()

@@ -54,8 +54,7 @@ def _air(log: Trajectory) -> Array:
     if not layout.has_field("attitude") or not all(name in layout for name in VELOCITIES):
         return np.zeros((len(log), 0))
     inverse = rotation.conjugate(torch.as_tensor(log.state[:, layout.slice("attitude")]))
-    along: Array = rotation.rotate(inverse, torch.as_tensor(log.state[:, layout.indices(VELOCITIES)])).numpy()
-    return along
+    return rotation.rotate(inverse, torch.as_tensor(log.state[:, layout.indices(VELOCITIES)])).numpy()
 
 
 def _caused(predict: VisibleModel, log: Trajectory, order: tuple[int, ...]) -> Array:
@@ -67,8 +66,7 @@ def _caused(predict: VisibleModel, log: Trajectory, order: tuple[int, ...]) -> A
     state, inputs = torch.as_tensor(log.state), torch.as_tensor(log.inputs)
     given = inputs if inputs.shape[-1] else None
     apart = predict(state, sent, given) - predict(state, alike, given)
-    caused: Array = apart[:, rates].numpy() / log.dt
-    return caused
+    return apart[:, rates].numpy() / log.dt
 
 
 def in_order(motor_order: MotorOrder, data: Dataset) -> Dataset:

@@ -182,8 +182,7 @@ def most_likely_disturbances(problem: Problem, spread: Spread, whitening: Whiten
     likely = (spread.disturbances.flatten(-2).mT @ weighted)[..., 0].reshape(len(residual), len(spread.names), PIECES)
     # The model's disturbance would have to change by minus what makes prediction less measurement.
     likely = -likely * ((power / spread.sizes) ** 2 * spread.sizes)[:, None]
-    disturbances: Array = likely.permute(0, 2, 1).reshape(-1, len(spread.names)).numpy()
-    return disturbances
+    return likely.permute(0, 2, 1).reshape(-1, len(spread.names)).numpy()
 
 
 def features_of(problem: Problem) -> tuple[list[str], Array]:
@@ -232,8 +231,7 @@ def _names(trajectory: Trajectory) -> set[str]:
 
 
 def _smooth(column: Array) -> Array:
-    smoothed: Array = np.convolve(np.pad(column, 2, mode="edge"), np.ones(5) / 5, "valid")
-    return smoothed
+    return np.convolve(np.pad(column, 2, mode="edge"), np.ones(5) / 5, "valid")
 
 
 def cross_validated(features: Array, targets: Array, groups: NDArray[np.int64]) -> Array:

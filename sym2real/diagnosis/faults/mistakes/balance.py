@@ -194,5 +194,4 @@ def _axes(log: Trajectory) -> Array:
     if not any(log.layouts.state.has_field(name) for name in ("attitude", "heading")):
         return np.zeros((len(log), 4))
     turned = rotation.to_matrix(attitude(log)).numpy()
-    axes: Array = np.concatenate([turned[:, :2, 0], turned[:, :2, 1]], axis=1)
-    return axes
+    return np.concatenate([turned[:, :2, 0], turned[:, :2, 1]], axis=1)

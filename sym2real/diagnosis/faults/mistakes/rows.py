@@ -134,8 +134,7 @@ def _jumping(data: Dataset, columns: tuple[str, ...]) -> BadRows | None:
 def _usual(change: Array) -> Array:
     """Median of five changes around each ``# (rows, k)``."""
     around = np.pad(change, ((2, 2), (0, 0)), mode="edge")
-    middle: Array = np.median(np.stack([around[i : i + len(change)] for i in range(5)]), axis=0)
-    return middle
+    return np.median(np.stack([around[i : i + len(change)] for i in range(5)]), axis=0)
 
 
 def _excursions(change: Array, jumps: NDArray[np.int64], *, stays: bool) -> tuple[Rows, tuple[int, ...]]:

@@ -15,7 +15,7 @@ from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.filters import command_filters, filter_commands
 from sym2real.effects.inputs import with_inputs
 from sym2real.effects.sensors import MeasuredModel
-from sym2real.effects.visible import visible_state
+from sym2real.effects.visible import VisibleModel, visible_in_double, visible_state
 from sym2real.errors import ShapeError
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
@@ -45,6 +45,14 @@ def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[Dynami
         )
     slow, logs = in_parts(equations, dataset)
     return MeasuredModel(slow, model=whole), logs
+
+
+def from_row_to_row(model: Equations, data: Dataset) -> tuple[VisibleModel, Dataset] | None:
+    """The equations over a step of the logs, and these with the inputs; None where they have other columns."""
+    known = with_inputs(model.layouts.inputs, data)
+    if replace(model.layouts, state=visible_state(model)) != known.layouts:
+        return None
+    return visible_in_double(at_period(model, data.dt)), known
 
 
 def in_parts(equations: Equations, dataset: Dataset) -> tuple[Equations, Dataset]:

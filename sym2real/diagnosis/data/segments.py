@@ -76,15 +76,8 @@ class Segments:
 
     def of(self, which: Tensor) -> Segments:
         """Those of an index or mask ``# (S,)``."""
-        index = which.numpy()
-        return replace(
-            self,
-            log=self.log[index],
-            row=self.row[index],
-            start=self.start[index],
-            before=self.before[index],
-            measured=self.measured[index],
-        )
+        own = ("log", "row", "start", "before", "measured")
+        return replace(self, **{name: getattr(self, name)[which.numpy()] for name in own})
 
     def edges(self, pieces: int) -> NDArray[np.int64]:
         """Steps at which equal pieces of a segment begin, and the last one ends ``# (pieces + 1,)``."""
@@ -106,8 +99,7 @@ def cut(data: Dataset) -> Segments:
     Raises:
         ShapeError: when no log is long enough for one.
     """
-    layout = data.layouts.state
-    length = segment_length(layout)
+    length = segment_length(data.layouts.state)
     logs, rows = [], []
     for index, trajectory in enumerate(data):
         for first in range(SETTLING + WARM_UP, len(trajectory) - length, length):
@@ -116,15 +108,21 @@ def cut(data: Dataset) -> Segments:
                 rows.append(first)
     if not rows:
         raise _without_segments(data, SETTLING + WARM_UP + length + 1)
-    log, row = np.array(logs, dtype=np.int64), np.array(rows, dtype=np.int64)
-    compared, channel = compared_components(layout)
+    return segments_at(data, np.array(logs, dtype=np.int64), np.array(rows, dtype=np.int64), length)
+
+
+def segments_at(
+    data: Dataset, log: NDArray[np.int64], row: NDArray[np.int64], length: int, names: Collection[str] = COMPARED
+) -> Segments:
+    """So many rows of these logs from each of these rows on ``# (S,)``, fields of these names compared."""
+    compared, channel = compared_components(data.layouts.state, names)
     return Segments(
         log=log,
         row=row,
         start=_states(data, log, row),
         before=_states(data, log, row - WARM_UP),
-        measured=torch.as_tensor(np.stack([data[i].state[k : k + length] for i, k in zip(logs, rows, strict=True)])),
-        layout=layout,
+        measured=torch.as_tensor(np.stack([data[i].state[k : k + length] for i, k in zip(log, row, strict=True)])),
+        layout=data.layouts.state,
         compared=compared,
         channel=channel,
         noise=component_noise(data)[list(compared)],

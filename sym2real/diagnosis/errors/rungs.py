@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.segments import WARM_UP, Segments, compared_components
-from sym2real.diagnosis.data.start import ROWS, start_states
+from sym2real.diagnosis.data.segments import WARM_UP, Segments, segments_at
+from sym2real.diagnosis.data.start import ROWS
 from sym2real.diagnosis.data.windows import STRIDE, channel_errors, channel_units, horizons_in_rows, judged
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -77,29 +77,10 @@ def windows_of(data: Dataset, steps: int, after: float = 0.0) -> Segments | None
         steps: rows from a window's start to its end.
         after: part of every log behind which windows start.
     """
-    layout, stride = data.layouts.state, max(1, round(STRIDE / data.dt))
-    pieces = []
-    for index, trajectory in enumerate(data):
-        rows = np.arange(_first_start(len(trajectory), after), len(trajectory) - steps, stride)
-        if len(rows):
-            measured = trajectory.state[rows[:, None] + np.arange(steps + 1)]
-            starts = start_states(trajectory, rows), start_states(trajectory, np.maximum(rows - WARM_UP, ROWS - 1))
-            pieces.append((np.full(len(rows), index), rows, *starts, measured))
-    if not pieces:
-        return None
-    log, rows, start, before, measured = (np.concatenate(parts) for parts in zip(*pieces, strict=True))
-    compared, channel = compared_components(layout, [field.name for field in layout.fields])
-    return Segments(
-        log=log,
-        row=rows,
-        start=torch.as_tensor(start),
-        before=torch.as_tensor(before),
-        measured=torch.as_tensor(measured),
-        layout=layout,
-        compared=compared,
-        channel=channel,
-        noise=np.ones(len(compared)),
-    )
+    stride, names = max(1, round(STRIDE / data.dt)), [field.name for field in data.layouts.state.fields]
+    rows = [np.arange(_first_start(len(log), after), len(log) - steps, stride) for log in data]
+    log, row = np.repeat(np.arange(len(data)), [len(own) for own in rows]), np.concatenate(rows)
+    return segments_at(data, log, row, steps + 1, names) if len(row) else None
 
 
 def _first_start(rows: int, after: float) -> int:

@@ -8,7 +8,6 @@ effect; so units that are less than ten times apart are not told here.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from math import exp, log
 
 import numpy as np
@@ -16,14 +15,13 @@ import torch
 from scipy.optimize import minimize_scalar
 
 from sym2real.dataset import Dataset
+from sym2real.diagnosis.data.preparation import from_row_to_row
 from sym2real.diagnosis.data.scaled import divided
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit, in_one_log, unit_of
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.filters import filter_commands
-from sym2real.effects.inputs import with_inputs
-from sym2real.effects.visible import VisibleModel, visible_in_double, visible_state
+from sym2real.effects.visible import VisibleModel
 from sym2real.symbolic import Equations
-from sym2real.symbolic.period import at_period
 
 THAN = "what moves the robot as the model says"
 FAR = 3.0  # times
@@ -51,11 +49,9 @@ class Steps:
     @classmethod
     def of(cls, model: Equations, data: Dataset) -> Steps | None:
         """None where the logs have other columns than the model, or nothing moves."""
-        known = with_inputs(model.layouts.inputs, data)
-        if replace(model.layouts, state=visible_state(model)) != known.layouts:
-            return None
-        steps = cls(model, visible_in_double(at_period(model, data.dt)), known)
-        return steps if bool((steps._changed > 0).any()) else None
+        found = from_row_to_row(model, data)
+        steps = None if found is None else cls(model, *found)
+        return None if steps is None or not bool((steps._changed > 0).any()) else steps
 
     def only(self, place: int) -> Steps:
         """Those of the log at this place."""

@@ -12,11 +12,12 @@ from torch import Tensor
 from sym2real import rotation
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, VELOCITIES
+from sym2real.diagnosis.data.preparation import from_row_to_row
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, of_all
 from sym2real.effects.filters import spelled_out
 from sym2real.effects.inputs import with_inputs
 from sym2real.effects.thrust import MOTOR_TORQUES
-from sym2real.effects.visible import VisibleModel, visible_in_double, visible_state
+from sym2real.effects.visible import VisibleModel, visible_in_double
 from sym2real.layout import motors_of
 from sym2real.logs.motor_order import ORDERS, MotorOrder, Turning, motor_order
 from sym2real.symbolic import Equations, compile_function
@@ -35,11 +36,8 @@ def order_of_motors(model: Equations, data: Dataset) -> MotorOrder | None:
     state, action = model.layouts.state, model.layouts.action
     if motors_of(action) != MOTORS or not all(name in state for name in RATES):
         return None
-    known = with_inputs(model.layouts.inputs, data)
-    if replace(model.layouts, state=visible_state(model)) != known.layouts:
-        return None
-    predict = visible_in_double(at_period(model, data.dt))
-    return motor_order([_turning(predict, log) for log in known])
+    found = from_row_to_row(model, data)
+    return None if found is None else motor_order([_turning(found[0], log) for log in found[1]])
 
 
 def _turning(predict: VisibleModel, log: Trajectory) -> Turning:

@@ -11,7 +11,7 @@ commands, and where these arrive late, attitude and rates are late together, whi
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -20,14 +20,13 @@ import torch
 from sym2real import rotation
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES
-from sym2real.diagnosis.data.preparation import with_filtered_commands
+from sym2real.diagnosis.data.preparation import from_row_to_row, with_filtered_commands
 from sym2real.diagnosis.data.tangent import places_of_fields
 from sym2real.diagnosis.faults.mistakes.transformation import attitude
 from sym2real.effects.inputs import with_inputs
-from sym2real.effects.visible import VisibleModel, visible_in_double, visible_state
+from sym2real.effects.visible import VisibleModel
 from sym2real.layout import Layout
 from sym2real.symbolic import Equations
-from sym2real.symbolic.period import at_period
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import ATTITUDE, HEADING
 
@@ -94,10 +93,8 @@ class Balances:
     @classmethod
     def of(cls, model: Equations, data: Dataset) -> Balances | None:
         """None where the logs have other columns than the model."""
-        known = with_inputs(model.layouts.inputs, data)
-        if replace(model.layouts, state=visible_state(model)) != known.layouts:
-            return None
-        return cls(model, visible_in_double(at_period(model, data.dt)))
+        found = from_row_to_row(model, data)
+        return None if found is None else cls(model, found[0])
 
     def __call__(self, data: Dataset) -> Balance:
         """The balance of the logs as they stand."""

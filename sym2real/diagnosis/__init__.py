@@ -10,14 +10,7 @@ from sym2real.diagnosis.errors.by_window import WindowErrors, window_errors
 from sym2real.diagnosis.errors.comparison import Comparison, compare
 from sym2real.diagnosis.errors.floor import Floor
 from sym2real.diagnosis.errors.one_step import one_step_residuals
-from sym2real.diagnosis.errors.regions import (
-    Segment,
-    Where,
-    locate,
-    training_region,
-    where_of,
-    worst_segments,
-)
+from sym2real.diagnosis.errors.regions import Segment, Where, locate, training_region, where_of, worst_segments
 from sym2real.diagnosis.errors.residuals import Residuals
 from sym2real.diagnosis.errors.skill import ChannelError, HorizonErrors
 from sym2real.diagnosis.faults.fault import Fault

@@ -153,7 +153,8 @@ def _supported(
     selection: Selection, prepared: Prepared, beside: Mapping[str, float]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The effects that are beyond chance: those that predictions need, and those that they do not."""
-    shown = [key for key, gain in beside.items() if gain > SETTINGS.gain and _significant(selection, key)]
+    gaining = [candidate for candidate in selection.chosen if beside[candidate.name] > SETTINGS.gain]
+    shown = [candidate.name for candidate in gaining if selection.significant(selection.fit, candidate)]
     # As in a search, on a copy: what is not supported is reported with its values, too.
     small = {member.name for member in keep_needed(copy(selection), prepared.library, prepared.checked.data)}
     return tuple(key for key in shown if key not in small), tuple(key for key in shown if key in small)
@@ -179,10 +180,8 @@ def _check_fittable(wanted: Effect, equations: Equations) -> None:
 
 def _candidate(key: str, library: Library, data: Dataset) -> Candidate:
     """The effect as a hypothesis: as it competes, or with all its parameters where it would compete as one of two."""
-    for candidate in candidates(library, data):
-        if candidate.keys == (key,):
-            return candidate
-    return Candidate(key, (key,), tuple((slot,) for slot in library.indices(key)))
+    whole = Candidate(key, (key,), tuple((slot,) for slot in library.indices(key)))
+    return next((candidate for candidate in candidates(library, data) if candidate.keys == (key,)), whole)
 
 
 def _fitted(prepared: Prepared, keys: Sequence[str]) -> tuple[Selection, float]:
@@ -216,12 +215,6 @@ def _beside(selection: Selection, candidate: Candidate) -> float:
     """Part of the held-out loss without an effect that it takes beside the others."""
     _, fit = selection.without(candidate)
     return 1.0 - selection.loss / float(selection.problems.held_out(fit).sum())
-
-
-def _significant(selection: Selection, key: str) -> bool:
-    return all(
-        selection.significant(selection.fit, candidate) for candidate in selection.chosen if candidate.name == key
-    )
 
 
 def _rivals(selection: Selection, own: Candidate, others: list[Candidate]) -> tuple[Rival, ...]:

@@ -27,11 +27,6 @@ def folds_of(segments: Segments) -> NDArray[np.int64]:
     return np.unique(folds, return_inverse=True)[1].astype(np.int64)
 
 
-def logs_of(segments: Segments) -> NDArray[np.int64]:
-    """Log of every segment, by its number among those that have segments ``# (S,)``."""
-    return np.unique(segments.log, return_inverse=True)[1].astype(np.int64)
-
-
 def summed(values: Tensor, parts: NDArray[np.int64]) -> Tensor:
     """Sums over parts ``# (parts, ...)`` of what every segment has ``# (S, ...)``; -1 is no part ``# (S,)``."""
     used, count = torch.as_tensor(parts >= 0), int(parts.max()) + 1

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from sym2real.diagnosis.data.tangent import places_of_columns, tangents
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.layout import Layout
 from sym2real.trajectory import Array, Trajectory
 
 Start = Literal["smoothed", "measured"]
@@ -62,7 +61,7 @@ def start_states(trajectory: Trajectory, starts: NDArray[np.int64], method: Star
     ages = trajectory.time[history] - trajectory.time[starts][:, None]
     correction = np.zeros(away.shape[::2])  # (windows, tangent)
     slots = places_of_columns(layout)
-    pairs = _position_velocity_pairs(layout)
+    pairs = list(layout.rates.items())
     paired = [[slots[name] for name in names] for names in zip(*pairs, strict=True)] if pairs else [[], []]
     if pairs:
         speed = np.stack([trajectory.column(column)[starts] for _, column in pairs])
@@ -72,10 +71,6 @@ def start_states(trajectory: Trajectory, starts: NDArray[np.int64], method: Star
     others = sorted(set(range(layout.tangent_size)) - {slot for part in paired for slot in part})
     correction[:, others] = _single_fit(away[:, :, others].transpose(2, 0, 1), noise[others], ages).T
     return layout.retract(states[starts], torch.as_tensor(correction)).numpy()
-
-
-def _position_velocity_pairs(layout: Layout) -> list[tuple[str, str]]:
-    return list(layout.rates.items())
 
 
 def _joint_fit(position: Array, velocity: Array, speed: Array, noise: Array, ages: Array) -> Array:

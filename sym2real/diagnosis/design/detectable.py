@@ -14,7 +14,7 @@ a lag are the same to first order, so these are held against each other at the s
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from math import inf
 
@@ -106,10 +106,8 @@ def _assumed(problem: Problem, noise: AssumedNoise) -> Whitening:
     spread, segments = Spread.of(problem, problem.library.null), problem.segments
     fields = segments.layout.fields
     sensors = torch.tensor([noise.sensors[fields[number].name] for number in segments.channel], dtype=torch.float64)
-    power = (
-        torch.tensor([noise.disturbances.get(name, 0.0) for name in spread.names], dtype=torch.float64) / spread.sizes
-    )
-    return spread.whitening(sensors.square(), power.square().clamp_min(1e-8))
+    sizes = torch.tensor([noise.disturbances.get(name, 0.0) for name in spread.names], dtype=torch.float64)
+    return spread.whitening(sensors.square(), (sizes / spread.sizes).square().clamp_min(1e-8))
 
 
 def _needed(problems: Problems, competitors: int) -> float:
@@ -121,9 +119,10 @@ def _needed(problems: Problems, competitors: int) -> float:
     return max(of_gain, float(stats.t.isf(chance / 2, problems.block_count - 1)) ** 2)
 
 
-def _alike(problems: Problems, smooth: Sequence[Candidate], information: Tensor) -> dict[str, tuple[str, ...]]:
+def _alike(
+    problems: Problems, smooth: Sequence[Candidate], places: Mapping[str, list[int]], information: Tensor
+) -> dict[str, tuple[str, ...]]:
     """Per candidate, the others that absorb nearly all that it does to the residuals."""
-    places = _places(smooth)
     return {
         candidate.name: tuple(
             other.name
@@ -158,8 +157,8 @@ def _smooth(
     tried: int | None,
 ) -> list[Visible]:
     """Rows of effects that act from zero on; where the noise was measured its blocks and logs, too, must tell them."""
-    library, places = problems.problem.library, _places(smooth)
-    free = tuple(tied for candidate in smooth for tied in candidate.free)
+    library, free = problems.problem.library, tuple(tied for candidate in smooth for tied in candidate.free)
+    places = {candidate.name: [free.index(tied) for tied in candidate.free] for candidate in smooth}
     (fit,) = problems.quadratics([Hypothesis(free, library.null)])
     information = fit.curvature.sum(0)
     sizes = (needed / information.diagonal().clamp_min(1e-300)).sqrt()
@@ -167,7 +166,7 @@ def _smooth(
         own = [fit.part(places[candidate.name]) for candidate in smooth]
         sizes = torch.maximum(sizes, torch.cat([sizes_beyond_chance(problems, part, tried) for part in own]))
     mattering = sizes.new_full(sizes.shape, inf) if predictions is None else predictions.of_parameters(free)
-    like = _alike(problems, smooth, information)
+    like = _alike(problems, smooth, places, information)
     return [
         replace(row, like=like[candidate.name])
         for candidate in smooth
@@ -185,14 +184,6 @@ def _smooth_rows(candidate: Candidate, library: Library, seen: Tensor, mattering
         shown_by = library.effects[of].shown_by
         rows.append(Visible(candidate.name, slot.name, slot.unit, smallest, matters, (), always, shown_by))
     return rows
-
-
-def _places(smooth: Sequence[Candidate]) -> dict[str, list[int]]:
-    places, first = {}, 0
-    for candidate in smooth:
-        places[candidate.name] = list(range(first, first + len(candidate.free)))
-        first += len(candidate.free)
-    return places
 
 
 def _absorbs(information: Tensor, own: list[int], other: list[int]) -> bool:

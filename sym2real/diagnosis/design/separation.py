@@ -178,10 +178,7 @@ class _Flights:
         known = [effect(key, self._equations) for key in effects]
         shown = {manner for effect in known for manner in effect.searching.shown_in(effect.body)}
 
-        def others(trial: Trial) -> bool:
-            return trial.shows not in shown
-
-        for trial in sorted(TRIALS[self._motion], key=others):
+        for trial in sorted(TRIALS[self._motion], key=lambda trial: trial.shows not in shown):
             if trial.words not in self._flown:
                 self._flown[trial.words] = self._fly(trial)
             data = self._flown[trial.words]
@@ -205,32 +202,28 @@ def _outcome(
 ) -> _Outcome:
     trial, data = flown
     values = library.null
-    for slot in (name for name in range(len(library.slots)) if library.slots[name].effect == finding.effect):
+    for slot in library.indices(finding.effect):
         values[slot] = finding.values.get(library.slots[slot].parameter.name, float(values[slot]))
     plain = Problem(library, data)
     segments = replace(plain.segments, measured=plain.states(values[None])[0])
     problem = Problem(library, data, segments)
     problems = Problems.of(problem, Spread.of(problem, library.null).like(whitening))
     nothing = problems.quadratics([Hypothesis((), library.null)])[0].total
-    known, explained = candidates(library, data), {}
-    least = nothing
+    known, left = candidates(library, data), {}
     for key in rivals:
         fits = problems.fit(_hypotheses(library, [c for c in known if key in c.keys]), REFIT_STEPS)
-        left = min((fit.total for fit in fits), default=nothing)
-        explained[key] = 1.0 - left / max(nothing, 1e-300)
-        least = min(least, left)
+        left[key] = min((fit.total for fit in fits), default=nothing)
+    explained = {key: 1.0 - rest / max(nothing, 1e-300) for key, rest in left.items()}
+    least = min([nothing, *left.values()])
     return _Outcome(trial.words, explained, least / (SETTINGS.gain * problems.whitening.freedom))
 
 
 def _hypotheses(library: Library, rivals: Sequence[Candidate]) -> list[Hypothesis]:
     """A fit from the null, and one from every start."""
-    hypotheses = []
+    hypotheses, null = list[Hypothesis](), library.null
     for candidate in rivals:
-        for level in (None, *candidate.starts):
-            values = library.null
-            if level is not None:
-                values[list(candidate.free[0])] = level
-            hypotheses.append(Hypothesis(candidate.free, values))
+        starts = [null, *(candidate.started(null, level) for level in candidate.starts)]
+        hypotheses += [Hypothesis(candidate.free, start) for start in starts]
     return hypotheses
 
 

@@ -21,10 +21,7 @@ from sym2real.symbolic import Equations, rollout
 from sym2real.symbolic.predicting import Values
 from sym2real.trajectory import Trajectory
 
-
-@lru_cache(maxsize=32)
-def _model(equations: Equations) -> MeasuredModel:
-    return MeasuredModel(equations)
+_model = lru_cache(maxsize=32)(MeasuredModel)
 
 
 def predict(equations: Equations, state: Values, action: Values, inputs: Values | None = None) -> Values:

@@ -11,7 +11,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from sym2real.diagnosis.data.parts import blocks_of, folds_of, logs_of, summed
+from sym2real.diagnosis.data.parts import blocks_of, folds_of, summed
 from sym2real.diagnosis.estimate.whitening import Whitening
 from sym2real.diagnosis.predict.nuisance import Nuisance
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -131,7 +131,7 @@ class Problems:
     @cached_property
     def logs(self) -> NDArray[np.int64]:
         """Log of every segment, by its number among those that have segments ``# (S,)``."""
-        return logs_of(self.problem.segments)
+        return np.unique(self.problem.segments.log, return_inverse=True)[1].astype(np.int64)
 
     @property
     def log_count(self) -> int:
@@ -164,7 +164,9 @@ class Problems:
             waiting = [i for i, is_open in enumerate(open_fits) if is_open]
             if not waiting:
                 break
-            trials = [self._moved(fits[i], part) for i in waiting for part in LINE_SEARCH]
+            steps_to = [solve(fits[i].curvature.sum(0), -fits[i].gradient.sum(0)) for i in waiting]
+            around = zip(waiting, steps_to, strict=True)
+            trials = [self.moved(fits[i], step * part) for i, step in around for part in LINE_SEARCH]
             losses = self.whitening.loss(self.problem.residuals(torch.stack(trials))).sum(1).reshape(len(waiting), -1)
             better: list[tuple[int, Tensor]] = []
             for row, i in enumerate(waiting):
@@ -177,10 +179,6 @@ class Problems:
             for (i, _), fit in zip(better, renewed, strict=True):
                 fits[i] = fit
         return fits
-
-    def _moved(self, fit: Fit, part: float) -> Tensor:
-        step = solve(fit.curvature.sum(0), -fit.gradient.sum(0))
-        return self.moved(fit, step * part)
 
     def moved(self, fit: Fit, step: Tensor) -> Tensor:
         """Parameter set after a step ``# (A,)`` in units of scale, within bounds."""

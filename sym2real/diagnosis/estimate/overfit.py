@@ -56,11 +56,7 @@ def _centre(start: Tensor, last: Tensor, kept: Sequence[Candidate]) -> Tensor:
 
 def _fitted(problems: Problems, chosen: Sequence[Candidate], centre: Tensor, values: Tensor, steps: int) -> Tensor:
     free = tuple(dict.fromkeys(tied for candidate in chosen for tied in candidate.free))
-    for _ in range(steps):
-        values, open_still = improved(problems, free, values, centre)
-        if not open_still:
-            break
-    return values
+    return improved(problems, free, values, centre, steps)
 
 
 def _with_a_start(problems: Problems, rivals: Sequence[Candidate], values: Tensor) -> tuple[Tensor, list[Candidate]]:
@@ -78,19 +74,21 @@ def _with_a_start(problems: Problems, rivals: Sequence[Candidate], values: Tenso
     return sets[best + 1], [trials[best][0]]
 
 
-def improved(problems: Problems, free: Free, values: Tensor, centre: Tensor) -> tuple[Tensor, bool]:
-    """One Gauss–Newton step within bounds, the prior's mean at ``centre``, and whether another is worth it."""
-    library = problems.problem.library
-    fit = problems.quadratics([Hypothesis(free, values)], with_nuisance=False)[0]
-    step = _bounded_step(problems, fit, centre)
-    trials = torch.stack([problems.moved(fit, step * part) for part in LINE_SEARCH])
+def improved(problems: Problems, free: Free, values: Tensor, centre: Tensor, steps: int) -> Tensor:
+    """Gauss–Newton steps within bounds, the prior's mean at ``centre``, until another is not worth it."""
     slots = [tied[0] for tied in free]
-    away = (torch.cat([values[None], trials])[:, slots] - centre[slots]) / library.scale[slots]
-    losses = problems.whitening.loss(problems.problem.residuals(trials)).sum(1)
-    losses = torch.cat([fit.loss.sum()[None], losses]) + PRIOR * away.square().sum(1)
-    best = int(losses.argmin())
-    open_still = bool(losses[0] - losses[best] > CONVERGED * losses[0])
-    return torch.cat([values[None], trials])[best], open_still
+    for _ in range(steps):
+        fit = problems.quadratics([Hypothesis(free, values)], with_nuisance=False)[0]
+        step = _bounded_step(problems, fit, centre)
+        trials = torch.stack([values, *(problems.moved(fit, step * part) for part in LINE_SEARCH)])
+        away = (trials[:, slots] - centre[slots]) / problems.problem.library.scale[slots]
+        losses = problems.whitening.loss(problems.problem.residuals(trials[1:])).sum(1)
+        losses = torch.cat([fit.loss.sum()[None], losses]) + PRIOR * away.square().sum(1)
+        best = int(losses.argmin())
+        values = trials[best]
+        if not bool(losses[0] - losses[best] > CONVERGED * losses[0]):
+            break
+    return values
 
 
 def _bounded_step(problems: Problems, fit: Fit, centre: Tensor) -> Tensor:

@@ -45,11 +45,7 @@ def refined(library: Library, flown: Dataset, logs: Dataset) -> Equations:
         return library.base
     constants = _of_constants(library.base)
     problems, start = _weighed(constants, with_velocities(cut(flown)), flown, noise), constants.null
-    values, free = start, tuple((place,) for place in range(len(constants.slots)))
-    for _ in range(STEPS):
-        values, moved = improved(problems, free, values, start)
-        if not moved:
-            break
+    values = improved(problems, tuple((place,) for place in range(len(constants.slots))), start, start, STEPS)
     found = dict(zip((slot.parameter.name for slot in constants.slots), values.tolist(), strict=True))
     return lift_constants(library.base).at(**found)
 

@@ -60,7 +60,8 @@ def sizes_beyond_chance(problems: Problems, fit: Fit, tried: int) -> Tensor:
     Returns:
         ``# (n,)``, none where nobody can say.
     """
-    here = Distance.at_none(fit)
+    count = len(fit.free)
+    here = Distance(fit.gradient.new_zeros(count), list(range(count)), fit.gradient, fit.curvature)
     if problems.block_count < SETTINGS.fewest_pieces:
         return torch.zeros_like(here.away)
     sizes = here.sizes_at(SETTINGS.false_alarms / max(1, tried), problems.blocks)
@@ -102,12 +103,6 @@ class Distance:
         slots = [tied[0] for tied in candidate.free]
         away = (fit.values[slots] - neutral) / problems.problem.library.scale[slots]
         return cls(away, places, fit.gradient, fit.curvature)
-
-    @classmethod
-    def at_none(cls, fit: Fit) -> Distance:
-        """Of the parameters of a fit where they are none."""
-        count = len(fit.free)
-        return cls(fit.gradient.new_zeros(count), list(range(count)), fit.gradient, fit.curvature)
 
     @classmethod
     def _of_part(cls, problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor) -> Distance:

@@ -66,7 +66,8 @@ class Whitening:
 
     def products(self, columns: Tensor) -> Tensor:
         """Products under C⁻¹ of columns ``# (S, R, A)`` with each other ``# (S, A, A)``."""
-        whole = columns.mT @ (columns * self.weight[:, None]) - _square(self.lost.mT @ columns)
+        lost = self.lost.mT @ columns
+        whole = columns.mT @ (columns * self.weight[:, None]) - lost.mT @ lost
         return whole * self.trust[:, None, None]
 
     def loss(self, residuals: Tensor) -> Tensor:
@@ -85,10 +86,6 @@ class Whitening:
     def inverse_times(self, columns: Tensor) -> Tensor:
         """C⁻¹ times columns ``# (S, R, A)``, every segment trusted alike."""
         return columns * self.weight[:, None] - self.lost @ (self.lost.mT @ columns)
-
-
-def _square(columns: Tensor) -> Tensor:
-    return columns.mT @ columns
 
 
 @dataclass(frozen=True, eq=False)

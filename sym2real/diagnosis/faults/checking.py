@@ -66,8 +66,8 @@ def check_data(question: Question) -> Examined:
         ShapeError: when no log is long enough to judge.
     """
     checked = check_and_filter(question.model, question.data)
-    aside = None if question.held_out is None else check_and_filter(question.model, question.held_out).data
-    return Examined(question, checked, checked.data if aside is None else aside)
+    scored = checked.data if question.held_out is None else check_and_filter(question.model, question.held_out).data
+    return Examined(question, checked, scored)
 
 
 def check_and_filter(model: Equations, data: Dataset | Trajectory) -> Checked:

@@ -55,7 +55,6 @@ def scalar_last(data: Dataset) -> list[ScalarLast]:
 
 
 def _agreement(data: Dataset) -> float | None:
-    found = [
-        correlation.correlation for correlation in (*rate_agreement(list(data)).values(), thrust_agreement(list(data)))
-    ]
+    agreements = (*rate_agreement(list(data)).values(), thrust_agreement(list(data)))
+    found = [agreement.correlation for agreement in agreements]
     return min((abs(correlation) for correlation in found if correlation is not None), default=None)

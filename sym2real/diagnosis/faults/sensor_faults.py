@@ -105,9 +105,7 @@ def _reading(logs: Sequence[Trajectory], column: str, of: str) -> Reading | None
     tables = {rows: _stretches(logs, column, changes, length, rows) for rows in range(EARLIEST, LATEST + 1)}
     if len(tables[0]) < SETTINGS.sensor_stretches:
         return None
-    left = {
-        rows: float(_fit(table)[2].var()) for rows, table in tables.items() if len(table) >= SETTINGS.sensor_stretches
-    }
+    left = {rows: float(_fit(table)[2].var()) for rows, table in tables.items()}
     rows = min(left, key=lambda lag: left[lag])
     # A likelihood ratio, which must be as far beyond chance as the rest.
     if len(tables[0]) * np.log(max(left[0], 1e-300) / max(left[rows], 1e-300)) < SETTINGS.sensor_deviations**2:

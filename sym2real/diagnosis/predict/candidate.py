@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from fnmatch import fnmatch
 from functools import lru_cache
 
+from torch import Tensor
+
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.predict.commands import values_for
 from sym2real.diagnosis.predict.competitors import competing
@@ -47,6 +49,12 @@ class Candidate:
     def slots(self) -> list[int]:
         """All free slots, those that move together too."""
         return [slot for tied in self.free for slot in tied]
+
+    def started(self, values: Tensor, level: float) -> Tensor:
+        """A parameter set ``# (P,)`` with the first parameter at one of the starts."""
+        values = values.clone()
+        values[list(self.free[0])] = level
+        return values
 
 
 def library_for(

@@ -89,10 +89,6 @@ class Library:
     @property
     def null(self) -> Tensor:
         """``# (P,)``."""
-        return self._null.clone()
-
-    @cached_property
-    def _null(self) -> Tensor:
         return torch.tensor([slot.parameter.null for slot in self.slots], dtype=torch.float64)
 
     @cached_property
@@ -156,7 +152,7 @@ class Library:
         """Which parameter sets ``# (B, P)`` have any of the slots away from null; all for None."""
         if slots is None:
             return torch.ones(len(sets), dtype=torch.bool)
-        return (sets[:, list(slots)] != self._null[list(slots)]).any(dim=1)
+        return (sets[:, list(slots)] != self.null[list(slots)]).any(dim=1)
 
 
 def _settled(effect: Effect) -> list[tuple[str, dict[str, Expr | float]]]:
@@ -193,12 +189,6 @@ def shielded(base: Equations) -> Equations:
     aliases = {name: symbol(ACTING + name) for name in names}
     blank = replace(base, quantities={**base.quantities, **{alias.name: Integer(0) for alias in aliases.values()}})
     changed = blank.substitute(aliases)
-    return replace(
-        changed,
-        quantities={**{alias.name: symbol(name) for name, alias in aliases.items()}, **_others(changed, aliases)},
-    )
-
-
-def _others(equations: Equations, aliases: dict[str, Symbol]) -> dict[str, Expr]:
-    own = {alias.name for alias in aliases.values()}
-    return {name: value for name, value in equations.quantities.items() if name not in own}
+    own = {alias.name: symbol(name) for name, alias in aliases.items()}
+    others = {name: value for name, value in changed.quantities.items() if name not in own}
+    return replace(changed, quantities={**own, **others})

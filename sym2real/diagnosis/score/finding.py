@@ -150,10 +150,7 @@ def spread_over_logs(selection: Selection, candidate: Candidate, fit: Fit) -> di
     """Standard deviation over logs of each parameter when every log fits its own, in its unit."""
     problems = selection.problems
     log = torch.as_tensor(problems.problem.segments.log)
-    steps = []
-    for index in log.unique():
-        mine = log == index
-        steps.append(problems.best_step(fit.of_segments(mine)))
+    steps = [problems.best_step(fit.of_segments(log == index)) for index in log.unique()]
     if len(steps) < 2:
         return {}
     deviation = torch.stack(steps).std(dim=0)
@@ -240,11 +237,8 @@ def with_details(
         of = library.effects.get(finding.effect)
         settled = chosen | (known if of is not None and of.searching.swings else {})
         group = tuple(dict.fromkeys(library.key(name) for name in finding.group))
-        result.append(
-            replace(
-                finding, effect=library.key(finding.effect), parameters={**settled, **finding.parameters}, group=group
-            )
-        )
+        parameters = settled | finding.parameters
+        result.append(replace(finding, effect=library.key(finding.effect), parameters=parameters, group=group))
     return tuple(result)
 
 

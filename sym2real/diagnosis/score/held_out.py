@@ -132,14 +132,8 @@ class Steps:
                 left_out_sets(selection, done, fit) if same else parameter_set(selection, done, fit.values)[None]
             )
             names.append(f"+ {candidate.name}")
-        last = done[-1] if done else None
-        return cls(
-            tuple(names),
-            tuple(sets),
-            fold_of_log(selection) if same else None,
-            last,
-            scored_after(selection) if same else 0.0,
-        )
+        fold_of, after = (fold_of_log(selection), scored_after(selection)) if same else (None, 0.0)
+        return cls(tuple(names), tuple(sets), fold_of, done[-1] if done else None, after)
 
     def horizons(self, data: Dataset, longest: float | None) -> tuple[float, ...]:
         """Horizons (s) that the scored part of the logs is long enough for."""

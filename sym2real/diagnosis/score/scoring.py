@@ -44,15 +44,8 @@ def score(result: SearchResult) -> Scored:
     horizons = steps.horizons(logs, question.horizon)
     stages, gate = steps.ladder(library, logs, horizons), steps.gate(library, logs)
     floor = floor_of_explained(library, logs, selection.fit.values, prepared.whitening, horizons)
-    return Scored(
-        result,
-        steps,
-        stages,
-        gate,
-        findings_of(result, Near.of(selection)),
-        horizons,
-        no_higher_than_reached(floor, stages),
-    )
+    found = findings_of(result, Near.of(selection))
+    return Scored(result, steps, stages, gate, found, horizons, no_higher_than_reached(floor, stages))
 
 
 def findings_of(result: SearchResult, near: Near | None = None) -> tuple[Finding, ...]:

@@ -112,7 +112,7 @@ class Beam:
                 beyond = size < len(best.chosen) or self.selection.promise(effects) < best.price
                 if beyond and effects.names not in self.looked_around:
                     yield effects
-        for centre in (best, self._cheapest()):
+        for centre in (best, min(self.sets.values(), key=lambda effects: effects.price)):
             yield from (effects for effects in self._around(centre) if effects.names not in self.looked_around)
 
     def _around(self, centre: EffectSet) -> Iterator[EffectSet]:
@@ -139,9 +139,6 @@ class Beam:
                 self.selection.significant(effects.fit, member) for member in effects.chosen
             )
         return self._significant[effects.names]
-
-    def _cheapest(self) -> EffectSet:
-        return min(self.sets.values(), key=lambda effects: effects.price)
 
     def _best(self) -> EffectSet:
         """The cheapest set that is beyond chance; of a search that has just begun with others, the cheapest.

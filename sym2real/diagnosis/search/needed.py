@@ -67,8 +67,7 @@ def keep_needed(selection: Selection, library: Library, logs: Dataset) -> tuple[
 
 
 def _established(selection: Selection, candidate: Candidate) -> bool:
-    problems, origin, tried = selection.problems, selection.origin, selection.tried
-    return beyond_trim(problems, selection.fit, candidate, origin, tried)
+    return beyond_trim(selection.problems, selection.fit, candidate, selection.origin, selection.tried)
 
 
 def _no_worse(whole: Stage, without: Stage) -> bool:

@@ -144,12 +144,9 @@ class Selection:
 
     def fitted_anew(self, effects: EffectSet) -> list[EffectSet]:
         """The same effects, fitted from the other starts of each: a set may have several valleys."""
-        free, hypotheses = self.free(effects.chosen), list[Hypothesis]()
-        for candidate in effects.chosen:
-            for start in candidate.starts:
-                values = effects.fit.values.clone()
-                values[list(candidate.free[0])] = start
-                hypotheses.append(Hypothesis(free, values))
+        free, values = self.free(effects.chosen), effects.fit.values
+        starts = [candidate.started(values, start) for candidate in effects.chosen for start in candidate.starts]
+        hypotheses = [Hypothesis(free, start) for start in starts]
         return [self.set_of(effects.chosen, fit) for fit in self.problems.fit(hypotheses, REFIT_STEPS)]
 
     def _screened(self, chosen: Sequence[Candidate], values: Tensor, rivals: Sequence[Candidate]) -> Screening:
@@ -163,11 +160,9 @@ class Selection:
             (candidate, everything.part([places[tied] for tied in (*before, *candidate.free)])) for candidate in at_null
         ]
         started = [(candidate, level) for candidate in rivals for level in candidate.starts]
-        hypotheses = []
-        for candidate, level in started:
-            moved = values.clone()
-            moved[list(candidate.free[0])] = level
-            hypotheses.append(Hypothesis((*before, *candidate.free), moved))
+        hypotheses = [
+            Hypothesis((*before, *candidate.free), candidate.started(values, level)) for candidate, level in started
+        ]
         fits = self.problems.quadratics(hypotheses)
         parts += [(candidate, self.problems.by_fold(fit)) for (candidate, _), fit in zip(started, fits, strict=True)]
         best: dict[str, tuple[float, Candidate, Tensor]] = {}

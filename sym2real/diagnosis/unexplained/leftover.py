@@ -74,11 +74,8 @@ class Leftover:
     def measure(self) -> str:
         """How much of what is left that is, in words."""
         much = f"{100 * self.r2:.0f} % of the squares" if self.explained_by == MISFIT else f"R² {self.r2:.2f}"
-        return (
-            much
-            if self.matters
-            else f"{much}, and {100 * (self.motion or 0.0):.1g} % of the motion: too small to matter"
-        )
+        small = f", and {100 * (self.motion or 0.0):.1g} % of the motion: too small to matter"
+        return much if self.matters else much + small
 
     def to_dict(self) -> dict[str, Any]:
         """The entry of ``leftover`` in docs/method.md, "Answers as files"."""

@@ -143,18 +143,13 @@ def _excursions(change: Array, jumps: NDArray[np.int64], *, stays: bool) -> tupl
     A rate may jump: an impact, a new estimate. Where only its spikes are bad, they last a row or two.
     """
     rows, cuts, place = np.zeros(len(change) + 1, dtype=bool), list[int](), 0
+    latest = SETTINGS.jump_rows if stays else SETTINGS.spike_rows
     while place < len(jumps):
         first = int(jumps[place])
         away = change[first - 1]
-        back = next(
-            (
-                offset
-                for offset in range(place + 1, len(jumps))
-                if jumps[offset] - first <= (SETTINGS.jump_rows if stays else SETTINGS.spike_rows)
-                and np.linalg.norm(away + change[jumps[offset] - 1]) < SETTINGS.jump_back * np.linalg.norm(away)
-            ),
-            None,
-        )
+        soon = (offset for offset in range(place + 1, len(jumps)) if jumps[offset] - first <= latest)
+        most = SETTINGS.jump_back * np.linalg.norm(away)
+        back = next((offset for offset in soon if np.linalg.norm(away + change[jumps[offset] - 1]) < most), None)
         if back is None:
             cuts += [first] if stays else []
         else:

@@ -154,9 +154,8 @@ def conclude(explained: Explained) -> Diagnosis:
     faults, finished = prepared.checked.faults, result.finished
     answer = verdict(faults, findings, leftovers, scored.gate, prepared.problems, finished=finished)
     interrupted = "" if finished else "the search"
-    sentence = summary(
-        answer, faults, findings, leftovers, gate=scored.gate, stages=scored.stages, interrupted=interrupted
-    )
+    gate, stages = scored.gate, scored.stages
+    sentence = summary(answer, faults, findings, leftovers, gate=gate, stages=stages, interrupted=interrupted)
     return Diagnosis(
         verdict=answer,
         summary=sentence,

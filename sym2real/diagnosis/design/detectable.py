@@ -80,9 +80,8 @@ def plan(
     chance = len(tried) if noise is None else None
     smooth = [candidate for candidate in tried if not candidate.needs_start]
     visible = _smooth(smooth, problems, predictions, needed, chance)
-    visible += [
-        _threshold_row(candidate, problems, predictions, needed) for candidate in tried if candidate.needs_start
-    ]
+    thresholds = [candidate for candidate in tried if candidate.needs_start]
+    visible += [_threshold_row(candidate, problems, predictions, needed) for candidate in thresholds]
     order = [candidate.name for candidate in tried]
     return Plan(
         visible=tuple(sorted(visible, key=lambda row: order.index(row.effect))),

@@ -137,14 +137,12 @@ def with_advice(
     library = Library.of(equations, [effect(key, equations) for key in keys])
     flights, result = _Flights(plant, equations), []
     for finding in findings:
-        outcomes: list[_Outcome] = []
-        for flown in flights.made_for((finding.effect, *rivals[finding.effect])) if rivals[finding.effect] else ():
-            outcomes.append(_outcome(finding, rivals[finding.effect], library, whitening, flown))
+        outcomes, others = list[_Outcome](), rivals[finding.effect]
+        for flown in flights.made_for((finding.effect, *others)) if others else ():
+            outcomes.append(_outcome(finding, others, library, whitening, flown))
             if outcomes[-1].left > 1.0 and max(outcomes[-1].explained.values()) < SETTINGS.clear:
                 break
-        advised = (
-            _advice(finding, outcomes, equations) if outcomes else _untried(finding, rivals[finding.effect], equations)
-        )
+        advised = _advice(finding, outcomes, equations) if outcomes else _untried(finding, others, equations)
         result.append(replace(finding, separate_by=advised))
     return tuple(result)
 

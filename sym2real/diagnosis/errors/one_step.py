@@ -28,11 +28,7 @@ MEMORY = 0.5  # s: longest lag
 PIECE = 4  # the longest lag is at most this part of the longest log
 
 
-def one_step_residuals(
-    model: Equations | DynamicsModel,
-    data: Dataset,
-    constant: Collection[str] = (),
-) -> Residuals:
+def one_step_residuals(model: Equations | DynamicsModel, data: Dataset, constant: Collection[str] = ()) -> Residuals:
     """Autocorrelation of what one-step predictions miss, and its correlation with what was sent.
 
     Args:

@@ -169,6 +169,5 @@ def error_of(values: Array, log: NDArray[np.int64], unit: str) -> StageError:
     draws = np.random.default_rng(0).integers(0, len(sums), (RESAMPLES, len(sums)))
     resampled = np.sqrt(sums[draws].sum(1) / counts[draws].sum(1))
     low, high = np.quantile(resampled, (0.025, 0.975))
-    return StageError(
-        float(np.sqrt(np.mean(values**2))), float(values.mean()), float(low), float(high), unit, resampled
-    )
+    size, mean = float(np.sqrt(np.mean(values**2))), float(values.mean())
+    return StageError(size, mean, float(low), float(high), unit, resampled)

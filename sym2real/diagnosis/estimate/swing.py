@@ -123,10 +123,8 @@ def find_swing(problems: Problems, values: Tensor, competitors: int) -> Swing | 
         return None
     mass = problem.library.equations.numbers.get("mass", 1.0)
     highest = (grid[place] for place in np.argsort(-_falls(rows, grid)))
-    omega = next(
-        (frequency for frequency in highest if not _own_motion(problem.data, frequency, mass, _size(rows, frequency))),
-        None,
-    )
+    apart = (omega for omega in highest if not _own_motion(problem.data, omega, mass, _size(rows, omega)))
+    omega = next(apart, None)
     if omega is None:
         return None
     step = grid[1] - grid[0] if len(grid) > 1 else 0.1 * omega
@@ -227,9 +225,8 @@ def _chance(rows: _Rows, problems: Problems, omega: float) -> float:
                 continue
             g, h = gradient[rest].sum(0), curvature[rest].sum(0)
             plain = torch.cat([torch.zeros(half, dtype=torch.float64), -solve(h[half:, half:], g[half:])])
-            gains[part] = _changes(gradient[part], curvature[part], plain) - _changes(
-                gradient[part], curvature[part], -solve(h, g)
-            )
+            own = gradient[part], curvature[part]
+            gains[part] = _changes(*own, plain) - _changes(*own, -solve(h, g))
     by_block = summed(gains, problems.blocks)
     if not bool(by_block.any()):
         return 1.0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import torch
@@ -65,17 +64,14 @@ class Weighed:
         refined: what hypotheses compete on.
         checked: the data, with the phase of a force that swings if one was found.
         tried: what competes.
-        problem: predictions of all segments.
-        spread, whitening: the covariance.
+        whitened: predictions of all segments, and the covariance.
         swing: frequency and phases of a force that swings.
     """
 
     refined: Refined
     checked: Checked
     tried: tuple[Candidate, ...]
-    problem: Problem
-    spread: Spread
-    whitening: Whitening
+    whitened: Whitened
     swing: Swing | None = None
 
 
@@ -134,8 +130,7 @@ def refine_base(examined: Examined) -> Refined:
     model = replace(model, filters=()) if model.filters else model
     library = library_for(model, checked.data, question.exclude, question.include)
     base = model if flown is None else refined(library, flown, checked.data)
-    own = base is model
-    searched = library if own else library_for(base, checked.data, question.exclude, question.include)
+    searched = library if base is model else library_for(base, checked.data, question.exclude, question.include)
     return Refined(examined, model, library, searched, plant, flown, notes)
 
 
@@ -154,15 +149,15 @@ def weigh_errors(base: Refined) -> Weighed:
     if swing is not None:
         checked = replace(checked, data=swing.in_data(checked.data))
         tried, weighed = candidates(searched, checked.data), _whitened(searched, checked.data)
-    return Weighed(base, checked, tried, weighed.problem, weighed.spread, weighed.whitening, swing)
+    return Weighed(base, checked, tried, weighed, swing)
 
 
 def calibrate_base(weighed: Weighed) -> Prepared:
     """What the base itself gets wrong about the plain simulator, from which effects are counted."""
     base, searched, question = weighed.refined, weighed.refined.searched, weighed.refined.examined.question
-    own = None if base.flown is None else calibrated(searched, weighed.tried, base.flown, weighed.whitening)
+    logs, whitened = weighed.checked.data, weighed.whitened
+    own = None if base.flown is None else calibrated(searched, weighed.tried, base.flown, whitened.whitening)
     origin = searched.null if own is None else own.origin
-    logs = weighed.checked.data
     return Prepared(
         question=question,
         model=base.model,
@@ -170,24 +165,22 @@ def calibrate_base(weighed: Weighed) -> Prepared:
         scored=logs if question.held_out is None else base.examined.scored,
         library=base.library,
         tried=weighed.tried,
-        problems=Problems.of(weighed.problem, weighed.whitening, nuisance_of(searched, origin)),
-        spread=weighed.spread,
+        problems=Problems.of(whitened.problem, whitened.whitening, nuisance_of(searched, origin)),
+        spread=whitened.spread,
         origin=origin,
         calibration=own,
         notes=base.notes,
         plant=base.plant,
         swing=weighed.swing,
-        not_tried=_not_tried(base.model, logs, question.exclude, question.include),
+        not_tried=_not_tried(base.model, logs, question),
     )
 
 
-def _not_tried(
-    model: Equations, data: Dataset, exclude: Collection[str], include: Sequence[str]
-) -> tuple[NotTried, ...]:
-    keys, others = competing(with_inputs_of(model, data), data, exclude)
+def _not_tried(model: Equations, data: Dataset, question: Question) -> tuple[NotTried, ...]:
+    keys, others = competing(with_inputs_of(model, data), data, question.exclude)
     swinging = [key for key in keys if effect(key, model).searching.swings]
     calm = [NotTried(key, NO_SWING) for key in swinging if not swings(data)]
-    return (*(left_out for left_out in others if left_out.effect not in include), *calm)
+    return (*(left_out for left_out in others if left_out.effect not in question.include), *calm)
 
 
 def units_said(model: Equations) -> list[str]:

@@ -133,9 +133,7 @@ def _heading(data: Dataset) -> Settled:
 
 def _signs(data: Dataset) -> Settled:
     """Rates and velocities whose sign contradicts the derivative of the attitude, the position or the joint."""
-    wrong = {
-        column: agreement for column, agreement in agreements(list(data)).items() if agreement.verdict == "reversed"
-    }
+    wrong = {column: found for column, found in agreements(list(data)).items() if found.verdict == "reversed"}
     said = "the logged {} and the {}'s derivative correlate by {:.3f}: wrong sign"
     texts = {column: said.format(column, found.of, found.correlation) for column, found in wrong.items()}
     faults = [
@@ -155,13 +153,12 @@ def _behind_their_rates(data: Dataset) -> Settled:
             continue
         late = Late(*measured_by(data.layouts.state, measured), rows, data.dt)
         # A rate that was on time and is so no longer: then not what is measured was late.
-        shifted = {
-            reading.column for reading in readings(of_all(late, data)) if reading.shift and reading.of == measured
-        }
+        mended = of_all(late, data)
+        shifted = {reading.column for reading in readings(mended) if reading.shift and reading.of == measured}
         if shifted <= ahead.keys():
             said = ", ".join(f"{column} is {1e3 * by:.0f} ms ahead" for column, by in ahead.items())
             faults.append(Fault("", f"{late.name}: {said} of it", late.fix))
-            data = of_all(late, data)
+            data = mended
     return faults, data
 
 
@@ -172,9 +169,8 @@ def _sensors(data: Dataset) -> Settled:
         data = Dataset(reading.undone(log) for log in data)
         for kind, value in reading.faulty.items():
             evidence = SAID[kind].format(value, 1e3 * value, column=reading.column, other=reading.of)
-            faults.append(
-                Fault(f"{kind}:{reading.column}", evidence, EFFECTS[kind].fix, value, sensor=kind in OF_SENSORS)
-            )
+            effect, fix, sensor = f"{kind}:{reading.column}", EFFECTS[kind].fix, kind in OF_SENSORS
+            faults.append(Fault(effect, evidence, fix, value, sensor))
     return faults, data
 
 

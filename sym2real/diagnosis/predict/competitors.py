@@ -69,9 +69,8 @@ def _why_not(effect: Effect, equations: Equations, data: Dataset, exclude: Colle
 
 
 def _is_component(effect: Effect) -> bool:
-    return any(
-        effect.column in field.columns for field in effect.body.layouts.action.fields if field.kind == QUATERNION
-    )
+    quaternions = (field for field in effect.body.layouts.action.fields if field.kind == QUATERNION)
+    return any(effect.column in field.columns for field in quaternions)
 
 
 @lru_cache(maxsize=512)

@@ -135,9 +135,8 @@ class Beam:
     def _holds(self, effects: EffectSet) -> bool:
         """Whether every effect of a set is beyond chance."""
         if effects.names not in self._significant:
-            self._significant[effects.names] = all(
-                self.selection.significant(effects.fit, member) for member in effects.chosen
-            )
+            held = (self.selection.significant(effects.fit, member) for member in effects.chosen)
+            self._significant[effects.names] = all(held)
         return self._significant[effects.names]
 
     def _best(self) -> EffectSet:

@@ -46,14 +46,13 @@ def keep_needed(selection: Selection, library: Library, logs: Dataset) -> tuple[
         library: effects in the equations that predict.
         logs: of the fit, each predicted by the fit of the others.
     """
-    judged, before = judged_horizons(logs, scored_after(selection)), tuple(selection.chosen)
+    after, before = scored_after(selection), tuple(selection.chosen)
+    judged = judged_horizons(logs, after)
     while judged and selection.chosen:
         without = [selection.without(candidate) for candidate in selection.chosen]
         models = [(selection.chosen, selection.fit), *without]
         stages = [("", left_out_sets(selection, chosen, fit)) for chosen, fit in models]
-        whole, *others = ladder(
-            library, logs, stages, fold_of_log(selection), horizons=judged, after=scored_after(selection)
-        )
+        whole, *others = ladder(library, logs, stages, fold_of_log(selection), horizons=judged, after=after)
         rises = {
             place: rise
             for place, other in enumerate(others)

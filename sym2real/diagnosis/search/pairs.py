@@ -37,9 +37,8 @@ def hidden_pairs(selection: Selection, chosen: Sequence[Candidate], values: Tens
     places = {tied: place for place, tied in enumerate(matrix.whole)}
 
     def part(*some: Candidate) -> Fit:
-        return matrix.part(
-            [places[tied] for tied in (*before, *(tied for candidate in some for tied in candidate.free))]
-        )
+        free = (*before, *(tied for candidate in some for tied in candidate.free))
+        return matrix.part([places[tied] for tied in free])
 
     def left(*some: Candidate) -> float:
         return float(problems.left_out(part(*some)).sum())

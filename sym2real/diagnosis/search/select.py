@@ -183,9 +183,8 @@ class Selection:
 
     def significant(self, fit: Fit, candidate: Candidate) -> bool:
         """Whether a candidate's parameters differ from none beyond chance, inside their bounds."""
-        return not self.at_bound(fit, candidate) and beyond_chance(
-            self.problems, fit, candidate, self.origin, self.tried
-        )
+        inside = not self.at_bound(fit, candidate)
+        return inside and beyond_chance(self.problems, fit, candidate, self.origin, self.tried)
 
     def at_bound(self, fit: Fit, candidate: Candidate) -> bool:
         """Whether a fit has driven a parameter to the end of what is likely, which is not where the effect is none."""

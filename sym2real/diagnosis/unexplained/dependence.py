@@ -76,15 +76,15 @@ class Terms:
 
     def judged(self, whitening: Whitening, channels: Iterable[int], names: Collection[str]) -> list[Judged]:
         """Disturbances of some channels that depend on some features, under a whitening."""
-        here = self.side.moments(whitening)
-        there = None if self.own is None else self.own.moments(self.own.spread.like(whitening))
-        terms = []
+        here = self.side.products(whitening)
+        there = None if self.own is None else self.own.products(self.own.spread.like(whitening))
+        terms, found = [], self.side.columns.shape[-1] - 1
         for channel, name in product(channels, names):
-            gradient, curvature = here.joined(channel, self.side.terms[name])
+            gradient, curvature = self.side.joined(here, channel, name)
             if self.own is not None and there is not None and name in self.own.terms:
-                base = there.joined(channel, self.own.terms[name])[0]
+                base = self.own.joined(there, channel, name)[0]
                 gradient = gradient - whitening.trust[:, None] * by_log(base, self.own.logs, self.side.logs)
-            terms.append(Judged(channel, name, here.found, gradient, curvature))
+            terms.append(Judged(channel, name, found, gradient, curvature))
         return terms
 
     def promising(self) -> list[Judged]:

@@ -90,35 +90,6 @@ def _sent(problem: Problem, earlier: Sequence[int]) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Moments:
-    """Products under C⁻¹, per segment, of all that terms are judged by.
-
-    Args:
-        products: of the residual, its derivatives by the parameters that were found, and every disturbance over every
-            piece, with each other ``# (S, 1 + A + D·pieces, ·)``.
-        found: number of those parameters, A.
-    """
-
-    products: Tensor
-    found: int
-
-    def joined(self, channel: int, term: Tensor) -> tuple[Tensor, Tensor]:
-        """Half of the loss's derivatives by the parameters and a term's ``# (S, A + K), (S, A + K, A + K)``.
-
-        Args:
-            channel: number of the disturbance.
-            term: its shapes ``# (S, pieces, K)``.
-        """
-        first, fitted = 1 + self.found + channel * PIECES, slice(0, 1 + self.found)
-        pieces = slice(first, first + PIECES)
-        across = self.products[:, fitted, pieces] @ term  # (S, 1 + A, K)
-        inside = term.mT @ self.products[:, pieces, pieces] @ term
-        upper = torch.cat([self.products[:, fitted, fitted], across], dim=2)
-        whole = torch.cat([upper, torch.cat([across.mT, inside], dim=2)], dim=1)
-        return whole[:, 1:, 0], whole[:, 1:, 1:]
-
-
-@dataclass(frozen=True, eq=False)
 class Side:
     """A data set: the logs, or the plain simulator's.
 
@@ -150,10 +121,30 @@ class Side:
         terms = {name: here[name].shapes(feature) for name, feature in among.items() if name in here}
         return cls(columns, spread, terms, problem.log_names)
 
-    def moments(self, whitening: Whitening) -> Moments:
-        """Under a whitening of these data."""
-        columns = torch.cat([self.columns, self.spread.disturbances.flatten(-2)], dim=-1)
-        return Moments(whitening.products(columns), self.columns.shape[-1] - 1)
+    def products(self, whitening: Whitening) -> Tensor:
+        """Products under C⁻¹, per segment, of all that terms are judged by ``# (S, 1 + A + D·pieces, ·)``.
+
+        They are of the residual, its derivatives by the A parameters that were found, and every disturbance over every
+        piece, with each other.
+        """
+        return whitening.products(torch.cat([self.columns, self.spread.disturbances.flatten(-2)], dim=-1))
+
+    def joined(self, products: Tensor, channel: int, name: str) -> tuple[Tensor, Tensor]:
+        """Half of the loss's derivatives by the parameters and a term's ``# (S, A + K), (S, A + K, A + K)``.
+
+        Args:
+            products: of :meth:`products`.
+            channel: number of the disturbance.
+            name: of the feature.
+        """
+        term, fitted = self.terms[name], slice(0, self.columns.shape[-1])
+        first = fitted.stop + channel * PIECES
+        pieces = slice(first, first + PIECES)
+        across = products[:, fitted, pieces] @ term  # (S, 1 + A, K)
+        inside = term.mT @ products[:, pieces, pieces] @ term
+        upper = torch.cat([products[:, fitted, fitted], across], dim=2)
+        whole = torch.cat([upper, torch.cat([across.mT, inside], dim=2)], dim=1)
+        return whole[:, 1:, 0], whole[:, 1:, 1:]
 
     def after(self, channel: int, name: str, step: Tensor) -> Tensor:
         """Residuals after a step of the parameters and a term ``# (S, R)``."""

@@ -155,9 +155,8 @@ def _orders(vectors: Sequence[tuple[str, ...]]) -> Iterator[Exchanged]:
         for signs in product((1, -1), repeat=size):
             if order != tuple(range(size)) or min(signs, default=1) < 0:
                 columns = tuple(name for vector in vectors for name in vector)
-                yield Exchanged(
-                    columns, tuple(vector[place] for vector in vectors for place in order), signs * len(vectors)
-                )
+                sources = tuple(vector[place] for vector in vectors for place in order)
+                yield Exchanged(columns, sources, signs * len(vectors))
 
 
 def _turned(data: Dataset, balance: Balance, field: str) -> Iterator[Turned]:

@@ -104,9 +104,8 @@ def _repeated(data: Dataset, columns: Sequence[str]) -> BadRows | None:
         step = float(np.median(change[fresh])) if fresh.any() else 0.0
         behind = ~stale[1:] & stale[:-1]
         caught_up += [*(change[behind] / step)] if step > 0 else []
-    if sum(int(part.sum()) for part in rows) < SETTINGS.repeated_rows * data.rows or not caught_up:
-        return None
-    if float(np.median(caught_up)) < SETTINGS.gap:
+    few = sum(int(part.sum()) for part in rows) < SETTINGS.repeated_rows * data.rows
+    if few or not caught_up or float(np.median(caught_up)) < SETTINGS.gap:
         return None
     return BadRows("repeat", tuple(columns), tuple(rows), tuple(() for _ in data))
 

@@ -16,7 +16,7 @@ import numpy as np
 import torch
 
 from sym2real import rotation
-from sym2real.dataset import Dataset
+from sym2real.dataset import Dataset, Transitions
 from sym2real.field import Field
 from sym2real.layout import Layout, Layouts
 from sym2real.trajectory import Array, Trajectory
@@ -24,7 +24,7 @@ from sym2real.vocabulary import POSITION, known_field
 
 PLACE = POSITION.columns[:2]
 # So many and more, a golden angle apart, so that no term with a heading in it can stand for another at all of them.
-HEADINGS = 16
+HEADINGS = 8
 GOLDEN_ANGLE = pi * (3.0 - sqrt(5.0))
 PIECE = 200  # rows that are turned together
 
@@ -63,7 +63,11 @@ class Turn:
                 (log.inputs, layouts.inputs),
             )
         )
-        return replace(log, state=state, action=action, inputs=inputs, extra=extra)
+        between = log.between
+        if between is not None:
+            parts = [self.of_rows(part, layouts.action) for part in between.swapaxes(0, 1)]
+            between = np.stack(parts, axis=1)
+        return replace(log, state=state, action=action, inputs=inputs, between=between, extra=extra)
 
     def of_rows(self, rows: Array, layout: Layout) -> Array:
         """Rows ``# (rows, columns)`` seen from the new world; what stands along body axes stays."""
@@ -91,14 +95,17 @@ def any_heading_alike(layouts: Layouts) -> bool:
     return faces and all(len(_level(field)) in (0, 2) for field in of_world if field.kind == "vector")
 
 
-def at_many_headings(data: Dataset) -> Dataset:
-    """Pieces of logs, each turned by an angle of its own; all pieces several times where they are few."""
+def at_many_headings(data: Dataset) -> Transitions:
+    """Steps of pieces of logs, each turned by an angle of its own; all pieces several times where they are few."""
     pieces = [piece for log in data for piece in _pieces(log)]
     times = ceil(HEADINGS / len(pieces))
-    return Dataset(
+    steps = Dataset(
         replace(Turn(number * GOLDEN_ANGLE).of_log(piece), name=f"{piece.name}, heading {number}")
         for number, piece in enumerate(pieces * times)
-    )
+    ).transitions()
+    # Every other trajectory validates the others: copies of a piece must be on one side.
+    again = steps.trajectory // len(pieces)
+    return replace(steps, trajectory=steps.trajectory + again * (len(pieces) % 2))
 
 
 def _pieces(log: Trajectory) -> Iterator[Trajectory]:
@@ -109,7 +116,7 @@ def _pieces(log: Trajectory) -> Iterator[Trajectory]:
 
 def _level(field: Field) -> tuple[str, ...]:
     """Columns of a vector that lie in the plane."""
-    return tuple(column for column in field.columns if column in known_field(field.columns[0]).columns[:2])
+    return tuple(column for column in known_field(field.columns[0]).columns[:2] if column in field.columns)
 
 
 def _plane(angle: float) -> Array:

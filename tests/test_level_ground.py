@@ -40,6 +40,12 @@ def test_a_turn_is_undone_by_its_inverse(robot: str, logs: dict[str, Trajectory]
     np.testing.assert_allclose(turn.inverse.of_log(turned).state, log.state, atol=1e-12)
 
 
+def test_columns_in_another_order_are_turned_alike() -> None:
+    turn = Turn(np.pi / 2, 1.0, 2.0)
+    np.testing.assert_allclose(turn.of_rows(np.array([[3.0, 4.0]]), Layout.of("xy")), [[-3.0, 5.0]])
+    np.testing.assert_allclose(turn.of_rows(np.array([[4.0, 3.0]]), Layout.of("yx")), [[5.0, -3.0]])
+
+
 def test_references_turn_with_the_world(logs: dict[str, Trajectory]) -> None:
     log = logs["mushr"]
     columns = log.layouts.state.columns
@@ -60,9 +66,10 @@ def test_forces_of_the_world_and_commanded_attitudes_turn_and_body_axes_stay() -
 @pytest.mark.parametrize("count", [1, 3, 20])
 def test_no_step_is_lost_and_there_are_many_headings(count: int, logs: dict[str, Trajectory]) -> None:
     data = Dataset([replace(logs["mushr"], name=str(number)) for number in range(count)])
-    pieces = at_many_headings(data)
-    assert len(pieces) >= HEADINGS
-    steps, own = pieces.transitions(), data.transitions()
+    steps, own = at_many_headings(data), data.transitions()
+    assert len(np.unique(steps.trajectory)) >= HEADINGS
+    copies = steps.trajectory.reshape(-1, len(own)) - own.trajectory
+    assert (copies % 2 == 0).all()  # as validation takes every other one, a row and its copies are on one side
     assert len(steps) % len(own) == 0
     still = [data.layouts.state.index(name) for name in ("wz",)]
     np.testing.assert_array_equal(steps.state[: len(own), still], own.state[:, still])
@@ -72,9 +79,9 @@ def test_no_step_is_lost_and_there_are_many_headings(count: int, logs: dict[str,
 
 def test_long_logs_are_turned_piece_by_piece_and_no_longer_than_they_were() -> None:
     data = simulate_case(Case("mushr", seed=3), trajectories=8)
-    pieces = at_many_headings(data)
-    assert len(pieces) == HEADINGS
-    assert len(pieces.transitions()) == len(data.transitions())
+    steps = at_many_headings(data)
+    assert len(np.unique(steps.trajectory)) == 16
+    assert len(steps) == len(data.transitions())
 
 
 @pytest.mark.parametrize("robot", ROBOTS)

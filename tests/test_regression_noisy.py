@@ -153,3 +153,29 @@ def test_a_fit_of_free_runs_of_exact_rows_finds_their_numbers_from_others(column
     runs.measured = runs.run(polynomial)
     found = runs.fitted(Polynomial(polynomial.terms, np.full(len(terms), 0.01)))
     np.testing.assert_allclose(found.coefficients, 0.02, rtol=1e-6)
+
+
+@pytest.mark.parametrize("rate", [1.0, 4.0])
+def test_a_fast_turn_is_neither_too_large_nor_too_small(rate: float) -> None:
+    """On the tangent a step of the heading is tan(ω dt); measured from the circle its number would be 2 % too large."""
+    layouts, dt = Layouts(Layout.of(["sin_yaw", "cos_yaw", "wz"]), Layout.of(["steer"])), 0.05
+    time = dt * np.arange(200)
+    rates = rate * np.sign(np.sin(2.0 * time))
+    yaw = np.r_[0.0, np.cumsum(dt * rates)[:-1]]
+    state, still = np.stack([np.sin(yaw), np.cos(yaw), rates], axis=1), np.zeros((200, 1))
+    rows = Dataset([Trajectory(time, state, still, np.zeros((200, 0)), layouts, name="turns")]).transitions()
+    turn = Polynomial(Monomials(np.array([[0, 1, 1, 0]])), np.array([dt]))
+    fitted = FreeRuns("sin_yaw", Variables.of(layouts), rows, 20).fitted(turn)
+    assert float(fitted.coefficients[0]) == pytest.approx(np.tan(rate * dt) / rate, rel=3e-3)
+
+
+def test_a_row_that_is_far_off_moves_no_number() -> None:
+    """A glitch of ten metres a second in one of 1200 rows."""
+    rows, lag = follower(0.02), Polynomial(Monomials(np.array([[1, 0, 0, 0], [0, 0, 0, 1]])), np.array([-0.2, 0.2]))
+    following = rows.next_state.copy()
+    following[200, 0] += 10.0
+    state = rows.state.copy()
+    state[201, 0] += 10.0
+    wild = replace(rows, state=state, next_state=following)
+    fitted = FreeRuns("vx", Variables.of(rows.layouts), wild, 40).fitted(lag)
+    np.testing.assert_allclose(fitted.coefficients, [-0.2, 0.2], rtol=0.05)

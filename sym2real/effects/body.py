@@ -93,9 +93,10 @@ class Body:
 
     @property
     def on_wheels(self) -> bool:
-        """True for a robot in a plane that tyres hold across its heading: it is steered, or its wheels are driven."""
+        """True for a robot in a plane that tyres hold across its heading: a steered car, or wheels of given rates."""
+        steered = STEER_COLUMN in self.layouts.action and "wheelbase" in self.numbers
         rolling = any(name.endswith(rate_per_speed("")) for name in self.numbers)
-        return self.planar and "sin_yaw" in self.layouts.state and (rolling or STEER_COLUMN in self.layouts.action)
+        return self.planar and "sin_yaw" in self.layouts.state and (rolling or steered)
 
     @property
     def moves(self) -> str:

@@ -11,7 +11,7 @@ from sym2real.symbolic import Equations, symbol
 
 
 def with_time(equations: Equations) -> tuple[Equations, Expr]:
-    """The equations with the input ``t`` (s since the log's start), added last where they have none; mid-step time."""
+    """The equations with the input ``t`` (s since the recording began), last where they had none; mid-step time."""
     if "t" not in equations.layouts.inputs:
         inputs = equations.layouts.inputs + Layout.of(("t",))
         equations = replace(equations, layouts=replace(equations.layouts, inputs=inputs))

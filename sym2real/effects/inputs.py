@@ -10,7 +10,7 @@ from sym2real.dataset import Dataset
 from sym2real.effects.voltage import VOLTAGE, settled
 from sym2real.layout import Layout
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import CLOCK, is_push
+from sym2real.vocabulary import CLOCK, FORCE, is_push
 
 (TIME,) = CLOCK.columns
 # Of a force that swings, in the middle of the step after a row, rad; what swings in no log has it at zero.
@@ -32,6 +32,12 @@ def with_inputs(inputs: Layout, logs: Dataset) -> Dataset:
     return Dataset(replace(log, inputs=inputs_along(inputs, log), layouts=layouts) for log in logs)
 
 
+def pushed(log: Trajectory) -> bool:
+    """Whether the log has a force along a world axis that is not zero throughout."""
+    names = {*log.layouts.inputs, *log.extra} & {*FORCE.columns}
+    return any(bool(np.any(log.column(name))) for name in names)
+
+
 def with_one_clock(logs: Dataset) -> Dataset:
     """The logs, those that go on where another one ends with the time from where that recording began, in ``t``.
 
@@ -44,7 +50,9 @@ def with_one_clock(logs: Dataset) -> Dataset:
         before = [other for other, gap in gaps.items() if 0.0 < gap <= DROPOUT]
         begun[number] = begun[min(before, key=gaps.__getitem__)] if before else first
     return Dataset(
-        log if begun[number] == log.time[0] else replace(log, extra={**log.extra, TIME: log.time - begun[number]})
+        log
+        if begun[number] == log.time[0] or TIME in log.extra
+        else replace(log, extra={**log.extra, TIME: log.time - begun[number]})
         for number, log in enumerate(logs)
     )
 

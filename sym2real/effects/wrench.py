@@ -67,6 +67,7 @@ def uses(equations: Equations, name: str) -> bool:
 def _along_the_heading(body: Body, force: Sequence[Expr]) -> list[Expr]:
     """What of a force moves a robot whose tyres hold: its work along the heading, and on the turn, per metre."""
     forward, left = axes(body)
+    force = force[: len(forward)]
     ahead = dot(forward, force)
     if STEER_COLUMN in body.layouts.action and "wheelbase" in body.numbers:
         lever = body.numbers.get("centre", 0.0) / body.number("wheelbase")

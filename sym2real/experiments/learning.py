@@ -162,7 +162,7 @@ def learn_from_logs(
             on_column=lambda column: on_progress(f"searching the equation of {column}"),
         )
     on_progress(f"searching equations in {data.rows} rows")
-    equations = search.fit((at_many_headings(data) if turned else data).transitions())
+    equations = search.fit(at_many_headings(data) if turned else data.transitions())
     given = {**(like.numbers if known else {}), **(numbers or {})}
     name, notes = like.name if known else "", (*equations.notes, FROM_LOGS)
     own = replace(equations, dt=step, robot=name, numbers=given, notes=notes)

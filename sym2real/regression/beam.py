@@ -36,7 +36,7 @@ class BeamSearch:
 
     Args:
         angles: columns whose sine and cosine may stand in equations (rad).
-        loss: that the numbers are fitted with: "l1" (the paper's) or "l2".
+        loss: that the numbers are fitted with, row by row: "l1" (the paper's) or "l2".
         seed: shifts the blocks of rows that validate each other; nothing else is random.
         wrench: learn the wrench inputs from rows where the wrench is not zero.
         degree: of the candidates, before growth.

@@ -17,6 +17,24 @@ from sym2real.trajectory import Array
 
 # The clock causes nothing: an equation in it would hold for one episode only.
 NOT_A_CAUSE = ("t",)
+# Of q·q′: below it a step turns by more than 90° (a quaternion) and the scaled target would blow up.
+SMALLEST_ALONG = 0.7
+
+
+def tangent_scale(transitions: Transitions, columns: Sequence[str]) -> Array:
+    """What takes the next quaternion or unit circle to the tangent at the one before ``# (rows,)``.
+
+    Models put both back on their manifold after every step, so an equation may give q′ times any positive number. Of
+    all these, q′ / (q·q′) is nearest to q: it leaves out the second-order terms along q, which are the most of those
+    that a turn needs.
+    """
+    places = transitions.layouts.state.indices(columns)
+    before, after = transitions.state[:, places], transitions.next_state[:, places]
+    along = np.einsum("rc,rc->r", before, after)
+    if not (np.abs(along) > SMALLEST_ALONG).all():
+        return np.ones(len(along))
+    scale: Array = np.einsum("rc,rc->r", before, before) / along
+    return scale
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,8 @@
 """How well one equation runs on its own: its column from its own past, all other columns as they were measured.
 
 Fitted row by row, an equation takes the noise of its own column for a part of what moves it, and its numbers become too
-small (errors in variables). Fitted to runs whose starts are free they do not: the noise is then the output's alone
-(output error method: L. Ljung, System Identification, 2nd ed., section 7.2).
+small (errors in variables). Fitted to runs whose starts are free they do not: that noise is then the output's alone
+(output error method: L. Ljung, System Identification, 2nd ed., section 7.2). Noise of other columns stays in them.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sym2real.dataset import Transitions
-from sym2real.regression.features import Variables
+from sym2real.regression.features import Variables, tangent_scale
 from sym2real.regression.polynomial import Polynomial
 from sym2real.regression.windows import Windows
 from sym2real.trajectory import Array
@@ -22,6 +22,7 @@ DIVERGED = 1e30
 NEARLY = 1.1
 STEPS = 10  # of Gauss and Newton
 STILL = 1e-6  # relative fall of the loss that ends them
+FAR_OFF = 3.0  # usual errors, from which on a run weighs less
 NEAR = 1e-6  # of a column's spread, for its derivative
 
 
@@ -46,8 +47,10 @@ class FreeRuns:
         self.column, self.variables = column, variables
         self.start, self.measured = transitions.state[starts, place], transitions.next_state[within, place]
         self.values = np.moveaxis(variables.values_of(transitions)[within], 1, 0)
-        beside = transitions.next_state[within][:, :, others]
-        self.beside = np.square(beside).sum(axis=2) if others else None
+        self.beside = None
+        if others:  # on the tangent that an equation's step ends on
+            beside = transitions.next_state[:, others] * tangent_scale(transitions, field.columns)[:, None]
+            self.beside = np.square(beside).sum(axis=1)[within]
         self.near = NEAR * (float(np.std(transitions.state[:, place])) or 1.0)
 
     def squares(self, added: Polynomial) -> Array:
@@ -67,12 +70,13 @@ class FreeRuns:
 
     def fitted(self, added: Polynomial) -> Polynomial:
         """With the numbers that suit the runs best, wherever these start; as it is where runs diverge."""
-        best, least = added, np.inf
         if not len(added):
             return added
+        best, least, weights = added, np.inf, self._weights(added)
         with np.errstate(over="ignore", invalid="ignore"):
             for _ in range(STEPS):
-                errors, slopes = self._linearised(added)
+                errors, slopes = (part * weights[:, *[None] * (part.ndim - 1)] for part in self._linearised(added))
+                errors, slopes = errors.ravel(), slopes.reshape(-1, len(added))
                 loss = float(np.square(errors).sum())
                 if not loss < least * (1.0 - STILL) or not np.isfinite(slopes).all():
                     break
@@ -83,7 +87,10 @@ class FreeRuns:
         return best
 
     def _linearised(self, added: Polynomial) -> tuple[Array, Array]:
-        """Errors and their derivatives by the numbers, without what the start explains ``# (E,), (E, numbers)``."""
+        """Errors and their derivatives by the numbers, without what the start explains.
+
+        ``# (runs, rows), (runs, rows, numbers)``
+        """
         state, by_start = self.start, np.ones_like(self.start)
         by_numbers = np.zeros((len(state), len(added)))
         errors, starts, numbers = [], [], []
@@ -107,7 +114,13 @@ class FreeRuns:
         along = np.stack(starts, axis=1)
         along = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), np.finfo(float).tiny)
         both = both - along[:, :, None] * np.einsum("rs,rsk->rk", along, both)[:, None]
-        return both[:, :, 0].ravel(), both[:, :, 1:].reshape(-1, len(added))
+        return both[:, :, 0], both[:, :, 1:]
+
+    def _weights(self, added: Polynomial) -> Array:
+        """Roots of Huber's weights of whole runs: a row that is far off is in few of them ``# (runs,)``."""
+        size = np.sqrt(np.mean(np.square(self._linearised(added)[0]), axis=1))
+        usual = FAR_OFF * np.median(size)
+        return np.sqrt(np.where(size > usual, usual / np.maximum(size, np.finfo(float).tiny), 1.0))
 
     def _with(self, values: Array, state: Array) -> Array:
         """Values of the variables with this state of the column ``# (runs, variables)``."""

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from sym2real.dataset import Transitions
-from sym2real.regression.features import Variables
+from sym2real.regression.features import Variables, tangent_scale
 from sym2real.regression.monomials import Monomials
 from sym2real.regression.polynomial import Polynomial
 from sym2real.regression.refit import Loss, refit
@@ -17,8 +17,6 @@ from sym2real.trajectory import Array
 
 # A warm start is searched again where the newest trajectory is predicted so much worse than the ones before.
 SURPRISE = 2.0
-# Of q·q′: below it a step turns by more than 90° (a quaternion) and the scaled target would blow up.
-SMALLEST_ALONG = 0.7
 
 
 class Stage:
@@ -62,23 +60,14 @@ class Stage:
         )
 
     def increments(self, column: str) -> Array:
-        """What a step adds to a state column ``# (rows,)``.
-
-        Models put quaternions q and unit circles back on their manifold after every step, so an equation may give
-        q′ times any positive number. Of all these, q′ / (q·q′) is nearest to q: it leaves out the second-order
-        terms along q, which are the most of those that a turn needs.
-        """
+        """What a step adds to a state column ``# (rows,)``; of a component of a manifold on its tangent."""
         layout = self.transitions.layouts.state
         position = layout.index(column)
-        state, following = self.transitions.state, self.transitions.next_state
+        after = self.transitions.next_state[:, position]
         field = next(field for field in layout.fields if column in field.columns)
-        after = following[:, position]
         if field.kind != "vector":
-            columns = layout.indices(field.columns)
-            along = np.einsum("rc,rc->r", state[:, columns], following[:, columns])
-            if (np.abs(along) > SMALLEST_ALONG).all():
-                after = after * np.einsum("rc,rc->r", state[:, columns], state[:, columns]) / along
-        return after - state[:, position]
+            after = after * tangent_scale(self.transitions, field.columns)
+        return after - self.transitions.state[:, position]
 
     def solve(
         self, column: str, target: Array, earlier: Polynomial | None, fits: Callable[[Polynomial], bool]

@@ -16,7 +16,7 @@ from sym2real.diagnosis.predict.library import Library
 from sym2real.effects import applicable, effect
 from sym2real.effects.catalogue import require_patterns
 from sym2real.effects.groups import Group, holding, others_of
-from sym2real.effects.inputs import ANGLE
+from sym2real.effects.inputs import ANGLE, pushed
 from sym2real.effects.voltage import voltage_at_start, with_voltage
 from sym2real.effects.wrench import with_force_inputs
 from sym2real.symbolic import Equations
@@ -65,7 +65,9 @@ def library_for(
     Logs with the battery's voltage give the equations that input, so that thrust may sag with it.
     """
     require_patterns(exclude)
-    equations = _with_forces(with_inputs_of(equations, data))
+    equations = with_inputs_of(equations, data)
+    if not any(pushed(log) for log in data):  # a force that the logs know is not the base's to leave out
+        equations = _with_forces(equations)
     return _library(equations, tuple(dict.fromkeys((*competing(equations, data, exclude)[0], *include))))
 
 

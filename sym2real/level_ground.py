@@ -24,7 +24,7 @@ from sym2real.vocabulary import POSITION, known_field
 
 PLACE = POSITION.columns[:2]
 # So many and more, a golden angle apart, so that no term with a heading in it can stand for another at all of them.
-HEADINGS = 8
+HEADINGS = 16
 GOLDEN_ANGLE = pi * (3.0 - sqrt(5.0))
 PIECE = 200  # rows that are turned together
 

@@ -28,12 +28,13 @@ from sym2real.effects.clock import with_time
 from sym2real.effects.frames import body_velocity
 from sym2real.effects.inputs import TIME
 from sym2real.effects.noted import TERM
+from sym2real.effects.wrench import with_force_inputs
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import canonical, text
 from sym2real.symbolic.parsing import parse_expression
 from sym2real.trajectory import Array
-from sym2real.vocabulary import HEIGHT, VELOCITY
+from sym2real.vocabulary import FORCE, HEIGHT, VELOCITY
 
 MOST_MONOMIALS = 3
 DIGITS = 4
@@ -59,12 +60,14 @@ class Term:
 
 
 def add_term(equations: Equations, channel: str, expression: str) -> Equations:
-    """The equations with an expression added to an input or command, wherever it stands.
+    """The equations with an expression added to an input or command, wherever it stands; to a force, where they can.
 
     Raises:
         UnknownNameError: for a channel or a name that the equations do not have.
         ModelError: for text that is not an expression.
     """
+    if channel in FORCE.columns:
+        equations = with_force_inputs(equations)
     known = (*equations.layouts.inputs, *equations.layouts.action)
     if channel not in known:
         raise UnknownNameError("input or command of the model", channel, known)

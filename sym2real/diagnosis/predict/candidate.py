@@ -66,8 +66,8 @@ def library_for(
     """
     require_patterns(exclude)
     equations = with_inputs_of(equations, data)
-    if not any(pushed(log) for log in data):  # a force that the logs know is not the base's to leave out
-        equations = _with_forces(equations)
+    # A force that the logs know is not the base's to leave out.
+    equations = equations if any(map(pushed, data)) else _with_forces(equations)
     return _library(equations, tuple(dict.fromkeys((*competing(equations, data, exclude)[0], *include))))
 
 

@@ -66,8 +66,7 @@ def add_term(equations: Equations, channel: str, expression: str) -> Equations:
         UnknownNameError: for a channel or a name that the equations do not have.
         ModelError: for text that is not an expression.
     """
-    if channel in FORCE.columns:
-        equations = with_force_inputs(equations)
+    equations = with_force_inputs(equations) if channel in FORCE.columns else equations
     known = (*equations.layouts.inputs, *equations.layouts.action)
     if channel not in known:
         raise UnknownNameError("input or command of the model", channel, known)

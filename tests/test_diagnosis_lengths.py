@@ -14,7 +14,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare, data_report, diagnose, plan, try_effect
 from sym2real.diagnosis.data.segments import cut
 from sym2real.diagnosis.errors.rungs import cut_said
-from sym2real.diagnosis.faults.checking import check_and_filter
+from sym2real.diagnosis.faults.checking import Question, check_data
 from sym2real.errors import ShapeError
 from sym2real.robots import CRAZYFLIE
 
@@ -39,7 +39,7 @@ def test_a_short_piece_beside_a_log_is_left_out_and_noted() -> None:
     pieces = Dataset([whole, replace(whole.rows(0, 1), name="piece"), replace(whole.rows(0, 3), name="other")])
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        compared, checked = compare(BASE, pieces), check_and_filter(BASE, pieces)
+        compared, checked = compare(BASE, pieces), check_data(Question(BASE, pieces)).checked
     assert [log.name for log in checked.data] == [whole.name]
     for notes in (compared.notes, checked.notes):
         assert any("1 row in piece, 3 rows in other" in note for note in notes)

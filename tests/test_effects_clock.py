@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from sym2real.dataset import Dataset
+from sym2real.diagnosis.faults.checking import Question, check_data
 from sym2real.effects.inputs import DROPOUT, inputs_along, with_one_clock
 from sym2real.experiments.flights import quadrotor_flights
 from sym2real.layout import Layout
+from sym2real.robots import ROBOTS
 from sym2real.trajectory import Trajectory
 
 CLOCK = Layout.of(["t"])
@@ -37,3 +39,11 @@ def test_logs_that_do_not_go_on_keep_their_own_clocks(flight: Trajectory) -> Non
     for log in with_one_clock(Dataset([later, flight, same])):
         assert "t" not in log.extra
         assert float(inputs_along(CLOCK, log)[0, 0]) == 0.0
+
+
+def test_logs_kept_aside_have_the_clock_of_what_they_go_on_from(flight: Trajectory) -> None:
+    first, *rest = (replace(flight.rows(*rows), name=str(rows)) for rows in ((0, 50), (50, 90), (90, 120)))
+    question = Question(ROBOTS["crazyflie"].nominal(), Dataset([first]), held_out=Dataset(rest))
+    whole = inputs_along(CLOCK, flight)
+    for log, begun in zip(check_data(question).scored, (50, 90), strict=True):
+        np.testing.assert_allclose(inputs_along(CLOCK, log)[0], whole[begun], atol=1e-6)

@@ -121,7 +121,7 @@ def try_effect(
     on_progress(f"fitting {', '.join(keys)}")
     selection, gain = _fitted(prepared, keys)
     beside = {candidate.name: _beside(selection, candidate) for candidate in selection.chosen}
-    supported, unneeded = _supported(selection, prepared, beside)
+    supported, unneeded = _supported(keys, selection, prepared, beside)
     on_progress("trying other effects in its place")
     others = [candidate for candidate in prepared.tried if not set(keys) & set(candidate.keys)]
     rivals = {candidate.name: _rivals(selection, candidate, others) for candidate in selection.chosen}
@@ -150,14 +150,14 @@ def try_effect(
 
 
 def _supported(
-    selection: Selection, prepared: Prepared, beside: Mapping[str, float]
+    keys: Sequence[str], selection: Selection, prepared: Prepared, beside: Mapping[str, float]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The effects that are beyond chance: those that predictions need, and those that they do not."""
     gaining = [candidate for candidate in selection.chosen if beside[candidate.name] > SETTINGS.gain]
-    shown = [candidate.name for candidate in gaining if selection.significant(selection.fit, candidate)]
+    shown = {candidate.name for candidate in gaining if selection.significant(selection.fit, candidate)}
     # As in a search, on a copy: what is not supported is reported with its values, too.
     small = {member.name for member in keep_needed(copy(selection), prepared.library, prepared.checked.data)}
-    return tuple(key for key in shown if key not in small), tuple(key for key in shown if key in small)
+    return tuple(key for key in keys if key in shown - small), tuple(key for key in keys if key in shown & small)
 
 
 def _worth_a_line(rivals: Sequence[Rival], beside: float) -> Sequence[Rival]:

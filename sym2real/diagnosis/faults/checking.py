@@ -10,6 +10,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.preparation import with_filtered_commands
 from sym2real.diagnosis.faults.sanity import Checked, check
+from sym2real.effects.inputs import with_one_clock
 from sym2real.errors import ShapeError
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
@@ -39,9 +40,7 @@ class Question:
     def __post_init__(self) -> None:
         horizon, dt = self.horizon, max(self.model.dt, 0.0 if self.horizon is None else self.data.dt)
         if horizon is not None and not (isfinite(horizon) and round(horizon / dt) >= 1):
-            raise ShapeError(
-                f"horizon: expected at least one time step, {dt:g} s, and a finite one, found {horizon:g} s"
-            )
+            raise ShapeError(f"horizon: expected at least one time step, {dt:g} s, and finite, found {horizon:g} s")
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,16 +64,15 @@ def check_data(question: Question) -> Examined:
     Raises:
         ShapeError: when no log is long enough to judge.
     """
-    checked = check_and_filter(question.model, question.data)
-    scored = checked.data if question.held_out is None else check_and_filter(question.model, question.held_out).data
-    return Examined(question, checked, scored)
+    parts = [long_enough(part) for part in (question.data, question.held_out) if part is not None]
+    # Logs that go on from those of the search have their battery.
+    logs = list(with_one_clock(Dataset(log for part in parts for log in part)))
+    halves = (logs[: len(parts[0])], logs[len(parts[0]) :])
+    checked, *aside = (_checked(question.model, Dataset(half)) for half in halves if half)
+    return Examined(question, checked, (*aside, checked)[0].data)
 
 
-def check_and_filter(model: Equations, data: Dataset | Trajectory) -> Checked:
-    """Faults of the data undone, and commands as they reach a robot with the model's own filters.
-
-    Raises:
-        ShapeError: when no log is long enough to judge.
-    """
-    checked = check(model, long_enough(data))
+def _checked(model: Equations, data: Dataset) -> Checked:
+    """Faults of the data undone, and commands as they reach a robot with the model's own filters."""
+    checked = check(model, data)
     return replace(checked, data=with_filtered_commands(model, checked.data))

@@ -76,11 +76,11 @@ def check(model: Equations | None, data: Dataset) -> Checked:
     data = data if sensors is None else through(sensors.state, data)
     frames, units, commands = looks_for(model)
     steps: tuple[Callable[[Dataset], Settled], ...] = (
-        *map(_breached, frames),
+        *(partial(_breached, look) for look in frames),
         _heading,
-        *map(_breached, units),
+        *(partial(_breached, look) for look in units),
         _signs,
-        *map(_breached, commands),
+        *(partial(_breached, look) for look in commands),
         _behind_their_rates,
         _sensors,
         *(() if model is None else (partial(_motors, model),)),
@@ -99,15 +99,10 @@ def check(model: Equations | None, data: Dataset) -> Checked:
     return Checked(data, tuple(found), notes, any(log.between is not None for log in data))
 
 
-def _breached(look: Look) -> Callable[[Dataset], Settled]:
+def _breached(look: Look, data: Dataset) -> Settled:
     """What stands against a convention, undone."""
-
-    def settle(data: Dataset) -> Settled:
-        """Faults of these logs, and the logs without them."""
-        breaches = look(data)
-        return [_fault(breach, data) for breach in breaches], undone(breaches, data)
-
-    return settle
+    breaches = look(data)
+    return [_fault(breach, data) for breach in breaches], undone(breaches, data)
 
 
 def _fault(breach: Breach, data: Dataset) -> Fault:

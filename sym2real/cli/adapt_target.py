@@ -4,16 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from sym2real.adaptation.target import MakeController
-    from sym2real.dataset import Dataset
-    from sym2real.logs import LogSpec
-    from sym2real.neural.composed import Base
-    from sym2real.protocols import Plant
-    from sym2real.robots import Robot
-    from sym2real.tasks import Task
+from sym2real.adaptation.target import MakeController
+from sym2real.cli.model import logs_for
+from sym2real.dataset import Dataset
+from sym2real.errors import ModelError, UnknownNameError
+from sym2real.experiments.noisy_plant import NoisyPlant
+from sym2real.logs import LogSpec
+from sym2real.logs.reader import logs_of
+from sym2real.neural.composed import Base
+from sym2real.plants import MujocoPlant, load_plant
+from sym2real.plants.plant_file import PLANT
+from sym2real.protocols import Plant
+from sym2real.robots import ROBOTS, Robot
+from sym2real.robots.own import robot_of
+from sym2real.symbolic import Equations
+from sym2real.tasks import Task, make_task
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,11 +59,6 @@ def chosen_target(
         ModelError: for the plant of another robot, without a task to fly, or with an option that does not fit.
         DataError: for a log that cannot be read as one of this model's.
     """
-    from sym2real.errors import ModelError, UnknownNameError
-    from sym2real.plants.plant_file import PLANT
-    from sym2real.robots import ROBOTS
-    from sym2real.robots.own import robot_of
-
     folder = Path(target)
     if not folder.exists() and target not in ROBOTS:
         raise UnknownNameError("target: neither a folder nor a robot", target, ROBOTS)
@@ -82,12 +83,6 @@ def chosen_target(
 
 def _recordings(base: Base, folder: Path, spec: LogSpec | None) -> Chosen:
     """Logs in the order of their names, one a round."""
-    from sym2real.cli.model import logs_for
-    from sym2real.errors import ModelError
-    from sym2real.logs.reader import logs_of
-    from sym2real.robots.own import robot_of
-    from sym2real.symbolic import Equations
-
     if not isinstance(base, Equations):
         raise ModelError(f"logs have the time step of equations; expected a model of some for {folder}, found networks")
     found = logs_of(folder, spec)
@@ -100,12 +95,6 @@ def _recordings(base: Base, folder: Path, spec: LogSpec | None) -> Chosen:
 
 def _simulator(base: Base, target: str, name: str, noise: bool) -> Chosen:
     """The plain simulator of a robot, or the one of a folder."""
-    from sym2real.errors import ModelError
-    from sym2real.experiments.noisy_plant import NoisyPlant
-    from sym2real.plants import MujocoPlant, load_plant
-    from sym2real.robots import ROBOTS
-    from sym2real.tasks import make_task
-
     plant = load_plant(target) if Path(target).is_dir() else MujocoPlant(ROBOTS[target])
     if plant.robot.name != base.robot:
         raise ModelError(f"{target} is a {plant.robot.name}; the model is of a {base.robot}")

@@ -11,6 +11,8 @@ from rich.console import Console
 
 from sym2real.cli.numbers import Count, Memory, OptionalRound, OptionalSamples, OptionalSeconds, Seed, steps_in
 from sym2real.cli.positionals import HtmlFile, JsonFile, ModelPlace
+from sym2real.errors import ModelError
+from sym2real.files import read_object
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -119,7 +121,6 @@ class AdaptVerb(ABC):
     def _inform(self, run: _Run, on_progress: OnProgress) -> Inform | None:
         from sym2real.adaptation import Progress
         from sym2real.cli.found import plain_simulator
-        from sym2real.errors import ModelError
         from sym2real.experiments.informing import informing
         from sym2real.neural.model_folder import below
         from sym2real.symbolic import Equations
@@ -184,8 +185,7 @@ class AdaptVerb(ABC):
         """The table and the figure; what ``adaptation.json`` holds and where things are."""
         from sym2real.adaptation import settled
         from sym2real.adaptation.rounds import ANSWER
-        from sym2real.cli.report import write_report
-        from sym2real.files import read_object
+        from sym2real.cli.report_folder import write_report
         from sym2real.report.adaptation import rounds_figure, rounds_table
         from sym2real.report.style import save
 

@@ -12,6 +12,7 @@ from rich.console import Console
 from sym2real.cli.numbers import OptionalPositive
 from sym2real.cli.of_logs import OfLogs
 from sym2real.cli.positionals import EffectTexts, JsonFile, ModelPlace
+from sym2real.errors import ModelError
 
 if TYPE_CHECKING:
     from sym2real.diagnosis import Tried
@@ -64,7 +65,6 @@ class Add(OfLogs):
         from sym2real.cli.model import equations_below, require_another_folder, said_of
         from sym2real.diagnosis import add, add_term
         from sym2real.effects.noted import TERM
-        from sym2real.errors import ModelError
         from sym2real.symbolic import save_model
 
         require_another_folder(self.model, self.out)

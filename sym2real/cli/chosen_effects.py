@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
 
+from sym2real.effects import Effect, catalogue
+from sym2real.effects.body import Describable
+from sym2real.effects.kind import UNLIMITED, Parameter
 from sym2real.errors import ModelError
-
-if TYPE_CHECKING:
-    from sym2real.effects import Effect
-    from sym2real.effects.body import Describable
-    from sym2real.effects.kind import Parameter
 
 
 def chosen_effects(texts: Sequence[str], described: Describable) -> list[tuple[Effect, dict[str, float]]]:
@@ -26,20 +23,18 @@ def chosen_effects(texts: Sequence[str], described: Describable) -> list[tuple[E
             twice.
         UnknownNameError: for a kind or column that does not exist.
     """
-    from sym2real.effects import effect
-    from sym2real.effects.catalogue import refusal
 
     def parameter_of(key: str) -> str:
-        return effect(key, described).parameters[0].name
+        return catalogue.effect(key, described).parameters[0].name
 
     named = with_values(texts, "the name of an effect", parameter_of)
     keys = [key for key, _ in named]
     for key in keys:
         if keys.count(key) > 1:
             raise ModelError(f"{key}: expected once with all its values behind it, found {keys.count(key)} times")
-    chosen = [(effect(key, described), values) for key, values in named]
+    chosen = [(catalogue.effect(key, described), values) for key, values in named]
     for chosen_effect, _ in chosen:
-        if reason := refusal(chosen_effect, described):
+        if reason := catalogue.refusal(chosen_effect, described):
             raise ModelError(reason)
     return chosen
 
@@ -74,8 +69,6 @@ def beyond_bounds(chosen: Sequence[tuple[Effect, Mapping[str, float]]]) -> list[
 
 
 def _unit_and_bounds(parameter: Parameter) -> str:
-    from sym2real.effects.kind import UNLIMITED
-
     unit = "without unit," if parameter.unit == "1" else f"in {parameter.unit},"
     bounds = [
         f"{word} {bound:.3g}"

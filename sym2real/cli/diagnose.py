@@ -55,8 +55,7 @@ class Diagnose(OfLogs):
         from sym2real.cli.found import plain_simulator
         from sym2real.cli.model import equations_below, folder_of, logs_for, require_another_folder
         from sym2real.cli.progress import stages_progress
-        from sym2real.cli.report import write_recording, write_report
-        from sym2real.cli.report_folder import title_of
+        from sym2real.cli.report_folder import title_of, write_recording, write_report
         from sym2real.diagnosis import data_report, diagnose, training_region
         from sym2real.diagnosis.faults.sanity import check
         from sym2real.report.diagnosis import diagnosis_report, term_command

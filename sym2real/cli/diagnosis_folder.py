@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rich.console import Console
 
-if TYPE_CHECKING:
-    from sym2real.dataset import Dataset
-    from sym2real.diagnosis import Diagnosis
-    from sym2real.symbolic import Equations
+from sym2real.cli.found import write_figures, write_model_and_simulator
+from sym2real.cli.output import write_json
+from sym2real.dataset import Dataset
+from sym2real.diagnosis import Diagnosis
+from sym2real.errors import DataError
+from sym2real.files import read_by, read_object
+from sym2real.symbolic import Equations
 
 ANSWER, FILES, ASKED = "diagnosis.json", "files", "asked"
 
@@ -37,8 +40,6 @@ def write_diagnosis(
     Returns:
         What ``diagnosis.json`` holds: the diagnosis and, relative to the folder, the other files.
     """
-    from sym2real.cli.output import write_json
-
     remove_earlier(out)
     written: list[str] = []
     result = {**diagnosis.to_dict(), ASKED: dict(asked), FILES: written}
@@ -55,8 +56,6 @@ def write_diagnosis(
 
 
 def _files(base: Equations, data: Dataset, diagnosis: Diagnosis, out: Path, console: Console) -> Iterator[Path]:
-    from sym2real.cli.found import write_figures, write_model_and_simulator
-
     informed = diagnosis.apply(base) if diagnosis.findings else None
     if informed is not None and diagnosis.established:
         yield from write_model_and_simulator(informed, out, console)
@@ -69,9 +68,6 @@ def _files(base: Equations, data: Dataset, diagnosis: Diagnosis, out: Path, cons
 
 def remove_earlier(out: Path) -> None:
     """Remove the files that the diagnosis in a folder says it wrote, and folders then empty; nothing that is read."""
-    from sym2real.errors import DataError
-    from sym2real.files import read_by, read_object
-
     try:
         names = read_object(out / ANSWER, "an earlier diagnosis").get(FILES, [])
     except DataError:

@@ -9,6 +9,7 @@ from rich.console import Console
 
 from sym2real.cli.places import Place
 from sym2real.cli.positionals import JsonFile, OptionalName
+from sym2real.errors import ModelError
 
 if TYPE_CHECKING:
     from sym2real.robots import Robot
@@ -63,7 +64,6 @@ class Effects:
         """Refuse an effect that another robot has and this one has not."""
         from sym2real.effects import EFFECTS, Body
         from sym2real.effects.catalogue import columns_of
-        from sym2real.errors import ModelError
         from sym2real.robots import ROBOTS
 
         kind_name, _, column = name.partition(":")

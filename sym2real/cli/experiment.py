@@ -10,6 +10,7 @@ from rich.console import Console
 
 from sym2real.cli.numbers import Count
 from sym2real.cli.positionals import ExperimentPlace, HtmlFile, JsonFile
+from sym2real.errors import ModelError
 
 if TYPE_CHECKING:
     from sym2real.experiments.study.effort import Effort
@@ -58,8 +59,6 @@ class RunExperiment:
 
     def run(self, console: Console) -> dict[str, Any]:
         """Run what is missing, print the table, write the figure."""
-        from sym2real.errors import ModelError
-
         if self.name == LIST:
             return _list(console)
         if self.out is None:
@@ -92,7 +91,7 @@ class RunExperiment:
 def _show(outcome: Outcome, out: Path, console: Console, report: Path | None = None) -> dict[str, Any]:
     """Print the table, write table, figure and report."""
     from sym2real.cli.output import write_json
-    from sym2real.cli.report import write_report
+    from sym2real.cli.report_folder import write_report
     from sym2real.report.experiment import outcome_figure, outcome_table
     from sym2real.report.html.study import study_page
     from sym2real.report.style import save

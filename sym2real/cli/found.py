@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-if TYPE_CHECKING:
-    from sym2real.dataset import Dataset
-    from sym2real.diagnosis import Diagnosis, Tried
-    from sym2real.plants import MujocoPlant
-    from sym2real.symbolic import Equations
+from sym2real.dataset import Dataset
+from sym2real.diagnosis import Diagnosis, Tried
+from sym2real.diagnosis.faults.sanity import check
+from sym2real.effects import as_simulated
+from sym2real.effects.visible import visible_state
+from sym2real.errors import Sym2RealError
+from sym2real.experiments.learning import FROM_LOGS
+from sym2real.plants import MujocoPlant, save_plant
+from sym2real.plants.plant_file import PARTS as PLANT_PARTS
+from sym2real.robots.own import robot_of
+from sym2real.symbolic import Equations
+from sym2real.symbolic.storage import PARTS, save_model
 
 
 def plain_simulator(equations: Equations) -> MujocoPlant | None:
@@ -20,11 +26,6 @@ def plain_simulator(equations: Equations) -> MujocoPlant | None:
 
     None too for a model that was fitted to logs of a real robot: it is not the plain simulator's.
     """
-    from sym2real.effects.visible import visible_state
-    from sym2real.experiments.learning import FROM_LOGS
-    from sym2real.plants import MujocoPlant
-    from sym2real.robots.own import robot_of
-
     robot = robot_of(equations)
     if robot is None or FROM_LOGS in equations.notes:
         return None
@@ -34,8 +35,6 @@ def plain_simulator(equations: Equations) -> MujocoPlant | None:
 
 def write_model_and_simulator(informed: Equations, folder: Path, console: Console) -> Iterator[Path]:
     """The informed model into ``folder/model``, the robot with the effects into ``folder/simulator``; their files."""
-    from sym2real.symbolic.storage import PARTS, save_model
-
     model = save_model(informed, folder / "model")
     yield from (model / name for name in PARTS)
     console.print(f"model with it in {model}", markup=False)
@@ -53,11 +52,6 @@ def write_simulator(informed: Equations, folder: Path, console: Console) -> tupl
     Returns:
         The files of the simulator.
     """
-    from sym2real.effects import as_simulated
-    from sym2real.errors import Sym2RealError
-    from sym2real.plants import save_plant
-    from sym2real.plants.plant_file import PARTS
-
     plain = plain_simulator(informed)
     if plain is None:
         return ()
@@ -67,14 +61,13 @@ def write_simulator(informed: Equations, folder: Path, console: Console) -> tupl
         console.print(f"note: no simulator was written: {error}", style="dim", markup=False)
         return ()
     console.print(f"simulator with it in {description} and {plant}", markup=False)
-    return tuple(folder / name for name in PARTS if (folder / name).exists())
+    return tuple(folder / name for name in PLANT_PARTS if (folder / name).exists())
 
 
 def write_figures(
     base: Equations, informed: Equations | None, data: Dataset, found: Diagnosis | Tried, folder: Path
 ) -> Iterator[Path]:
     """Figures of the base and the informed model on the logs, the faults of the data undone, one after the other."""
-    from sym2real.diagnosis.faults.sanity import check
     from sym2real.report.drawing import draw_found
 
     models = {"base": base} if informed is None else {"base": base, "with what was found": informed}

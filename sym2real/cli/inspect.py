@@ -10,6 +10,7 @@ from rich.console import Console
 
 from sym2real.cli.places import Place
 from sym2real.cli.positionals import JsonFile, Logs
+from sym2real.files import write_text
 
 if TYPE_CHECKING:
     from sym2real.logs import Inspection
@@ -45,7 +46,6 @@ class Inspect:
     def run(self, console: Console) -> dict[str, Any]:
         """Print the evidence, write or print the specification."""
         from sym2real.cli.nominal_line import NominalLine, nominal_line
-        from sym2real.files import write_text
         from sym2real.report.inspection import inspection_table
 
         inspection = self._inspection()

@@ -12,6 +12,7 @@ from rich.console import Console
 from sym2real.cli.numbers import Count, OptionalCount, OptionalSamples, Seed
 from sym2real.cli.of_logs import OfLogs
 from sym2real.cli.positionals import JsonFile, RobotName
+from sym2real.errors import ModelError, UnknownNameError
 
 if TYPE_CHECKING:
     from sym2real.adaptation import StageOne
@@ -61,7 +62,6 @@ class Learn(OfLogs):
     def run(self, console: Console) -> dict[str, Any]:
         """Learn, print the tables, write the model."""
         from sym2real.cli.progress import stages_progress
-        from sym2real.errors import ModelError
         from sym2real.experiments.learning import learn_from_logs
         from sym2real.experiments.measured import measured
         from sym2real.report.tables import dependence_table, episode_table, equation_table
@@ -110,7 +110,6 @@ class Learn(OfLogs):
             ModelError: when it is known by its logs alone.
             UnknownNameError: when there is none of that name.
         """
-        from sym2real.errors import ModelError
         from sym2real.experiments.measured import LIKE
         from sym2real.robots import ROBOTS
 
@@ -135,7 +134,6 @@ class Learn(OfLogs):
             UnknownNameError: for a number that such a robot does not have.
             ModelError: for what is not NAME=VALUE with a finite value.
         """
-        from sym2real.errors import ModelError, UnknownNameError
         from sym2real.experiments.measured import measured
 
         if self.numbers and not self.data:

@@ -11,6 +11,7 @@ from rich.console import Console
 from sym2real.cli.numbers import NotNegative, OptionalPositive, OptionalThreePositive, Positive, ThreePositive
 from sym2real.cli.of_logs import OfLogs
 from sym2real.cli.positionals import JsonFile, LogsOfModel
+from sym2real.errors import ModelError
 
 if TYPE_CHECKING:
     from sym2real.robots import Motors
@@ -92,8 +93,6 @@ class NominalQuadrotor(OfLogs):
 
     def _check_together(self) -> None:
         """Refuse options that say nothing, or two things, together."""
-        from sym2real.errors import ModelError
-
         thrust = [self.motor_thrust, self.fit_thrust]
         of_motors = self._rotors or any(value is not None for value in (*thrust, self.motor_unit))
         if self.interface != "motors" and of_motors:
@@ -155,7 +154,6 @@ class NominalCar(OfLogs):
 
     def run(self, console: Console) -> dict[str, Any]:
         """Make the equations, print them, write the model."""
-        from sym2real.errors import ModelError
         from sym2real.experiments.measured import step_of_logs
         from sym2real.robots import car
 

@@ -11,6 +11,8 @@ from rich.console import Console
 from sym2real.cli.numbers import OptionalPositive
 from sym2real.cli.of_logs import OfLogs
 from sym2real.cli.positionals import DescriptionFile, JsonFile, LogsOfModel
+from sym2real.errors import DataError, ModelError
+from sym2real.files import require_file
 
 if TYPE_CHECKING:
     from sym2real.robots import Robot
@@ -69,8 +71,6 @@ class NominalMjcf(OfLogs):
         return {"model": self.out, "nodes": equations.complexity(), "dt": robot.dt, "columns": units}
 
     def _robot(self) -> Robot:
-        from sym2real.errors import ModelError
-        from sym2real.files import require_file
         from sym2real.robots import Robot
 
         if (self.spec is not None or self.columns) and not self.log:
@@ -85,7 +85,6 @@ class NominalMjcf(OfLogs):
 
     def _step(self, robot: Robot) -> float:
         """Time step of the logs in s; without a specification by the column that holds their stamps."""
-        from sym2real.errors import DataError
         from sym2real.experiments.measured import step_of_logs
         from sym2real.logs import inspect_logs
 

@@ -14,6 +14,7 @@ from sym2real.cli.numbers import NotNegative, Seconds, steps_in
 from sym2real.cli.of_logs import OfLogs
 from sym2real.cli.places import Place
 from sym2real.cli.positionals import JsonFile
+from sym2real.errors import ModelError, UnknownNameError
 
 if TYPE_CHECKING:
     from sym2real.dataset import Dataset
@@ -64,7 +65,6 @@ class PlanFlight(OfLogs):
         return outcome.to_dict()
 
     def _planned(self, console: Console) -> Plan:
-        from sym2real.errors import ModelError, UnknownNameError
         from sym2real.experiments.models import robot_called
         from sym2real.robots import ROBOTS
         from sym2real.symbolic.storage import EQUATIONS
@@ -89,7 +89,6 @@ class PlanFlight(OfLogs):
         from sym2real.cli.progress import stages_progress
         from sym2real.diagnosis import plan
         from sym2real.effects.visible import visible_state
-        from sym2real.errors import ModelError
 
         equations, notes = (robot.nominal(), ()) if model is None else equations_below(model, console)
         if (visible_state(equations), equations.layouts.action) != (robot.layouts.state, robot.layouts.action):
@@ -136,7 +135,6 @@ class PlanFlight(OfLogs):
 
     def _robot_of(self, paths: Sequence[Path]) -> Robot:
         """The one robot whose states and actions all logs have."""
-        from sym2real.errors import ModelError
         from sym2real.logs import read_logs
         from sym2real.robots import ROBOTS
 

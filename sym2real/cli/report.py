@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import tyro
 from rich.console import Console
-
-if TYPE_CHECKING:
-    from sym2real.dataset import Dataset
-    from sym2real.neural.composed import Base
-    from sym2real.report.html.page import Page
-    from sym2real.report.html.variants import Predicting
 
 FILE = "report.html"
 
@@ -41,28 +34,6 @@ class WriteReport:
 
     def run(self, console: Console) -> dict[str, Any]:
         """Read the folder, write the page."""
-        from sym2real.cli.report_folder import page_of
+        from sym2real.cli.report_folder import page_of, write_report
 
         return {"report": write_report(page_of(self.folder, console), self.out or self.folder / FILE, console)}
-
-
-def write_report(page: Page, file: Path, console: Console) -> Path:
-    """Write a page, say where it is."""
-    from sym2real.report.html.render import write_page
-
-    write_page(page, file)
-    console.print(f"report in {file}", markup=False)
-    return file
-
-
-def write_recording(file: Path, data: Dataset, models: Mapping[str, Predicting], of: Base, console: Console) -> Path:
-    """Write what was measured and what models predict, with the robot of a model where it is known; say where it is."""
-    from sym2real.plants import MujocoPlant
-    from sym2real.plants.geometry import geometries
-    from sym2real.report.rerun_file import write_rerun
-    from sym2real.robots.own import robot_of
-
-    robot = robot_of(of)
-    write_rerun(file, data, models, () if robot is None else geometries(MujocoPlant(robot)))
-    console.print(f"recording in {file}: rerun {file}", markup=False)
-    return file

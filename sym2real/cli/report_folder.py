@@ -2,14 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rich.console import Console
 
-if TYPE_CHECKING:
-    from sym2real.report.html.page import Page
+from sym2real.adaptation.rounds import ANSWER as ADAPTED
+from sym2real.adaptation.rounds import LOG, round_folder, rounds_in
+from sym2real.cli.diagnosis_folder import ANSWER as DIAGNOSED
+from sym2real.cli.diagnosis_folder import ASKED
+from sym2real.cli.experiment import ANSWER as STUDIED
+from sym2real.cli.model import equations_below, logs_for
+from sym2real.cli.of_logs import OfLogs
+from sym2real.dataset import Dataset
+from sym2real.diagnosis.faults.sanity import check
+from sym2real.errors import DataError
+from sym2real.files import read_object
+from sym2real.logs import read_log
+from sym2real.neural.composed import Base, in_double
+from sym2real.neural.model_folder import open_model
+from sym2real.plants import MujocoPlant
+from sym2real.plants.geometry import geometries
+from sym2real.report.html.page import Page
+from sym2real.report.html.pages import diagnosis_page
+from sym2real.report.html.render import write_page
+from sym2real.report.html.rounds import adaptation_page
+from sym2real.report.html.study import study_page
+from sym2real.report.html.variants import Predicting
+from sym2real.report.reading import read_diagnosis, read_outcome
+from sym2real.report.rerun_file import write_rerun
+from sym2real.robots.own import robot_of
 
 
 def page_of(folder: Path, console: Console) -> Page:
@@ -18,11 +41,6 @@ def page_of(folder: Path, console: Console) -> Page:
     Raises:
         DataError: for a folder that holds none of them, or not all that a page needs.
     """
-    from sym2real.adaptation.rounds import ANSWER as ADAPTED
-    from sym2real.cli.diagnosis_folder import ANSWER as DIAGNOSED
-    from sym2real.cli.experiment import ANSWER as STUDIED
-    from sym2real.errors import DataError
-
     kinds: dict[str, Callable[[Path, Console], Page]] = {DIAGNOSED: _diagnosis, ADAPTED: _adaptation, STUDIED: _study}
     for name, page in kinds.items():
         if (folder / name).is_file():
@@ -31,39 +49,23 @@ def page_of(folder: Path, console: Console) -> Page:
 
 
 def _diagnosis(folder: Path, console: Console) -> Page:
-    from sym2real.cli.diagnosis_folder import ANSWER, ASKED
-    from sym2real.cli.model import equations_below, logs_for
-    from sym2real.cli.of_logs import OfLogs
-    from sym2real.diagnosis.faults.sanity import check
-    from sym2real.errors import DataError
-    from sym2real.files import read_object
-    from sym2real.report.html.pages import diagnosis_page
-    from sym2real.report.reading import read_diagnosis
-
-    asked: Any = read_object(folder / ANSWER, "a diagnosis").get(ASKED)
+    asked: Any = read_object(folder / DIAGNOSED, "a diagnosis").get(ASKED)
     if not isinstance(asked, dict) or asked.keys() != {"model", "logs", "spec", "columns"}:
-        raise DataError(folder / ANSWER, f"model, logs, spec and columns of the diagnosis under '{ASKED}'", repr(asked))
+        raise DataError(
+            folder / DIAGNOSED, f"model, logs, spec and columns of the diagnosis under '{ASKED}'", repr(asked)
+        )
     base, notes = equations_below(str(asked["model"]), console)
     naming = OfLogs(spec=asked["spec"], columns=tuple(asked["columns"])).naming
     data = logs_for(base, [Path(log) for log in asked["logs"]], naming)
-    diagnosis = read_diagnosis(folder / ANSWER)
+    diagnosis = read_diagnosis(folder / DIAGNOSED)
     return diagnosis_page(base, check(base, data).data, diagnosis, title_of(asked["model"], "diagnosed"), notes)
 
 
 def _adaptation(folder: Path, console: Console) -> Page:
-    from sym2real.adaptation.rounds import ANSWER, LOG, round_folder, rounds_in
-    from sym2real.dataset import Dataset
-    from sym2real.errors import DataError
-    from sym2real.files import read_object
-    from sym2real.logs import read_log
-    from sym2real.neural.composed import in_double
-    from sym2real.neural.model_folder import open_model
-    from sym2real.report.html.rounds import adaptation_page
-
     del console
-    reports, on_top = rounds_in(folder), read_object(folder / ANSWER, "an adaptation").get("on_top")
+    reports, on_top = rounds_in(folder), read_object(folder / ADAPTED, "an adaptation").get("on_top")
     if not isinstance(on_top, int) or not 0 <= on_top < len(reports):
-        raise DataError(folder / ANSWER, f"a round that is there (0 to {len(reports) - 1}) as 'on_top'", repr(on_top))
+        raise DataError(folder / ADAPTED, f"a round that is there (0 to {len(reports) - 1}) as 'on_top'", repr(on_top))
     given, adapted = (in_double(open_model(round_folder(folder, number))) for number in (0, on_top))
     files = [round_folder(folder, report.number) / LOG for report in reports[on_top:]]
     if not all(file.is_file() for file in files):
@@ -73,14 +75,25 @@ def _adaptation(folder: Path, console: Console) -> Page:
 
 
 def _study(folder: Path, console: Console) -> Page:
-    from sym2real.cli.experiment import ANSWER
-    from sym2real.report.html.study import study_page
-    from sym2real.report.reading import read_outcome
-
     del console
-    return study_page(read_outcome(folder / ANSWER))
+    return study_page(read_outcome(folder / STUDIED))
 
 
 def title_of(place: object, done: str) -> str:
     """A page's heading: the last part of what a user named, and what was done with it."""
     return f"{Path(str(place)).name or place}, {done}"
+
+
+def write_report(page: Page, file: Path, console: Console) -> Path:
+    """Write a page, say where it is."""
+    write_page(page, file)
+    console.print(f"report in {file}", markup=False)
+    return file
+
+
+def write_recording(file: Path, data: Dataset, models: Mapping[str, Predicting], of: Base, console: Console) -> Path:
+    """Write what was measured and what models predict, with the robot of a model where it is known; say where it is."""
+    robot = robot_of(of)
+    write_rerun(file, data, models, () if robot is None else geometries(MujocoPlant(robot)))
+    console.print(f"recording in {file}: rerun {file}", markup=False)
+    return file

@@ -11,6 +11,7 @@ from rich.console import Console
 from sym2real.cli.numbers import OptionalSamples, OptionalSeconds, Seed, steps_in
 from sym2real.cli.places import Place
 from sym2real.cli.positionals import HtmlFile, JsonFile, ModelPlace, TaskName
+from sym2real.errors import ModelError, UnknownNameError
 
 if TYPE_CHECKING:
     from sym2real.experiments.flying import Flight
@@ -54,7 +55,7 @@ class Run:
         """Fly, print the figures, write the log."""
         from sym2real.cli.model import flown_robot, open_with_progress
         from sym2real.cli.progress import steps_progress
-        from sym2real.cli.report import write_report
+        from sym2real.cli.report_folder import write_report
         from sym2real.control import mppi_controller
         from sym2real.experiments.flying import fly
         from sym2real.logs import write_log
@@ -106,14 +107,12 @@ class Run:
 
     def _require_inputs(self, base: Base, robot: Robot) -> None:
         from sym2real.effects.inputs import TIME
-        from sym2real.errors import ModelError
 
         missing = [name for name in base.layouts.inputs if name != TIME and name not in robot.layouts.inputs]
         if missing:
             raise ModelError(f"{self.model}: no simulator gives {', '.join(missing)}, which the model uses as an input")
 
     def _plant(self, model: Model, robot: Robot) -> MujocoPlant | EquationsPlant | ModelPlant:
-        from sym2real.errors import ModelError, UnknownNameError
         from sym2real.plants import EquationsPlant, MujocoPlant, load_plant
         from sym2real.symbolic import Equations
 
@@ -129,7 +128,6 @@ class Run:
         return plant
 
     def _whole_plant(self, model: Composed | Ensemble, robot: Robot) -> ModelPlant:
-        from sym2real.errors import ModelError
         from sym2real.plants import ModelPlant
 
         equations = getattr(model, "equations", None)

@@ -10,6 +10,7 @@ from rich.console import Console
 
 from sym2real.cli.numbers import OptionalSeconds, Seed, steps_in
 from sym2real.cli.positionals import JsonFile, RobotPlace, TaskName
+from sym2real.errors import ModelError
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,6 @@ class Simulate:
         from sym2real.adaptation import tracking_error
         from sym2real.cli.chosen_effects import beyond_bounds, chosen_effects, require_values
         from sym2real.control import RandomCommands, geometric_controller
-        from sym2real.errors import ModelError
         from sym2real.experiments.models import robot_called
         from sym2real.experiments.standard_conditions import sensors
         from sym2real.layout import unit_of_place

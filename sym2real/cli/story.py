@@ -10,6 +10,17 @@ from typing import Any
 
 from rich.console import Console
 
+from sym2real.cli.add import Add
+from sym2real.cli.compare import Compare
+from sym2real.cli.diagnose import Diagnose
+from sym2real.cli.nominal import NominalQuadrotor
+from sym2real.cli.progress import stages_progress
+from sym2real.cli.run import Run
+from sym2real.data import example_flight
+from sym2real.experiments.standard_cases import hidden_case
+from sym2real.experiments.standard_set import simulate_case
+from sym2real.logs import write_log
+
 FLIGHTS, KEPT, ROWS = 6, 2, 300
 TASK = "circle"
 SPEC = "crazyflie_battery_drag"
@@ -33,13 +44,6 @@ class Story:
 
     def simulated(self, model: Path, console: Console) -> dict[str, Any]:
         """The learned quadrotor against a plant with an effect that nothing in the logs names."""
-        from sym2real.cli.add import Add
-        from sym2real.cli.progress import stages_progress
-        from sym2real.cli.run import Run
-        from sym2real.experiments.standard_cases import hidden_case
-        from sym2real.experiments.standard_set import simulate_case
-        from sym2real.logs import write_log
-
         console.rule("A hidden effect: which one, how much, and does it help to know?")
         case, out = hidden_case("crazyflie", self.seed), self.out / "hidden"
         with stages_progress() as on_progress:
@@ -65,9 +69,6 @@ class Story:
 
     def real(self, console: Console) -> dict[str, Any]:
         """First-principles equations at motor level against the log of a real Crazyflie."""
-        from sym2real.cli.nominal import NominalQuadrotor
-        from sym2real.data import example_flight
-
         console.rule("A real Crazyflie: first-principles equations at motor level against its log")
         folder, logs = self.out / "real_flight", [example_flight()]
         nominal = NominalQuadrotor(
@@ -80,8 +81,6 @@ class Story:
 
     @staticmethod
     def _compare(model: Path, logs: Sequence[Path], spec: str | None, out: Path, console: Console) -> dict[str, Any]:
-        from sym2real.cli.compare import Compare
-
         _say(f"compare {model} {_names(logs)}", spec, console)
         return Compare(str(model), tuple(logs), spec=spec, out=out).run(console)
 
@@ -89,8 +88,6 @@ class Story:
     def _diagnose(  # noqa: PLR0917 — the verb's own options
         model: Path, logs: Sequence[Path], kept: Sequence[Path], spec: str | None, out: Path, console: Console
     ) -> dict[str, Any]:
-        from sym2real.cli.diagnose import Diagnose
-
         _say(f"diagnose {model} {_names(logs)}" + (f" --held-out {_names(kept)}" if kept else ""), spec, console)
         return Diagnose(str(model), tuple(logs), held_out=tuple(kept), spec=spec, out=out).run(console)
 

@@ -15,10 +15,9 @@ from sym2real.control.fused import FusedStep
 from sym2real.control.fused_arguments import Call, PlanArguments, Sizes
 from sym2real.control.fused_filters import FilterLines, memory_of
 from sym2real.control.fused_gpu import FusedGpuStep
-from sym2real.control.fused_problem import Fused, Sampling
+from sym2real.control.fused_problem import Fused
 from sym2real.control.fused_residual import Network
 from sym2real.control.fused_text import fused_text
-from sym2real.control.noise import covariance_factor
 from sym2real.effects.filters import FilterState
 from sym2real.effects.visible import VisibleModel
 from sym2real.errors import CompilationError, MissingDependencyError
@@ -66,7 +65,7 @@ class Case:
     """What both machines compute: the step, and what it is given."""
 
     def __init__(self, robot: Robot, equations: Equations, network: tuple) -> None:
-        self.robot, self.factor = robot, covariance_factor(robot.mppi.noise, len(robot.layouts.action)).float()
+        self.robot = robot
         self.residual = None
         if network:
             widths, commands, states = network
@@ -76,11 +75,10 @@ class Case:
         self.filters = FilterState(equations) if equations.filters else None
         lines = FilterLines(self.filters, robot.layouts.action.columns, robot.dt)
         layers = None if self.residual is None else Network.of(self.residual)
-        sampling = Sampling.of(robot.mppi, self.factor)
-        self.step = Fused(equations, robot, make_task("circle", robot).cost, sampling, lines, layers)
+        self.step = Fused(equations, robot, make_task("circle", robot).cost, lines, layers)
 
     def calls(self) -> list[Call]:
-        """The first one, and one that follows it: shifted, with memory, priced, with noise from outside."""
+        """The first one, and one that follows it: shifted, with memory, with noise from outside."""
         robot, actions = self.robot, len(self.robot.rest)
         times = torch.arange(1, HORIZON + 1).double() * robot.dt
         reference = make_task("circle", robot).reference(times).float().contiguous()
@@ -98,8 +96,7 @@ class Case:
             past = torch.randn(lasting, generator=generator)
         noise = 0.1 * torch.randn(SAMPLES, HORIZON, actions, generator=generator)
         sloped = mean + 0.01 * torch.arange(HORIZON)[:, None]
-        price = 0.1 * torch.randn(HORIZON, actions, generator=generator)
-        return [first, first._replace(mean=sloped, steps=3, price=price, noise=noise, memory=memory, past=past)]
+        return [first, first._replace(mean=sloped, steps=3, noise=noise, memory=memory, past=past)]
 
     def same(self, found: tuple, expected: tuple, tolerance: float) -> None:
         """Costs, and the means within the limits."""
@@ -128,9 +125,9 @@ def test_nvrtc_compiles_it_for_old_and_new_devices(robot: Robot, make: object, n
 def test_thread_by_thread_it_says_what_the_processors_kernel_says(robot: Robot, make: object, network: tuple) -> None:
     """The host's code is the GPU's, and the threads run on the processor one after the other."""
     case = Case(robot, make(), network)
-    here = FusedStep(case.step, factor=case.factor, sizes=SIZES, residual=case.residual)
+    here = FusedStep(case.step, sizes=SIZES, residual=case.residual)
     device = torch.device("cpu")
-    there = FusedGpuStep(case.step, factor=case.factor, sizes=SIZES, device=device, residual=case.residual, load=Shim)
+    there = FusedGpuStep(case.step, sizes=SIZES, device=device, residual=case.residual, load=Shim)
     torch.testing.assert_close(there.noise(3, 5), here.noise(3, 5), rtol=1e-5, atol=1e-6)
     for call in case.calls():
         case.same(operator.plan(operator.registered(there), *call), here(call), 2e-5)
@@ -144,9 +141,9 @@ def test_thread_by_thread_it_says_what_the_processors_kernel_says(robot: Robot, 
 @pytest.mark.parametrize(("robot", "make", "network"), CASES)
 def test_a_gpu_plans_as_the_processor_does(robot: Robot, make: object, network: tuple) -> None:
     case = Case(robot, make(), network)
-    here = FusedStep(case.step, factor=case.factor, sizes=SIZES, residual=case.residual)
+    here = FusedStep(case.step, sizes=SIZES, residual=case.residual)
     device = torch.device("cuda", 0)
-    there = FusedGpuStep(case.step, factor=case.factor, sizes=SIZES, device=device, residual=case.residual)
+    there = FusedGpuStep(case.step, sizes=SIZES, device=device, residual=case.residual)
     torch.testing.assert_close(there.noise(3, 5).cpu(), here.noise(3, 5), rtol=1e-4, atol=1e-5)
     for call in case.calls():
         moved = [one.to(device) if isinstance(one, torch.Tensor) else one for one in call]
@@ -167,10 +164,10 @@ def test_mppi_on_a_gpu_uses_it() -> None:
 @pytest.mark.skipif(torch.cuda.is_available(), reason="there is a CUDA device")
 def test_without_a_gpu_its_step_says_what_is_missing() -> None:
     task = make_task("circle", MUSHR)
-    factor = covariance_factor(MUSHR.mppi.noise, 2).float()
     with pytest.raises((CompilationError, MissingDependencyError)):
         case = Case(MUSHR, MUSHR.nominal(), ())
-        FusedGpuStep(case.step, factor=factor, sizes=SIZES, device=torch.device("cuda", 0))
+        FusedGpuStep(case.step, sizes=SIZES, device=torch.device("cuda", 0))
     assert isinstance(
-        fused_step(compile_model(MUSHR.nominal()), MUSHR, task, factor=factor, sizes=SIZES, filters=None), FusedStep
+        fused_step(compile_model(MUSHR.nominal()), MUSHR, task, device=torch.device("cpu"), sizes=SIZES, filters=None),
+        FusedStep,
     )

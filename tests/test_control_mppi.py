@@ -14,7 +14,7 @@ from torch import Tensor
 
 from sym2real.control import MPPI
 from sym2real.control.mppi import shift
-from sym2real.control.noise import covariance_factor, sample, smoothing
+from sym2real.control.noise import deviations, sample, smoothing
 from sym2real.control.weights import weigh
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout, Layouts
@@ -65,17 +65,16 @@ def cart_mppi(model: object = linear, **options: object) -> MPPI:
     return MPPI(model, CART, options.pop("task", cart_task()), settings=settings, dtype=torch.float64, **options)
 
 
-@pytest.mark.parametrize("full", [False, True])
-def test_agrees_with_pytorch_mppi_on_the_same_noise(full: bool) -> None:
-    covariance = torch.tensor([[0.64, 0.1], [0.1, 0.16]]) if full else torch.diag(torch.tensor([0.64, 0.16]))
-    covariance = covariance.double()
-    mine = cart_mppi(pendulum, noise_covariance=covariance.numpy(), price_noise=True)
+def test_agrees_with_pytorch_mppi_on_the_same_noise() -> None:
+    covariance = torch.diag(torch.tensor([0.64, 0.16])).double()
+    mine = cart_mppi(pendulum)
     zero = torch.zeros(2, dtype=torch.float64)
     theirs = pytorch_mppi.MPPI(
         pendulum, lambda state, action: quadratic(state, action, zero), 2, covariance,
         num_samples=64, horizon=12, lambda_=0.3, u_min=torch.tensor(CART.low), u_max=torch.tensor(CART.high),
         U_init=torch.zeros(12, 2, dtype=torch.float64),
     )  # fmt: skip
+    theirs._compute_action_cost = torch.zeros_like  # a price of noise, which ours has not
     generator = torch.Generator().manual_seed(5)
     state = np.array([2.0, -0.5])
     for _ in range(4):
@@ -134,7 +133,7 @@ def test_non_finite_rollouts_have_no_influence_and_are_counted() -> None:
     def explodes(state: Tensor, action: Tensor) -> Tensor:
         return torch.where(action[..., :1] > 0.9, torch.nan, linear(state, action))
 
-    noise = sample(64, *(cart_mppi()._smooth, cart_mppi()._factor), torch.Generator().manual_seed(0))
+    noise = sample(64, *(cart_mppi()._smooth, cart_mppi()._spread), torch.Generator().manual_seed(0))
     bad = (noise[..., 0] > 0.9).any(-1)
     broken, clean = cart_mppi(explodes), cart_mppi()
     plan = broken.improve(CART.start, 0, noise)
@@ -326,10 +325,10 @@ def test_an_action_that_waited_keeps_its_samples(working: Working) -> None:
         (MPPISettings(knots=6), None),
     ],
 )
-def test_noise_has_the_covariance_and_the_colour_asked_for(settings: MPPISettings, neighbours: float | None) -> None:
-    covariance = np.array([[0.04, 0.01], [0.01, 0.09]])
-    factor, smooth = covariance_factor(covariance, len(covariance)), smoothing(40, 0.02, settings)
-    noise = sample(20001, smooth, factor, torch.Generator().manual_seed(0))
+def test_noise_has_the_size_and_the_colour_asked_for(settings: MPPISettings, neighbours: float | None) -> None:
+    covariance = np.diag([0.04, 0.09])
+    spread, smooth = deviations([0.2, 0.3], 2), smoothing(40, 0.02, settings)
+    noise = sample(20001, smooth, spread, torch.Generator().manual_seed(0))
     assert (noise[0] == 0).all()
     for step in (0, 13, 39):
         np.testing.assert_allclose(np.cov(noise[1:, step].numpy().T), covariance, atol=0.003)
@@ -342,10 +341,8 @@ def test_noise_has_the_covariance_and_the_colour_asked_for(settings: MPPISetting
 
 
 def test_impossible_noise_is_refused() -> None:
-    with pytest.raises(ShapeError, match="positive definite"):
-        covariance_factor([[1.0, 2.0], [2.0, 1.0]], 2)
     with pytest.raises(ShapeError, match="at least 0"):
-        covariance_factor([0.1, -0.2], 2)
+        deviations([0.1, -0.2], 2)
     with pytest.raises(ShapeError, match="at least 2"):
         smoothing(10, 0.02, MPPISettings(knots=1))
 

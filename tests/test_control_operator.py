@@ -79,7 +79,7 @@ def test_what_was_sent_is_known_to_filters_and_network_alike() -> None:
     model = Composed(late(), ResidualMLP(MUSHR.layouts, (8,), commands=2))
     mppi = MPPI(model, MUSHR, make_task("circle", MUSHR), backend="c", filters=FilterState(model.equations))
     mppi.remember(MUSHR.rest)
-    operands = (mppi.kernel, *given(mppi), 0, 0, 1, None, None)
+    operands = (mppi.kernel, *given(mppi), 0, 0, 1, None)
     memory, past = mppi._gone_by.memory(), mppi._gone_by.past(MUSHR.start)
     torch.ops.sym2real.plan(*operands, memory, past)
     with pytest.raises(ShapeError, match="expected both"):

@@ -52,13 +52,7 @@ def test_settings_that_sample_nothing(options: dict[str, Any], message: str) -> 
 def test_noise_of_other_actions(backend: str, noise: Any) -> None:
     """The robot's own settings may have none at all: what the kernel then read was somebody else's memory."""
     with pytest.raises(ShapeError, match="for 4 actions"):
-        mppi(backend, noise_covariance=noise)
-
-
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_a_price_for_noise_that_is_not_there(backend: str) -> None:
-    with pytest.raises(ShapeError, match="must move every action"):
-        mppi(backend, noise_covariance=(0.0, 1.0, 1.0, 1.0), price_noise=True)
+        mppi(backend, settings=replace(SETTINGS, noise=noise))
 
 
 def test_periods_and_threads() -> None:

@@ -14,7 +14,7 @@ import torch
 from torch import Tensor
 
 from sym2real.adaptation.predictions import Predictor, Windows
-from sym2real.control.noise import covariance_factor, sample, smoothing
+from sym2real.control.noise import deviations, sample, smoothing
 from sym2real.neural.model_folder import Model
 from sym2real.robots import Robot
 from sym2real.trajectory import Trajectory
@@ -50,8 +50,8 @@ def beyond_limits(model: Model, base: Model, logs: Sequence[Trajectory], robot: 
 
 def _noise(robot: Robot, steps: int, seed: int) -> Tensor:
     """Of the commands, as MPPI draws it ``# (rollouts, steps, action)``."""
-    factor = covariance_factor(robot.mppi.noise, len(robot.layouts.action))
-    return sample(ROLLOUTS, smoothing(steps, robot.dt, robot.mppi), factor, torch.Generator().manual_seed(seed))
+    spread = deviations(robot.mppi.noise, len(robot.layouts.action))
+    return sample(ROLLOUTS, smoothing(steps, robot.dt, robot.mppi), spread, torch.Generator().manual_seed(seed))
 
 
 def _rolled_out(

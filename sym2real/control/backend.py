@@ -16,7 +16,7 @@ from sym2real.control.fused import FusedStep, helpful_threads
 from sym2real.control.fused_arguments import Sizes
 from sym2real.control.fused_filters import FilterLines
 from sym2real.control.fused_gpu import FusedGpuStep
-from sym2real.control.fused_problem import Fused, Sampling
+from sym2real.control.fused_problem import Fused
 from sym2real.control.fused_residual import Network
 from sym2real.effects.filters import FilterState
 from sym2real.effects.visible import VisibleModel, visible_state
@@ -107,15 +107,15 @@ def why_not_fused(model: object, robot: Robot, task: Task, device: torch.device,
 
 
 def fused_step(
-    model: object, robot: Robot, task: Task, *, factor: Tensor, sizes: Sizes, filters: FilterState | None
+    model: object, robot: Robot, task: Task, *, device: torch.device, sizes: Sizes, filters: FilterState | None
 ) -> Step:
-    """The kernel for a model, on the device of the noise's factor.
+    """The kernel for a model, on a device.
 
     Args:
         model: with equations.
-        robot: its ``mppi`` says how noise is coloured.
+        robot: its ``mppi`` says how commands are sampled.
         task: its cost is an expression.
-        factor: C ``# (action, action)`` of the noise's covariance.
+        device: where it runs.
         sizes: of the sampling; no threads are as many as help.
         filters: what actions go through.
 
@@ -130,10 +130,10 @@ def fused_step(
     residual = getattr(model, "residual", None)
     lines = FilterLines(filters, robot.layouts.action.columns, equations.dt)
     network = None if residual is None else Network.of(residual)
-    step = Fused(equations, robot, cost, Sampling.of(robot.mppi, factor), lines, network)
-    if factor.device.type == "cuda":
-        return FusedGpuStep(step, factor=factor, sizes=sizes, device=factor.device, residual=residual)
-    made = FusedStep(step, factor=factor, sizes=sizes, residual=residual)
+    step = Fused(equations, robot, cost, lines, network)
+    if device.type == "cuda":
+        return FusedGpuStep(step, sizes=sizes, device=device, residual=residual)
+    made = FusedStep(step, sizes=sizes, residual=residual)
     made.threads = sizes.threads or helpful_threads(made)
     return made
 

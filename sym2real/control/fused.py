@@ -36,7 +36,6 @@ class FusedStep:
 
     Args:
         step: what is computed.
-        factor: C ``# (action, action)``, of the noise's covariance.
         sizes: of the sampling.
         residual: the network whose sizes ``step`` names.
 
@@ -45,12 +44,12 @@ class FusedStep:
         ModelError: when the equations, the cost or a filter have no fused form.
     """
 
-    def __init__(self, step: Fused, *, factor: Tensor, sizes: Sizes, residual: Residual | None = None) -> None:
+    def __init__(self, step: Fused, *, sizes: Sizes, residual: Residual | None = None) -> None:
         self.samples, self.horizon = sizes.samples, sizes.horizon
         self.shape = (sizes.horizon, len(step.robot.layouts.action))
         self._library = library(fused_text(step))
         weights = None if residual is None else packed(residual, self._library.tile())
-        self._constants = constants_of(step, factor, sizes.horizon, weights)
+        self._constants = constants_of(step, sizes.horizon, weights)
         self._plan = arguments_of(step, sizes, self._constants)
         self._operands = Operands(step, sizes, PROCESSOR)
         self.shapes = self._operands.shapes
@@ -96,7 +95,7 @@ class FusedStep:
         costs, following = torch.empty(self.samples), torch.empty(self.shape)
         plan.state, plan.inputs = pointer("state", given.state), pointer("inputs", given.inputs)
         plan.reference, plan.mean = pointer("reference", given.reference), following.data_ptr()
-        plan.price, plan.noise = pointer("price", given.price), pointer("noise", given.noise)
+        plan.noise = pointer("noise", given.noise)
         plan.memory, plan.past = pointer("memory", given.memory), pointer("past", given.past)
         plan.begun, plan.costs = self._operands.begun(given), costs.data_ptr()
         plan.seed, plan.call = given.seed & 0xFFFFFFFF, given.call & 0xFFFFFFFF

@@ -49,7 +49,6 @@ class Call(NamedTuple):
         steps: by which it is shifted first; its last row is repeated.
         seed: of the kernel's own noise.
         call: the noise of every call is another one.
-        price: λ Σ⁻¹ of the shifted mean ``# (H, action)``, where noise is priced.
         noise: ``# (N, H, action)`` instead of the kernel's own.
         memory: of the command filters, in their order ``# (size,)``; None before anything was sent.
         past: commands that reached the robot, newest first, then states, as a residual sees them; None likewise.
@@ -62,7 +61,6 @@ class Call(NamedTuple):
     steps: int
     seed: int
     call: int
-    price: Tensor | None = None
     noise: Tensor | None = None
     memory: Tensor | None = None
     past: Tensor | None = None
@@ -73,7 +71,7 @@ class PlanArguments(ctypes.Structure):
 
     _fields_ = (
         *((name, ctypes.c_void_p) for name in ("state", "inputs", "reference", "memory", "past", "weights")),
-        *((name, ctypes.c_void_p) for name in ("mean", "low", "high", "factor", "smooth", "price", "noise", "costs")),
+        *((name, ctypes.c_void_p) for name in ("mean", "low", "high", "spread", "smooth", "noise", "costs")),
         ("temperature", ctypes.c_float),
         ("correlation", ctypes.c_float),
         ("fresh", ctypes.c_float),
@@ -86,7 +84,7 @@ class PlanArguments(ctypes.Structure):
 def arguments_of(step: Fused, sizes: Sizes, constants: Mapping[str, Tensor]) -> PlanArguments:
     """The structure with what stays the same from call to call; the constants must outlive it."""
     settings = step.robot.mppi
-    kept = math.exp(-step.robot.dt / settings.correlation) if step.sampling.colour == 1 else 0.0
+    kept = math.exp(-step.robot.dt / settings.correlation) if step.colour == 1 else 0.0
     return PlanArguments(
         temperature=settings.temperature,
         correlation=kept,
@@ -98,14 +96,14 @@ def arguments_of(step: Fused, sizes: Sizes, constants: Mapping[str, Tensor]) -> 
     )
 
 
-def constants_of(step: Fused, factor: Tensor, horizon: int, weights: NDArray[np.float32] | None) -> dict[str, Tensor]:
-    """Limits, factor of the covariance, matrix over the horizon and weights of a residual, in aligned memory."""
-    knots = step.sampling.colour == 2
+def constants_of(step: Fused, horizon: int, weights: NDArray[np.float32] | None) -> dict[str, Tensor]:
+    """Limits, standard deviations, matrix over the horizon and weights of a residual, in aligned memory."""
+    knots = step.colour == 2
     smooth = smoothing(horizon, step.robot.dt, step.robot.mppi) if knots else torch.zeros(1, horizon)
     given = {
         "low": step.robot.low,
         "high": step.robot.high,
-        "factor": factor.cpu().numpy(),
+        "spread": step.robot.mppi.noise,
         "smooth": smooth.numpy(),
         "weights": np.zeros(0) if weights is None else weights,
     }
@@ -130,7 +128,6 @@ class Operands:
             "inputs": (len(step.equations.layouts.inputs),),
             "reference": (sizes.horizon, states),
             "mean": steps,
-            "price": steps,
             "noise": (sizes.samples, *steps),
             "memory": (step.filters.size,),
             "past": (0 if step.residual is None else step.residual.sizes[0] - states - actions,),

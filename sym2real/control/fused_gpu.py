@@ -25,7 +25,6 @@ class FusedGpuStep:
 
     Args:
         step: what is computed.
-        factor: C ``# (action, action)``, of the noise's covariance.
         sizes: of the sampling.
         device: where tensors are and threads run.
         residual: the network whose sizes ``step`` names.
@@ -43,7 +42,6 @@ class FusedGpuStep:
         self,
         step: Fused,
         *,
-        factor: Tensor,
         sizes: Sizes,
         device: torch.device,
         residual: Residual | None = None,
@@ -54,7 +52,7 @@ class FusedGpuStep:
         self.text = fused_text(step, "gpu")
         self._module = load(self.text, device)
         weights = None if residual is None else packed(residual, TILE)
-        constants = constants_of(step, factor, sizes.horizon, weights)
+        constants = constants_of(step, sizes.horizon, weights)
         self._constants = {name: tensor.to(device) for name, tensor in constants.items()}
         self._plan = arguments_of(step, sizes, self._constants)
         self._operands = Operands(step, sizes, device)

@@ -31,7 +31,7 @@ $network
 $step
 $following
     }
-    return cost + price_of(p, track);
+    return cost;
 }
 """)
 

@@ -22,8 +22,7 @@ def fused_text(step: Fused, machine: str = "cpu") -> str:
         [
             preamble(SINGLE, machine),
             f"#define ACTIONS {len(step.equations.layouts.action)}",
-            f"#define COLOUR {step.sampling.colour}",
-            f"#define DIAGONAL {int(step.sampling.diagonal)}",
+            f"#define COLOUR {step.colour}",
             header("random.h"),
             header("plan.h"),
             *network,

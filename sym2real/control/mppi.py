@@ -40,12 +40,12 @@ from sym2real.control.fused import FusedStep
 from sym2real.control.fused_arguments import Call, Sizes, single
 from sym2real.control.fused_gpu import FusedGpuStep
 from sym2real.control.gone_by import GoneBy
-from sym2real.control.noise import covariance_factor, require_steps, sample, smoothing
+from sym2real.control.noise import deviations, require_steps, sample, smoothing
 from sym2real.control.plan import Plan, Seen, shift
 from sym2real.control.reference_table import ReferenceTable
 from sym2real.control.timing import fewer, samples_within, warm
 from sym2real.control.torch_step import TorchStep
-from sym2real.control.weights import control_cost, weigh, whitened
+from sym2real.control.weights import weigh
 from sym2real.effects.filters import FilterState
 from sym2real.protocols import DynamicsModel
 from sym2real.robots.robot import MPPISettings, Robot
@@ -66,8 +66,6 @@ class MPPI:
         robot: layouts, limits, resting action and control period.
         task: reference and running cost.
         settings: the robot's where none are given.
-        noise_covariance: ``# (action, action)`` instead of the settings' standard deviations.
-        price_noise: adds the information-theoretic control cost (exact for white noise, no knots, no correlation).
         device, dtype: where the model lives; of the rollouts.
         seed: of the noise; :meth:`reset` goes back to it.
         filters: what commands go through on the way to the robot (delay, lag); none by default.
@@ -98,8 +96,6 @@ class MPPI:
         task: Task,
         *,
         settings: MPPISettings | None = None,
-        noise_covariance: ArrayLike | None = None,
-        price_noise: bool = False,
         device: str | torch.device = "cpu",
         dtype: torch.dtype = torch.float32,
         seed: int = 0,
@@ -113,17 +109,16 @@ class MPPI:
         self.model, self.robot, self.task = planned_with(model, dtype), robot, task
         self.settings = settings or robot.mppi
         self.device, self.dtype, self.seed = device_of(device), dtype, seed
-        self.price_noise, self.filters, self._given = price_noise, filters, draws
+        self.filters, self._given = filters, draws
         self._gone_by = GoneBy(self.model, filters, self.device, dtype)
-        noise = self.settings.noise if noise_covariance is None else noise_covariance
-        self._factor = covariance_factor(noise, len(robot.layouts.action), price_noise).to(self.device, dtype)
+        self._spread = deviations(self.settings.noise, len(robot.layouts.action)).to(self.device, dtype)
         self._torch = TorchStep(
             self.model,
             robot,
             task,
             settings=self.settings,
             filters=filters,
-            kind=self._factor,
+            kind=self._spread,
             alone=backend == "torch",
         )
         self.horizon = self._torch.horizon
@@ -146,7 +141,7 @@ class MPPI:
 
     def _fuse(self) -> FusedStep | FusedGpuStep:
         robot, sizes = replace(self.robot, mppi=self.settings), Sizes(self.samples, self.horizon, self._threads)
-        fused = fused_step(self.model, robot, self.task, factor=self._factor, sizes=sizes, filters=self.filters)
+        fused = fused_step(self.model, robot, self.task, device=self.device, sizes=sizes, filters=self.filters)
         self.kernel = operator.registered(fused)
         return fused
 
@@ -204,7 +199,7 @@ class MPPI:
     def _drawn(self) -> Tensor:
         if self._given is not None:
             return self._given(self._call).to(self.device, self.dtype)
-        return sample(self.samples, self._smooth, self._factor, self._generator)
+        return sample(self.samples, self._smooth, self._spread, self._generator)
 
     @torch.no_grad()
     def improve(self, state: ArrayLike, step: int, noise: Tensor, inputs: ArrayLike | None = None) -> Plan:
@@ -215,10 +210,7 @@ class MPPI:
             assert self.plan is not None
             return self.plan
         actions = torch.clamp(self.mean + noise, self._low, self._high)
-        price = None
-        if self.price_noise:
-            price = control_cost(self.mean, actions - self.mean, self._factor, self.settings.temperature)
-        self._plan = self._torch.plan(state, step, actions, inputs, price=price, past=self._gone_by.past(state))
+        self._plan = self._torch.plan(state, step, actions, inputs, self._gone_by.past(state))
         self._seen = None
         self._count(self._plan.rejected, len(noise), step)
         if self.rejected < len(noise):
@@ -230,16 +222,12 @@ class MPPI:
     ) -> None:
         """What the operator does, without its dispatch; the mean is shifted by the steps that have gone by."""
         assert self._fused is not None
-        before, price = self.mean, None
-        if self.price_noise:
-            before, gone = shift(before, gone), 0
-            price = self.settings.temperature * whitened(before, self._factor)
         memory, past = self._gone_by.memory(), self._gone_by.past(state)
         measured, known = single(state, self.device), self._torch.given(inputs)
-        self._seen, self._plan = Seen(measured, known, before, gone, noise, self._call, past), None
+        self._seen, self._plan = Seen(measured, known, self.mean, gone, noise, self._call, past), None
         known = self._torch.nothing if known is None else known
         reference = self._table.after(step)
-        given = Call(measured, known, reference, before, gone, self.seed, self._call, price, noise, memory, past)
+        given = Call(measured, known, reference, self.mean, gone, self.seed, self._call, noise, memory, past)
         self.mean, self._costs, rejected = self._fused(given)
         self._count(rejected, self.samples, step)
 
@@ -266,7 +254,7 @@ class MPPI:
 
     def _trial(self, samples: int) -> None:
         if self._fused is None:
-            noise = sample(samples, self._smooth, self._factor, self._generator)
+            noise = sample(samples, self._smooth, self._spread, self._generator)
             self.improve(self.robot.start, 0, noise, self._torch.nothing)
         else:
             self._use(samples)

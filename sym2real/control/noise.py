@@ -1,11 +1,10 @@
-"""Control noise of MPPI: covariance over the actions, smoothness over the horizon.
+"""Control noise of MPPI: a standard deviation for every action, smoothness over the horizon.
 
 ::
 
-    δ = B ε C^T,   ε ~ N(0, 1) of shape (draws, actions)
+    δ = B ε diag(σ),   ε ~ N(0, 1) of shape (draws, actions)
 
-C is a factor of the covariance over the actions. B makes the noise smooth over the horizon; its rows have length one,
-so that every step has the same covariance C C^T.
+B makes the noise smooth over the horizon; its rows have length one, so that every step has the standard deviations σ.
 """
 
 from __future__ import annotations
@@ -20,32 +19,18 @@ from sym2real.errors import ShapeError
 from sym2real.robots.robot import MPPISettings
 
 
-def covariance_factor(noise: ArrayLike, actions: int, inverted: bool = False) -> Tensor:
-    """Lower factor C ``# (m, m)`` of standard deviations ``# (m,)`` or of a covariance ``# (m, m)``.
-
-    Args:
-        noise: of all actions; a standard deviation of zero leaves an action alone.
-        actions: m.
-        inverted: its inverse is needed, so that no action may be left alone.
+def deviations(noise: ArrayLike, actions: int) -> Tensor:
+    """Standard deviations ``# (actions,)``; one of zero leaves its action alone.
 
     Raises:
-        ShapeError: for noise of another number of actions, a standard deviation that is negative (or zero, where the
-            inverse is needed), or a covariance that is not positive definite.
+        ShapeError: for noise of another number of actions, or a standard deviation that is negative or not finite.
     """
     values = torch.as_tensor(np.asarray(noise, dtype=np.float64))
-    if values.shape not in ((actions,), (actions, actions)) or not bool(values.isfinite().all()):
+    if values.shape != (actions,) or not bool(values.isfinite().all()):
         raise ShapeError(f"control noise: expected finite numbers for {actions} actions, found {values.tolist()}")
-    if values.ndim == 1:
-        if (values < 0).any():
-            raise ShapeError(f"control noise: expected standard deviations of at least 0, found {values.tolist()}")
-        if inverted and not values.all():
-            raise ShapeError(f"control noise: noise that is priced must move every action, found {values.tolist()}")
-        return values.diag()
-    factor: Tensor
-    factor, failed = torch.linalg.cholesky_ex(values)
-    if failed:
-        raise ShapeError(f"control noise: expected a positive definite covariance, found {values.tolist()}")
-    return factor
+    if (values < 0).any():
+        raise ShapeError(f"control noise: expected standard deviations of at least 0, found {values.tolist()}")
+    return values
 
 
 def smoothing(steps: int, dt: float, settings: MPPISettings) -> Tensor:
@@ -88,11 +73,11 @@ def require_steps(noise: Tensor, mean: Tensor) -> None:
         raise ShapeError(f"noise: expected the shape ({wanted}) with N > 0, found {tuple(noise.shape)}")
 
 
-def sample(count: int, smooth: Tensor, factor: Tensor, generator: torch.Generator) -> Tensor:
-    """Noise ``# (count, steps, m)``; the first sample is zero, so that the mean itself is among the candidates."""
-    draws, actions = smooth.shape[1], len(factor)
-    normal = torch.randn((draws, actions, count), generator=generator, device=factor.device, dtype=factor.dtype)
+def sample(count: int, smooth: Tensor, spread: Tensor, generator: torch.Generator) -> Tensor:
+    """Noise ``# (count, steps, actions)``; the first sample is zero, so that the mean is among the candidates."""
+    draws, actions = smooth.shape[1], len(spread)
+    normal = torch.randn(draws, actions, count, generator=generator, device=spread.device, dtype=spread.dtype)
     normal[..., 0] = 0.0
     # Samples lie next to each other, as rollouts and weights read them.
-    by_step = factor @ (smooth @ normal.reshape(draws, -1)).reshape(-1, actions, count)
+    by_step = spread[:, None] * (smooth @ normal.reshape(draws, -1)).reshape(-1, actions, count)
     return by_step.permute(2, 0, 1)

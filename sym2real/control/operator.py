@@ -42,7 +42,7 @@ def _by_name(kernel: str, *operands: Any) -> tuple[Tensor, Tensor, int]:
 _OPERATORS = torch.library.Library("sym2real", "FRAGMENT")
 _OPERATORS.define(
     "plan(str kernel, Tensor state, Tensor inputs, Tensor reference, Tensor mean, int steps, int seed, int call,"
-    " Tensor? price=None, Tensor? noise=None, Tensor? memory=None, Tensor? past=None) -> (Tensor, Tensor, int)"
+    " Tensor? noise=None, Tensor? memory=None, Tensor? past=None) -> (Tensor, Tensor, int)"
 )
 for _device in ("CPU", "CUDA"):
     _OPERATORS.impl("plan", _by_name, _device)

@@ -73,20 +73,11 @@ class TorchStep:
         return running_cost(self.task, self.robot.layouts)
 
     def plan(
-        self,
-        state: ArrayLike,
-        step: int,
-        actions: Tensor,
-        inputs: ArrayLike | None,
-        *,
-        price: Tensor | None = None,
-        past: Tensor | None = None,
+        self, state: ArrayLike, step: int, actions: Tensor, inputs: ArrayLike | None, past: Tensor | None = None
     ) -> Plan:
-        """What comes of actions ``# (N, H, action)`` from a state at a step; rollouts may have a price ``# (N,)``."""
+        """What comes of actions ``# (N, H, action)`` from a state at a step."""
         states = self.rollout(state, actions, inputs, past, self.levels(len(actions)))
         costs = self.cost(states, actions, self.reference(step)).sum(-1)
-        if price is not None:
-            costs = costs + price
         costs = costs.masked_fill(~states.sum((-2, -1)).isfinite(), torch.inf)
         return Plan(states, actions, costs, weigh(costs, self.temperature))
 

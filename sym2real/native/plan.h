@@ -1,26 +1,17 @@
-/* One step of MPPI for one block of samples: noise, rollout, cost. ACTIONS, COLOUR and DIAGONAL are defined before.
+/* One step of MPPI for one block of samples: noise, rollout, cost. ACTIONS and COLOUR are defined before.
  *
  * What went before, in `memory` of the filters and `past` of a network, is there once something was sent: `begun`.
  * COLOUR: 0 white, 1 first-order correlated, 2 draws through the matrix `smooth`. */
 struct plan {
     const real *state, *inputs, *reference, *memory, *past, *weights;
-    const real *mean, *low, *high, *factor, *smooth, *price, *noise;
+    const real *mean, *low, *high, *spread, *smooth, *noise;
     real *costs;
     real temperature, correlation, fresh; /* of a step that follows another: correlation² + fresh² = 1 */
     word seed, call;
     int samples, horizon, draws, begun;
 };
 
-/* One row of normal numbers through the factor of the covariance. */
-INLINE void correlate(const struct plan *p, v *row) {
-    for (int a = ACTIONS - 1; a >= 0; a--) {
-        row[a] *= p->factor[a * ACTIONS + a];
-#if !DIAGONAL
-        for (int b = 0; b < a; b++) row[a] += row[b] * p->factor[a * ACTIONS + b];
-#endif
-    }
-}
-/* Noise of a block into its track. Colour acts along the horizon and the factor across the actions: they commute. */
+/* Noise of a block into its track. */
 APART void draw_noise(const struct plan *p, words sample, TRACK track, TRACK drawn) {
     struct stream s = stream_of(sample, p->seed, p->call);
     const TRACK into = COLOUR == 2 ? drawn : track;
@@ -28,8 +19,8 @@ APART void draw_noise(const struct plan *p, words sample, TRACK track, TRACK dra
     for (int a = 0; a < ACTIONS; a++) before[a] = splat(R(0.0));
     for (int step = 0; step < p->draws; step++) {
         draw_normals(&s, row);
-        correlate(p, row);
         for (int a = 0; a < ACTIONS; a++) {
+            row[a] *= p->spread[a];
 #if COLOUR == 1
             row[a] = step ? before[a] * p->correlation + row[a] * p->fresh : row[a];
             before[a] = row[a];
@@ -53,13 +44,4 @@ INLINE void to_actions(const struct plan *p, TRACK track) {
             const v wished = AT(track, h, a) + p->mean[h * ACTIONS + a];
             AT(track, h, a) = minimum(maximum(wished, splat(p->low[a])), splat(p->high[a]));
         }
-}
-/* Information-theoretic price of the noise; price is λ Σ^-1 of the mean, (horizon, actions). */
-INLINE v price_of(const struct plan *p, TRACK track) {
-    v sum = splat(R(0.0));
-    if (p->price)
-        for (int h = 0; h < p->horizon; h++)
-            for (int a = 0; a < ACTIONS; a++)
-                sum += (AT(track, h, a) - p->mean[h * ACTIONS + a]) * p->price[h * ACTIONS + a];
-    return sum;
 }

@@ -72,7 +72,7 @@ def test_a_rollout_is_what_stepping_gives(robot: Robot) -> None:
         plant.step(action)
     start = plant.full_state
     actions = np.stack([draw(robot, 8, seed) for seed in range(4)])
-    batch = rollout_mujoco(plant, start, actions, threads=2)
+    batch = rollout_mujoco(plant, start, actions)
     np.testing.assert_array_equal(plant.full_state, start)
     for index, sequence in enumerate(actions):
         plant.full_state = start
@@ -107,9 +107,8 @@ def test_rollouts_and_episodes_of_nothing_are_refused() -> None:
     for shape in ((0, 3, 4), (2, 3, 3), (3, 4)):
         with pytest.raises(ShapeError, match="with N > 0"):
             rollout_mujoco(plant, plant.full_state, np.zeros(shape))
-    for options in ({"threads": 0}, {"substeps": 0}):
-        with pytest.raises(ShapeError, match="at least one thread and physics step"):
-            rollout_mujoco(plant, plant.full_state, np.zeros((2, 3, 4)), **options)
+    with pytest.raises(ShapeError, match="at least one physics step"):
+        rollout_mujoco(plant, plant.full_state, np.zeros((2, 3, 4)), substeps=0)
     with pytest.raises(ShapeError, match="at least one step"):
         run_episode(plant, controller, steps=0)
     with pytest.raises(ShapeError, match="found 3 steps and 2 pushes"):

@@ -224,16 +224,14 @@ def test_motors_give_the_thrust_and_torques_of_their_places() -> None:
         assert after[CRAZYFLIE.layouts.state.index(column)] == pytest.approx(expected, rel=1e-6)
 
 
-def test_speeds_and_quadratic_commands_push_alike() -> None:
-    """A command in units of the full speed with a purely quadratic thrust is the speed itself."""
-    full = 2500.0
+def test_speeds_push_as_commands_for_their_squares_do() -> None:
     by_speed = quadrotor(0.03, INERTIA, interface="motors", motors=Motors(thrust=2e-8, unit="rad/s"))
-    quadratic = Motors(thrust=0.0, quadratic=2e-8 * full**2)
-    by_command = quadrotor(0.03, INERTIA, interface="motors", motors=quadratic)
+    by_command = quadrotor(0.03, INERTIA, interface="motors", motors=Motors(thrust=2e-8 * 2500.0**2))
     command = np.array([0.7, 0.71, 0.69, 0.72])
     state = quadrotor_start(2)
-    np.testing.assert_allclose(step(by_speed, state, full * command), step(by_command, state, command), rtol=1e-9)
-    for motors in (Motors(2e-8, "rad/s"), quadratic, Motors(thrust=0.05, quadratic=0.1), MOTORS):
+    pushed = step(by_command, state, command**2)
+    np.testing.assert_allclose(step(by_speed, state, 2500.0 * command), pushed, rtol=1e-9)
+    for motors in (Motors(2e-8, "rad/s"), MOTORS):
         assert 4 * motors.forces([motors.hover(0.3)])[0] == pytest.approx(0.3)
 
 
@@ -381,8 +379,6 @@ def test_numbers_that_no_quadrotor_has_are_refused(arguments: Any, message: str)
 def test_numbers_that_no_car_or_motor_has_are_refused() -> None:
     with pytest.raises(ModelError, match="wheelbase"):
         car(0.0)
-    with pytest.raises(ModelError, match="quadratic"):
-        Motors(thrust=1e-8, unit="rad/s", quadratic=1.0)
     with pytest.raises(ModelError, match="must not be negative"):
         Motors(thrust=-0.1)
     with pytest.raises(ModelError, match="arm in m positive"):

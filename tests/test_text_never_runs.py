@@ -47,9 +47,9 @@ from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.c_rollout import rollout_text
 from sym2real.symbolic.c_source import CLines
 from sym2real.symbolic.compile import class_from_source
-from sym2real.symbolic.exporting import latex_document, python_source
+from sym2real.symbolic.exporting import latex_document
 from sym2real.symbolic.program import Instruction, Program
-from sym2real.symbolic.source import function_source
+from sym2real.symbolic.source import function_source, model_source
 from sym2real.trajectory import Trajectory
 
 RUN = 'open("RAN", "w").close()'
@@ -156,7 +156,7 @@ def run_generated(text: str) -> None:
 def use_model(folder: Path) -> None:
     plain = equations_with_everything()
     equations = open_model(str(folder))
-    run_generated(python_source(equations))
+    run_generated(model_source(equations))
     if set(equations.names) == set(plain.names):
         assert rollout_text(equations, single=True) == rollout_text(plain, single=True) or equations.dt != plain.dt
     CONSOLE.print(equation_table(equations), *noted(equations), markup=False)

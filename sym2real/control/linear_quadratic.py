@@ -32,7 +32,6 @@ class LinearQuadratic(Memoryless):
     Args:
         robot: gives limits, start and rest.
         reference: wanted state over time in s.
-        equations: what it is linearised on; the robot's nominal ones by default.
 
     Raises:
         ModelError: where the linearised robot cannot be stabilised.
@@ -40,11 +39,10 @@ class LinearQuadratic(Memoryless):
 
     robot: Robot
     reference: Reference
-    equations: Equations | None = None
     gain: Array = field(init=False)
 
     def __post_init__(self) -> None:
-        slope, effect = linearised(self.equations or self.robot.nominal(), self.robot)
+        slope, effect = linearised(self.robot.nominal(), self.robot)
         layout, span = self.robot.layouts.state, self.robot.high - self.robot.low
         units = [field.unit for field in layout.fields for _ in range(field.tangent_size)]
         weight = np.diag([SPEED if unit.endswith("/s") else PLACE for unit in units])

@@ -20,7 +20,6 @@ def rollout_mujoco(
     *,
     forces: Array | None = None,
     substeps: int | None = None,
-    threads: int = 1,
 ) -> Array:
     """True states after each action ``# (N, H, state)``, whatever the plant's sensors make of them.
 
@@ -32,7 +31,6 @@ def rollout_mujoco(
             callbacks or a wrench (:attr:`MujocoPlant.forces` are those of now).
         substeps: physics steps per control period; None for the plant's own. For a free body under RK4 two
             are within 0.1 mm of ten over 0.8 s of wild commands, and five times as fast.
-        threads: worker threads, kept between calls.
 
     Raises:
         ModelError: when the plant has command filters, a joint is pushed, or forces act on it and none are given: a
@@ -50,21 +48,20 @@ def rollout_mujoco(
             f"expected full states (N, {size}) and actions (N, H, {columns}) with N > 0, "
             f"found {full_states.shape} and {actions.shape}"
         )
-    if threads < 1 or (substeps is not None and substeps < 1):
-        raise ShapeError(f"expected at least one thread and physics step, found {threads} and {substeps}")
+    if substeps is not None and substeps < 1:
+        raise ShapeError(f"expected at least one physics step, found {substeps}")
     if substeps is None:
         substeps = robot.substeps
     else:
         model = copy.copy(model)
         model.opt.timestep = robot.dt / substeps
     controls = np.repeat(robot.description.to_control(actions), substeps, axis=1)
-    workers = [mujoco.MjData(model) for _ in range(threads)]
     spec = mujoco.mjtState.mjSTATE_CTRL
     if forces is not None:
         spec |= mujoco.mjtState.mjSTATE_XFRC_APPLIED
         held = np.broadcast_to(np.ravel(forces), (*controls.shape[:2], forces.size))
         controls = np.concatenate([controls, held], axis=-1)
-    states, _ = rollout.rollout(model, workers, starts, controls, control_spec=int(spec), persistent_pool=True)
+    states, _ = rollout.rollout(model, [mujoco.MjData(model)], starts, controls, control_spec=int(spec))
     after = states[:, substeps - 1 :: substeps]
     return robot.description.to_state(after[..., 1 : 1 + model.nq], after[..., 1 + model.nq : 1 + model.nq + model.nv])
 

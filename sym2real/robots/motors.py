@@ -30,7 +30,6 @@ class Motors:
     Args:
         unit: "command" for numbers 0–1, "rad/s" for speeds.
         thrust: N per unit of command, or N s² per rad² (k_f in k_f ω²), of one rotor.
-        quadratic: N per squared unit of command, added to the linear part; commands only.
         torque_per_thrust: reaction torque per thrust in m (k_m / k_f).
         arm: centre to rotor in m.
         spin: sign of the reaction torque about body z, motor1 first; a rotor that turns counter-clockwise seen from
@@ -43,16 +42,13 @@ class Motors:
 
     thrust: float
     unit: MotorUnit = "command"
-    quadratic: float = 0.0
     torque_per_thrust: float = 0.00596  # m: Crazyflie firmware, thrustToTorque
     arm: float = 0.046  # m: Crazyflie 2.1
     spin: tuple[int, ...] = (-1, 1, -1, 1)
     angles: tuple[float, ...] = (-45.0, -135.0, 135.0, 45.0)
 
     def __post_init__(self) -> None:
-        if self.unit == "rad/s" and self.quadratic:
-            raise ModelError("motors in rad/s have one thrust constant (k_f ω²); 'quadratic' is for commands 0–1")
-        if min(self.thrust, self.quadratic, self.torque_per_thrust) < 0 or not self.arm > 0:
+        if min(self.thrust, self.torque_per_thrust) < 0 or not self.arm > 0:
             raise ModelError(
                 f"thrust and torque of rotors must not be negative and their arm in m positive, found {self}"
             )
@@ -71,9 +67,8 @@ class Motors:
 
     def forces(self, motors: Sequence[Expr]) -> list[Expr]:
         """Thrust of each rotor in N."""
-        if self.unit == "rad/s":
-            return [self.thrust * motor**2 for motor in motors]
-        return [self.thrust * motor + self.quadratic * motor**2 for motor in motors]
+        power = 2 if self.unit == "rad/s" else 1
+        return [self.thrust * motor**power for motor in motors]
 
     def torques(self, forces: Sequence[Expr]) -> tuple[Expr, ...]:
         """Torque about the body axes in N m from the rotors' thrusts in N."""
@@ -88,10 +83,7 @@ class Motors:
         share = weight / len(self.spin)
         if self.unit == "rad/s":
             return math.sqrt(share / self.thrust)
-        if not self.quadratic:
-            return share / self.thrust
-        # Root of quadratic·u² + thrust·u = share, in the form that stays exact for a small quadratic part.
-        return 2.0 * share / (self.thrust + math.sqrt(self.thrust**2 + 4.0 * self.quadratic * share))
+        return share / self.thrust
 
 
 def _sine(degrees: float) -> float:

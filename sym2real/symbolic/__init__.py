@@ -3,7 +3,7 @@
 from sym2real.symbolic.compile import build_module, compile_function, compile_model, read_back, rollout
 from sym2real.symbolic.complexity import complexity
 from sym2real.symbolic.equations import Equations
-from sym2real.symbolic.exporting import EXPORTS, export, exported_program, python_source
+from sym2real.symbolic.exporting import EXPORTS, export, exported_program
 from sym2real.symbolic.expressions import symbol, text
 from sym2real.symbolic.horner import factor_horner
 from sym2real.symbolic.lifting import lift_constants
@@ -23,7 +23,6 @@ __all__ = [
     "lift_constants",
     "load_model",
     "parse_expression",
-    "python_source",
     "read_back",
     "rollout",
     "save_model",

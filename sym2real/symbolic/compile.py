@@ -44,35 +44,27 @@ def script(module: nn.Module) -> torch.jit.ScriptModule:
     return scripted
 
 
-def build_module(equations: Equations, trainable: bool = False) -> nn.Module:
+def build_module(equations: Equations) -> nn.Module:
     """Plain module of the equations, for ``torch.export`` and as the text's meaning; see :func:`compile_model`."""
-    module = class_from_source(model_source(equations), "Dynamics")()
-    if trainable:
-        values = module.state_dict()["values"].clone()
-        del module.values
-        module.values = nn.Parameter(values)
-    return module
+    return class_from_source(model_source(equations), "Dynamics")()
 
 
 def compile_model(
-    equations: Equations,
-    device: torch.device | str = "cpu",
-    dtype: torch.dtype = torch.float32,
-    trainable: bool = False,
+    equations: Equations, device: torch.device | str = "cpu", dtype: torch.dtype = torch.float32
 ) -> torch.jit.ScriptModule:
     """Scripted model of the equations.
 
     ``model(state, action, inputs=None, parameters=None)`` gives the next state ``# (..., n)``, on the manifold; all
     leading dimensions broadcast. ``model.rollout(state, actions, inputs=None, parameters=None)`` runs a horizon, see
     :func:`rollout`. Parameters ``# (..., P)`` stand in the order of ``equations.parameters`` and replace the values
-    that the equations carry. Without inputs the wrench is zero and time starts at zero; other inputs that the
-    equations use must be given.
+    that the equations carry: the buffer ``model.values``, trainable after ``model.values.requires_grad_()``, and
+    :func:`read_back` takes what came of that. Without inputs the wrench is zero and time starts at zero; other inputs
+    that the equations use must be given.
 
     Args:
         equations: what to compile.
         device: where the parameters live; computation follows the state.
         dtype: of the parameters.
-        trainable: parameter values become an ``nn.Parameter`` named ``values``.
 
     Raises:
         ModelError: when a function is not supported, with its name.
@@ -82,7 +74,7 @@ def compile_model(
         >>> model(torch.zeros(8, 7), torch.zeros(8, 2)).shape
         torch.Size([8, 7])
     """
-    model = script(build_module(equations, trainable).to(device=device, dtype=dtype))
+    model = script(build_module(equations).to(device=device, dtype=dtype))
     model.equations = equations  # for those who can do better than call it; not saved with it
     return model
 

@@ -20,11 +20,6 @@ from sym2real.symbolic.source import model_source
 from sym2real.symbolic.storage import is_part_of_model, write_script
 
 
-def python_source(equations: Equations) -> str:
-    """Standalone Python source of the model: a class ``Dynamics`` that needs torch and nothing else."""
-    return model_source(equations)
-
-
 def exported_program(equations: Equations) -> ExportedProgram:
     """``torch.export`` program of one step with a dynamic batch dimension, in float32.
 
@@ -61,7 +56,7 @@ def _save_program(equations: Equations, path: Path) -> None:
 
 
 def _save_source(equations: Equations, path: Path) -> None:
-    path.write_text(python_source(equations), encoding="utf-8")
+    path.write_text(model_source(equations), encoding="utf-8")
 
 
 def _save_latex(equations: Equations, path: Path) -> None:

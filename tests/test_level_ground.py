@@ -5,7 +5,9 @@ That MuJoCo turns with them is in ``test_plants_physics.py``.
 
 from __future__ import annotations
 
+import tempfile
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +25,9 @@ from sym2real.layout import Layout, Layouts
 from sym2real.level_ground import HEADINGS, Turn, any_heading_alike, at_many_headings
 from sym2real.logs import write_log
 from sym2real.robots import ROBOTS
+from sym2real.robots.mushr import SPEED_TIME_CONSTANT
+from sym2real.robots.robot import GRAVITY
+from sym2real.symbolic import Equations, symbol
 from sym2real.trajectory import Trajectory
 from sym2real.vocabulary import ATTITUDE_COMMAND
 
@@ -108,17 +113,49 @@ def test_half_a_vector_and_unknown_ones_are_not_turned(state: Layout, can: bool)
     assert any_heading_alike(Layouts(state, ROBOTS["mushr"].layouts.action)) == can
 
 
+@cache
+def learned(robot: str) -> Equations:
+    """Equations of four noisy runs, as ``learn --data`` finds them."""
+    with tempfile.TemporaryDirectory() as folder:
+        paths = [Path(folder) / f"{number}.csv" for number in range(4)]
+        for log, path in zip(simulate_case(Case(robot, seed=5), trajectories=4), paths, strict=True):
+            write_log(log, path)
+        return learn_from_logs(measured(robot), paths, None, "beam").equations
+
+
 @pytest.mark.parametrize("robot", PAPER_ROBOTS)
-def test_equations_of_logs_predict_turned_worlds_as_well(robot: str, tmp_path: Path) -> None:
+def test_equations_of_logs_predict_turned_worlds_as_well(robot: str) -> None:
     """Nobody flew to all sides: without turns a quadrotor is a hundred times as far off, a car four times."""
-    paths = [tmp_path / f"{number}.csv" for number in range(4)]
-    for log, path in zip(simulate_case(Case(robot, seed=5), trajectories=4), paths, strict=True):
-        write_log(log, path)
-    learned = learn_from_logs(measured(robot), paths, None, "beam").equations
-    assert not any(learned.depends(column, place) for column in ("vx", "vy") for place in ("x", "y"))
+    equations = learned(robot)
+    assert not any(equations.depends(column, place) for column in ("vx", "vy") for place in ("x", "y"))
     other = simulate_case(Case(robot, seed=6), trajectories=4)
     plain, turned = (
-        compare(learned, Dataset(Turn(angle, 3.0, -2.0).of_log(log) for log in other)).at(0.8).errors["position"].value
+        compare(equations, Dataset(Turn(angle, 3.0, -2.0).of_log(log) for log in other))
+        .at(0.8)
+        .errors["position"]
+        .value
         for angle in (0.0, 2.0)
     )
     assert turned < 1.2 * plain
+
+
+def slope(robot: str, column: str, by: str, **values: float) -> float:
+    """Derivative of what follows in a column by a name, at rest on level ground but for some values."""
+    rest = dict.fromkeys(learned(robot).names, 0.0) | {"qw": 1.0, "cos_yaw": 1.0} | values
+    derivative = learned(robot).next[column].diff(symbol(by))
+    return float(derivative.subs({symbol(name): value for name, value in rest.items()}))
+
+
+def test_velocities_by_differences_do_not_make_a_car_slower() -> None:
+    """Half a row late they are; an equation that takes them for the present has a time constant of 140 ms for 117."""
+    assert any("vx of the logs is 25 ms late" in note for note in learned("mushr").notes)
+    kept = slope("mushr", "vx", "vx", vx=1.0, speed=1.0)
+    assert kept == pytest.approx(np.exp(-ROBOTS["mushr"].dt / SPEED_TIME_CONSTANT), abs=0.015)
+
+
+def test_the_thrust_of_a_hover_is_found() -> None:
+    """A height that is kept hardly shows it: what noise leaves of a velocity is as large as what thrust does to it."""
+    robot = ROBOTS["crazyflie"]
+    assert slope("crazyflie", "vz", "thrust", thrust=GRAVITY * robot.mass) == pytest.approx(
+        robot.dt / robot.mass, rel=0.1
+    )

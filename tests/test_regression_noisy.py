@@ -122,6 +122,24 @@ def test_a_free_run_is_the_recursion_and_the_plainest_of_equal_ones_is_taken() -
     assert plainest([lag, still], [errors[0], errors[0]]) is still
 
 
+def test_what_forgets_a_noisy_start_runs_no_better_for_it() -> None:
+    """A speed that stays as it is, smaller than its noise: from measured starts, to forget it would err less."""
+    layouts, rng = Layouts(Layout.of(["vx"]), Layout.of(["speed"])), np.random.default_rng(3)
+    logs = [
+        Trajectory(
+            0.05 * np.arange(200),
+            speed + 0.1 * rng.standard_normal((200, 1)),
+            *[np.zeros((200, k)) for k in (1, 0)],
+            layouts,
+        )
+        for speed in (0.08, -0.08, 0.08, -0.08)
+    ]
+    runs = FreeRuns("vx", Variables.of(layouts), Dataset(logs).transitions(), 40)
+    keeps, forgets = (Polynomial(Monomials(np.array([[1, 0]])), np.array([by])) for by in (0.0, -0.4))
+    assert np.square(runs.run(keeps) - runs.measured).mean() > np.square(runs.run(forgets) - runs.measured).mean()
+    assert runs.squares(keeps).mean() < 0.8 * runs.squares(forgets).mean()
+
+
 @pytest.mark.parametrize("rows", [25, 60, 400])
 def test_one_short_log_has_equations_without_a_warning(rows: int, recwarn: pytest.WarningsRecorder) -> None:
     log = follower(0.05, rows=rows, logs=1)

@@ -14,16 +14,14 @@ import numpy as np
 from sym2real.dataset import Transitions
 from sym2real.regression.features import Variables, tangent_scale
 from sym2real.regression.polynomial import Polynomial
-from sym2real.regression.windows import Windows
+from sym2real.regression.windows import OVERLAP, Windows
 from sym2real.trajectory import Array
 
 DIVERGED = 1e30
-# Times the least mean square: equations that noise alone tells apart differ by less.
-NEARLY = 1.1
 STEPS = 10  # of Gauss and Newton
 STILL = 1e-6  # relative fall of the loss that ends them
 FAR_OFF = 3.0  # usual errors, from which on a run weighs less
-NEAR = 1e-6  # of a column's spread, for its derivative
+NEAR = 1e-6  # of a column's spread, for derivatives
 
 
 class FreeRuns:
@@ -54,18 +52,20 @@ class FreeRuns:
         self.near = NEAR * (float(np.std(transitions.state[:, place])) or 1.0)
 
     def squares(self, added: Polynomial) -> Array:
-        """Mean square error of every run, in the column's unit ``# (runs,)``; huge where one diverges."""
+        """Mean square error of every run from its best start, in the column's unit ``# (runs,)``; huge for no number.
+
+        From measured starts an equation that soon forgets them would seem better than one that keeps their noise.
+        """
         with np.errstate(over="ignore", invalid="ignore"):
-            squares: Array = np.square(self.run(added) - self.measured).mean(axis=1)
+            squares: Array = np.square(self._linearised(added)[0]).mean(axis=1)
         return np.minimum(np.nan_to_num(squares, nan=DIVERGED, posinf=DIVERGED), DIVERGED)
 
-    def run(self, added: Polynomial) -> Array:
-        """The column along every run from its measured start, by what a step adds to it ``# (runs, rows)``."""
-        state, states = self.start, []
-        with np.errstate(over="ignore", invalid="ignore"):
-            for row, values in enumerate(self.values):
-                state = self._on_manifold(state + added.evaluate(self._with(values, state)), row)
-                states.append(state)
+    def run(self, added: Polynomial, beside: float = 0.0) -> Array:
+        """The column along every run by what a step adds to it ``# (runs, rows)``; from so much beside its start."""
+        state, states = self.start + beside, []
+        for row, values in enumerate(self.values):
+            state = self._on_manifold(state + added.evaluate(self._with(values, state)), row)
+            states.append(state)
         return np.stack(states, axis=1)
 
     def fitted(self, added: Polynomial) -> Polynomial:
@@ -91,27 +91,13 @@ class FreeRuns:
 
         ``# (runs, rows), (runs, rows, numbers)``
         """
-        state, by_start = self.start, np.ones_like(self.start)
-        by_numbers = np.zeros((len(state), len(added)))
-        errors, starts, numbers = [], [], []
-        for row, values in enumerate(self.values):
-            now = self._with(values, state)
-            up, down = (added.evaluate(self._with(values, state + side)) for side in (self.near, -self.near))
-            slope = 1.0 + (up - down) / (2.0 * self.near)
-            state, by_numbers, by_start = (
-                state + added.evaluate(now),
-                slope[:, None] * by_numbers + added.terms.evaluate(now),
-                slope * by_start,
-            )
-            if self.beside is not None:
-                on_it = self.beside[:, row] / (state**2 + self.beside[:, row]) ** 1.5
-                by_numbers, by_start = on_it[:, None] * by_numbers, on_it * by_start
-            state = self._on_manifold(state, row)
-            errors.append(state - self.measured[:, row])
-            starts.append(by_start)
-            numbers.append(by_numbers)
-        both = np.concatenate([np.stack(errors, axis=1)[:, :, None], np.stack(numbers, axis=1)], axis=2)
-        along = np.stack(starts, axis=1)
+        run, terms = self.run(added), added.terms
+        size = np.sqrt(np.mean(np.square(terms.evaluate(np.concatenate(self.values))), axis=0))
+        steps = np.diag(self.near / np.maximum(size, np.finfo(float).tiny))
+        moved = [self.run(Polynomial(terms, added.coefficients + step)) for step in steps]
+        slopes = [(other - run) / step.sum() for other, step in zip(moved, steps, strict=True)]
+        both = np.stack([run - self.measured, *slopes], axis=2)
+        along = (self.run(added, self.near) - run) / self.near
         along = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), np.finfo(float).tiny)
         both = both - along[:, :, None] * np.einsum("rs,rsk->rk", along, both)[:, None]
         return both[:, :, 0], both[:, :, 1:]
@@ -140,12 +126,16 @@ class FreeRuns:
 
 
 def plainest(found: Sequence[Polynomial], errors: Sequence[Array]) -> Polynomial:
-    """That of fewest factors among those whose mean square error is nearly the least.
+    """That of fewest factors among those whose mean square error is the least, or higher by a standard error at most.
+
+    The standard error is that of the difference, over runs that share no row (L. Breiman et al., Classification and
+    Regression Trees, 1984, section 3.4.3).
 
     Args:
         found: what a step adds.
         errors: mean squares of every run by each ``# (runs,)``.
     """
-    means = [float(error.mean()) for error in errors]
-    near = [terms for terms, mean in zip(found, means, strict=True) if mean <= NEARLY * min(means)]
+    least = min(errors, key=lambda error: float(error.mean()))
+    more = [error - least for error in errors]
+    near = [terms for terms, by in zip(found, more, strict=True) if by.mean() <= by.std() / np.sqrt(len(by) / OVERLAP)]
     return min(near, key=lambda terms: int(terms.terms.powers.sum()))

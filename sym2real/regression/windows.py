@@ -22,6 +22,7 @@ MEASURED = (1, 2, 5, 10, 20, 40)
 # So many windows and more are worth a search.
 FEWEST = 20
 BLOCK = 20  # rows that validate together
+OVERLAP = 4  # windows that share a row
 
 Mask = NDArray[np.bool_]
 
@@ -41,7 +42,7 @@ class Windows:
     @classmethod
     def of(cls, transitions: Transitions, rows: int) -> Windows:
         """All that lie in one trajectory."""
-        first = np.flatnonzero(transitions.step % max(1, rows // 4) == 0)
+        first = np.flatnonzero(transitions.step % max(1, rows // OVERLAP) == 0)
         first = first[first + rows <= len(transitions)]
         last = first + rows - 1
         whole = (transitions.trajectory[last] == transitions.trajectory[first]) & (

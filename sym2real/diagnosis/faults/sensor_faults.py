@@ -76,8 +76,12 @@ class Reading:
         return replace(log, state=state)
 
 
-def readings(data: Dataset) -> tuple[Reading, ...]:
-    """Columns whose sensor is wrong in scale, bias or time; the others are left out, and logs too short to judge by."""
+def readings(data: Dataset, honest: float = SETTINGS.sensor_shift) -> tuple[Reading, ...]:
+    """Columns whose sensor is wrong in scale, bias or time; the others are left out, and logs too short to judge by.
+
+    Args:
+        honest: rows that a sensor may be late.
+    """
     layout, readings = data.layouts.state, []
     logs = [log for log in data if len(log) > ROWS]
     if not logs:
@@ -85,7 +89,7 @@ def readings(data: Dataset) -> tuple[Reading, ...]:
     turns = layout.has_field("attitude") or layout.has_field("heading")
     of = {rate: "attitude" for rate in RATES if turns and rate in layout}
     for column, other in (of | {rate: coordinate for coordinate, rate in layout.rates.items()}).items():
-        reading = _reading(logs, column, other)
+        reading = _reading(logs, column, other, honest)
         if reading is not None and reading.faulty:
             readings.append(reading)
     return tuple(readings)
@@ -97,7 +101,7 @@ def measured_by(state: Layout, of: str) -> tuple[str, tuple[str, ...]]:
     return next(((field.name, field.columns) for field in state.fields if field.name in names), (of, (of,)))
 
 
-def _reading(logs: Sequence[Trajectory], column: str, of: str) -> Reading | None:
+def _reading(logs: Sequence[Trajectory], column: str, of: str, honest: float) -> Reading | None:
     turns = column in RATES
     changes = [turning(log, column) * np.diff(log.time) if turns else np.diff(log.column(of)) for log in logs]
     dt = float(np.median(np.concatenate([np.diff(log.time) for log in logs])))
@@ -129,7 +133,7 @@ def _reading(logs: Sequence[Trajectory], column: str, of: str) -> Reading | None
         "bias": abs(constant) > SETTINGS.sensor_deviations * spread[1] + turned_by
         and abs(bias) > SETTINGS.sensor_bias * max(1.0, scale),
         "shift": abs(shift) > SETTINGS.sensor_deviations * spread[2] / inverse
-        and abs(shift) > SETTINGS.sensor_shift * dt
+        and abs(shift) > honest * dt
         and _misses_more(tables[0], noise**2 + 2.0 * of_angle**2),
     }
     correlation = float(np.corrcoef(tables[rows][:, 0], tables[rows][:, 1])[0, 1])

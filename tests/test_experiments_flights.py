@@ -9,7 +9,7 @@ import torch
 from sym2real.dataset import Dataset
 from sym2real.effects import effect
 from sym2real.experiments.excitation import ColouredNoise
-from sym2real.experiments.flights import car_drives, quadrotor_flights, reverse_drives
+from sym2real.experiments.flights import car_drives, quadrotor_flights
 from sym2real.robots import CRAZYFLIE
 from sym2real.rotation import tilt
 from sym2real.trajectory import Array
@@ -45,13 +45,6 @@ def test_flights_in_distribution_are_moderate() -> None:
             assert len(flight) == 400
 
 
-def test_flights_out_of_distribution_are_wild() -> None:
-    tilts, speeds, rates = quadrotor_spread(quadrotor_flights(8, seed=0, out_of_distribution=True))
-    assert tilts >= 70.0
-    assert speeds >= 5.0
-    assert rates >= 7.0
-
-
 def test_flights_repeat_by_seed_and_differ_between_seeds() -> None:
     one, again, other = (quadrotor_flights(1, seed=seed, steps=30) for seed in (1, 1, 2))
     np.testing.assert_array_equal(one[0].state, again[0].state)
@@ -78,17 +71,6 @@ def test_drives_in_distribution_go_forward_within_their_limit() -> None:
     turning = np.concatenate([drive.column("wz") for drive in drives])
     assert turning.min() < -0.3
     assert turning.max() > 0.3
-
-
-def test_drives_out_of_distribution_go_backward_or_fast() -> None:
-    drives = car_drives(4, seed=0, out_of_distribution=True, steps=120)
-    for drive in drives:
-        late = forward_speed(Dataset([drive.rows(60, 120)]))
-        if "reverse" in drive.name:
-            assert late.max() < -0.5
-        else:
-            assert late.min() > 2.0
-    assert forward_speed(Dataset([d.rows(60, 120) for d in reverse_drives(2, seed=1, steps=120)])).max() < -0.5
 
 
 @pytest.mark.parametrize("correlation", [0.08, 0.5])

@@ -6,12 +6,9 @@ import numpy as np
 import pytest
 import torch
 
-from sym2real.effects import effect
-from sym2real.errors import UnknownNameError
-from sym2real.experiments.standard_cases import standard_cases
 from sym2real.experiments.standard_conditions import ANGLE_NOISE, GYRO_NOISE, POSITION_NOISE, sensors
 from sym2real.experiments.standard_set import Case, simulate_case
-from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
+from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.tasks.standard_paths import DRIVES, FLIGHTS, Manoeuvre, drive, flight
 
 H = 1e-4
@@ -86,20 +83,3 @@ def test_a_steering_offset_shows_in_the_turning_rate() -> None:
     speed = np.hypot(log.column("vx"), log.column("vy")).mean()
     pointed = np.arctan(MUSHR.numbers["wheelbase"] * log.column("wz").mean() / speed)
     assert pointed - log.column("steer").mean() == pytest.approx(0.1, abs=0.02)
-
-
-@pytest.mark.parametrize("robot", ["crazyflie", "mushr"])
-def test_cases_are_valid_distinct_and_complete(robot: str) -> None:
-    quick, full = standard_cases(robot, quick=True), standard_cases(robot)
-    assert len({case.seed for case in full}) == len(full)
-    assert len({case.name for case in full}) == len(full)
-    assert sum(not case.effects for case in full) == 300
-    assert sum(not case.effects for case in quick) == 20
-    for case in quick:
-        for key, values in case.effects:
-            effect(key, ROBOTS[robot]).inject(**values)
-
-
-def test_a_robot_without_a_standard_set_is_named() -> None:
-    with pytest.raises(UnknownNameError, match="crazyflie"):
-        standard_cases("crazyfly")

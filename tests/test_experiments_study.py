@@ -20,7 +20,7 @@ from sym2real.experiments.study import zero_shot
 from sym2real.experiments.study.adapting import Adapted
 from sym2real.experiments.study.case import Case, load_suite, shipped_suites
 from sym2real.experiments.study.catalogue import experiment, experiment_names
-from sym2real.experiments.study.curves import Curve, ratio, surely_above
+from sym2real.experiments.study.curves import Curve, ratio
 from sym2real.experiments.study.effects_first import MOST_LOGS, WhenDoubled
 from sym2real.experiments.study.effort import FULL, QUICK
 from sym2real.experiments.study.judged import judge, planning_with
@@ -172,13 +172,6 @@ def test_a_ratio_has_the_interval_of_its_seeds() -> None:
     alone = ratio(np.full((1, 5), 0.5), np.full((1, 5), 1.0))
     assert alone.value == pytest.approx(0.5) and alone.undecided(1.0)
     assert ratio(np.full((3, 5), 0.5), np.full((3, 5), 1.0)).high < 1.0
-
-
-def test_worse_is_said_only_beyond_the_paired_interval() -> None:
-    shared = np.random.default_rng(2).standard_normal((3, 5))
-    assert surely_above(1.05 + shared, 1.0 + shared)  # paired: the common part does not hide the difference
-    assert not surely_above(1.0 + 0.1 * shared, 1.0 - 0.0 * shared + 0.05)
-    assert not surely_above(1.0 + shared, 1.05 + shared)
 
 
 def records(effort: efforts.Effort) -> dict[str, dict[str, Any]]:

@@ -17,7 +17,7 @@ from sym2real.cli.nominal import NominalQuadrotor
 from sym2real.cli.progress import stages_progress
 from sym2real.cli.run import Run
 from sym2real.data import example_flight
-from sym2real.experiments.standard_cases import hidden_case
+from sym2real.experiments.single_effects import FLIGHT_SERIES, hidden_case
 from sym2real.experiments.standard_set import simulate_case
 from sym2real.logs import write_log
 
@@ -45,7 +45,7 @@ class Story:
     def simulated(self, model: Path, console: Console) -> dict[str, Any]:
         """The learned quadrotor against a plant with an effect that nothing in the logs names."""
         console.rule("A hidden effect: which one, how much, and does it help to know?")
-        case, out = hidden_case("crazyflie", self.seed), self.out / "hidden"
+        case, out = hidden_case("crazyflie", FLIGHT_SERIES, self.seed), self.out / "hidden"
         with stages_progress() as on_progress:
             on_progress("flying the changed robot")
             logs = {out / "logs" / f"{flight.name}.csv": flight for flight in simulate_case(case, FLIGHTS, ROWS)}

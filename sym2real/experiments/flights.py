@@ -1,9 +1,8 @@
-"""Test flights and drives, in and out of the distribution that base models are trained on.
+"""Flights and drives that base models are trained and tested on.
 
-In distribution a quadrotor hovers and flies circles and figures of eight of radius 0.3–0.6 m at 1–2 rad/s, from tilted
-starts with coloured noise on the commands, and levelled random rates from 2 m. Out of distribution it flies radius
-0.9–1.3 m at 2.3–2.9 rad/s with noise doubled, and tumbles on random rates from 8 m.
-A car drives circles, to goals, and on random commands up to 2 m/s; out of distribution in reverse, or at 2.2–4 m/s.
+A quadrotor hovers and flies circles and figures of eight of radius 0.3–0.6 m at 1–2 rad/s, from tilted starts with
+coloured noise on the commands, and levelled random rates from 2 m.
+A car drives circles, to goals, and on random commands up to 2 m/s.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ Draw = Callable[[Robot, np.random.Generator], Setting]
 NOISE = np.array([0.03, 1.0, 1.0, 1.0])  # N, rad/s
 NOISE_CORRELATION = 0.08  # s
 TURNING = 0.5  # rad/s, of the heading in tracking flights
-SPEED_LIMIT = 2.0  # m/s, of drives in distribution
+SPEED_LIMIT = 2.0  # m/s, of drives
 
 
 @dataclass(frozen=True)
@@ -54,13 +53,11 @@ class Style:
 
 
 CALM = Style(noise=1.0, tilt=0.2, height=1.0, radius=(0.3, 0.6), rate=(1.0, 2.0))
-FAST = Style(noise=2.0, tilt=0.6, height=3.0, radius=(0.9, 1.3), rate=(2.3, 2.9))
 
 
 def quadrotor_flights(
     count: int,
     seed: int,
-    out_of_distribution: bool = False,
     *,
     steps: int = 400,
     changes: Sequence[Change] = (),
@@ -72,22 +69,18 @@ def quadrotor_flights(
     Args:
         count: number of flights.
         seed: equal seeds give equal flights.
-        out_of_distribution: faster, steeper and tumbling.
         steps: rows of a flight.
         changes: differences of the plant.
         pushed: under random pushes.
         robot: that is flown.
     """
-    kinds: tuple[Draw, ...] = (_circle, _eight, _hover, _levelled_rates)
-    if out_of_distribution:
-        kinds = (_fast_circle, _tumble, _fast_eight, _tumble)
-    return _runs(robot, MujocoPlant(robot, changes), kinds, count, seed, steps=steps, pushed=pushed)
+    kinds = (circle, eight, _hover, _levelled_rates)
+    return runs(robot, MujocoPlant(robot, changes), kinds, count, seed, steps=steps, pushed=pushed)
 
 
 def car_drives(
     count: int,
     seed: int,
-    out_of_distribution: bool = False,
     *,
     steps: int = 400,
     changes: Sequence[Change] = (),
@@ -95,31 +88,25 @@ def car_drives(
     robot: Robot = MUSHR,
 ) -> Dataset:
     """Drives of a car in MuJoCo, one kind after the other; arguments as of :func:`quadrotor_flights`."""
-    kinds: tuple[Draw, ...] = (_round, _goals, _random_driving)
-    if out_of_distribution:
-        kinds = (_reverse, _fast_round)
-    return _runs(robot, MujocoPlant(unlimited(robot), changes), kinds, count, seed, steps=steps, pushed=pushed)
+    kinds = (_round, _goals, _random_driving)
+    return runs(robot, MujocoPlant(unlimited(robot), changes), kinds, count, seed, steps=steps, pushed=pushed)
 
 
-def reverse_drives(count: int, seed: int, *, steps: int = 400) -> Dataset:
-    """Drives in reverse alone, the part of the cars' out-of-distribution set that has a bar of its own."""
-    return _runs(MUSHR, MujocoPlant(unlimited(MUSHR)), (_reverse,), count, seed, steps=steps, pushed=False)
-
-
-def _runs(
-    robot: Robot, plant: MujocoPlant, kinds: Sequence[Draw], count: int, seed: int, *, steps: int, pushed: bool
+def runs(
+    robot: Robot, plant: MujocoPlant, kinds: Sequence[Draw], count: int, seed: int, *, steps: int, pushed: bool = False
 ) -> Dataset:
-    runs: list[Trajectory] = []
+    """Runs of the kinds, one after the other, of a robot within its limits on a plant that may have none."""
+    made: list[Trajectory] = []
     for index in range(count):
         draw, rng = kinds[index % len(kinds)], np.random.default_rng([seed, index])
         controller, start = draw(robot, rng)
         wrench = random_push(plant.robot, steps, rng) if pushed else None
         name = f"{draw.__name__.strip('_')}_{index}"
-        runs.append(run_episode(plant, controller, start=start, steps=steps, wrench=wrench, name=name))
-    return Dataset(runs)
+        made.append(run_episode(plant, controller, start=start, steps=steps, wrench=wrench, name=name))
+    return Dataset(made)
 
 
-def _tilted(robot: Robot, rng: np.random.Generator, most: float, position: Array) -> Array:
+def tilted(robot: Robot, rng: np.random.Generator, most: float, position: Array) -> Array:
     """A start at rest, tilted by up to ``most`` rad about a horizontal axis ``# (13,)``."""
     direction, angle = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(0.0, most)
     axis = torch.tensor([angle * np.cos(direction), angle * np.sin(direction), 0.0], dtype=torch.float64)
@@ -142,44 +129,35 @@ def _track(robot: Robot, rng: np.random.Generator, task: str, style: Style, **op
     tracking = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference, yaw_rate=turning)
     coloured = ColouredNoise(style.noise * NOISE, NOISE_CORRELATION, robot.dt, rng)
     position = reference(torch.zeros((), dtype=torch.float64)).numpy()[:3]
-    return Disturbed(tracking, coloured.of_step, robot.low, robot.high), _tilted(robot, rng, style.tilt, position)
+    return Disturbed(tracking, coloured.of_step, robot.low, robot.high), tilted(robot, rng, style.tilt, position)
 
 
 def _hover(robot: Robot, rng: np.random.Generator) -> Setting:
     return _track(robot, rng, "hover", CALM)
 
 
-def _circle(robot: Robot, rng: np.random.Generator, style: Style = CALM) -> Setting:
+def circle(robot: Robot, rng: np.random.Generator, style: Style = CALM) -> Setting:
+    """Circles, either way round."""
     radius, rate = rng.uniform(*style.radius), rng.uniform(*style.rate)
     clockwise = bool(rng.integers(2))
     return _track(robot, rng, "circle", style, radius=radius, speed=radius * rate, clockwise=clockwise)
 
 
-def _eight(robot: Robot, rng: np.random.Generator, style: Style = CALM) -> Setting:
+def eight(robot: Robot, rng: np.random.Generator, style: Style = CALM) -> Setting:
+    """Figures of eight."""
     radius, rate = rng.uniform(*style.radius), rng.uniform(*style.rate)
     return _track(robot, rng, "lemniscate", style, half_width=radius, period=2.0 * np.pi / rate)
 
 
 def _levelled_rates(robot: Robot, rng: np.random.Generator) -> Setting:
     controller = RandomRates(robot, rng, levelling=8.0, climbing=0.7)
-    return controller, _tilted(robot, rng, CALM.tilt, np.array([0.0, 0.0, 2.0]))
+    return controller, tilted(robot, rng, CALM.tilt, np.array([0.0, 0.0, 2.0]))
 
 
-def _fast_circle(robot: Robot, rng: np.random.Generator) -> Setting:
-    return _circle(robot, rng, FAST)
-
-
-def _fast_eight(robot: Robot, rng: np.random.Generator) -> Setting:
-    return _eight(robot, rng, FAST)
-
-
-def _tumble(robot: Robot, rng: np.random.Generator) -> Setting:
-    return RandomRates(robot, rng), _tilted(robot, rng, FAST.tilt, np.array([0.0, 0.0, 8.0]))
-
-
-def _around(
+def around(
     robot: Robot, rng: np.random.Generator, task: str, *, radius: float, speed: float, fastest: float
 ) -> Setting:
+    """Pure pursuit of a circle, either way round."""
     path = make_task(task, robot, radius=radius, speed=speed, clockwise=bool(rng.integers(2)))
     low, high = np.array([robot.low[0], -fastest]), np.array([robot.high[0], fastest])
     controller = PurePursuit(robot.numbers["wheelbase"], low, high, robot.dt, path.reference)
@@ -187,18 +165,7 @@ def _around(
 
 
 def _round(robot: Robot, rng: np.random.Generator) -> Setting:
-    return _around(robot, rng, "circle", radius=rng.uniform(1.0, 2.0), speed=rng.uniform(0.8, 1.6), fastest=SPEED_LIMIT)
-
-
-def _reverse(robot: Robot, rng: np.random.Generator) -> Setting:
-    return _around(
-        robot, rng, "reverse_circle", radius=rng.uniform(1.0, 2.0), speed=rng.uniform(0.8, 1.6), fastest=SPEED_LIMIT
-    )
-
-
-def _fast_round(robot: Robot, rng: np.random.Generator) -> Setting:
-    speed = rng.uniform(2.2, 4.0)
-    return _around(robot, rng, "circle", radius=rng.uniform(2.0, 4.0), speed=speed, fastest=1.2 * speed)
+    return around(robot, rng, "circle", radius=rng.uniform(1.0, 2.0), speed=rng.uniform(0.8, 1.6), fastest=SPEED_LIMIT)
 
 
 def _parked(rng: np.random.Generator) -> Array:

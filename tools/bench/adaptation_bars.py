@@ -6,14 +6,16 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from figures import Figure
+from scipy import stats
 
 from sym2real.experiments.study.case import Case, Suite
-from sym2real.experiments.study.curves import Curve, curve_of, ratio, surely_above
+from sym2real.experiments.study.curves import CONFIDENCE, Curve, curve_of, ratio
 from sym2real.experiments.study.effort import Effort
 from sym2real.experiments.study.scratch import trajectories_to_converge
 from sym2real.experiments.study.suites import reference_errors
 from sym2real.experiments.study.sweep import Record
 from sym2real.robots import ROBOTS
+from sym2real.trajectory import Array
 
 Answers = Mapping[str, Record]
 FAR = 1.2  # of MuJoCo's own error: a case from which something can be gained
@@ -85,7 +87,7 @@ class Bars:
         curves = [(case, name, curve) for name in JUDGED for case, (curve,) in self.pairs(cases, name)]
         if not curves:
             return []
-        crashes = sum(curve.later_crashes for _, _, curve in curves)
+        crashes = sum(int(curve.crashes[:, 2:].sum()) for _, _, curve in curves)
         worse = [f"{case.title} {name}" for case, name, curve in curves if surely_above(curve.final, curve.zero_shot)]
         said = f" ({', '.join(worse)})" if worse else ""
         figures = [
@@ -129,6 +131,19 @@ class Bars:
         names = [name for name in self.answers if "_sr-nn_" in name]
         seconds = [self.answers[name]["rounds"][1]["learning"] for name in names]
         return [Figure("training on 400 rows, longest", max(seconds), "s", "<= 10")] if seconds else []
+
+
+def surely_above(first: Array, second: Array) -> bool:
+    """Whether errors are larger in the mean, beyond the 95 % interval of their paired differences.
+
+    Args:
+        first, second: ``# (seeds, episodes)``, the same starts and noise in the same places.
+    """
+    differences = (first - second).ravel()
+    if len(differences) < 2:
+        return False
+    half = float(stats.t.ppf(0.5 + CONFIDENCE / 2, len(differences) - 1)) * stats.sem(differences)
+    return bool(differences.mean() - half > 0)
 
 
 def _range(found: object) -> str:

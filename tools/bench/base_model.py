@@ -19,12 +19,13 @@ import torch
 import tyro
 from base_flown import CLOSED_LOOP_SEEDS, CM, STAGE_SEED, TEST_SEED, TRAIN_SEED, closed_loop, say, zero_shot
 from figures import Figure, report
+from wild_flights import reverse_drives, wild_drives, wild_flights
 
 from sym2real.adaptation import StageOne, stage_one
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import predict_windows
 from sym2real.effects import effect
-from sym2real.experiments.flights import car_drives, quadrotor_flights, reverse_drives
+from sym2real.experiments.flights import car_drives, quadrotor_flights
 from sym2real.experiments.learning import training_tasks
 from sym2real.plants import MujocoPlant
 from sym2real.regression import BeamSearch, dependence
@@ -80,7 +81,7 @@ def quadrotor_from_flights() -> list[Figure]:
     pushed = quadrotor_flights(3, TRAIN_SEED + 1, pushed=True)
     with_wrench, wrench_seconds = timed_fit(CRAZYFLIE, flights + pushed)
     inside = position_errors(equations, quadrotor_flights(20, TEST_SEED))
-    outside = position_errors(equations, quadrotor_flights(20, TEST_SEED, out_of_distribution=True))
+    outside = position_errors(equations, wild_flights(20, TEST_SEED))
     wind = with_true_wrench(
         quadrotor_flights(3, TEST_SEED, changes=(effect("wind", CRAZYFLIE).inject(fx=0.03),)), {"fx": lambda _: 0.03}
     )
@@ -132,7 +133,7 @@ def quadrotor_from_stage_one() -> list[Figure]:
     settings = StageOne(3, pushed=False, until_settled=False, seed=STAGE_SEED)
     base = stage_one(MujocoPlant(CRAZYFLIE), training_tasks(CRAZYFLIE), BeamSearch(), settings)
     inside = position_errors(base.equations, quadrotor_flights(20, TEST_SEED))
-    outside = position_errors(base.equations, quadrotor_flights(20, TEST_SEED, out_of_distribution=True))
+    outside = position_errors(base.equations, wild_flights(20, TEST_SEED))
     return [
         *spread("quadrotor, 3 Stage I episodes, 0.8 s", inside, "< 0.3"),
         *spread("quadrotor, 3 Stage I episodes, out of distribution", outside, "< 4"),
@@ -154,7 +155,7 @@ def car_from_stage_one() -> list[Figure]:
     )
     inside = position_errors(equations, car_drives(20, TEST_SEED))
     reverse = position_errors(equations, reverse_drives(20, TEST_SEED))
-    fast = position_errors(equations, car_drives(20, TEST_SEED, out_of_distribution=True))
+    fast = position_errors(equations, wild_drives(20, TEST_SEED))
     return [
         *spread("car, 5 Stage I episodes, 0.8 s", inside, "< 1.5", "< 4"),
         *spread("car, reverse driving", reverse, "", "< 20"),

@@ -19,6 +19,7 @@ import tyro
 from base_flown import TEST_SEED, TRAIN_SEED, say
 from base_model import position_errors
 from figures import Figure, report
+from wild_flights import wild_drives, wild_flights
 
 from sym2real.dataset import Dataset
 from sym2real.experiments.flights import car_drives, quadrotor_flights
@@ -67,10 +68,13 @@ def measured(engine: str, robot: Robot, training: Dataset, tests: tuple[Dataset,
 def main(options: Options) -> None:
     """Measure, print, write."""
     torch.set_num_threads(1)
-    kinds: tuple[tuple[Robot, Callable[..., Dataset]], ...] = ((CRAZYFLIE, quadrotor_flights), (MUSHR, car_drives))
+    kinds: tuple[tuple[Robot, Callable[..., Dataset], Callable[..., Dataset]], ...] = (
+        (CRAZYFLIE, quadrotor_flights, wild_flights),
+        (MUSHR, car_drives, wild_drives),
+    )
     figures: list[Figure] = []
-    for robot, fly in kinds:
-        tests = (fly(TESTS, TEST_SEED), fly(TESTS, TEST_SEED, out_of_distribution=True))
+    for robot, fly, wild in kinds:
+        tests = (fly(TESTS, TEST_SEED), wild(TESTS, TEST_SEED))
         for engine in options.engines:
             for count in options.counts:
                 figures += measured(engine, robot, fly(count, TRAIN_SEED), tests)

@@ -26,10 +26,10 @@ from hidden_scores import Record, confidences, confusion, figures, right
 from joblib import Parallel, delayed
 from rich.console import Console
 from rich.table import Table
+from standard_cases import standard_cases
 
 from sym2real.effects import equivalents
 from sym2real.experiments.models import cached_base
-from sym2real.experiments.standard_cases import standard_cases
 from sym2real.files import write_text
 from sym2real.layout import Layout
 from sym2real.robots import ROBOTS

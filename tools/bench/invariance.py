@@ -26,8 +26,9 @@ from log_changes import CHANGES, drawn_turn
 from repeated import Settings, share
 from rich.console import Console
 from rich.table import Table
+from standard_cases import SERIES
 
-from sym2real.experiments.standard_cases import hidden_case
+from sym2real.experiments.single_effects import hidden_case
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import ROBOTS
 
@@ -99,7 +100,7 @@ def tied_to_the_world(case: Case) -> bool:
 
 def job(robot: str, changes: Sequence[str], bases: dict[str, Base], seed: int) -> Disguised:
     """The case of a seed."""
-    return Disguised(hidden_case(robot, seed), tuple(changes), bases)
+    return Disguised(hidden_case(robot, SERIES[robot], seed), tuple(changes), bases)
 
 
 def bases_of(options: Options, robot: str) -> dict[str, Base]:

@@ -57,11 +57,6 @@ class Curve:
         mean = self.errors.mean(axis=(0, 2))
         return int(np.argmax(mean <= CONVERGED * self.final.mean()))
 
-    @property
-    def later_crashes(self) -> int:
-        """Crashes behind the first round."""
-        return int(self.crashes[:, 2:].sum())
-
 
 @dataclass(frozen=True)
 class Ratio:
@@ -91,19 +86,6 @@ def ratio(above: Array, below: Array) -> Ratio:
         return Ratio(float(np.exp(logs.mean())))
     half = float(stats.t.ppf(0.5 + CONFIDENCE / 2, len(logs) - 1)) * logs.std(ddof=1) / math.sqrt(len(logs))
     return Ratio(*(float(np.exp(logs.mean() + sign * half)) for sign in (0, -1, 1)))
-
-
-def surely_above(first: Array, second: Array) -> bool:
-    """Whether errors are larger in the mean, beyond the 95 % interval of their paired differences.
-
-    Args:
-        first, second: ``# (seeds, episodes)``, the same starts and noise in the same places.
-    """
-    differences = (first - second).ravel()
-    if len(differences) < 2:
-        return False
-    half = float(stats.t.ppf(0.5 + CONFIDENCE / 2, len(differences) - 1)) * stats.sem(differences)
-    return bool(differences.mean() - half > 0)
 
 
 def curve_of(records: Mapping[str, Record], case: str, contestant: str, seeds: Sequence[int]) -> Curve | None:

@@ -18,10 +18,10 @@ from typing import Any, Protocol, Self
 
 import numpy as np
 
+from hardware import arrow_stream
 from hardware.row import Row
 from sym2real.errors import DataError, MissingDependencyError, reason
 from sym2real.files import make_folder, write_text
-from sym2real.logs import arrow_file
 from sym2real.logs.grouping import layouts_to_json
 from sym2real.logs.table import read_table
 from sym2real.robots import Robot
@@ -71,7 +71,7 @@ class Recorder:
                 raise DataError(file, "a name that is free: no flight is written over another", "a file")
         make_folder(self.path.parent)
         if self.growing != self.path:
-            arrow_file.prepare()  # not in flight
+            arrow_stream.prepare()  # not in flight
         self._rows: queue.SimpleQueue[Row | None] = queue.SimpleQueue()
         self._failure: Exception | None = None
         self._written, self._first, self._reason = 0, math.nan, ""
@@ -99,7 +99,7 @@ class Recorder:
         if self._failure is not None:
             raise DataError(self.growing, "a file that can be written", reason(self._failure)) from self._failure
         if self.growing != self.path and self._written:
-            arrow_file.to_parquet(self.growing, self.path)
+            arrow_stream.to_parquet(self.growing, self.path)
             self.growing.unlink()
         self._describe({"ended": ended or self._reason or "closed in flight", "rows": self._written})
 
@@ -141,7 +141,7 @@ class Recorder:
         if self.growing == self.path:
             return _CsvFile(self.path, list(cells))
         metadata = {"layouts": layouts_to_json(self._robot.layouts), "name": self.path.stem, "notes": "[]"}
-        return arrow_file.ArrowStream(self.growing, {name: name in TEXTS for name in cells}, metadata)
+        return arrow_stream.ArrowStream(self.growing, {name: name in TEXTS for name in cells}, metadata)
 
     def _cells(self, row: Row) -> Cells:
         reading, layouts = row.reading, self._robot.layouts

@@ -5,14 +5,12 @@ A Parquet file without its footer is unreadable; a stream that a killed process 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 import pyarrow as pa
 
-from sym2real.errors import DataError, reason
+from sym2real.errors import DataError
 from sym2real.logs import parquet_file
 from sym2real.trajectory import Array
 
@@ -25,57 +23,11 @@ def read(path: Path) -> tuple[list[str], list[Array | Sequence[str]], int, dict[
     Raises:
         DataError: when the file is no Arrow stream.
     """
-    return parquet_file.parts(_whole_batches(path), path)
+    return parquet_file.parts(whole_batches(path), path)
 
 
-def prepare() -> None:
-    """Load what the first batch loads, pandas among it where it is installed: that takes part of a second."""
-    pa.RecordBatch.from_pylist([{"loaded": 0.0}])
-
-
-class ArrowStream:
-    """A file that rows are appended to; what has been appended survives the process.
-
-    Args:
-        path: of a new file.
-        columns: name → whether it holds text; else float64.
-        metadata: texts by name, as of a Parquet file of this package.
-
-    Raises:
-        DataError: when there is no writing there.
-    """
-
-    def __init__(self, path: Path, columns: Mapping[str, bool], metadata: Mapping[str, str]) -> None:
-        fields = [pa.field(name, pa.string() if text else pa.float64()) for name, text in columns.items()]
-        own = {parquet_file.PREFIX + key: value for key, value in metadata.items()}
-        self._schema = pa.schema(fields, metadata=own)
-        try:
-            self._file = path.open("xb")
-        except OSError as error:
-            raise DataError(path, "a new file", reason(error)) from error
-        self._writer = pa.ipc.new_stream(self._file, self._schema)
-
-    def append(self, rows: Sequence[Mapping[str, float | str]]) -> None:
-        """Rows by column, which are with the operating system when this returns."""
-        self._writer.write_batch(pa.RecordBatch.from_pylist(list(rows), self._schema))
-        self._file.flush()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._writer.close()
-        self._file.close()
-
-
-def to_parquet(stream: Path, target: Path) -> None:
-    """Write a stream's whole batches as a Parquet file."""
-    parquet_file.write_table(_whole_batches(stream), target)
-
-
-def _whole_batches(path: Path) -> pa.Table:
+def whole_batches(path: Path) -> pa.Table:
+    """Rows of all batches that are whole; see :func:`read`."""
     try:
         with path.open("rb") as file, pa.ipc.open_stream(file) as stream:
             batches, schema = [], stream.schema

@@ -134,18 +134,25 @@ def findings_list(findings: Sequence[Finding]) -> Table:
             scatter = "" if spread is None else f", logs one by one ± {number(spread, 2)}"
             interval = f"[dim]95 % {number(estimate.low)} … {number(estimate.high)}{scatter}[/]"
             table.add_row("", f"{escape(name)} = [bold]{escape(estimate.said)}[/]  {interval}")
-        if finding.confidence is not None:
-            table.add_row("reliability", finding.confidence.statement)
-        if finding.probability is not None:
-            others = "none, or another effect, in its place"
-            table.add_row("probability", f"{100 * finding.probability:.0f} % against {others}")
-        rivals = [rival for rival in finding.group if rival != finding.effect]
-        if rivals:
-            table.add_row("or", f"{escape(', '.join(rivals))}: these logs cannot tell")
-        if finding.separate_by:
-            table.add_row("tell apart", escape(finding.separate_by))
-        table.add_row("fix", escape(finding.fix))
+        for label, said in known_of(finding):
+            table.add_row(label, escape(said))
     return table
+
+
+def known_of(finding: Finding) -> list[tuple[str, str]]:
+    """What is known of a finding beside its values: label and text."""
+    facts = []
+    if finding.confidence is not None:
+        facts.append(("reliability", finding.confidence.statement))
+    if finding.probability is not None:
+        others = "none, or another effect, in its place"
+        facts.append(("probability", f"{100 * finding.probability:.0f} % against {others}"))
+    rivals = [rival for rival in finding.group if rival != finding.effect]
+    if rivals:
+        facts.append(("or", f"{', '.join(rivals)}: these logs cannot tell"))
+    if finding.separate_by:
+        facts.append(("tell apart", finding.separate_by))
+    return [*facts, ("fix", finding.fix)]
 
 
 def rivals_table(tried: Tried) -> Table:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from sym2real.diagnosis import Fault, Finding
 from sym2real.effects import effect
+from sym2real.report.diagnosis import known_of
 from sym2real.report.html.page import Card, Cards, Lines, Part, Section
 from sym2real.report.tables import number
 from sym2real.symbolic import Equations
@@ -27,24 +28,12 @@ def missing(base: Equations, findings: Sequence[Finding], faults: Sequence[Fault
 
 
 def _card(base: Equations, finding: Finding) -> Card:
-    facts = []
-    if finding.confidence is not None:
-        facts.append(("reliability", finding.confidence.statement))
-    if finding.probability is not None:
-        others = "none, or another effect, in its place"
-        facts.append(("probability", f"{100 * finding.probability:.0f} % against {others}"))
+    facts = [("removes", f"{100 * finding.share:.0f} % of the excess error")]
     if finding.provisional:
         facts.append(("provisional", "too few independent pieces of data for a test"))
     for name, estimate in finding.parameters.items():
         spread = finding.log_spread.get(name)
         scatter = "" if spread is None else f"; logs one by one ± {number(spread, 2)}"
         facts.append((name, f"{estimate.said} (95 %: {number(estimate.low)} … {number(estimate.high)}{scatter})"))
-    rivals = [rival for rival in finding.group if rival != finding.effect]
-    if rivals:
-        facts.append(("or instead", f"{', '.join(rivals)}: these logs cannot tell"))
-    if finding.separate_by:
-        facts.append(("what decides", finding.separate_by))
-    facts.append(("removes", f"{100 * finding.share:.0f} % of the excess error"))
-    facts.append(("fix", finding.fix))
     about = effect(finding.effect, finding.bound(base)).of.summary
-    return Card(finding.effect, about, [fact for fact in facts if fact[1]], finding.share)
+    return Card(finding.effect, about, [*facts, *known_of(finding)], finding.share)

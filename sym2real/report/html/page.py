@@ -20,7 +20,6 @@ class Table:
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
     reading: str = ""
-    kind: str = "table"
 
 
 @dataclass(frozen=True)
@@ -31,7 +30,6 @@ class Errors:
     reading: str
     rows: Sequence[tuple[str, str, float, float, float]]
     horizon: int
-    kind: str = "errors"
 
 
 @dataclass(frozen=True)
@@ -41,7 +39,6 @@ class Figures:
     title: str
     charts: Sequence[Chart]
     reading: str = ""
-    kind: str = "figures"
 
 
 @dataclass(frozen=True)
@@ -50,7 +47,6 @@ class Lines:
 
     title: str
     lines: Sequence[str]
-    kind: str = "lines"
 
 
 @dataclass(frozen=True)
@@ -69,7 +65,6 @@ class Cards:
 
     title: str
     cards: Sequence[Card]
-    kind: str = "cards"
 
 
 @dataclass(frozen=True)
@@ -89,7 +84,6 @@ class Formulas:
     formulas: Sequence[Formula]
     reading: str = ""
     folded: bool = False
-    kind: str = "formulas"
 
 
 Part = Table | Errors | Figures | Lines | Cards | Formulas

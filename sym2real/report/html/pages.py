@@ -6,11 +6,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from rich.text import Text
+
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Comparison, Diagnosis, compare
 from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.diagnosis.faults.sanity import check
-from sym2real.report.diagnosis import NOT_FORETOLD
+from sym2real.report.diagnosis import gate_line
 from sym2real.report.html.accuracy import accuracy
 from sym2real.report.html.added import curves, ladder_charts, ladder_rows
 from sym2real.report.html.arrays import Arrays
@@ -142,11 +144,7 @@ def _added(variants: Variants, found: Diagnosis, observed: Observed, arrays: Arr
         parts.append(Figures("One effect after the other, on held-out data", charts))
         parts.append(ladder_rows(found.ladder, found.held_out, apart=found.apart))
     if found.gate.best is not None:
-        best, passed = found.gate.best, "passed" if found.gate.passed else "not passed"
-        fall = f"the held-out error of {best.channel} after {best.horizon:g} s falls by {100 * best.part:.0f} %"
-        if not found.gate.foretold:
-            fall = NOT_FORETOLD
-        parts.append(Lines("", [f"Gate {passed}: {fall}."]))
+        parts.append(Lines("", [Text.from_markup(gate_line(found.gate, found.gate.best)).plain]))
     parts.append(curves(observed, arrays, switched=bool(found.findings)))
     equations: list[Formulas] = formulas(variants) if isinstance(variants, WithFindings) else []
     return [*parts, *equations]

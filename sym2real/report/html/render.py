@@ -73,6 +73,7 @@ def _charts(part: object) -> list[Chart]:
 def _environment() -> Environment:
     found = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     found.filters["figures"] = lambda value: "–" if not math.isfinite(value) else number(value)
+    found.filters["kind"] = lambda part: type(part).__name__
     return found
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import difflib
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 
@@ -79,3 +80,12 @@ class CompilationError(Sym2RealError):
 
 class MissingDependencyError(Sym2RealError, ImportError):
     """An optional package or program that is not installed; the message holds the command that installs it."""
+
+
+@contextmanager
+def needing(what: str, extra: str) -> Iterator[None]:
+    """Around imports of an extra: says what needs it, and the command that installs it, where it is missing."""
+    try:
+        yield
+    except ImportError as error:
+        raise MissingDependencyError(f"{what}: pip install 'sym2real[{extra}]'") from error

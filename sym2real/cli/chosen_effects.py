@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 
+from sym2real.cli.numbers import number_of
 from sym2real.effects import Effect, catalogue
 from sym2real.effects.body import Describable
 from sym2real.effects.kind import UNLIMITED, Parameter
@@ -94,7 +95,7 @@ def with_values(
     chosen: list[tuple[str, dict[str, float]]] = []
     for text in texts:
         name, equals, value = text.partition("=")
-        if not equals and chosen and not math.isnan(_number(text)):
+        if not equals and chosen and not math.isnan(number_of(text)):
             key = chosen[-1][0]
             raise ModelError(f"expected `{key} {parameter_of(key)}={text}`, found {text!r} alone")
         if not equals:
@@ -105,17 +106,9 @@ def with_values(
             key, values = chosen[-1]
             if name in values:
                 raise ModelError(f"{key}: expected {name} once, found {name}={values[name]:g} and {text}")
-            values[name] = number = _number(value)
+            values[name] = number = number_of(value)
             if not math.isfinite(number):
                 raise ModelError(f"parameter {name!r}: expected a number, found {value!r}")
         else:
             raise ModelError(f"expected {what} before its values, found {text!r}")
     return chosen
-
-
-def _number(text: str) -> float:
-    """NaN for a text that is none."""
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan

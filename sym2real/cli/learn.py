@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from rich.console import Console
 
-from sym2real.cli.numbers import Count, OptionalCount, OptionalSamples, Seed
+from sym2real.cli.numbers import Count, OptionalCount, OptionalSamples, Seed, number_of
 from sym2real.cli.of_logs import OfLogs
 from sym2real.cli.positionals import JsonFile, RobotName
 from sym2real.errors import ModelError, UnknownNameError
@@ -143,7 +143,7 @@ class Learn(OfLogs):
             name, _, value = typed.partition("=")
             if name not in (names := measured(self.robot).like.numbers):
                 raise UnknownNameError(f"number of {self.robot}", name, names)
-            if not _is_finite(value):
+            if not math.isfinite(number_of(value)):
                 raise ModelError(f"--numbers: expected {name}=VALUE with a finite number, found {typed!r}")
             found[name] = float(value)
         return found
@@ -159,10 +159,3 @@ class Learn(OfLogs):
             until_settled=self.episodes is None,
             seed=self.seed,
         )
-
-
-def _is_finite(text: str) -> bool:
-    try:
-        return math.isfinite(float(text))
-    except ValueError:
-        return False

@@ -69,6 +69,14 @@ def _whole(low: int, high: int) -> PrimitiveConstructorSpec[Any]:
     return option(int, "INT", f"a whole number {words}", lambda value: low <= value <= high)
 
 
+def number_of(text: str) -> float:
+    """NaN for a text that is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
 def steps_in(seconds: float, dt: float) -> int:
     """Control periods of ``dt`` s in a time in s.
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sym2real.errors import DataError, MissingDependencyError
+from sym2real.errors import DataError, needing
 from sym2real.layout import Layouts
 from sym2real.logs.grouping import layouts_to_json
 from sym2real.logs.reader import log_of_table
@@ -52,10 +52,8 @@ def log_of_frame(
 
 def frame_of_log(trajectory: Trajectory) -> pandas.DataFrame:
     """See :meth:`~sym2real.Trajectory.to_pandas`."""
-    try:
+    with needing("to_pandas needs pandas", "pandas"):
         import pandas as pd  # noqa: PLC0415 — an extra
-    except ImportError:
-        raise MissingDependencyError("to_pandas needs pandas: pip install 'sym2real[pandas]'") from None
     frame = pd.DataFrame(columns_of(trajectory))
     frame.attrs |= {LAYOUTS: layouts_to_json(trajectory.layouts), "name": trajectory.name}
     return frame

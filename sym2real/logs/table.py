@@ -199,11 +199,7 @@ def _number(cell: str) -> float:
 
 
 def _has_decimal_comma(cell: str) -> bool:
-    try:
-        float(cell.replace(",", ".", 1))
-    except ValueError:
-        return False
-    return "," in cell
+    return "," in cell and csv_file.is_number(cell.replace(",", ".", 1))
 
 
 def _short(cell: str) -> str:

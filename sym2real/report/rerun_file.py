@@ -18,7 +18,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import ROWS
 from sym2real.diagnosis.data.preparation import prepared
 from sym2real.diagnosis.data.windows import JUDGED_AT
-from sym2real.errors import MissingDependencyError
+from sym2real.errors import needing
 from sym2real.files import whole
 from sym2real.layout import Layout
 from sym2real.logs.pose import poses
@@ -48,10 +48,8 @@ def write_rerun(
         DataError: when there is no writing there.
         ShapeError: when a model's columns or time step are not those of the logs.
     """
-    try:
+    with needing("a recording for Rerun needs", "rerun"):
         import rerun
-    except ImportError:
-        raise MissingDependencyError("a recording for Rerun needs: pip install 'sym2real[rerun]'") from None
     states = {MEASURED: [log.state for log in data]} | {name: _predicted(model, data) for name, model in models.items()}
     with whole(path) as beside:
         stream = rerun.RecordingStream("sym2real")

@@ -14,7 +14,7 @@ import numpy as np
 import torch
 from numpy.typing import ArrayLike
 
-from sym2real.errors import MissingDependencyError
+from sym2real.errors import needing
 from sym2real.experiments.models import cached_base
 from sym2real.experiments.study.case import Case, load_suite
 from sym2real.experiments.study.effort import Effort, OfStudy
@@ -91,11 +91,9 @@ def trained(task: Task, steps: int, seed: int, tell: Tell) -> Policy:
     Raises:
         MissingDependencyError: without stable-baselines3.
     """
-    try:
+    with needing("PPO needs stable-baselines3", "rl"):
         from stable_baselines3 import PPO  # noqa: PLC0415 — an extra
         from stable_baselines3.common.callbacks import BaseCallback  # noqa: PLC0415
-    except ImportError as error:
-        raise MissingDependencyError("PPO needs stable-baselines3: pip install 'sym2real[rl]'") from error
     from sym2real.plants.gymnasium_view import TaskEnvironment  # noqa: PLC0415 — loads Gymnasium
 
     class Told(BaseCallback):  # type: ignore[misc]

@@ -19,7 +19,7 @@ import torch
 from joblib import Parallel, delayed
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-from sym2real.errors import DataError, MissingDependencyError, ModelError, Sym2RealError, reason
+from sym2real.errors import DataError, ModelError, Sym2RealError, needing, reason
 from sym2real.files import make_folder, read_object, write_text
 
 Record: TypeAlias = dict[str, Any]
@@ -184,10 +184,8 @@ def _on_this_machine(jobs: Sequence[Job], workers: int, status: Path) -> Iterato
 
 def _on_cluster(jobs: Sequence[Job], address: str, status: Path) -> Iterator[tuple[str, Record]]:
     """Answers as they come; the scheduler gives what a lost worker had begun to another."""
-    try:
+    with needing("a cluster needs dask.distributed", "cluster"):
         from distributed import Client, as_completed  # noqa: PLC0415 — an extra
-    except ImportError as error:
-        raise MissingDependencyError("a cluster needs dask.distributed: pip install 'sym2real[cluster]'") from error
     try:
         client = Client(address, timeout=CONNECT)
     except (OSError, ValueError) as error:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sym2real.errors import DataError, MissingDependencyError
+from sym2real.errors import DataError, needing
 from sym2real.logs.recordings import ros
 from sym2real.logs.recordings.messages import NANOSECONDS, Messages, gathered, numbers, recording
 from sym2real.logs.recordings.recording import Recording, Topic
@@ -29,10 +29,8 @@ def read(path: Path) -> Recording:
         DataError: when it cannot be read, or its messages are neither CDR nor JSON.
         MissingDependencyError: without the extra ``recordings``.
     """
-    try:
+    with needing("reading MCAP needs", "recordings"):
         from mcap.reader import make_reader
-    except ImportError:
-        raise MissingDependencyError("reading MCAP needs: pip install 'sym2real[recordings]'") from None
     stamps: defaultdict[str, list[int]] = defaultdict(list)
     rows: defaultdict[str, list[dict[str, float]]] = defaultdict(list)
     encodings: set[str] = set()

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sym2real.errors import MissingDependencyError
+from sym2real.errors import needing
 from sym2real.logs.pose import poses
 from sym2real.logs.recordings.mcap_file import OWN, POSE, TRANSFORM
 from sym2real.trajectory import Array, Trajectory
@@ -41,10 +41,8 @@ def write(
     Raises:
         MissingDependencyError: without the extra ``recordings``.
     """
-    try:
+    with needing("writing MCAP needs", "recordings"):
         from mcap.writer import Writer
-    except ImportError:
-        raise MissingDependencyError("writing MCAP needs: pip install 'sym2real[recordings]'") from None
     start = min(0.0, float(trajectory.time[0]))  # a stamp is no negative number
     stamps = [round((time - start) * SECOND) for time in trajectory.time.tolist()]
     topics: dict[str, Messages] = {f"/{group}": _rows(columns) for group, columns in groups.items() if columns}

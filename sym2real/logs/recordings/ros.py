@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from sym2real.errors import DataError, MissingDependencyError
+from sym2real.errors import DataError, needing
 from sym2real.logs.recordings.messages import LONGEST_LIST, Messages, gathered, numbers, recording
 from sym2real.logs.recordings.recording import Recording
 
@@ -37,11 +37,9 @@ def read(path: Path) -> Recording:
         DataError: when it cannot be read, or no topic holds numbers.
         MissingDependencyError: without the extra ``recordings``.
     """
-    try:
+    with needing("reading bags needs", "recordings"):
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
-    except ImportError:
-        raise MissingDependencyError("reading bags needs: pip install 'sym2real[recordings]'") from None
     try:
         # Bags of before ROS 2 Iron hold no definitions: those of the last release with them are taken.
         with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as bag:

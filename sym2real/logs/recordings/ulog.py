@@ -6,7 +6,7 @@ import sys
 from contextlib import redirect_stdout
 from pathlib import Path
 
-from sym2real.errors import DataError, MissingDependencyError
+from sym2real.errors import DataError, needing
 from sym2real.logs.recordings.messages import Messages, recording
 from sym2real.logs.recordings.recording import Recording
 
@@ -21,10 +21,8 @@ def read(path: Path) -> Recording:
         DataError: when it cannot be read.
         MissingDependencyError: without the extra ``recordings``.
     """
-    try:
+    with needing("reading ULog needs", "recordings"):
         from pyulog import ULog
-    except ImportError:
-        raise MissingDependencyError("reading ULog needs: pip install 'sym2real[recordings]'") from None
     try:
         # The library prints its warnings, where only results go.
         with redirect_stdout(sys.stderr):

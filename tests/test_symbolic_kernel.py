@@ -9,7 +9,7 @@ import pytest
 import torch
 from reference_models import flying, late, motor_lagged
 
-from sym2real.errors import ShapeError, UnknownNameError
+from sym2real.errors import ShapeError
 from sym2real.native import find_compiler, library
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic import Equations, compile_model, lift_constants, parse_expression, rollout
@@ -190,23 +190,6 @@ def test_models_that_work_much_go_to_c_and_say_the_same() -> None:
     values = torch.tensor(list(equations.parameters.values())).double().requires_grad_()
     rollout(model, state, actions, parameters=values).sum().backward()
     assert values.grad.isfinite().all()
-
-
-@needs_compiler
-def test_the_kernel_is_an_operator_that_scripts_can_call() -> None:
-    equations = MUSHR.nominal()
-    kernel = NativeRollout(equations, torch.float64)
-
-    @torch.jit.script
-    def ahead(name: str, state: torch.Tensor, actions: torch.Tensor) -> torch.Tensor:
-        return torch.ops.sym2real.rollout(name, state, actions)
-
-    state, actions, _ = operands(equations, torch.float64)
-    torch.testing.assert_close(ahead(kernel.name, state, actions), kernel(state, actions), rtol=0, atol=0)
-    name = kernel.name
-    del kernel
-    with pytest.raises(UnknownNameError, match="unknown kernel"):
-        torch.ops.sym2real.rollout(name, state, actions)
 
 
 @needs_compiler

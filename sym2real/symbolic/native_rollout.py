@@ -1,23 +1,19 @@
-"""Rollouts by compiled C: torch tensors in and out, also from scripted modules (``torch.ops.sym2real.rollout``)."""
+"""Rollouts by compiled C: torch tensors in and out."""
 
 from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
-from itertools import count
-from weakref import WeakValueDictionary
 
 import torch
 from torch import Tensor
 
-from sym2real.errors import ShapeError, UnknownNameError
+from sym2real.errors import ShapeError
 from sym2real.native import library
 from sym2real.symbolic.c_rollout import rollout_text
 from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.source import measured_inputs
 
-KERNELS: WeakValueDictionary[str, NativeRollout] = WeakValueDictionary()  # for as long as somebody keeps them
-_NUMBERS = count(1)
 DIMENSIONS = 8  # as in batch.h
 _Strides = ctypes.c_longlong * DIMENSIONS
 
@@ -46,7 +42,7 @@ class _Batch(ctypes.Structure):
 
 
 class NativeRollout:
-    """The rollout of equations as a compiled function; to scripts ``torch.ops.sym2real.rollout(kernel.name, …)``.
+    """The rollout of equations as a compiled function.
 
     Args:
         equations: what to roll out; their parameter values stand in where a call gives none.
@@ -62,8 +58,6 @@ class NativeRollout:
         self._needed = measured_inputs(equations)
         made = library(rollout_text(equations, single=dtype == torch.float32))
         self._function: Callable[[object], None] = made.roll_out
-        self.name = f"rollout {next(_NUMBERS)}"
-        KERNELS[self.name] = self
 
     def __call__(
         self, state: Tensor, actions: Tensor, inputs: Tensor | None = None, parameters: Tensor | None = None
@@ -132,19 +126,3 @@ def _operand(tensor: Tensor, batch: torch.Size, stepped: bool) -> _Operand:
         strides.append(tensor.stride(place) if size > 1 else 0)
     step = tensor.stride(-2) if stepped else 0
     return _Operand(tensor.data_ptr(), _Strides(*strides), step, tensor.stride(-1))
-
-
-def _by_name(
-    kernel: str, state: Tensor, actions: Tensor, inputs: Tensor | None = None, parameters: Tensor | None = None
-) -> Tensor:
-    kernel_found = KERNELS.get(kernel)
-    if kernel_found is None:
-        raise UnknownNameError("kernel", kernel, tuple(KERNELS))
-    return kernel_found(state, actions, inputs, parameters)
-
-
-_OPERATORS = torch.library.Library("sym2real", "FRAGMENT")
-_OPERATORS.define(
-    "rollout(str kernel, Tensor state, Tensor actions, Tensor? inputs=None, Tensor? parameters=None) -> Tensor"
-)
-_OPERATORS.impl("rollout", _by_name, "CPU")

@@ -15,7 +15,9 @@ from sym2real.diagnosis.estimate.weighing import whiten
 from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import effect
-from sym2real.robots import CRAZYFLIE
+from sym2real.experiments.models import cached_base
+from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.robots import CRAZYFLIE, ROBOTS
 
 OTHERS = (*LEFT_OUT, "rate_loop_gain", "mounting_tilt")
 FORCE = {"fx": 0.012, "fy": 0.006, "omega": 7.0}
@@ -62,3 +64,13 @@ def test_the_angle_in_the_logs_is_the_one_that_the_force_had() -> None:
     expected = Problem(alone, first).residuals(alone.null[None])
     torch.testing.assert_close(Problem(library, swung).residuals(values[None]), expected, rtol=1e-6, atol=1e-9)
     assert np.allclose(np.cos(swing.phases), 1.0, atol=0.05)
+
+
+def test_a_swing_that_moves_a_car_more_than_all_else_is_no_disturbance() -> None:
+    """What swings makes disturbances look larger, and so a large one was hidden where half of it was found."""
+    size = {"fx": -4.6, "fy": 1.8, "omega": 4.1}
+    data = simulate_case(Case("mushr", (("periodic_force", size),), seed=6))
+    first = diagnose(cached_base(ROBOTS["mushr"]), data).findings[0]
+    assert first.effect == "periodic_force"
+    assert first.values["omega"] == pytest.approx(size["omega"], rel=0.005)
+    assert np.hypot(first.values["fx"], first.values["fy"]) == pytest.approx(np.hypot(size["fx"], size["fy"]), rel=0.1)

@@ -171,10 +171,8 @@ def _falls(rows: _Rows, omegas: Array) -> Array:
     gradient, curvature = rows.by_log(omegas.tolist())
     half = gradient.shape[-1] // 2
     rest, inner = gradient[..., half:], curvature[..., half:, half:]
-    falls: Array = (
-        (gradient * solve(curvature, gradient)).sum((1, 2)) - (rest * solve(inner, rest)).sum((1, 2))
-    ).numpy()
-    return falls
+    falls = (gradient * solve(curvature, gradient)).sum((1, 2)) - (rest * solve(inner, rest)).sum((1, 2))
+    return falls.numpy()
 
 
 def _waves(rows: _Rows, omega: float) -> Tensor:

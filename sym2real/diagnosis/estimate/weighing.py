@@ -142,14 +142,24 @@ def weigh_errors(base: Refined) -> Weighed:
         base, weighed = _likelier(base, weighed)
     base = replace(base, notes=(*base.notes, *unpredicted_said(weighed.problem)))
     searched = base.searched
-    tried = candidates(searched, checked.data)
-    swing = None
-    if any(effect.searching.swings for effect in searched.effects.values()):
-        swing = find_swing(Problems.of(weighed.problem, weighed.whitening), weighed.values, len(tried))
-    if swing is not None:
-        checked = replace(checked, data=swing.in_data(checked.data))
-        tried, weighed = candidates(searched, checked.data), _whitened(searched, checked.data)
-    return Weighed(base, checked, tried, weighed, swing)
+    tried, swinging = candidates(searched, checked.data), _swinging(searched)
+    found, logs = weighed, checked.data
+    # Disturbances are smaller without what swings, and against these it is held.
+    for competitors in (1, len(tried)):
+        still = found.values.clone()
+        still[swinging] = searched.null[swinging]
+        problems = Problems.of(found.problem, found.whitening)
+        swing = find_swing(problems, still, competitors) if swinging else None
+        if swing is None:
+            return Weighed(base, checked, tried, weighed)
+        logs = swing.in_data(checked.data)
+        found = _whitened(searched, logs)
+    return Weighed(base, replace(checked, data=logs), candidates(searched, logs), found, swing)
+
+
+def _swinging(library: Library) -> list[int]:
+    """Slots of a force that swings."""
+    return [place for place, slot in enumerate(library.slots) if library.effects[slot.effect].searching.swings]
 
 
 def calibrate_base(weighed: Weighed) -> Prepared:

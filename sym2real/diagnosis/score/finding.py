@@ -162,10 +162,7 @@ def spread_over_logs(selection: Selection, candidate: Candidate, fit: Fit) -> di
 
 
 def findings(
-    selection: Selection,
-    near: Near | None,
-    groups: Mapping[str, tuple[str, ...]],
-    own: Calibration | None,
+    selection: Selection, near: Near | None, groups: Mapping[str, tuple[str, ...]], own: Calibration | None
 ) -> list[Finding]:
     """All chosen effects, in order of importance, each with its share in that order.
 

@@ -23,6 +23,7 @@ from sym2real.report.html.observed import Observed, observe
 from sym2real.report.html.page import Figures, Formulas, Lines, Page, Part, Section
 from sym2real.report.html.remaining import remaining
 from sym2real.report.html.render import write_page
+from sym2real.report.html.sentences import sentence
 from sym2real.report.html.variants import Given, Predicting, Variants, WithFindings
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Trajectory
@@ -144,7 +145,7 @@ def _added(variants: Variants, found: Diagnosis, observed: Observed, arrays: Arr
         parts.append(Figures("One effect after the other, on held-out data", charts))
         parts.append(ladder_rows(found.ladder, found.held_out, apart=found.apart))
     if found.gate.best is not None:
-        parts.append(Lines("", [Text.from_markup(gate_line(found.gate, found.gate.best)).plain]))
+        parts.append(Lines("", [sentence(Text.from_markup(gate_line(found.gate, found.gate.best)).plain)]))
     parts.append(curves(observed, arrays, switched=bool(found.findings)))
     equations: list[Formulas] = formulas(variants) if isinstance(variants, WithFindings) else []
     return [*parts, *equations]

@@ -20,11 +20,11 @@ from sym2real.diagnosis import Finding
 from sym2real.diagnosis.data.preparation import in_parts, prepared
 from sym2real.diagnosis.predict.library import shielded
 from sym2real.effects import Effect, compose, effect
-from sym2real.effects.filters import with_hidden_start
 from sym2real.effects.inputs import with_inputs
 from sym2real.effects.sensors import MeasuredModel
+from sym2real.effects.visible import VisibleModel, visible_state
 from sym2real.protocols import DynamicsModel
-from sym2real.symbolic import Equations, compile_model, rollout
+from sym2real.symbolic import Equations, compile_model
 from sym2real.symbolic.period import at_period
 
 MOST_SWITCHES = 5
@@ -151,24 +151,18 @@ def _compiled(equations: Equations, dt: float, apart: bool) -> torch.jit.ScriptM
     return compile_model(at_period(equations, dt, apart=apart), dtype=torch.float64)
 
 
-@dataclass(frozen=True)
-class _At:
+class _At(VisibleModel):
     """Compiled equations at values of their parameters, which hidden states start from too."""
 
-    compiled: torch.jit.ScriptModule
-    equations: Equations
+    def __init__(self, compiled: torch.jit.ScriptModule, equations: Equations) -> None:
+        self.compiled, self.equations, self.columns = compiled, equations, visible_state(equations).size
 
-    def __call__(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
-        known = None if inputs is None else inputs[..., None, :]
-        return self.rollout(state, action[..., None, :], known, None)[..., 0, :]
-
-    def rollout(self, state: Tensor, actions: Tensor, inputs: Tensor | None, parameters: None) -> Tensor:
-        """Visible states ``# (..., H, visible)``, as of :class:`~sym2real.effects.visible.VisibleModel`."""
-        del parameters  # they are those of the equations
-        first = inputs[..., 0, :] if inputs is not None and inputs.dim() >= actions.dim() else inputs
-        start = with_hidden_start(self.equations, state, actions[..., 0, :], first)
-        values = torch.tensor(list(self.equations.parameters.values()), dtype=torch.float64)
-        return rollout(self.compiled, start, actions, inputs, values)[..., : state.shape[-1]]
+    def rollout(
+        self, state: Tensor, actions: Tensor, inputs: Tensor | None = None, parameters: Tensor | None = None
+    ) -> Tensor:
+        """As of :class:`VisibleModel`; the parameters are those of the equations."""
+        parameters = torch.tensor(list(self.equations.parameters.values()), dtype=torch.float64)
+        return super().rollout(state, actions, inputs, parameters)
 
 
 def _switch(group: Sequence[Finding]) -> Switch:

@@ -12,6 +12,7 @@ from sym2real.effects.frames import axes, dot
 from sym2real.errors import ModelError
 from sym2real.layout import Layout
 from sym2real.symbolic import Equations, symbol
+from sym2real.symbolic.expressions import names_in
 from sym2real.vocabulary import FORCE, STEER_COLUMN
 
 AXES = ("x", "y", "z")
@@ -21,15 +22,15 @@ def push(equations: Equations, body: Body, force: Sequence[Expr] = (), torque: S
     """The equations with a force in N along world axes and a torque in N m about body axes.
 
     A wrench input that the equations use takes it exactly. Else velocity and position take ``dt F/m`` and
-    ``½ dt² F/m``, of a robot on wheels along its heading alone, and a rate command takes ``τ/(J K)``: approximate,
-    which the notes say.
+    ``½ dt² F/m``, of a robot on wheels along its heading alone and as far as its speed loop lets them, and a rate
+    command takes ``τ/(J K)``: approximate, which the notes say.
 
     Raises:
         ModelError: when the equations have no place for a component that is not zero.
     """
     exact = {axis for axis in AXES if uses(equations, f"f{axis}")}
     if force and body.on_wheels and not exact:
-        force = _along_the_heading(body, force)
+        force = _along_the_heading(body, force, (1.0 + _kept(equations)) / 2.0)
     changes: dict[str, Expr] = {}
     for axis, value in zip(AXES, force, strict=False):
         if not value.is_zero:
@@ -64,7 +65,20 @@ def uses(equations: Equations, name: str) -> bool:
     return name in equations.names and any(equations.depends(column, name) for column in equations.next)
 
 
-def _along_the_heading(body: Body, force: Sequence[Expr]) -> list[Expr]:
+def _kept(equations: Equations) -> float:
+    """Part of a speed that a speed loop leaves after a step, straight ahead; one where none is in the equations.
+
+    What a force gives in a step is so much less at its end, on average by half of what the loop takes.
+    """
+    speed, ahead = symbol("vx"), equations.next["vx"]
+    while derived := names_in(ahead) & equations.quantities.keys():
+        ahead = ahead.subs({symbol(name): equations.quantities[name] for name in derived})
+    rest = {symbol(name): 0.0 for name in equations.names} | {symbol("cos_yaw"): 1.0}
+    kept = float(ahead.diff(speed).subs(rest))
+    return kept if 0.0 < kept < 1.0 else 1.0
+
+
+def _along_the_heading(body: Body, force: Sequence[Expr], share: float) -> list[Expr]:
     """What of a force moves a robot whose tyres hold: its work along the heading, and on the turn, per metre."""
     forward, left = axes(body)
     force = force[: len(forward)]
@@ -72,7 +86,7 @@ def _along_the_heading(body: Body, force: Sequence[Expr]) -> list[Expr]:
     if STEER_COLUMN in body.layouts.action and "wheelbase" in body.numbers:
         lever = body.numbers.get("centre", 0.0) / body.number("wheelbase")
         ahead += lever * tan(symbol(STEER_COLUMN)) * dot(left, force)
-    return [ahead * component for component in forward]
+    return [share * ahead * component for component in forward]
 
 
 def _accelerated(equations: Equations, body: Body, axis: str, value: Expr) -> Equations:

@@ -14,6 +14,7 @@ from sym2real.diagnosis.estimate.swing import Swing, find_swing
 from sym2real.diagnosis.estimate.weighing import whiten
 from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import effect
 from sym2real.experiments.models import cached_base
 from sym2real.experiments.standard_set import Case, simulate_case
@@ -27,7 +28,9 @@ def found_in(data: Dataset) -> Swing | None:
     library = library_for(CRAZYFLIE.nominal(), data, OTHERS)
     problem, tried = Problem(library, data), candidates(library, data)
     whitened = whiten(problem, tried)
-    return find_swing(Problems.of(whitened.problem, whitened.whitening), whitened.values, len(tried))
+    return find_swing(
+        Problems.of(whitened.problem, whitened.whitening), whitened.values, SETTINGS.false_alarms / len(tried)
+    )
 
 
 def test_no_swing_is_found_in_flights_on_periodic_paths() -> None:

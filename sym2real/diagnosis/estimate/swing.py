@@ -106,13 +106,13 @@ class _Rows:
         )
 
 
-def find_swing(problems: Problems, values: Tensor, competitors: int) -> Swing | None:
+def find_swing(problems: Problems, values: Tensor, chance: float) -> Swing | None:
     """The swing that the residuals hold beyond chance, if there is one.
 
     Args:
         problems: data and their whitening; the equations have forces among their inputs.
         values: parameter set of a fit that leaves little ``# (P,)``.
-        competitors: number of other hypotheses.
+        chance: of a false alarm, shared among the frequencies.
     """
     problem = problems.problem
     names = [name for name in FORCES if uses(problem.library.equations, name)]
@@ -131,7 +131,7 @@ def find_swing(problems: Problems, values: Tensor, competitors: int) -> Swing | 
     fine = omega + step * np.arange(-FINE, FINE + 1) / FINE
     omega = float(fine[_falls(rows, fine).argmax()])
     looks = max(1, len(grid) // OVERSAMPLED)
-    if _chance(rows, problems, omega) > SETTINGS.false_alarms / max(1, competitors) / looks:
+    if _chance(rows, problems, omega) > chance / looks:
         return None
     return Swing(omega, _deviation(rows, omega, step / FINE), _phases(rows, omega, len(problem.data)))
 

@@ -22,11 +22,13 @@ from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.nuisance import nuisance_of
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.predict.unpredicted import unpredicted_said
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import effect
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
 from sym2real.symbolic.mass_normalised import PER_KILOGRAM
 
+PROMISING = 0.05  # chance below which a swing is worth another estimate of the disturbances
 NO_SWING = "nothing in these logs swings at a frequency that is not the path's"
 
 # Times that variances are estimated from over-fitted residuals, each over-fit weighed by the last estimate.
@@ -142,24 +144,18 @@ def weigh_errors(base: Refined) -> Weighed:
         base, weighed = _likelier(base, weighed)
     base = replace(base, notes=(*base.notes, *unpredicted_said(weighed.problem)))
     searched = base.searched
-    tried, swinging = candidates(searched, checked.data), _swinging(searched)
-    found, logs = weighed, checked.data
+    tried, found, logs = candidates(searched, checked.data), weighed, checked.data
+    swinging = [k for k, slot in enumerate(searched.slots) if searched.effects[slot.effect].searching.swings]
     # Disturbances are smaller without what swings, and against these it is held.
-    for competitors in (1, len(tried)):
+    for chance in (PROMISING, SETTINGS.false_alarms / max(1, len(tried))):
         still = found.values.clone()
         still[swinging] = searched.null[swinging]
-        problems = Problems.of(found.problem, found.whitening)
-        swing = find_swing(problems, still, competitors) if swinging else None
+        swing = find_swing(Problems.of(found.problem, found.whitening), still, chance) if swinging else None
         if swing is None:
             return Weighed(base, checked, tried, weighed)
         logs = swing.in_data(checked.data)
         found = _whitened(searched, logs)
     return Weighed(base, replace(checked, data=logs), candidates(searched, logs), found, swing)
-
-
-def _swinging(library: Library) -> list[int]:
-    """Slots of a force that swings."""
-    return [place for place, slot in enumerate(library.slots) if library.effects[slot.effect].searching.swings]
 
 
 def calibrate_base(weighed: Weighed) -> Prepared:

@@ -229,6 +229,17 @@ def test_counts_of_a_wheel_get_the_scale_that_the_path_says(tmp_path: Path) -> N
     assert spec.columns["wheel_speed"].scale == pytest.approx(1.0 / 4614.0, rel=0.01)
 
 
+@pytest.mark.parametrize(("command", "reference"), [("v_ref", None), ("speed_cmd", "v_ref")])
+def test_a_speed_that_was_asked_for_is_the_command_where_there_is_no_other(
+    command: str, reference: str | None, tmp_path: Path
+) -> None:
+    states, inputs = drive()
+    names = ["t", "x", "y", "yaw", "speed_meas", "delta_ref", command, *([reference] if reference else [])]
+    values = np.column_stack([states[:-1], inputs, *([0.0 * inputs[:, 1]] if reference else [])])
+    columns = inspect_logs(written(tmp_path / "log.csv", values, names)).spec.columns
+    assert (columns["speed"].column, columns["wheel_speed"].column) == (command, "speed_meas")
+
+
 def test_a_model_gets_the_step_of_its_logs_and_no_row_is_lost(tmp_path: Path) -> None:
     files = [str(file) for file in in_two(tmp_path)]
     spec = LogSpec.load(_inspected(files, tmp_path))

@@ -71,7 +71,8 @@ def summary(
         parts.append(f"but {_risen(gate.worse[0]) if gate.worse else _failed(gate.best)}")
     if provisional or (answer == "CANNOT_TELL" and not findings and not interrupted):
         tested = ", so that no finding can be tested" if findings else ""
-        parts.append(f"too little data: fewer than {SETTINGS.fewest_pieces} independent pieces of a second{tested}")
+        pieces = f"{SETTINGS.fewest_pieces} independent pieces of a second (some 15 s)"
+        parts.append(f"too little data: fewer than {pieces}{tested}")
     if interrupted:
         parts.append(f"{interrupted} was interrupted before it ended")
     sentence = "; ".join(parts)

@@ -222,15 +222,19 @@ def _settle_motors(result: Assignment) -> None:
 
 
 def _settle_speed(result: Assignment) -> None:
-    """A car's commanded speed, and that of its wheels; where only one speed is there, it stands for the command."""
+    """A car's commanded speed, and that of its wheels; where only one speed is there, it stands for the command.
+
+    A reference of the speed is what was asked for: without a command it is the command.
+    """
     columns = result.columns
-    measured = columns.pop("measured speed", None)
-    columns.pop("ref_speed", None)
+    measured, reference = columns.pop("measured speed", None), columns.pop("ref_speed", None)
     if not result.is_car:
         columns.pop("wheel_speed", None)
         return
     if "speed" not in columns and "ref_vx" in columns and "ref_vy" not in columns:
         columns["speed"] = columns.pop("ref_vx")
+    if reference is not None:
+        columns.setdefault("speed", reference)
     for column in (measured, columns.pop("wheel_speed", None)):
         if column is not None:
             columns.setdefault("wheel_speed" if "speed" in columns else "speed", column)

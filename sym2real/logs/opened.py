@@ -75,8 +75,8 @@ class Opened:
         log = add_derived(log, self.spec, self.layouts)
         known = self.layouts or Layouts.of(log.columns)
         if not known.state.size:
-            names = ", ".join(self.whole.columns)
-            raise DataError(self.table.path, "standard state columns, or a log specification", f"columns {names}")
+            expected = "standard state columns, or a log specification (--spec; `sym2real inspect` proposes one)"
+            raise DataError(self.table.path, expected, f"columns {', '.join(self.whole.columns)}")
         if self.dt is not None and len(log.time) > 1 and not is_regular(log.time, self.dt):
             log = resample(log, self.dt, known)
         name = _metadata(self.table, "name") or self.table.path.stem

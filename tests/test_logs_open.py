@@ -240,6 +240,17 @@ def test_a_speed_that_was_asked_for_is_the_command_where_there_is_no_other(
     assert (columns["speed"].column, columns["wheel_speed"].column) == (command, "speed_meas")
 
 
+def test_a_car_that_starts_on_a_circle_is_not_said_to_steer_the_wrong_way(tmp_path: Path) -> None:
+    """It turns faster and faster while pure pursuit steers less and less, always to the left."""
+    time = STEP * np.arange(ROWS)
+    speed, steer = 1.0 - np.exp(-time / 0.4), 0.3 - 0.02 * (1.0 - np.exp(-time / 0.8))
+    yaw = np.cumsum(speed * np.tan(steer) / 0.3) * STEP
+    x, y = (np.cumsum(speed * part(yaw)) * STEP for part in (np.cos, np.sin))
+    values = np.column_stack([time, x, y, yaw, np.ones(ROWS), steer])
+    proposed = inspect_logs(written(tmp_path / "log.csv", values, ["t", "x", "y", "yaw", "speed_cmd", "steer_cmd"]))
+    assert "turns right" not in proposed.toml()
+
+
 def test_a_model_gets_the_step_of_its_logs_and_no_row_is_lost(tmp_path: Path) -> None:
     files = [str(file) for file in in_two(tmp_path)]
     spec = LogSpec.load(_inspected(files, tmp_path))

@@ -82,7 +82,10 @@ def _counted_thrust(draft: Draft, column: str, values: Series, level: float, ans
 
 
 def _answer(draft: Draft, command: Series, response: Series) -> _Answer:
-    """The delay and correlation of a response; nothing where none is known, or it is too weak to count."""
+    """The delay and correlation of a response; nothing where none is known, or it is too weak to count.
+
+    It is reversed where its mean is, too: a car that starts on a circle turns faster and faster, and steers less.
+    """
     if not response:
         return _Answer()
     rows = max(1, int(LONGEST_DELAY / float(np.median(np.diff(draft.stamps[0])))))
@@ -90,7 +93,9 @@ def _answer(draft: Draft, command: Series, response: Series) -> _Answer:
     late = shift * float(np.median(np.diff(draft.stamps[0])))
     if abs(found) <= WEAK:
         return _Answer()
-    return _Answer(f"; answered {1e3 * late:.0f} ms later (correlation {found:+.2f})", found < 0)
+    together = sum(float(given @ came) for given, came in zip(command, response, strict=True))
+    said = f"; answered {1e3 * late:.0f} ms later (correlation {found:+.2f})"
+    return _Answer(said, found < 0 and together < 0)
 
 
 def _motors(draft: Draft) -> None:

@@ -12,6 +12,7 @@ import queue
 import threading
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import closing
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Protocol, Self
@@ -41,11 +42,9 @@ class Appended(Protocol):
         """Rows by column, safe with the operating system when this returns."""
         ...
 
-    def __enter__(self) -> Self: ...
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None: ...
+    def close(self) -> None:
+        """End the file."""
+        ...
 
 
 class Recorder:
@@ -117,7 +116,7 @@ class Recorder:
             return
         self._first = first.reading.time
         try:
-            with self._file(self._cells(first)) as file:
+            with closing(self._file(self._cells(first))) as file:
                 self._append_all(file, first)
         except Exception as error:
             self._failure = error
@@ -178,12 +177,7 @@ class _CsvFile:
         self._writer.writerows(rows)
         self._file.flush()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def close(self) -> None:
         self._file.close()
 
 

@@ -57,7 +57,9 @@ class FreeRuns:
         From measured starts an equation that soon forgets them would seem better than one that keeps their noise.
         """
         with np.errstate(over="ignore", invalid="ignore"):
-            squares: Array = np.square(self._linearised(added)[0]).mean(axis=1)
+            run = self.run(added)
+            errors = self._beside_start(added, run, (run - self.measured)[:, :, None])
+            squares: Array = np.square(errors[:, :, 0]).mean(axis=1)
         return np.minimum(np.nan_to_num(squares, nan=DIVERGED, posinf=DIVERGED), DIVERGED)
 
     def run(self, added: Polynomial, beside: float = 0.0) -> Array:
@@ -96,11 +98,15 @@ class FreeRuns:
         steps = np.diag(self.near / np.maximum(size, np.finfo(float).tiny))
         moved = [self.run(Polynomial(terms, added.coefficients + step)) for step in steps]
         slopes = [(other - run) / step.sum() for other, step in zip(moved, steps, strict=True)]
-        both = np.stack([run - self.measured, *slopes], axis=2)
-        along = (self.run(added, self.near) - run) / self.near
-        along = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), np.finfo(float).tiny)
-        both = both - along[:, :, None] * np.einsum("rs,rsk->rk", along, both)[:, None]
+        both = self._beside_start(added, run, np.stack([run - self.measured, *slopes], axis=2))
         return both[:, :, 0], both[:, :, 1:]
+
+    def _beside_start(self, added: Polynomial, run: Array, parts: Array) -> Array:
+        """What of runs' parts ``# (runs, rows, k)`` another start does not explain."""
+        along = self.run(added, self.near) - run
+        along = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), np.finfo(float).tiny)
+        beside: Array = parts - along[:, :, None] * np.einsum("rs,rsk->rk", along, parts)[:, None]
+        return beside
 
     def _weights(self, added: Polynomial) -> Array:
         """Roots of Huber's weights of whole runs: a row that is far off is in few of them ``# (runs,)``."""

@@ -29,10 +29,9 @@ class Settings:
     fewest_logs: int = _of(6, "theory", "logs from which whole logs are tested as well, each with a trim of its own")
     residual_chance: float = _of(0.05, "theory", "chance of calling white residuals correlated, shared among the lags")
     error_fall: float = _of(0.10, "theory", "part of an error whose coming or going matters to a user")
-    gain: float = _of(0.01, "tuned", "part of the held-out loss that an effect must save: null sets show 0.002")
-    gain_beside: float = _of(
-        0.03, "tuned", "the same of an effect where logs are few, or a constant, beside one of a wrong form: real logs"
-    )
+    gain: float = _of(0.005, "tuned", "part of the held-out loss that an effect must save: null sets show 0.002")
+    gain_beside: float = _of(0.01, "tuned", "the same beside another effect, whose form may be wrong: simulated logs")
+    gain_few: float = _of(0.03, "tuned", "the same beside another where logs are few, or of a constant: real logs")
     most_findings: int = _of(8, "theory", "effects in one set: more have no test left on the logs of a day")
     odds: float = _of(0.05, "theory", "weight beside a finding from which another may be what is there")
     worth_a_line: float = _of(0.5, "theory", "part of a hypothesis's gain from which a rival of it is listed")
@@ -118,6 +117,10 @@ class Settings:
     statement_r2: float = _of(0.15, "tuned", "R² on unseen logs of a statement where errors are large: simulated logs")
     statement_alike: float = _of(0.05, "tuned", "R² by which a plainer feature may be worse: simulated logs")
     statement_ratio: float = _of(1.5, "theory", "times that an error must be larger to be worth a statement")
+
+    def gain_of(self, effects: int) -> float:
+        """Part of the held-out loss that an effect must save in a set of so many."""
+        return self.gain_beside if effects > 1 else self.gain
 
 
 SETTINGS = Settings()

@@ -18,7 +18,8 @@ sensor on the angle, says so as well: noise makes the one slope too small and th
 true one lies between (C. Gini, Metron 1, 1921).
 
 A controller that sees a noisy angle answers the noise: the rate follows it a row later, as if the sensor were early. So
-a shift is one only where the angle's changes miss more without it than the angle's own noise.
+a shift is one only where the angle's changes miss more without it than the angle's own noise, or hardly any of that
+noise with it: then the sensor's values were computed from the angle's.
 """
 
 from __future__ import annotations
@@ -42,6 +43,7 @@ from sym2real.vocabulary import ATTITUDE, HEADING, POSITION
 
 STRETCH = 0.4  # s
 EARLIEST, LATEST = -5, 12
+COMPUTED = 0.1  # of the variance of an angle's noise: what misses less was computed from that angle
 
 
 @dataclass(frozen=True)
@@ -102,8 +104,7 @@ def measured_by(state: Layout, of: str) -> tuple[str, tuple[str, ...]]:
 
 
 def _reading(logs: Sequence[Trajectory], column: str, of: str, honest: float) -> Reading | None:
-    turns = column in RATES
-    changes = [turning(log, column) * np.diff(log.time) if turns else np.diff(log.column(of)) for log in logs]
+    changes = [turning(log, column) * np.diff(log.time) if column in RATES else np.diff(log.column(of)) for log in logs]
     dt = float(np.median(np.concatenate([np.diff(log.time) for log in logs])))
     length = max(5, round(STRETCH / dt))
     tables = {rows: _stretches(logs, column, changes, length, rows) for rows in range(EARLIEST, LATEST + 1)}
@@ -114,8 +115,7 @@ def _reading(logs: Sequence[Trajectory], column: str, of: str, honest: float) ->
     # A likelihood ratio, which must be as far beyond chance as the rest.
     if len(tables[0]) * np.log(max(left[0], 1e-300) / max(left[rows], 1e-300)) < SETTINGS.sensor_deviations**2:
         rows = 0
-    values, covariance, _ = _fit(tables[rows])
-    inverse, constant, late = values
+    (inverse, constant, late), covariance, _ = _fit(tables[rows])
     if inverse <= 0:
         return None
     spread = np.sqrt(covariance.diagonal())
@@ -134,16 +134,15 @@ def _reading(logs: Sequence[Trajectory], column: str, of: str, honest: float) ->
         and abs(bias) > SETTINGS.sensor_bias * max(1.0, scale),
         "shift": abs(shift) > SETTINGS.sensor_deviations * spread[2] / inverse
         and abs(shift) > honest * dt
-        and _misses_more(tables[0], noise**2 + 2.0 * of_angle**2),
+        and (left[rows] < COMPUTED * of_angle**2 or _misses_more(tables[0], noise**2 + 2.0 * of_angle**2)),
     }
-    correlation = float(np.corrcoef(tables[rows][:, 0], tables[rows][:, 1])[0, 1])
     return Reading(
         column,
         POSITION.name if of in POSITION.columns else of,
         scale if sure["scale"] else 1.0,
         bias if sure["bias"] else 0.0,
         shift if sure["shift"] else 0.0,
-        correlation,
+        correlation=float(np.corrcoef(tables[rows][:, 0], tables[rows][:, 1])[0, 1]),
     )
 
 

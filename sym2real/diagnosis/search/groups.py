@@ -40,4 +40,4 @@ def as_good(near: Near, without: Tensor, rival: Tensor) -> bool:
     if price(float(rival.sum()), count) >= price(float(without.sum()), count - 1):
         return False
     beyond = 1.0 - float(chosen.sum()) / float(rival.sum())
-    return beyond < SETTINGS.gain or float(near.weights(torch.stack([chosen, rival]))[1]) > SETTINGS.odds
+    return beyond < SETTINGS.gain_beside or float(near.weights(torch.stack([chosen, rival]))[1]) > SETTINGS.odds

@@ -65,7 +65,7 @@ class Selection:
         it from trim (see ``needed.py``).
         """
         logs_tell = self.problems.log_count >= SETTINGS.fewest_logs
-        beside = SETTINGS.gain if logs_tell else SETTINGS.gain_beside
+        beside = SETTINGS.gain_beside if logs_tell else SETTINGS.gain_few
         return loss / ((1 - SETTINGS.gain) * (1 - beside) ** (count - 1)) if count else loss
 
     def put(self, chosen: Sequence[Candidate], fit: Fit) -> None:
@@ -102,7 +102,7 @@ class Selection:
         """A set with each of the effects that promise something beside it, best first."""
         if effects.names not in self._larger:
             reference, screened = self._screening(effects)
-            most = (1 - PROMISING * SETTINGS.gain) * reference
+            most = (1 - PROMISING * SETTINGS.gain_of(len(effects.chosen) + 1)) * reference
             promising = [(candidate, start) for loss, candidate, start in screened[:REFITTED] if loss <= most]
             self._larger[effects.names] = self.refitted(effects.chosen, promising)
         return self._larger[effects.names]

@@ -111,7 +111,7 @@ def find_constants(
     constants = Constants.of(problems.problem, spread, problems.whitening, selection.fit.values)
     of_base = None if own is None else Constants.of(own.problem, own.spread, own.whitening, own.origin).sizes
     waiting = torch.tensor([name not in exclude for name in constants.names])
-    least = (SETTINGS.gain_beside if selection.chosen else SETTINGS.gain) * selection.loss
+    least = (SETTINGS.gain_few if selection.chosen else SETTINGS.gain) * selection.loss
     chances, leftovers = SETTINGS.false_alarms / len(constants.names), list[Leftover]()
     while True:
         fall, most = constants.held_out(problems.folds)

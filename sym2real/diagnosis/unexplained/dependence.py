@@ -123,7 +123,7 @@ class Terms:
         judged, whitening = self.alone(judged)
         fall = judged.fall(self.problems.folds)
         gain = fall / self.loss(whitening)
-        needed = SETTINGS.gain if self.features[judged.name].within else SETTINGS.term_gain
+        needed = SETTINGS.gain_beside if self.features[judged.name].within else SETTINGS.term_gain
         if gain <= needed or not self.beyond_chance(judged):
             return None
         return Accepted(judged, whitening, gain, min(1.0, fall / judged.most))

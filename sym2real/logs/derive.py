@@ -1,8 +1,11 @@
 """Quantities that a log does not hold and that follow from those it does.
 
-A rate of change is the slope, at the row, of the parabola fitted by least squares to the five rows around it
-(three on either end of a short log): on regular stamps this is the filter of A. Savitzky and M. Golay (Analytical
-Chemistry 36(8), 1964), and it is exact for motions of constant acceleration on any stamps.
+A rate of change is the slope, at the row, of the parabola fitted by least squares to a few rows around it (fewer on
+either end of a short log): on regular stamps this is the filter of A. Savitzky and M. Golay (Analytical Chemistry
+36(8), 1964), and it is exact for motions of constant acceleration on any stamps.
+
+A rate that a model predicts is smoothed over one of the model's steps to either side and no further: a step of a
+command that is spread over more looks like a lag of the robot, while equations and diagnoses are fitted under noise.
 """
 
 from __future__ import annotations
@@ -14,11 +17,18 @@ from numpy.typing import NDArray
 from sym2real import rotation
 from sym2real.trajectory import Array
 
-WINDOW = 5
+SHORTEST, USUAL = 3, 5
 
 
-def _windows(rows: int) -> NDArray[np.int64]:
-    width = min(WINDOW, rows)
+def rows_around(time: Array, dt: float | None) -> int:
+    """How many rows lie within a step of a model to either side of one, itself with them; at least three."""
+    if dt is None or len(time) < 2:
+        return SHORTEST
+    return max(SHORTEST, 2 * round(dt / float(np.median(np.diff(time)))) + 1)
+
+
+def _windows(rows: int, around: int) -> NDArray[np.int64]:
+    width = min(around, rows)
     start = np.clip(np.arange(rows) - width // 2, 0, rows - width)
     return start[:, None] + np.arange(width)  # (rows, width)
 
@@ -34,16 +44,22 @@ def _slope_weights(time: Array, windows: NDArray[np.int64]) -> Array:
     return weights  # (rows, width)
 
 
-def slope(time: Array, values: Array) -> Array:
-    """Rate of change of ``values`` ``# (rows, ...)`` per second at each of the stamps ``# (rows,)``."""
+def slope(time: Array, values: Array, around: int = USUAL) -> Array:
+    """Rate of change of ``values`` ``# (rows, ...)`` per second at each of the stamps ``# (rows,)``.
+
+    Args:
+        time: s.
+        values: at these times.
+        around: rows that the parabola goes through.
+    """
     if len(time) < 2:
         return np.zeros_like(values)
-    windows = _windows(len(time))
+    windows = _windows(len(time), around)
     result: Array = np.einsum("rw,rw...->r...", _slope_weights(time, windows), values[windows])
     return result
 
 
-def rolling(time: Array, position: Array, yaw: Array, wheel: Array) -> Array:
+def rolling(time: Array, position: Array, yaw: Array, wheel: Array, around: int) -> Array:
     """World velocity ``# (rows, 2)`` of a car, m/s: along the heading its wheels' speed, across it the path's slope.
 
     A wheel whose speed has no direction (no value below zero) turns backwards where the path does.
@@ -53,10 +69,11 @@ def rolling(time: Array, position: Array, yaw: Array, wheel: Array) -> Array:
         position: m ``# (rows, 2)``.
         yaw: rad ``# (rows,)``.
         wheel: m/s ``# (rows,)``.
+        around: rows that the path's slope is taken over.
     """
     ahead = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
     left = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
-    path = slope(time, position)
+    path = slope(time, position, around)
     forward = np.sum(path * ahead, axis=1)
     if wheel.min() >= 0.0:
         # Half of its speed: noise of a path at rest changes no sign.
@@ -66,11 +83,11 @@ def rolling(time: Array, position: Array, yaw: Array, wheel: Array) -> Array:
     return result
 
 
-def body_rate(time: Array, quaternion: Array) -> Array:
+def body_rate(time: Array, quaternion: Array, around: int = USUAL) -> Array:
     """Angular velocity in body axes, rad/s ``# (rows, 3)``, of attitudes w x y z, body→world ``# (rows, 4)``."""
     if len(time) < 2:
         return np.zeros((len(time), 3))
-    windows = _windows(len(time))
+    windows = _windows(len(time), around)
     here = torch.from_numpy(quaternion)
     turn = rotation.logarithm(rotation.multiply(rotation.conjugate(here[:, None]), here[torch.from_numpy(windows)]))
     result: Array = np.einsum("rw,rwk->rk", _slope_weights(time, windows), turn.numpy())

@@ -72,7 +72,7 @@ class Opened:
         if suffix:
             note = f"{CUT}: rows {self.table.line(start)} to {self.table.line(stop - 1)}"
             log = replace(log, notes=(*log.notes, note))
-        log = add_derived(log, self.spec, self.layouts)
+        log = add_derived(log, self.spec, self.layouts, self.dt)
         known = self.layouts or Layouts.of(log.columns)
         if not known.state.size:
             expected = "standard state columns, or a log specification (--spec; `sym2real inspect` proposes one)"

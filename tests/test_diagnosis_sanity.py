@@ -251,19 +251,3 @@ def test_a_controller_that_answers_a_noisy_heading_is_no_late_gyro(seed: int) ->
     late = Dataset([answered_noise(seed, 0.4, late=3), answered_noise(100 + seed, 0.4, late=3)])
     (shift,) = [one.shift for one in readings(late) if one.column == "wz"]
     assert shift == pytest.approx(0.15, abs=0.03)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_velocities_computed_from_noisy_positions_are_half_a_row_late(seed: int) -> None:
-    """However noisy they are: with the shift they miss the positions by less than the positions' own noise."""
-    rng, logs = np.random.default_rng(seed), []
-    for log in simulate_case(Case("mushr", (), seed=50 + seed), trajectories=4):
-        state = log.state.copy()
-        for coordinate, rate in log.layouts.state.rates.items():
-            position = log.column(coordinate) + 0.01 * rng.standard_normal(len(log))
-            state[:, log.layouts.state.index(coordinate)] = position
-            state[:, log.layouts.state.index(rate)] = np.diff(position, prepend=position[0]) / 0.05
-        logs.append(replace(log, state=state))
-    late = {reading.column: reading.shift for reading in readings(Dataset(logs), honest=0.0)}
-    assert late == {"vx": pytest.approx(0.025, abs=1e-3), "vy": pytest.approx(0.025, abs=1e-3)}
-    assert readings(Dataset(logs)) == ()

@@ -18,8 +18,7 @@ sensor on the angle, says so as well: noise makes the one slope too small and th
 true one lies between (C. Gini, Metron 1, 1921).
 
 A controller that sees a noisy angle answers the noise: the rate follows it a row later, as if the sensor were early. So
-a shift is one only where the angle's changes miss more without it than the angle's own noise, or hardly any of that
-noise with it: then the sensor's values were computed from the angle's.
+a shift is one only where the angle's changes miss more without it than the angle's own noise.
 """
 
 from __future__ import annotations
@@ -43,7 +42,6 @@ from sym2real.vocabulary import ATTITUDE, HEADING, POSITION
 
 STRETCH = 0.4  # s
 EARLIEST, LATEST = -5, 12
-COMPUTED = 0.1  # of the variance of an angle's noise: what misses less was computed from that angle
 
 
 @dataclass(frozen=True)
@@ -134,7 +132,7 @@ def _reading(logs: Sequence[Trajectory], column: str, of: str, honest: float) ->
         and abs(bias) > SETTINGS.sensor_bias * max(1.0, scale),
         "shift": abs(shift) > SETTINGS.sensor_deviations * spread[2] / inverse
         and abs(shift) > honest * dt
-        and (left[rows] < COMPUTED * of_angle**2 or _misses_more(tables[0], noise**2 + 2.0 * of_angle**2)),
+        and _misses_more(tables[0], noise**2 + 2.0 * of_angle**2),
     }
     return Reading(
         column,

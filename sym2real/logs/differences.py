@@ -1,0 +1,44 @@
+"""Rates that were computed as differences to the row before: the mean between two rows, not the rate at one.
+
+They are half a row late. Equations take that for slowness, a diagnosis for a delay or an arm of the sensor. The slope
+at the row is less noisy and on time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from sym2real.logs import derive
+from sym2real.trajectory import Array
+
+# Of what they miss slopes by: differences in a file miss its positions by rounding alone.
+ROUNDING = 0.1
+
+
+def on_time(time: Array, columns: Mapping[str, Array], rates: Mapping[str, str], around: int) -> dict[str, Array]:
+    """The columns that are differences of noisy coordinates, as slopes.
+
+    Args:
+        time: s ``# (rows,)``.
+        columns: by name ``# (rows,)``; ``yaw`` counts on beyond a turn.
+        rates: per coordinate the column of its rate.
+        around: rows that a slope is taken over.
+    """
+    moved = {}
+    for coordinate, rate in rates.items():
+        if len(time) > around and coordinate in columns and rate in columns:
+            slope = derive.slope(time, columns[coordinate], around)
+            if _is_difference(time, columns[coordinate], columns[rate], slope):
+                moved[rate] = slope
+    return moved
+
+
+def _is_difference(time: Array, values: Array, rate: Array, slope: Array) -> bool:
+    missed = np.abs(np.diff(values) / np.diff(time) - rate[1:]).mean()
+    change = np.diff(rate[1:])
+    # Noise of the coordinate makes each change reverse the one before; a simulator of Euler's steps has the same
+    # differences without it, and there they are the rate.
+    noisy = float(change[1:] @ change[:-1]) < 0.0
+    return noisy and bool(missed < ROUNDING * np.abs(rate - slope)[1:].mean())

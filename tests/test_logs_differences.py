@@ -1,0 +1,68 @@
+"""Rates that a log computed from its own positions, and rates that it lacks: neither may look like a slow robot."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sym2real.experiments.flights import car_drives
+from sym2real.logs import read_log, write_log
+from sym2real.logs.derive import rows_around, slope
+from sym2real.robots import MUSHR
+from sym2real.trajectory import Trajectory
+
+DT = MUSHR.dt
+
+
+def with_velocities_by_differences(noise: float) -> Trajectory:
+    """A drive whose velocities are differences of its positions, in m measured with this much noise."""
+    log, rng = car_drives(1, 3, steps=200)[0], np.random.default_rng(5)
+    state = log.state.copy()
+    for coordinate, rate in (("x", "vx"), ("y", "vy")):
+        position = log.column(coordinate) + noise * rng.standard_normal(len(log))
+        state[:, log.layouts.state.index(coordinate)] = position
+        state[:, log.layouts.state.index(rate)] = np.diff(position, prepend=position[0]) / DT
+    return replace(log, state=state)
+
+
+@pytest.mark.parametrize("noise", [0.003, 0.03])
+def test_differences_of_noisy_positions_are_on_time_for_a_model(noise: float, tmp_path: Path) -> None:
+    log = with_velocities_by_differences(noise)
+    write_log(log, tmp_path / "drive.csv")
+    np.testing.assert_array_equal(read_log(tmp_path / "drive.csv").state, log.state)
+    read = read_log(tmp_path / "drive.csv", dt=DT)
+    assert any("vx, vy are differences of rows" in note for note in read.notes)
+    late = np.interp(log.time + DT / 2, log.time, log.column("vx"))
+    np.testing.assert_allclose(read.column("vx")[1:-1], late[1:-1], atol=1e-6)
+    np.testing.assert_array_equal(read.column("wz"), log.column("wz"))
+
+
+def test_velocities_of_a_sensor_of_their_own_stay(tmp_path: Path) -> None:
+    log = with_velocities_by_differences(0.01)
+    state, place = log.state.copy(), log.layouts.state.index("vx")
+    state[:, place] += 0.1 * np.random.default_rng(6).standard_normal(len(log))
+    write_log(replace(log, state=state), tmp_path / "drive.csv")
+    np.testing.assert_array_equal(read_log(tmp_path / "drive.csv", dt=DT).column("vx"), state[:, place])
+
+
+def test_velocities_of_a_simulator_by_eulers_steps_stay(tmp_path: Path) -> None:
+    """Its positions are sums of its velocities, so that these are differences, and yet the velocities at the rows."""
+    log = car_drives(1, 4, steps=200)[0]
+    state = log.state.copy()
+    for coordinate, rate in (("x", "vx"), ("y", "vy")):
+        state[:, log.layouts.state.index(coordinate)] = DT * np.cumsum(log.column(rate))
+    write_log(replace(log, state=state), tmp_path / "drive.csv")
+    np.testing.assert_array_equal(read_log(tmp_path / "drive.csv", dt=DT).state, state)
+
+
+@pytest.mark.parametrize("rate", [20.0, 40.0, 200.0])
+def test_a_step_of_a_rate_is_spread_over_a_step_of_the_model_at_most(rate: float) -> None:
+    time = np.arange(round(2.0 * rate)) / rate
+    angle = np.maximum(time - 1.0, 0.0)
+    derived = slope(time, angle, rows_around(time, DT))
+    away = np.abs(time - 1.0) > DT + 1e-9
+    np.testing.assert_allclose(derived[away], (time > 1.0)[away], atol=1e-9)
+    assert np.any(np.abs(derived - (time > 1.0)) > 0.1)

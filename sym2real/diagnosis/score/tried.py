@@ -157,4 +157,4 @@ class Tried:
 
 
 def _percent(part: float) -> str:
-    return f"{100 * part:.{0 if abs(part) >= 0.01 else 1}f} %"
+    return f"{100 * part:.3g} %"

@@ -124,7 +124,7 @@ def test_whoever_ends_a_search_keeps_the_best_set_so_far() -> None:
 
 
 def test_an_effect_more_costs_a_share_of_the_loss() -> None:
-    """A hundredth; of four logs three hundredths beside another effect."""
+    """Half a hundredth; beside another effect a hundredth, of four logs three."""
     selection = selection_of(problems()[1])
     many = replace(selection.problems, problem=copy(selection.problems.problem))
     many.problem.segments = replace(many.problem.segments, log=np.arange(len(many.problem.segments)) % 8)
@@ -132,7 +132,7 @@ def test_an_effect_more_costs_a_share_of_the_loss() -> None:
         selection.problems = weighed
         prices = [selection.price(1000.0, count) for count in range(SETTINGS.most_findings + 1)]
         assert [more / less for less, more in pairwise(prices)] == pytest.approx(
-            [1 / 0.99, *[1 / beside] * (SETTINGS.most_findings - 1)]
+            [1 / 0.995, *[1 / beside] * (SETTINGS.most_findings - 1)]
         )
 
 

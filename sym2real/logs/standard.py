@@ -151,8 +151,7 @@ def add_derived(log: Standard, spec: LogSpec, layouts: Layouts | None, dt: float
 
 def _differences(time: Array, columns: Columns, layouts: Layouts | None, around: int) -> Columns:
     rates = dict(zip("xyz", VELOCITY, strict=True)) | ({} if layouts is None else layouts.state.rates)
-    turning = {"yaw": np.unwrap(np.arctan2(columns["sin_yaw"], columns["cos_yaw"]))} if "sin_yaw" in columns else {}
-    return on_time(time, columns | turning, rates | {"yaw": "wz"}, around)
+    return on_time(time, columns, rates, around)
 
 
 def _counted_on(log: Standard, layouts: Layouts | None) -> Columns:

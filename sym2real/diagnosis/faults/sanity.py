@@ -34,6 +34,7 @@ from sym2real.effects.sensor_scale import SENSOR_SCALE
 from sym2real.effects.sensor_sign import SENSOR_SIGN
 from sym2real.effects.sensors import Sensors
 from sym2real.effects.time_shift import TIME_SHIFT
+from sym2real.logs.differences import rates_on_time
 from sym2real.logs.dropouts import is_unasked
 from sym2real.symbolic import Equations
 
@@ -71,7 +72,7 @@ def check(model: Equations | None, data: Dataset) -> Checked:
     nobody knows what commands do.
     """
     found: list[Fault] = []
-    data = Dataset(replace(log, between=None) for log in data)
+    data = Dataset(rates_on_time(replace(log, between=None)) for log in data)
     sensors = None if model is None else Sensors(model)
     data = data if sensors is None else through(sensors.state, data)
     frames, units, commands = looks_for(model)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from sym2real.dataset import Dataset
+from sym2real.diagnosis.faults.sanity import check
 from sym2real.experiments.flights import car_drives
-from sym2real.logs import read_log, write_log
 from sym2real.logs.derive import rows_around, slope
+from sym2real.logs.differences import rates_on_time
 from sym2real.robots import MUSHR
 from sym2real.trajectory import Trajectory
 
@@ -29,33 +30,41 @@ def with_velocities_by_differences(noise: float) -> Trajectory:
 
 
 @pytest.mark.parametrize("noise", [0.003, 0.03])
-def test_differences_of_noisy_positions_are_on_time_for_a_model(noise: float, tmp_path: Path) -> None:
+def test_differences_of_noisy_positions_are_put_on_time(noise: float) -> None:
     log = with_velocities_by_differences(noise)
-    write_log(log, tmp_path / "drive.csv")
-    np.testing.assert_array_equal(read_log(tmp_path / "drive.csv").state, log.state)
-    read = read_log(tmp_path / "drive.csv", dt=DT)
-    assert any("vx, vy are differences of rows" in note for note in read.notes)
+    moved = rates_on_time(log)
     late = np.interp(log.time + DT / 2, log.time, log.column("vx"))
-    np.testing.assert_allclose(read.column("vx")[1:-1], late[1:-1], atol=1e-6)
-    np.testing.assert_array_equal(read.column("wz"), log.column("wz"))
+    np.testing.assert_allclose(moved.column("vx")[1:-1], late[1:-1], atol=1e-6)
+    others = [name for name in log.layouts.state if name not in {"vx", "vy"}]
+    assert all((moved.column(name) == log.column(name)).all() for name in others)
+    np.testing.assert_array_equal(rates_on_time(moved).state, moved.state)
 
 
-def test_velocities_of_a_sensor_of_their_own_stay(tmp_path: Path) -> None:
+def test_differences_that_a_file_rounds_are_differences() -> None:
+    log = with_velocities_by_differences(0.01)
+    rounded = replace(log, state=log.state.round(4))
+    assert np.abs(rates_on_time(rounded).column("vy") - rounded.column("vy")).max() > 0.1
+
+
+def test_velocities_of_a_sensor_of_their_own_stay() -> None:
     log = with_velocities_by_differences(0.01)
     state, place = log.state.copy(), log.layouts.state.index("vx")
     state[:, place] += 0.1 * np.random.default_rng(6).standard_normal(len(log))
-    write_log(replace(log, state=state), tmp_path / "drive.csv")
-    np.testing.assert_array_equal(read_log(tmp_path / "drive.csv", dt=DT).column("vx"), state[:, place])
+    np.testing.assert_array_equal(rates_on_time(replace(log, state=state)).column("vx"), state[:, place])
 
 
-def test_velocities_of_a_simulator_by_eulers_steps_stay(tmp_path: Path) -> None:
+def test_velocities_of_a_simulator_by_eulers_steps_stay() -> None:
     """Its positions are sums of its velocities, so that these are differences, and yet the velocities at the rows."""
     log = car_drives(1, 4, steps=200)[0]
     state = log.state.copy()
     for coordinate, rate in (("x", "vx"), ("y", "vy")):
         state[:, log.layouts.state.index(coordinate)] = DT * np.cumsum(log.column(rate))
-    write_log(replace(log, state=state), tmp_path / "drive.csv")
-    np.testing.assert_array_equal(read_log(tmp_path / "drive.csv", dt=DT).state, state)
+    np.testing.assert_array_equal(rates_on_time(replace(log, state=state)).state, state)
+
+
+def test_a_diagnosis_judges_rates_that_are_on_time() -> None:
+    log = with_velocities_by_differences(0.01)
+    np.testing.assert_array_equal(check(MUSHR.nominal(), Dataset([log])).data[0].state, rates_on_time(log).state)
 
 
 @pytest.mark.parametrize("rate", [20.0, 40.0, 200.0])

@@ -6,51 +6,44 @@ at the row is less noisy and on time.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from sym2real.logs import derive
+from sym2real.logs.derive import SHORTEST, slope
 from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import HEADING
 
-# Of what they miss slopes by: differences in a file miss its positions by rounding alone.
+# Of what they miss slopes by: differences miss the positions in a file by rounding alone.
 ROUNDING = 0.1
 
 
-def on_time(time: Array, columns: Mapping[str, Array], rates: Mapping[str, str], around: int) -> dict[str, Array]:
-    """The columns that are differences of noisy coordinates, as slopes.
-
-    Args:
-        time: s ``# (rows,)``.
-        columns: by name ``# (rows,)``.
-        rates: per coordinate the column of its rate; that of a heading is known.
-        around: rows that a slope is taken over.
-    """
-    moved = {}
-    if "sin_yaw" in columns and "cos_yaw" in columns:
-        turned = np.unwrap(np.arctan2(columns["sin_yaw"], columns["cos_yaw"]))
-        columns, rates = {**columns, "yaw": turned}, {**rates, "yaw": "wz"}
-    for coordinate, rate in rates.items():
-        if len(time) > around and coordinate in columns and rate in columns:
-            slope = derive.slope(time, columns[coordinate], around)
-            if _is_difference(time, columns[coordinate], columns[rate], slope):
-                moved[rate] = slope
-    return moved
-
-
 def rates_on_time(log: Trajectory) -> Trajectory:
-    """The same of a log in memory; see :func:`on_time`."""
+    """The log with slopes in the place of velocities and rates that are differences of its noisy coordinates."""
+    time, layout, state = log.time, log.layouts.state, log.state.copy()
+    if len(log) <= SHORTEST:
+        return log
+    for rate, coordinate in _coordinates(log).items():
+        at_rows = slope(time, coordinate, SHORTEST)
+        if _is_difference(time, coordinate, log.column(rate), at_rows):
+            state[:, layout.index(rate)] = at_rows
+    return replace(log, state=state)
+
+
+def _coordinates(log: Trajectory) -> dict[str, Array]:
+    """Per column of a rate what it is the rate of ``# (rows,)``."""
     layout = log.layouts.state
-    columns = dict(zip(layout.columns, log.state.T, strict=True))
-    columns |= on_time(log.time, columns, layout.rates, derive.SHORTEST)
-    return replace(log, state=np.stack([columns[name] for name in layout.columns], axis=1))
+    found = {rate: log.column(coordinate) for coordinate, rate in layout.rates.items()}
+    if layout.has_field(HEADING.name) and "wz" in layout:
+        sine, cosine = (log.column(name) for name in HEADING.columns)
+        found["wz"] = np.unwrap(np.arctan2(sine, cosine))
+    return found
 
 
-def _is_difference(time: Array, values: Array, rate: Array, slope: Array) -> bool:
+def _is_difference(time: Array, values: Array, rate: Array, at_rows: Array) -> bool:
     missed = np.abs(np.diff(values) / np.diff(time) - rate[1:]).mean()
     change = np.diff(rate[1:])
     # Noise of the coordinate makes each change reverse the one before; a simulator of Euler's steps has the same
     # differences without it, and there they are the rate.
     noisy = float(change[1:] @ change[:-1]) < 0.0
-    return noisy and bool(missed < ROUNDING * np.abs(rate - slope)[1:].mean())
+    return noisy and bool(missed < ROUNDING * np.abs(rate - at_rows)[1:].mean())

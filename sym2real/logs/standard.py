@@ -11,7 +11,6 @@ import numpy as np
 from sym2real.errors import DataError
 from sym2real.layout import Layouts
 from sym2real.logs import derive
-from sym2real.logs.differences import on_time
 from sym2real.logs.dropouts import UNWRAPPED
 from sym2real.logs.parts import ATTITUDES, STANDARD_COLUMNS, Attitude, Source, TimeBase
 from sym2real.logs.specification import LogSpec
@@ -143,15 +142,7 @@ def add_derived(log: Standard, spec: LogSpec, layouts: Layouts | None, dt: float
         columns = _rates(log, around) | of_joints | columns
         of = f"{', '.join(of_joints)} are slopes" if of_joints else "angular rates are slopes of the attitude"
         notes.append(f"{of} (parabola through {around} rows)")
-    if dt is not None and (late := _differences(log.time, columns, layouts, around)):
-        notes.append(f"{', '.join(late)} are differences of rows, half a row off: slopes at the rows instead")
-        columns |= late
     return Standard(log.time, columns, log.others, tuple(notes))
-
-
-def _differences(time: Array, columns: Columns, layouts: Layouts | None, around: int) -> Columns:
-    rates = dict(zip("xyz", VELOCITY, strict=True)) | ({} if layouts is None else layouts.state.rates)
-    return on_time(time, columns, rates, around)
 
 
 def _counted_on(log: Standard, layouts: Layouts | None) -> Columns:

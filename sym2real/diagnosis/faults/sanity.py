@@ -72,7 +72,7 @@ def check(model: Equations | None, data: Dataset) -> Checked:
     nobody knows what commands do.
     """
     found: list[Fault] = []
-    data = Dataset(rates_on_time(replace(log, between=None)) for log in data)
+    data = Dataset(replace(log, between=None) for log in data)
     sensors = None if model is None else Sensors(model)
     data = data if sensors is None else through(sensors.state, data)
     frames, units, commands = looks_for(model)
@@ -89,7 +89,7 @@ def check(model: Equations | None, data: Dataset) -> Checked:
     for settle in steps:
         faults, data = settle(data)
         found += faults
-    data = data if sensors is None else through(sensors.measured, data)
+    data = Dataset(map(rates_on_time, data if sensors is None else through(sensors.measured, data)))
     data = with_one_clock(data if model is None else with_lost_commands(model, data))
     notes = (
         *_lost(data),

@@ -186,9 +186,7 @@ def _on_time(data: Dataset) -> tuple[Dataset, tuple[str, ...]]:
     measured, data = data, Dataset(map(rates_on_time, data))
     changed = np.any([(new.state != old.state).any(axis=0) for new, old in zip(data, measured, strict=True)], axis=0)
     differences = ", ".join(np.array(data.layouts.state.columns)[changed])
-    notes = (
-        [f"{differences} are differences of rows, half a row late: slopes at the rows instead"] if differences else []
-    )
+    notes = [f"{differences}: slopes at the rows, in the place of differences, half a row late"] if differences else []
     for reading in readings(data, honest=0.0):
         late = replace(reading, scale=1.0, bias=0.0)
         if reading.of != ATTITUDE.name and late.shift:

@@ -16,20 +16,22 @@ from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.experiments.standard_conditions import ANGLE_NOISE, POSITION_NOISE
 from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.logs.differences import rates_on_time
 from sym2real.robots import CRAZYFLIE
 
 
 @pytest.fixture(scope="module")
 def flights() -> Dataset:
-    return simulate_case(Case("crazyflie", (), seed=3), trajectories=3, rows=250)
+    """As they are once they have been checked: velocities by differences are slopes."""
+    return Dataset(map(rates_on_time, simulate_case(Case("crazyflie", (), seed=3), trajectories=3, rows=250)))
 
 
-def test_the_noise_of_the_sensors_is_found_and_velocity_by_differences_is_recognised(flights: Dataset) -> None:
+def test_the_noise_of_the_sensors_is_found_and_velocity_by_slopes_is_recognised(flights: Dataset) -> None:
     noise = SensorNoise.of(flights)
-    assert noise.differenced == {6: 0, 7: 1, 8: 2}
+    assert noise.slopes == {6: 0, 7: 1, 8: 2}
     np.testing.assert_allclose(noise.deviation[:3], POSITION_NOISE, rtol=0.1)
     np.testing.assert_allclose(noise.deviation[3:6], ANGLE_NOISE, rtol=0.1)
-    np.testing.assert_allclose(noise.of_a_row[6:9], np.sqrt(2) * POSITION_NOISE / 0.02, rtol=0.1)
+    np.testing.assert_allclose(noise.of_a_row[6:9], np.sqrt(0.5) * POSITION_NOISE / 0.02, rtol=0.1)
 
 
 def test_drawing_the_noise_once_more_doubles_its_variance(flights: Dataset) -> None:
@@ -37,7 +39,7 @@ def test_drawing_the_noise_once_more_doubles_its_variance(flights: Dataset) -> N
     rng = np.random.default_rng(0)
     twice = SensorNoise.of(Dataset([once.added_to(trajectory, rng) for trajectory in flights]))
     np.testing.assert_allclose(twice.deviation[:6], np.sqrt(2) * once.deviation[:6], rtol=0.15)
-    assert twice.differenced == once.differenced
+    assert twice.slopes == once.slopes
 
 
 def test_short_predictions_of_the_right_model_err_by_noise_alone(flights: Dataset) -> None:

@@ -51,9 +51,7 @@ class Settings:
     still: float = _of(0.01, "sensor", "variation of a command, of its largest size, that shows little about it")
     frozen: float = _of(0.3, "sensor", "part of a segment's rows in which no bit moves: frozen measurements")
     exact: float = _of(1e-6, "sensor", "m; no sensor of position has less noise")
-    differenced: float = _of(
-        0.02, "sensor", "part of a velocity's spread by which it may differ from its position's change"
-    )
+    of_positions: float = _of(0.02, "sensor", "part of a velocity's spread by which it may miss its position's slope")
     adequate_start: float = _of(1.3, "tuned", "times the noise that a smoothed start may leave: simulated flights")
 
     heavy_tails: float = _of(10.8, "theory", "χ² with one degree of freedom, 99.9 %: from here on tails are heavy")

@@ -34,7 +34,8 @@ from sym2real.diagnosis.faults.mistakes.transformation import (
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.diagnosis.faults.sensor_faults import readings
 from sym2real.experiments.standard_set import Case, simulate_case
-from sym2real.robots import ROBOTS
+from sym2real.logs.differences import rates_on_time
+from sym2real.robots import CRAZYFLIE, ROBOTS
 from sym2real.trajectory import Array, Trajectory
 
 P, V, W = ("x", "y", "z"), ("vx", "vy", "vz"), ("wx", "wy", "wz")
@@ -264,3 +265,10 @@ def test_a_car_at_rest_repeats_nothing() -> None:
     state = log.state.copy()
     state[100:] = state[100]
     assert bad_rows(Dataset([replace(log, state=state)])) == []
+
+
+@pytest.mark.parametrize("seed", [4, 5])
+def test_a_strong_drag_under_precise_velocities_turns_no_heading(seed: int) -> None:
+    """What misses hardly anything misses three times less by chance of its form: that is no turn by thirty degrees."""
+    logs = simulate_case(Case("crazyflie", (("quadratic_drag", {"value": 0.05}),), seed=seed), trajectories=6, rows=220)
+    assert check(CRAZYFLIE.nominal(), Dataset(map(rates_on_time, logs))).faults == ()

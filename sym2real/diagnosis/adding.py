@@ -153,8 +153,7 @@ def _supported(
     keys: Sequence[str], selection: Selection, prepared: Prepared, beside: Mapping[str, float]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The effects that are beyond chance: those that predictions need, and those that they do not."""
-    needed = SETTINGS.gain_of(len(keys))
-    gaining = [candidate for candidate in selection.chosen if beside[candidate.name] > needed]
+    gaining = [candidate for candidate in selection.chosen if beside[candidate.name] > SETTINGS.gain_of(len(keys))]
     shown = {candidate.name for candidate in gaining if selection.significant(selection.fit, candidate)}
     # As in a search, on a copy: what is not supported is reported with its values, too.
     small = {member.name for member in keep_needed(copy(selection), prepared.library, prepared.checked.data)}

@@ -147,6 +147,8 @@ def _judged(
         clear &= without_drag(now) > SETTINGS.mistake_fewer * new
     if isinstance(transformation, Exchanged | Scaled):
         clear &= better > SETTINGS.error_fall
+    if isinstance(transformation, Turned):  # it must mend a part of what such a turn does
+        clear &= better > SETTINGS.error_fall * (1.0 - np.cos(transformation.angle))
     if isinstance(transformation, Late | Turned):
         clear &= without_arm(now) > SETTINGS.mistake_fewer * new
     for other in mimics(transformation, data.layouts.action.columns):

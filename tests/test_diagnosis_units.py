@@ -24,6 +24,7 @@ from sym2real.diagnosis.faults.sanity import check
 from sym2real.effects.sensors import Sensors
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import read_log, write_log
+from sym2real.logs.differences import rates_on_time
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import Equations
 
@@ -119,7 +120,7 @@ def test_another_unit_is_named_and_undone(robot: object, factors: Factors, said:
     assert sorted(fault.name for fault in checked.faults) == sorted(said)
     assert all("unit = " in fault.fix for fault in checked.faults)
     for log, right in zip(checked.data, data, strict=True):
-        np.testing.assert_allclose(log.state, right.state, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(log.state, rates_on_time(right).state, rtol=1e-9, atol=1e-12)
         np.testing.assert_allclose(log.action, right.action, rtol=1e-9, atol=1e-12)
 
 
@@ -134,7 +135,7 @@ def test_the_scalar_last_is_named_beside_units_and_signs(factors: Factors, said:
     data = one_flight()
     checked = check(CRAZYFLIE.nominal(), scalar_last(times(data, factors)))
     assert [fault.name for fault in checked.faults] == ["quaternions with the scalar last (x y z w)", *said]
-    np.testing.assert_allclose(checked.data[0].state, data[0].state, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(checked.data[0].state, rates_on_time(data[0]).state, rtol=1e-9, atol=1e-12)
 
 
 def test_a_factor_of_no_unit_is_told_with_the_scale_that_undoes_it() -> None:
@@ -189,7 +190,7 @@ def test_logs_in_different_units_are_each_put_right() -> None:
         "thrust in mN instead of N in one, other than in other logs",
     ]
     for log, right in zip(checked.data, (first, second), strict=True):
-        np.testing.assert_allclose(log.state, right.state, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(log.state, rates_on_time(right).state, rtol=1e-9, atol=1e-12)
         np.testing.assert_allclose(log.action, right.action, rtol=1e-9, atol=1e-12)
 
 

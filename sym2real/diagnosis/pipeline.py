@@ -31,9 +31,9 @@ def prepare(question: Question, stages: Stages) -> Prepared:
         ShapeError: when no log is long enough to judge.
     """
     examined = stages.run("checking the data", check_data, question)
-    base = stages.run("calibrating the base in the plain simulator", refine_base, examined)
+    base = stages.run("calibrating the base", refine_base, examined)
     weighed = stages.run("estimating the covariance of errors", weigh_errors, base)
-    return stages.run("calibrating effects in the plain simulator", calibrate_base, weighed)
+    return stages.run("calibrating effects", calibrate_base, weighed)
 
 
 @one_thread()

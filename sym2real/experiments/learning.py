@@ -169,7 +169,7 @@ def learn_from_logs(
             search=SearchSettings(parsimony=PARSIMONY),
             on_column=lambda column: on_progress(f"searching the equation of {column}"),
         )
-    on_progress(f"searching equations in {data.rows} rows")
+    on_progress(f"searching equations in {data.rows} rows of {step:g} s")
     equations = search.fit(at_many_headings(data) if turned else data.transitions())
     given = {**(like.numbers if known else {}), **(numbers or {})}
     name, notes = like.name if known else "", (*equations.notes, FROM_LOGS, *late)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -140,3 +141,7 @@ class Dataset:
             trajectory=np.concatenate([np.full(len(part) - 1, i) for i, part in enumerate(parts)]),
             step=np.concatenate([np.arange(len(part) - 1) for part in parts]),
         )
+
+
+# What is judged: logs in a data set or a list, or one.
+Logs: TypeAlias = "Dataset | Sequence[Trajectory] | Trajectory"

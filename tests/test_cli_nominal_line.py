@@ -13,6 +13,7 @@ from long_flight import flight, save
 
 from sym2real.cli import main
 from sym2real.data import example_flight
+from sym2real.effects import effect
 from sym2real.symbolic import load_model
 
 PUT = {"KILOGRAMS": "0.027", "METRES": "0.2955", "runs/nominal": "model"}
@@ -91,3 +92,13 @@ def test_a_log_without_commands_has_no_line_and_says_why(tmp_path: Path, capsys:
     assert found["command"] == ""
     assert found["remarks"] == ["no `nominal` line for this log: it lacks thrust, or four motors in a known unit"]
     assert found["remarks"][0] in " ".join(capsys.readouterr().out.split())
+
+
+def test_numbers_of_rotors_that_no_motor_command_needs_let_a_weak_rotor_be_tested(tmp_path: Path) -> None:
+    options = ["nominal", "quadrotor", "--mass", "0.75", "--out"]
+    main([*options, str(tmp_path / "plain")])
+    main([*options, str(tmp_path / "known"), "--arm", "0.12", "--torque-per-thrust", "0.016"])
+    plain, known = (load_model(tmp_path / name) for name in ("plain", "known"))
+    assert known.next == plain.next
+    assert "arm, torque_per_thrust" in str(effect("rotor_loss", plain).why_not(plain))
+    assert effect("rotor_loss", known).why_not(known) == ""

@@ -244,6 +244,12 @@ def test_short_logs_leave_long_horizons_out_and_say_so() -> None:
     assert comparison.to_dict()["horizons"][0]["errors"]["position"]["unit"] == "m"
 
 
+def test_logs_in_a_list_are_logs() -> None:
+    logs, base = list(flights()), ROBOTS["crazyflie"].nominal()
+    assert compare(base, logs).to_dict() == compare(base, Dataset(logs)).to_dict()
+    assert compare(base, logs[0]).to_dict() == compare(base, logs[:1]).to_dict()
+
+
 def test_the_real_flight_shows_the_gap_that_is_known() -> None:
     spec = "crazyflie_battery_drag"
     equations = motor_level_equations(example_flight(), spec)

@@ -166,9 +166,9 @@ def test_a_command_that_is_sent_every_fifth_row_or_in_steps_is_not_at_its_limit(
 
 
 def test_feedback_is_told_from_commands_drawn_beforehand(flights: Dataset) -> None:
-    assert data_report(flights).feedback
+    assert data_report(flights).following
     drawn = run_episode(MujocoPlant(MUSHR), RandomCommands(MUSHR, seed=1), steps=200)
-    assert not data_report(drawn).feedback
+    assert not data_report(drawn).following
 
 
 def test_the_object_is_json(flights: Dataset) -> None:

@@ -106,6 +106,16 @@ def test_findings_that_improve_no_prediction_are_no_answer() -> None:
     assert "attitude after 0.8 s rises by 20 %" in gate_line(worse, Fall(0.8, "position", 0.5))
 
 
+def test_where_predictions_judge_nothing_an_effect_is_no_answer_beside_what_is_left() -> None:
+    """A thrust that was logged in no unit: the model falls, with a lag of its motors or without."""
+    ends = [replace(stage(name, 3.0, 1.0), foretells=False) for name in ("base", "+ motor_lag")]
+    found, left = (Finding("motor_lag", {}, 1.0),), (Leftover("thrust", "fz", 0.3, "", motion=0.5),)
+    assert verdict((), found, left, Gate(*ends), problems_of(800)) == "UNEXPLAINED"
+    assert verdict((), found, (), Gate(*ends), problems_of(800)) == "EFFECT"
+    foretold = Gate(stage("base", 3.0, 1.0), stage("+ motor_lag", 2.0, 1.0))
+    assert verdict((), found, left, foretold, problems_of(800)) == "EFFECT"
+
+
 @pytest.mark.parametrize(("steps", "answer"), [(75, "CANNOT_TELL"), (800, "UNEXPLAINED")])
 def test_what_is_left_of_a_second_or_two_is_no_answer(steps: int, answer: str) -> None:
     misfit = find_misfit(1.5)

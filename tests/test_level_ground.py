@@ -15,7 +15,7 @@ import pytest
 from paper_robots import PAPER_ROBOTS
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis import compare
+from sym2real.diagnosis import compare, diagnose
 from sym2real.experiments.flights import car_drives, quadrotor_flights
 from sym2real.experiments.learning import learn_from_logs
 from sym2real.experiments.measured import measured
@@ -150,6 +150,16 @@ def test_velocities_by_differences_do_not_make_a_car_slower() -> None:
     """Half a row late they are; an equation that takes them for the present has a time constant of 140 ms for 117."""
     kept = slope("mushr", "vx", "vx", vx=1.0, speed=1.0)
     assert kept == pytest.approx(np.exp(-ROBOTS["mushr"].dt / SPEED_TIME_CONSTANT), abs=0.015)
+
+
+@pytest.mark.parametrize(("arm", "about"), [("rx", "offset:wy_cmd"), ("ry", "offset:wx_cmd")])
+def test_of_offsets_that_compete_as_one_only_those_that_are_there_are_named(arm: str, about: str) -> None:
+    """A centre of mass that is off along one axis, and a base without inertia: it is an offset about the other axis."""
+    moved = ("com_offset", {"rx": 0.0, "ry": 0.0} | {arm: 0.002})
+    logs = simulate_case(Case("crazyflie", (moved,), seed=12), trajectories=6, rows=220)
+    found = diagnose(replace(learned("crazyflie"), numbers={}), logs)
+    assert [finding.effect for finding in found.findings] == [about]
+    assert found.findings[0].share > 0.9
 
 
 def test_velocities_that_a_filter_made_late_are_moved(tmp_path: Path) -> None:

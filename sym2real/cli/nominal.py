@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
@@ -57,9 +57,10 @@ class NominalQuadrotor(OfLogs):
     motor_thrust: OptionalPositive = None
     """Thrust of one rotor in N per unit of command, or N s²/rad² (motors); by default hover at half command."""
     torque_per_thrust: float | None = None
-    """Reaction torque per thrust of a rotor in m (motors); the Crazyflie's by default."""
+    """Reaction torque per thrust of a rotor in m; with motors the Crazyflie's by default, else only a weak rotor needs
+    it."""
     arm: OptionalPositive = None
-    """Centre to rotor in m (motors); the Crazyflie's by default."""
+    """Centre to rotor in m; with motors the Crazyflie's by default, else only a weak rotor needs it."""
     spin: tuple[int, int, int, int] | None = None
     """Sign of each rotor's reaction torque about body z (motors); the Crazyflie's by default."""
     fit_thrust: Path | None = None
@@ -83,7 +84,9 @@ class NominalQuadrotor(OfLogs):
             attitude_time_constant=self.attitude_time_constant,
             motors=motors,
         )
-        return save_nominal(equations, self.out, console)
+        # Without motors they are numbers of the robot: what a weak rotor does to it needs them.
+        numbers = equations.numbers if self.interface == "motors" else {**equations.numbers, **self._rotors}
+        return save_nominal(replace(equations, numbers=numbers), self.out, console)
 
     @property
     def _rotors(self) -> dict[str, Any]:
@@ -94,12 +97,12 @@ class NominalQuadrotor(OfLogs):
     def _check_together(self) -> None:
         """Refuse options that say nothing, or two things, together."""
         thrust = [self.motor_thrust, self.fit_thrust]
-        of_motors = self._rotors or any(value is not None for value in (*thrust, self.motor_unit))
-        if self.interface != "motors" and of_motors:
+        motors = self.interface == "motors"
+        if not motors and any(value is not None for value in (*thrust, self.motor_unit, self.spin)):
             raise ModelError(f"motor options and --fit-thrust need --interface motors, found {self.interface}")
         if None not in thrust:
             raise ModelError("expected --motor-thrust or --fit-thrust, found both")
-        if thrust == [None, None] and self._rotors:
+        if motors and thrust == [None, None] and self._rotors:
             raise ModelError("--torque-per-thrust, --arm and --spin need --motor-thrust or --fit-thrust")
         if thrust == [None, None] and self.motor_unit == "rad/s":
             raise ModelError("--motor-unit rad/s needs --motor-thrust or --fit-thrust: half of full speed is unknown")

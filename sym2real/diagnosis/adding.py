@@ -12,7 +12,7 @@ import time
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from copy import copy
 
-from sym2real.dataset import Dataset
+from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.design.separation import with_advice
 from sym2real.diagnosis.errors.floor import floor_of_explained, no_higher_than_reached
 from sym2real.diagnosis.errors.rungs import cut_said
@@ -37,7 +37,6 @@ from sym2real.errors import ModelError
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
 from sym2real.threads import one_thread
-from sym2real.trajectory import Trajectory
 
 Values = Mapping[str, float]
 MOST_RIVALS = 5
@@ -48,7 +47,7 @@ def add(
     what: str | Iterable[str | tuple[str, Values]],
     values: Values | None = None,
     *,
-    fit: Dataset | Trajectory | None = None,
+    fit: Logs | None = None,
     plant: MujocoPlant | None = None,
 ) -> Equations:
     """The equations with an effect in them, or with several, which go in together in the order that physics allows.
@@ -82,7 +81,7 @@ def add(
 def try_effect(
     equations: Equations,
     keys: str | Sequence[str],
-    data: Dataset | Trajectory,
+    data: Logs,
     plant: MujocoPlant | None = None,
     *,
     calibrate: bool = True,

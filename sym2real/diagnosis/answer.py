@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sym2real.dataset import Dataset
+from sym2real.dataset import Logs
 from sym2real.diagnosis.conclusion import Verdict, summary, verdict
 from sym2real.diagnosis.errors.floor import Floor
 from sym2real.diagnosis.errors.regions import Where
@@ -21,7 +21,6 @@ from sym2real.diagnosis.unexplained.explaining import Explained
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.diagnosis.unexplained.term import Term
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Trajectory
 from sym2real.upward import upward
 
 if TYPE_CHECKING:
@@ -85,7 +84,7 @@ class Diagnosis:
         figure: Figure = upward("ladder_plot")(self)
         return figure
 
-    def report(self, equations: Equations, logs: Dataset | Trajectory, file: str | Path) -> Path:
+    def report(self, equations: Equations, logs: Logs, file: str | Path) -> Path:
         """Write all of it as one HTML file that works offline, with effects to switch on and off; the file.
 
         Args:

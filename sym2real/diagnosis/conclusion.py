@@ -31,12 +31,14 @@ def verdict(
     Fewer than ten independent blocks leave no test, and an unfinished search cannot say that nothing is missing, or
     that no effect explains what is left. A fault alone is the answer only where nothing is left once it is undone.
     """
-    established = bool(findings) and gate.passed
+    unexplained = any(leftover.matters for leftover in leftovers)
+    blind = gate.before is not None and not gate.foretold  # then an effect is the answer where nothing else is missing
+    established = bool(findings) and gate.passed and not (blind and unexplained)
     if problems.block_count < SETTINGS.fewest_pieces or not (finished or established):
         return "CANNOT_TELL"
     if established:
         return "EFFECT"
-    if any(leftover.matters for leftover in leftovers):
+    if unexplained:
         return "UNEXPLAINED"
     if faults:
         return "EFFECT"

@@ -7,7 +7,7 @@ from collections.abc import Collection
 from dataclasses import replace
 from functools import partial
 
-from sym2real.dataset import Dataset
+from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.answer import Diagnosis, conclude, unscored
 from sym2real.diagnosis.data.conditions import Region
 from sym2real.diagnosis.design.separation import with_advice
@@ -21,7 +21,6 @@ from sym2real.diagnosis.unexplained.explaining import explain_rest
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
 from sym2real.threads import one_thread
-from sym2real.trajectory import Trajectory
 
 
 def prepare(question: Question, stages: Stages) -> Prepared:
@@ -39,7 +38,7 @@ def prepare(question: Question, stages: Stages) -> Prepared:
 @one_thread()
 def diagnose(
     model: Equations,
-    data: Dataset | Trajectory,
+    data: Logs,
     plant: MujocoPlant | None = None,
     *,
     calibrate: bool = True,

@@ -6,7 +6,7 @@ from typing import TypeVar
 
 from torch import Tensor
 
-from sym2real.dataset import Dataset
+from sym2real.dataset import Logs
 from sym2real.trajectory import Array, Trajectory
 from sym2real.upward import upward
 
@@ -53,7 +53,7 @@ class Predicting:
         simulated: Trajectory = upward("simulate")(self, log, horizon)
         return simulated
 
-    def score(self, log: Dataset | Trajectory, horizon: float = 0.5) -> dict[str, float]:
+    def score(self, log: Logs, horizon: float = 0.5) -> dict[str, float]:
         """Fit of predictions in % by channel, 100·(1 − RMSE/standard deviation) as MATLAB's ``compare`` counts.
 
         100 is perfect, 0 no better than the mean of the log; not a number where a log is too short to tell.

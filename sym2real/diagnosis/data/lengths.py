@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from sym2real.dataset import Dataset
+from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.start import ROWS
 from sym2real.errors import ShapeError
 from sym2real.logs.dropouts import LEFT_OUT
 from sym2real.trajectory import Trajectory
 
 
-def long_enough(data: Dataset | Trajectory) -> Dataset:
+def long_enough(data: Logs) -> Dataset:
     """The logs that are longer than a window's history; the first of them notes which others were left out.
 
     Pieces between two gaps may be short; a noise or a time step cannot be told of a few rows.
@@ -19,7 +19,7 @@ def long_enough(data: Dataset | Trajectory) -> Dataset:
     Raises:
         ShapeError: naming the logs, when none is long enough.
     """
-    logs = list(data) if isinstance(data, Dataset) else [data]
+    logs = [data] if isinstance(data, Trajectory) else list(data)
     kept, short = [log for log in logs if len(log) > ROWS], [log for log in logs if len(log) <= ROWS]
     if not kept:
         raise ShapeError(f"expected a log of more than {ROWS} rows without a gap, found {rows_of(short)}")

@@ -23,7 +23,7 @@ import torch
 from scipy import stats
 from torch import Tensor
 
-from sym2real.dataset import Dataset
+from sym2real.dataset import Logs
 from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.preparation import with_filtered_commands
 from sym2real.diagnosis.design.mattering import Predictions
@@ -41,7 +41,6 @@ from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.catalogue import always_alike
 from sym2real.symbolic import Equations
 from sym2real.threads import one_thread
-from sym2real.trajectory import Trajectory
 
 # Sizes of a delay or lag in units of what is expected, for comparing one with the other.
 SIZES = tuple(np.geomspace(0.25, 4.0, 13))
@@ -50,7 +49,7 @@ SIZES = tuple(np.geomspace(0.25, 4.0, 13))
 @one_thread()
 def plan(
     equations: Equations,
-    data: Dataset | Trajectory,
+    data: Logs,
     noise: AssumedNoise | None = None,
     exclude: Collection[str] = (),
 ) -> Plan:

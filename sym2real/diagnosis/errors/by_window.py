@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sym2real.dataset import Dataset
+from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.conditions import features, over_windows, units_of
 from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.preparation import prepared
@@ -18,7 +18,7 @@ from sym2real.diagnosis.data.windows import channel_name, judged, predict_window
 from sym2real.layout import Layout
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Array, Trajectory
+from sym2real.trajectory import Array
 from sym2real.vocabulary import HEIGHT
 
 HORIZON = 0.5  # s
@@ -54,9 +54,7 @@ class WindowErrors:
     units: Mapping[str, str]
 
 
-def window_errors(
-    model: Equations | DynamicsModel, data: Dataset | Trajectory, horizon: float = HORIZON
-) -> WindowErrors:
+def window_errors(model: Equations | DynamicsModel, data: Logs, horizon: float = HORIZON) -> WindowErrors:
     """Errors at the end of windows, with what a person would say of them.
 
     Args:

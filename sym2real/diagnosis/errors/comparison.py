@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from math import isnan
 from typing import TYPE_CHECKING, Any
 
-from sym2real.dataset import Dataset
+from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.conditions import Region
 from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.preparation import prepared
@@ -25,7 +25,6 @@ from sym2real.errors import ShapeError
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
 from sym2real.threads import one_thread
-from sym2real.trajectory import Trajectory
 from sym2real.upward import upward
 
 if TYPE_CHECKING:
@@ -96,7 +95,7 @@ class Comparison:
 @one_thread()
 def compare(
     model: Equations | DynamicsModel,
-    data: Dataset | Trajectory,
+    data: Logs,
     horizons: Sequence[float] | None = None,
     start: Start = "smoothed",
     region: Region | None = None,

@@ -16,14 +16,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sym2real.dataset import Dataset
+from sym2real.dataset import Logs
 from sym2real.diagnosis.data.conditions import Region, training_range
 from sym2real.diagnosis.errors.by_window import HORIZON, WindowErrors, window_errors
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
 from sym2real.symbolic.storage import training_of
-from sym2real.trajectory import Array, Trajectory
+from sym2real.trajectory import Array
 from sym2real.vocabulary import HEIGHT, JOINT_ANGLE
 
 MOST = 3
@@ -104,7 +104,7 @@ def training_region(folder: Path) -> dict[str, tuple[float, float]] | None:
 
 def locate(
     model: Equations | DynamicsModel,
-    data: Dataset | Trajectory,
+    data: Logs,
     region: Region | None = None,
     horizon: float = HORIZON,
 ) -> tuple[Where, ...]:

@@ -10,7 +10,7 @@ import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
-from sym2real.dataset import Dataset
+from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.preparation import prepared
 from sym2real.diagnosis.data.start import ROWS, start_states
@@ -63,7 +63,7 @@ def simulate(equations: Equations, log: Trajectory, horizon: float | None = None
     return replace(ready, state=state, action=log.action, layouts=layouts, name=name, raw={})
 
 
-def score(equations: Equations, data: Dataset | Trajectory, horizon: float) -> dict[str, float]:
+def score(equations: Equations, data: Logs, horizon: float) -> dict[str, float]:
     """See :meth:`~sym2real.Equations.score`."""
     model, logs = prepared(equations, long_enough(data))
     (errors,) = prediction_errors(model, logs, [_steps(horizon, logs.dt)], "smoothed", ())

@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
 
-from sym2real.dataset import Dataset
+from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.preparation import with_filtered_commands
 from sym2real.diagnosis.faults.sanity import Checked, check
@@ -14,7 +14,6 @@ from sym2real.effects.inputs import with_one_clock
 from sym2real.errors import ShapeError
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +28,7 @@ class Question:
     """
 
     model: Equations
-    data: Dataset | Trajectory
+    data: Logs
     plant: MujocoPlant | None = None
     calibrate: bool = True
     held_out: Dataset | None = None
@@ -38,7 +37,7 @@ class Question:
     horizon: float | None = None
 
     def __post_init__(self) -> None:
-        horizon, dt = self.horizon, max(self.model.dt, 0.0 if self.horizon is None else self.data.dt)
+        horizon, dt = self.horizon, max(self.model.dt, 0.0 if self.horizon is None else long_enough(self.data).dt)
         if horizon is not None and not (isfinite(horizon) and round(horizon / dt) >= 1):
             raise ShapeError(f"horizon: expected at least one time step, {dt:g} s, and finite, found {horizon:g} s")
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from sym2real.dataset import Dataset
+from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.agreement import Agreement, agreements
 from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.faults.fault import Fault
@@ -15,7 +15,6 @@ from sym2real.diagnosis.faults.sanity import check, slow_said
 from sym2real.diagnosis.faults.variation import Excitation, exact, exactness, excitation
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Trajectory
 
 
 @dataclass(frozen=True)
@@ -46,11 +45,6 @@ class DataReport:
     exact: int
     spacing: tuple[str, ...]
     faults: tuple[Fault, ...]
-
-    @property
-    def feedback(self) -> bool:
-        """Whether a command follows the measured state."""
-        return bool(self.following)
 
     @property
     def following(self) -> tuple[str, ...]:
@@ -86,7 +80,7 @@ class DataReport:
                 found.append(
                     f"{name} and the derivative of the {agreement.of} correlate by {agreement.correlation:.2f}"
                 )
-        if self.feedback:
+        if self.following:
             sentence = (
                 f"{', '.join(self.following)} {'goes' if len(self.following) == 1 else 'go'} with the measured state"
             )
@@ -95,10 +89,10 @@ class DataReport:
 
     def to_dict(self) -> dict[str, Any]:
         """The object ``data`` that ``compare --json`` prints."""
-        return {**asdict(self), "feedback": self.feedback}
+        return {**asdict(self), "feedback": bool(self.following)}
 
 
-def data_report(data: Dataset | Trajectory, model: Equations | None = None) -> DataReport:
+def data_report(data: Logs, model: Equations | None = None) -> DataReport:
     """Look at the data; of a model only what its commands do and what its sensors report is asked.
 
     Raises:

@@ -115,10 +115,14 @@ def applied(equations: Equations, findings: Sequence[Finding]) -> Equations:
 def estimates(
     selection: Selection, candidate: Candidate, fit: Fit, form: Mapping[int, float]
 ) -> dict[str, dict[str, Estimate]]:
-    """Values of a chosen candidate in a fit of all, by effect and parameter; form: variances over near sets."""
+    """Values of a chosen candidate in a fit of all, by effect and parameter; form: variances over near sets.
+
+    Of effects that compete as one, those that are zero within their intervals are left out.
+    """
     problem, halves = selection.problems.problem, half_widths(selection.problems, fit)
     library = problem.library
     by_effect: dict[str, dict[str, Estimate]] = {}
+    there = set()
     for place, tied in zip(selection.places(selection.chosen, candidate), candidate.free, strict=True):
         for index in tied:
             of, slot = library.slots[index].effect, library.slots[index].parameter
@@ -128,16 +132,15 @@ def estimates(
             reference = value - slot.null if slot.null in (0.0, 1.0) else value
             floor = (SETTINGS.interval_floor**2 + _stiffness(library, of) ** 2) ** 0.5
             choice = TWO_SIDED**2 * form.get(index, 0.0)
-            hidden = _unresolved(library, of, problem.data.dt)
-            half = (half**2 + choice + (floor * reference) ** 2 + hidden**2) ** 0.5
+            half = (half**2 + choice + (floor * reference) ** 2 + _unresolved(library, of, problem.data.dt) ** 2) ** 0.5
             by_effect.setdefault(of, {})[slot.name] = Estimate(value, value - half, value + half, slot.unit)
-    return by_effect
+            there |= set() if abs(value - slot.null) < half else {of}
+    return {of: parameters for of, parameters in by_effect.items() if of in there or not there}
 
 
 def _unresolved(library: Library, name: str, dt: float) -> float:
     """Half-width of what control steps hide of a lag's time in s; none of other effects."""
-    lagging = name in library.effects and library.effects[name].of.lagging
-    return WITHIN_A_STEP * dt if lagging else 0.0
+    return WITHIN_A_STEP * dt if name in library.effects and library.effects[name].of.lagging else 0.0
 
 
 def _stiffness(library: Library, name: str) -> float:
@@ -183,14 +186,15 @@ def findings(
     for (candidate, _), share in zip(ordered, shares, strict=True):
         logs = spread_over_logs(selection, candidate, fit)
         form = {} if near is None else dict(zip(candidate.slots, near.variances(candidate).tolist(), strict=True))
-        for key, parameters in estimates(selection, candidate, fit, form).items():
+        found = estimates(selection, candidate, fit, form)
+        for key, parameters in found.items():
             of = library.effects[key]
             group = tuple(dict.fromkeys((key, *groups.get(candidate.name, ()))))
             findings.append(
                 Finding(
                     effect=key,
                     parameters=parameters,
-                    share=share / len(candidate.keys),
+                    share=share / len(found),
                     group=group,
                     separate_by=of.shown_by if len(group) > 1 else "",
                     provisional=provisional,

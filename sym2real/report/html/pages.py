@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rich.text import Text
 
-from sym2real.dataset import Dataset
+from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis import Comparison, Diagnosis, compare
 from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.diagnosis.faults.sanity import check
@@ -124,7 +124,7 @@ def diagnosis_page(base: Equations, data: Dataset, found: Diagnosis, title: str,
     )
 
 
-def write_diagnosis_page(found: Diagnosis, base: Equations, logs: Dataset | Trajectory, file: str | Path) -> Path:
+def write_diagnosis_page(found: Diagnosis, base: Equations, logs: Logs, file: str | Path) -> Path:
     """Write the page of a diagnosis; the file.
 
     Args:
@@ -133,7 +133,7 @@ def write_diagnosis_page(found: Diagnosis, base: Equations, logs: Dataset | Traj
         logs: those of the diagnosis; the faults that it found are undone again.
         file: what to write.
     """
-    data = Dataset([logs]) if isinstance(logs, Trajectory) else logs
+    data = Dataset([logs] if isinstance(logs, Trajectory) else logs)
     title = f"{base.robot or 'model'}, diagnosed"
     return write_page(diagnosis_page(base, check(base, data).data, found, title), Path(file))
 

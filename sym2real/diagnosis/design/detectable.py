@@ -109,8 +109,8 @@ def _assumed(problem: Problem, noise: AssumedNoise) -> Whitening:
 
 
 def _needed(problems: Problems, competitors: int) -> float:
-    """Fall of the whitened loss that the acceptance rule asks for."""
-    of_gain = SETTINGS.gain / (1.0 - SETTINGS.gain) * problems.whitening.freedom
+    """Fall of the whitened loss that the acceptance rule asks for beside another effect; an only one needs half."""
+    of_gain = SETTINGS.gain_beside / (1.0 - SETTINGS.gain_beside) * problems.whitening.freedom
     if problems.block_count < SETTINGS.fewest_pieces:
         return of_gain
     chance = SETTINGS.false_alarms / max(1, competitors)

@@ -213,7 +213,7 @@ def _outcome(
         left[key] = min((fit.total for fit in fits), default=nothing)
     explained = {key: 1.0 - rest / max(nothing, 1e-300) for key, rest in left.items()}
     least = min([nothing, *left.values()])
-    return _Outcome(trial.words, explained, least / (SETTINGS.gain * problems.whitening.freedom))
+    return _Outcome(trial.words, explained, least / (SETTINGS.gain_beside * problems.whitening.freedom))
 
 
 def _hypotheses(library: Library, rivals: Sequence[Candidate]) -> list[Hypothesis]:

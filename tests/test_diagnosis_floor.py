@@ -23,7 +23,7 @@ from sym2real.robots import CRAZYFLIE
 @pytest.fixture(scope="module")
 def flights() -> Dataset:
     """As they are once they have been checked: velocities by differences are slopes."""
-    return Dataset(map(rates_on_time, simulate_case(Case("crazyflie", (), seed=3), trajectories=3, rows=250)))
+    return rates_on_time(simulate_case(Case("crazyflie", (), seed=3), trajectories=3, rows=250))
 
 
 def test_the_noise_of_the_sensors_is_found_and_velocity_by_slopes_is_recognised(flights: Dataset) -> None:

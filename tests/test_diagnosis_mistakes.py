@@ -271,4 +271,4 @@ def test_a_car_at_rest_repeats_nothing() -> None:
 def test_a_strong_drag_under_precise_velocities_turns_no_heading(seed: int) -> None:
     """What misses hardly anything misses three times less by chance of its form: that is no turn by thirty degrees."""
     logs = simulate_case(Case("crazyflie", (("quadratic_drag", {"value": 0.05}),), seed=seed), trajectories=6, rows=220)
-    assert check(CRAZYFLIE.nominal(), Dataset(map(rates_on_time, logs))).faults == ()
+    assert check(CRAZYFLIE.nominal(), rates_on_time(logs)).faults == ()

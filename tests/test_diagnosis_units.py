@@ -119,8 +119,8 @@ def test_another_unit_is_named_and_undone(robot: object, factors: Factors, said:
     checked = check(model, times(data, factors))
     assert sorted(fault.name for fault in checked.faults) == sorted(said)
     assert all("unit = " in fault.fix for fault in checked.faults)
-    for log, right in zip(checked.data, data, strict=True):
-        np.testing.assert_allclose(log.state, rates_on_time(right).state, rtol=1e-9, atol=1e-12)
+    for log, right in zip(checked.data, rates_on_time(data), strict=True):
+        np.testing.assert_allclose(log.state, right.state, rtol=1e-9, atol=1e-12)
         np.testing.assert_allclose(log.action, right.action, rtol=1e-9, atol=1e-12)
 
 
@@ -135,7 +135,7 @@ def test_the_scalar_last_is_named_beside_units_and_signs(factors: Factors, said:
     data = one_flight()
     checked = check(CRAZYFLIE.nominal(), scalar_last(times(data, factors)))
     assert [fault.name for fault in checked.faults] == ["quaternions with the scalar last (x y z w)", *said]
-    np.testing.assert_allclose(checked.data[0].state, rates_on_time(data[0]).state, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(checked.data[0].state, rates_on_time(data)[0].state, rtol=1e-9, atol=1e-12)
 
 
 def test_a_factor_of_no_unit_is_told_with_the_scale_that_undoes_it() -> None:
@@ -163,7 +163,7 @@ def test_a_command_with_the_wrong_sign_is_named_and_undone(
     data = logs_with(robot, key, values)
     checked = check(robot.nominal(), times(data, {column: -1.0}))
     assert [fault.name for fault in checked.faults] == [f"{column} with the wrong sign"]
-    for log, right in zip(checked.data, data, strict=True):
+    for log, right in zip(checked.data, rates_on_time(data), strict=True):
         np.testing.assert_array_equal(log.action, right.action)
 
 
@@ -189,8 +189,8 @@ def test_logs_in_different_units_are_each_put_right() -> None:
         "wx wy wz in deg/s instead of rad/s in two, other than in other logs",
         "thrust in mN instead of N in one, other than in other logs",
     ]
-    for log, right in zip(checked.data, (first, second), strict=True):
-        np.testing.assert_allclose(log.state, rates_on_time(right).state, rtol=1e-9, atol=1e-12)
+    for log, right in zip(checked.data, rates_on_time(Dataset([first, second])), strict=True):
+        np.testing.assert_allclose(log.state, right.state, rtol=1e-9, atol=1e-12)
         np.testing.assert_allclose(log.action, right.action, rtol=1e-9, atol=1e-12)
 
 

@@ -29,28 +29,32 @@ def with_velocities_by_differences(noise: float) -> Trajectory:
     return replace(log, state=state)
 
 
+def on_time(log: Trajectory) -> Trajectory:
+    return rates_on_time(Dataset([log]))[0]
+
+
 @pytest.mark.parametrize("noise", [0.003, 0.03])
 def test_differences_of_noisy_positions_are_put_on_time(noise: float) -> None:
     log = with_velocities_by_differences(noise)
-    moved = rates_on_time(log)
+    moved = on_time(log)
     late = np.interp(log.time + DT / 2, log.time, log.column("vx"))
     np.testing.assert_allclose(moved.column("vx")[1:-1], late[1:-1], atol=1e-6)
     others = [name for name in log.layouts.state if name not in {"vx", "vy"}]
     assert all((moved.column(name) == log.column(name)).all() for name in others)
-    np.testing.assert_array_equal(rates_on_time(moved).state, moved.state)
+    np.testing.assert_array_equal(on_time(moved).state, moved.state)
 
 
 def test_differences_that_a_file_rounds_are_differences() -> None:
     log = with_velocities_by_differences(0.01)
     rounded = replace(log, state=log.state.round(4))
-    assert np.abs(rates_on_time(rounded).column("vy") - rounded.column("vy")).max() > 0.1
+    assert np.abs(on_time(rounded).column("vy") - rounded.column("vy")).max() > 0.1
 
 
 def test_velocities_of_a_sensor_of_their_own_stay() -> None:
     log = with_velocities_by_differences(0.01)
     state, place = log.state.copy(), log.layouts.state.index("vx")
     state[:, place] += 0.1 * np.random.default_rng(6).standard_normal(len(log))
-    np.testing.assert_array_equal(rates_on_time(replace(log, state=state)).column("vx"), state[:, place])
+    np.testing.assert_array_equal(on_time(replace(log, state=state)).column("vx"), state[:, place])
 
 
 def test_velocities_of_a_simulator_by_eulers_steps_stay() -> None:
@@ -59,12 +63,30 @@ def test_velocities_of_a_simulator_by_eulers_steps_stay() -> None:
     state = log.state.copy()
     for coordinate, rate in (("x", "vx"), ("y", "vy")):
         state[:, log.layouts.state.index(coordinate)] = DT * np.cumsum(log.column(rate))
-    np.testing.assert_array_equal(rates_on_time(replace(log, state=state)).state, state)
+    np.testing.assert_array_equal(on_time(replace(log, state=state)).state, state)
+
+
+def test_rates_of_all_logs_are_put_on_time_or_of_none() -> None:
+    """Of some they would be late and of others not: an equation is of all of them."""
+    noisy, clean = with_velocities_by_differences(0.01), with_velocities_by_differences(1e-5)
+    both = rates_on_time(Dataset([noisy, clean]))
+    assert all((new.column("vx") != old.column("vx")).any() for new, old in zip(both, (noisy, clean), strict=True))
+    other = car_drives(1, 4, steps=200)[0]
+    kept = rates_on_time(Dataset([noisy, other]))
+    np.testing.assert_array_equal(kept[0].state, noisy.state)
+
+
+@pytest.mark.parametrize("rows", [1, 2, 4])
+def test_a_piece_of_a_few_rows_changes_nothing_for_the_others(rows: int) -> None:
+    log = with_velocities_by_differences(0.01)
+    moved = rates_on_time(Dataset([log, log.rows(0, rows)]))
+    np.testing.assert_array_equal(moved[0].state, on_time(log).state)
+    assert np.isfinite(moved[1].state).all()
 
 
 def test_a_diagnosis_judges_rates_that_are_on_time() -> None:
     log = with_velocities_by_differences(0.01)
-    np.testing.assert_array_equal(check(MUSHR.nominal(), Dataset([log])).data[0].state, rates_on_time(log).state)
+    np.testing.assert_array_equal(check(MUSHR.nominal(), Dataset([log])).data[0].state, on_time(log).state)
 
 
 @pytest.mark.parametrize("rate", [20.0, 40.0, 200.0])

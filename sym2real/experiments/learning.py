@@ -183,7 +183,7 @@ def _on_time(data: Dataset) -> tuple[Dataset, tuple[str, ...]]:
     Differences of what was measured are half a row late, filtered ones later. An equation cannot hold a delay of its
     own: it would take it for slowness of the robot.
     """
-    measured, data = data, Dataset(map(rates_on_time, data))
+    measured, data = data, rates_on_time(data)
     changed = np.any([(new.state != old.state).any(axis=0) for new, old in zip(data, measured, strict=True)], axis=0)
     differences = ", ".join(np.array(data.layouts.state.columns)[changed])
     notes = [f"{differences}: slopes at the rows, in the place of differences, half a row late"] if differences else []

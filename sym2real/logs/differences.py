@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from sym2real.dataset import Dataset
 from sym2real.logs.derive import SHORTEST, slope
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import HEADING
@@ -18,15 +19,19 @@ from sym2real.vocabulary import HEADING
 ROUNDING = 0.1
 
 
-def rates_on_time(log: Trajectory) -> Trajectory:
-    """The log with slopes in the place of velocities and rates that are differences of its noisy coordinates."""
-    time, layout, state = log.time, log.layouts.state, log.state.copy()
-    if len(log) <= SHORTEST:
-        return log
-    for rate, coordinate in _coordinates(log).items():
-        at_rows = slope(time, coordinate, SHORTEST)
-        if _is_difference(time, coordinate, log.column(rate), at_rows):
-            state[:, layout.index(rate)] = at_rows
+def rates_on_time(data: Dataset) -> Dataset:
+    """The logs with slopes in the place of velocities and rates that are differences of noisy coordinates in all."""
+    coordinates = [_coordinates(log) for log in data]
+    moved = [rate for rate in coordinates[0] if _are_differences(data, rate, [found[rate] for found in coordinates])]
+    return Dataset(
+        _with_slopes(log, {rate: found[rate] for rate in moved}) for log, found in zip(data, coordinates, strict=True)
+    )
+
+
+def _with_slopes(log: Trajectory, coordinates: dict[str, Array]) -> Trajectory:
+    state = log.state.copy()
+    for rate, coordinate in coordinates.items() if len(log) > 1 else ():
+        state[:, log.layouts.state.index(rate)] = slope(log.time, coordinate, SHORTEST)
     return replace(log, state=state)
 
 
@@ -40,10 +45,18 @@ def _coordinates(log: Trajectory) -> dict[str, Array]:
     return found
 
 
-def _is_difference(time: Array, values: Array, rate: Array, at_rows: Array) -> bool:
-    missed = np.abs(np.diff(values) / np.diff(time) - rate[1:]).mean()
-    change = np.diff(rate[1:])
+def _are_differences(data: Dataset, rate: str, coordinates: list[Array]) -> bool:
+    """Whether they are in every log of more than a few rows, and noisy on the whole."""
+    reversals = 0.0
+    for log, coordinate in zip(data, coordinates, strict=True):
+        if len(log) <= SHORTEST + 1:
+            continue
+        values = log.column(rate)
+        missed = np.abs(np.diff(coordinate) / np.diff(log.time) - values[1:]).mean()
+        if not missed < ROUNDING * np.abs(values - slope(log.time, coordinate, SHORTEST))[1:].mean():
+            return False
+        change = np.diff(values[1:])
+        reversals += float(change[1:] @ change[:-1])
     # Noise of the coordinate makes each change reverse the one before; a simulator of Euler's steps has the same
     # differences without it, and there they are the rate.
-    noisy = float(change[1:] @ change[:-1]) < 0.0
-    return noisy and bool(missed < ROUNDING * np.abs(rate - at_rows)[1:].mean())
+    return reversals < 0.0

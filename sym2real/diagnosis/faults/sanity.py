@@ -89,7 +89,7 @@ def check(model: Equations | None, data: Dataset) -> Checked:
     for settle in steps:
         faults, data = settle(data)
         found += faults
-    data = Dataset(map(rates_on_time, data if sensors is None else through(sensors.measured, data)))
+    data = rates_on_time(data if sensors is None else through(sensors.measured, data))
     data = with_one_clock(data if model is None else with_lost_commands(model, data))
     notes = (
         *_lost(data),

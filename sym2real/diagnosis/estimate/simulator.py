@@ -17,7 +17,7 @@ from sym2real.symbolic import Equations
 # What a note says where the base is not calibrated.
 UNCALIBRATED = "the base's own errors were not calibrated and may look like effects"
 SWITCHED_OFF = f"calibration was switched off: {UNCALIBRATED}"
-NO_SIMULATOR = f"no plain simulator: {UNCALIBRATED}; diagnose healthy logs first, and take the model in --out as base"
+NO_SIMULATOR = f"no plain simulator: {UNCALIBRATED}; diagnose healthy logs first, and add --fit what they show"
 NOT_FLOWN = "the logs' manoeuvres cannot be flown in the plain simulator: the base is not calibrated"
 
 

@@ -18,6 +18,7 @@ from sym2real.layout import Layout, Layouts
 from sym2real.logs import LogSpec, inspect_logs, read_log
 from sym2real.logs.assignment import assign
 from sym2real.logs.names import read_name
+from sym2real.robots.robot import GRAVITY
 from sym2real.trajectory import Array, Trajectory
 
 Disguise = Callable[[pd.DataFrame], pd.DataFrame]
@@ -260,6 +261,21 @@ def test_counts_of_thrust_are_left_to_the_user(tmp_path: Path) -> None:
     line = next(line for line in found.toml().splitlines() if line.startswith("# thrust ="))
     accepted = LogSpec.parse(found.toml().replace(line, line[2:]))
     assert accepted.columns["thrust"].column == "stabilizer.thrust"
+
+
+def test_a_thrust_of_0_to_1_is_offered_in_kilograms_of_the_robot(tmp_path: Path) -> None:
+    """In N the robot would weigh grams; what the mean carries is its weight."""
+    log = pd.read_csv(example_flight())
+    total = log[[f"motor{i}_cmd" for i in range(1, 5)]].sum(axis=1)
+    log.assign(thrust_sp=total / 4).to_csv(tmp_path / "log.csv", index=False)
+    lines = inspect_logs(tmp_path / "log.csv").toml().splitlines()
+    offered = next(line for line in lines if line.startswith("# thrust ="))
+    times = float(offered.partition("mass in kg × ")[2].split()[0])
+    assert times * float(total.mean()) / 4 == pytest.approx(GRAVITY, rel=1e-3)
+    accepted = LogSpec.parse(
+        "\n".join(line for line in lines if not line.startswith("thrust =")).replace(offered, offered[2:])
+    )
+    assert accepted.columns["thrust"].column == "thrust_sp"
 
 
 def test_without_stamps_the_rate_is_unknown(tmp_path: Path) -> None:

@@ -69,16 +69,24 @@ def _thrust(draft: Draft) -> None:
         draft.settle("thrust", "m/s^2", evidence + answer, "likely")
     else:
         evidence = f"mean {level:.3g}: in N the robot would weigh {share:.3g} kg"
-        doubt = "; a command of 0 to 1 is possible too" if signals.largest(values) <= 1.0 else ""
+        part = signals.largest(values) <= 1.0
+        doubt = "; a command of 0 to 1 is possible too" if part else ""
         draft.settle("thrust", "N", evidence + doubt + answer, "guess")
+        if part:
+            _scaled_by_weight(draft, draft.column("thrust"), level, "a command of 0 to 1, in place of the line above")
 
 
 def _counted_thrust(draft: Draft, column: str, values: Series, level: float, answer: str) -> None:
     draft.left_out.add("thrust")
     evidence = f"counts, mean {level:.5g}, up to {signals.largest(values):.5g}: the log cannot know N per count{answer}"
     draft.add(column, "thrust command", "?", evidence, "unknown")
+    _scaled_by_weight(draft, column, level, "counts")
+
+
+def _scaled_by_weight(draft: Draft, column: str, level: float, what: str) -> None:
+    """A suspicion that thrust is no force: its mean carries the weight, whatever it counts."""
     worth = f"scale = 1.0 }}  # put mass in kg × {GRAVITY / level:.6g}"
-    draft.comment("columns", f'thrust = {{ column = "{column}", {worth} (counts at mean thrust carry the weight)')
+    draft.comment("columns", f'thrust = {{ column = "{column}", {worth} ({what}: the mean carries the weight)')
 
 
 def _answer(draft: Draft, command: Series, response: Series) -> _Answer:

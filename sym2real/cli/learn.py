@@ -45,7 +45,7 @@ class Learn(OfLogs):
     """Recorded logs (CSV, Parquet, bags, MCAP, ULog) to fit instead of a simulator."""
     numbers: tuple[str, ...] = ()
     """Numbers of the robot that --data was measured on, NAME=VALUE in SI units (mass=0.032); else the registered.
-    Effects that act by them need them: of a quadrotor of your own jx, jy, jz let a centre of mass that is off be told."""
+    Effects that act by them need them: a centre of mass that is off is tested where jx, jy and jz are known."""
     engine: str = "beam"
     """Search engine: beam (built in), operon or pysr (extras)."""
     episodes: OptionalCount = None

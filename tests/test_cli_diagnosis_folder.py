@@ -16,8 +16,9 @@ from sym2real.cli.diagnosis_folder import write_diagnosis
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, diagnose
 from sym2real.diagnosis.errors.rungs import Stage, StageError
-from sym2real.diagnosis.score.finding import Estimate, Finding
+from sym2real.diagnosis.score.finding import Finding
 from sym2real.diagnosis.score.held_out import Gate
+from sym2real.diagnosis.score.intervals import Estimate
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import load_model

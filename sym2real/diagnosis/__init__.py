@@ -16,8 +16,9 @@ from sym2real.diagnosis.errors.skill import ChannelError, HorizonErrors
 from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.faults.report import DataReport, data_report
 from sym2real.diagnosis.pipeline import diagnose
-from sym2real.diagnosis.score.finding import Estimate, Finding
+from sym2real.diagnosis.score.finding import Finding
 from sym2real.diagnosis.score.held_out import Fall, Gate
+from sym2real.diagnosis.score.intervals import Estimate
 from sym2real.diagnosis.score.tried import Rival, Tried
 from sym2real.diagnosis.unexplained.term import Term, add_term
 

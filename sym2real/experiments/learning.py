@@ -21,7 +21,7 @@ from sym2real.files import write_text
 from sym2real.layout import Layouts
 from sym2real.level_ground import PLACE, any_heading_alike, at_many_headings
 from sym2real.logs import LogSpec, read_logs
-from sym2real.logs.differences import rates_on_time
+from sym2real.logs.differences import differences, rates_on_time
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.regression import ENGINES, BeamSearch, Dependence, dependence
 from sym2real.regression.selection import SearchSettings
@@ -183,10 +183,8 @@ def _on_time(data: Dataset) -> tuple[Dataset, tuple[str, ...]]:
     Differences of what was measured are half a row late, filtered ones later. An equation cannot hold a delay of its
     own: it would take it for slowness of the robot.
     """
-    measured, data = data, rates_on_time(data)
-    changed = np.any([(new.state != old.state).any(axis=0) for new, old in zip(data, measured, strict=True)], axis=0)
-    differences = ", ".join(np.array(data.layouts.state.columns)[changed])
-    notes = [f"{differences}: slopes at the rows, in the place of differences, half a row late"] if differences else []
+    moved, data = ", ".join(differences(data)), rates_on_time(data)
+    notes = [f"{moved}: slopes at the rows, in the place of differences, half a row late"] if moved else []
     for reading in readings(data, honest=0.0):
         late = replace(reading, scale=1.0, bias=0.0)
         if reading.of != ATTITUDE.name and late.shift:

@@ -103,6 +103,12 @@ def continuous(quaternion: Array) -> Array:
     return result
 
 
+def counted_heading(sine: Array, cosine: Array) -> Array:
+    """A heading in rad ``# (rows,)`` that counts on beyond a turn."""
+    angle: Array = np.unwrap(np.arctan2(sine, cosine))
+    return angle
+
+
 def unwrapped(angle: Array) -> Array:
     """An angle in rad ``# (rows,)`` without an encoder's jumps by whole turns; other jumps stay as they are.
 

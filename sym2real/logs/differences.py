@@ -6,12 +6,13 @@ at the row is less noisy and on time.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
 from sym2real.dataset import Dataset
-from sym2real.logs.derive import SHORTEST, slope
+from sym2real.logs.derive import SHORTEST, counted_heading, slope
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import HEADING
 
@@ -20,18 +21,25 @@ ROUNDING = 0.1
 
 
 def rates_on_time(data: Dataset) -> Dataset:
-    """The logs with slopes in the place of velocities and rates that are differences of noisy coordinates in all."""
+    """The logs with slopes in the place of :func:`differences`."""
+    rates = differences(data)
+    return Dataset(_with_slopes(log, rates) for log in data) if rates else data
+
+
+def differences(data: Dataset) -> tuple[str, ...]:
+    """Columns of velocities and rates that are differences of noisy coordinates in all logs."""
     coordinates = [_coordinates(log) for log in data]
-    moved = [rate for rate in coordinates[0] if _are_differences(data, rate, [found[rate] for found in coordinates])]
-    return Dataset(
-        _with_slopes(log, {rate: found[rate] for rate in moved}) for log, found in zip(data, coordinates, strict=True)
+    return tuple(
+        rate for rate in coordinates[0] if _are_differences(data, rate, [found[rate] for found in coordinates])
     )
 
 
-def _with_slopes(log: Trajectory, coordinates: dict[str, Array]) -> Trajectory:
-    state = log.state.copy()
-    for rate, coordinate in coordinates.items() if len(log) > 1 else ():
-        state[:, log.layouts.state.index(rate)] = slope(log.time, coordinate, SHORTEST)
+def _with_slopes(log: Trajectory, rates: Iterable[str]) -> Trajectory:
+    if len(log) < 2:
+        return log
+    state, coordinates = log.state.copy(), _coordinates(log)
+    for rate in rates:
+        state[:, log.layouts.state.index(rate)] = slope(log.time, coordinates[rate], SHORTEST)
     return replace(log, state=state)
 
 
@@ -40,8 +48,7 @@ def _coordinates(log: Trajectory) -> dict[str, Array]:
     layout = log.layouts.state
     found = {rate: log.column(coordinate) for coordinate, rate in layout.rates.items()}
     if layout.has_field(HEADING.name) and "wz" in layout:
-        sine, cosine = (log.column(name) for name in HEADING.columns)
-        found["wz"] = np.unwrap(np.arctan2(sine, cosine))
+        found["wz"] = counted_heading(*(log.column(name) for name in HEADING.columns))
     return found
 
 

@@ -10,12 +10,13 @@ import numpy as np
 
 from sym2real.errors import DataError, reason
 from sym2real.layout import Layouts
+from sym2real.logs.derived import add_derived
 from sym2real.logs.dropouts import CUT, without_dropouts
 from sym2real.logs.grouping import layouts_from_json, trajectory, visible
 from sym2real.logs.of_model import for_model
 from sym2real.logs.resample import REGULAR, gaps, is_regular, resample
 from sym2real.logs.specification import LogSpec
-from sym2real.logs.standard import Standard, add_derived, own_specification, stamps, standardise, tidy
+from sym2real.logs.standard import Standard, own_specification, stamps, standardise, tidy
 from sym2real.logs.table import Table
 from sym2real.trajectory import Trajectory
 

@@ -95,7 +95,7 @@ def _circles(log: Standard, grid: Array, commands: Collection[str]) -> Columns:
     columns: Columns = {}
     for sine, cosine in CIRCLES:
         if sine in log.columns and cosine in log.columns and sine not in commands:
-            angle = np.unwrap(np.arctan2(log.columns[sine], log.columns[cosine]))
+            angle = derive.counted_heading(log.columns[sine], log.columns[cosine])
             turned = np.interp(grid, log.time, angle)
             columns |= {sine: np.sin(turned), cosine: np.cos(turned)}
     return columns

@@ -9,9 +9,7 @@ from itertools import product
 import numpy as np
 
 from sym2real.errors import DataError
-from sym2real.layout import Layouts
 from sym2real.logs import derive
-from sym2real.logs.dropouts import UNWRAPPED
 from sym2real.logs.parts import ATTITUDES, STANDARD_COLUMNS, Attitude, Source, TimeBase
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.table import Table
@@ -120,66 +118,6 @@ def tidy(log: Standard, start: float) -> Standard:
             unit = derive.continuous(values / np.linalg.norm(values, axis=1, keepdims=True))
             columns |= dict(zip(names, unit.T, strict=True))
     return Standard(log.time - start, columns, log.others, log.notes)
-
-
-def add_derived(log: Standard, spec: LogSpec, layouts: Layouts | None, dt: float | None) -> Standard:
-    """Angles of joints that count on beyond a turn, and velocities from a wheel's speed; velocities, and rates of
-    attitude and joints, where the specification asks; for a model of this step in s, if there is one."""
-    around = derive.rows_around(log.time, dt)
-    angles, rolling = _counted_on(log, layouts), _rolling(log, around)
-    log = replace(log, columns={**log.columns, **angles})
-    columns, notes = {**log.columns, **rolling}, list(log.notes)
-    notes += [f"{joint} {UNWRAPPED}" for joint in angles]
-    if rolling:
-        notes.append("velocities are wheel_speed along the heading and slopes of positions across it")
-    if "velocity" in spec.derive:
-        for axis in "xyz":
-            if axis in columns and f"v{axis}" not in columns:
-                columns[f"v{axis}"] = derive.slope(log.time, columns[axis], around)
-        notes.append(f"velocities are slopes of positions (parabola through {around} rows)")
-    if "rate" in spec.derive:
-        of_joints = _joint_rates(log, layouts, around)
-        columns = _rates(log, around) | of_joints | columns
-        of = f"{', '.join(of_joints)} are slopes" if of_joints else "angular rates are slopes of the attitude"
-        notes.append(f"{of} (parabola through {around} rows)")
-    return Standard(log.time, columns, log.others, tuple(notes))
-
-
-def _counted_on(log: Standard, layouts: Layouts | None) -> Columns:
-    """Angles of joints whose encoder begins anew after a turn, without its jumps."""
-    units = {} if layouts is None else {joint: layouts.state.units[joint] for joint in layouts.state.joints}
-    there = [joint for joint, unit in units.items() if unit == "rad" and joint in log.columns]
-    unwrapped = {joint: derive.unwrapped(log.columns[joint]) for joint in there}
-    return {joint: angle for joint, angle in unwrapped.items() if (angle != log.columns[joint]).any()}
-
-
-def _rolling(log: Standard, around: int) -> Columns:
-    there = log.columns.keys()
-    if not {"wheel_speed", "x", "y"} <= there or {"vx", "vy"} & there or not {"sin_yaw", "cos_yaw"} <= there:
-        return {}
-    position = np.stack([log.columns["x"], log.columns["y"]], axis=1)
-    yaw = np.arctan2(log.columns["sin_yaw"], log.columns["cos_yaw"])
-    return dict(
-        zip(("vx", "vy"), derive.rolling(log.time, position, yaw, log.columns["wheel_speed"], around).T, strict=True)
-    )
-
-
-def _rates(log: Standard, around: int) -> Columns:
-    if all(column in log.columns for column in QUATERNION):
-        quaternion = np.stack([log.columns[column] for column in QUATERNION], axis=1)
-        return dict(zip(("wx", "wy", "wz"), derive.body_rate(log.time, quaternion, around).T, strict=True))
-    if "sin_yaw" in log.columns:
-        yaw = np.unwrap(np.arctan2(log.columns["sin_yaw"], log.columns["cos_yaw"]))
-        return {"wz": derive.slope(log.time, yaw, around)}
-    return {}
-
-
-def _joint_rates(log: Standard, layouts: Layouts | None, around: int) -> Columns:
-    if layouts is None:
-        return {}
-    rates = layouts.state.rates
-    there = [joint for joint in layouts.state.joints if joint in log.columns and rates[joint] not in log.columns]
-    return {rates[joint]: derive.slope(log.time, log.columns[joint], around) for joint in there}
 
 
 def stamps(table: Table, spec: LogSpec) -> Array:

@@ -14,6 +14,7 @@ import torch
 from sym2real import rotation
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.body import GRAVITY
+from sym2real.logs.derive import counted_heading
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import HEADING, POSITION, RATE, VELOCITY
 
@@ -100,7 +101,7 @@ def turning(trajectory: Trajectory, column: str) -> Array:
     """Rate between rows about a body axis in rad/s ``# (rows - 1,)``, from the attitude."""
     layout, steps = trajectory.layouts.state, np.diff(trajectory.time)
     if layout.has_field("heading"):
-        yaw = np.unwrap(np.arctan2(*(trajectory.column(name) for name in HEADING.columns)))
+        yaw = counted_heading(*(trajectory.column(name) for name in HEADING.columns))
         return np.diff(yaw) / steps
     attitude = torch.as_tensor(trajectory.state[:, layout.slice("attitude")])
     turn = rotation.logarithm(rotation.multiply(rotation.conjugate(attitude[:-1]), attitude[1:])).numpy()

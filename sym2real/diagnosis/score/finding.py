@@ -7,47 +7,20 @@ from dataclasses import asdict, dataclass, field, replace
 from itertools import accumulate, pairwise
 from typing import Any
 
-import torch
-
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.estimate.calibrate import Calibration
-from sym2real.diagnosis.estimate.fit import Fit
-from sym2real.diagnosis.estimate.significance import half_widths
 from sym2real.diagnosis.estimate.swing import Swing
-from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.score.cleaning import cleaned
 from sym2real.diagnosis.score.importance import by_importance
+from sym2real.diagnosis.score.intervals import Estimate, about, estimates, spread_over_logs
 from sym2real.diagnosis.score.reliability import Confidence, confidence, kind
-from sym2real.diagnosis.search.deviations import reported
 from sym2real.diagnosis.search.near import Near
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import Effect, compose, effect
-from sym2real.effects.kind import with_unit
 from sym2real.effects.voltage import REFERENCE, VOLTAGE, with_voltage
 from sym2real.symbolic import Equations
-
-# Filters act on the mean of a command over a control step. One that changes steadily within the step moves a position
-# by a third of its change, its mean by a half: a sixth of a step that a lag's time cannot be told from.
-WITHIN_A_STEP = 1 / 6
-# Standard deviations of a 95 % interval.
-TWO_SIDED = 1.96
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A parameter's value with its 95 % interval."""
-
-    value: float
-    low: float
-    high: float
-    unit: str
-
-    @property
-    def said(self) -> str:
-        """Value and unit for a sentence."""
-        return with_unit(self.value, self.unit)
 
 
 @dataclass(frozen=True)
@@ -110,58 +83,6 @@ def applied(equations: Equations, findings: Sequence[Finding]) -> Equations:
     for finding in findings:
         equations = finding.bound(equations)
     return compose(equations, [(effect(finding.effect, equations), finding.values) for finding in findings])
-
-
-def estimates(
-    selection: Selection, candidate: Candidate, fit: Fit, form: Mapping[int, float]
-) -> dict[str, dict[str, Estimate]]:
-    """Values of a chosen candidate in a fit of all, by effect and parameter; form: variances over near sets.
-
-    Of effects that compete as one, those that are zero within their intervals are left out.
-    """
-    problem, halves = selection.problems.problem, half_widths(selection.problems, fit)
-    library = problem.library
-    by_effect: dict[str, dict[str, Estimate]] = {}
-    there = set()
-    for place, tied in zip(selection.places(selection.chosen, candidate), candidate.free, strict=True):
-        for index in tied:
-            of, slot = library.slots[index].effect, library.slots[index].parameter
-            origin = float(selection.origin[index])
-            value = reported(float(fit.values[index]), origin, slot)
-            half = float(halves[place]) * slot.scale
-            reference = value - slot.null if slot.null in (0.0, 1.0) else value
-            floor = (SETTINGS.interval_floor**2 + _stiffness(library, of) ** 2) ** 0.5
-            choice = TWO_SIDED**2 * form.get(index, 0.0)
-            half = (half**2 + choice + (floor * reference) ** 2 + _unresolved(library, of, problem.data.dt) ** 2) ** 0.5
-            by_effect.setdefault(of, {})[slot.name] = Estimate(value, value - half, value + half, slot.unit)
-            there |= set() if abs(value - slot.null) < half else {of}
-    return {of: parameters for of, parameters in by_effect.items() if of in there or not there}
-
-
-def _unresolved(library: Library, name: str, dt: float) -> float:
-    """Half-width of what control steps hide of a lag's time in s; none of other effects."""
-    return WITHIN_A_STEP * dt if name in library.effects and library.effects[name].of.lagging else 0.0
-
-
-def _stiffness(library: Library, name: str) -> float:
-    """Relative half-width of what nobody knows of how a torque is answered; none of other effects."""
-    effect = library.effects.get(name)
-    return SETTINGS.stiffness if effect is not None and effect.of.by_torque(effect.body) else 0.0
-
-
-def spread_over_logs(selection: Selection, candidate: Candidate, fit: Fit) -> dict[str, float]:
-    """Standard deviation over logs of each parameter when every log fits its own, in its unit."""
-    problems = selection.problems
-    log = torch.as_tensor(problems.problem.segments.log)
-    steps = [problems.best_step(fit.of_segments(log == index)) for index in log.unique()]
-    if len(steps) < 2:
-        return {}
-    deviation = torch.stack(steps).std(dim=0)
-    slots = problems.problem.library.slots
-    return {
-        slots[tied[0]].parameter.name: float(deviation[place]) * slots[tied[0]].parameter.scale
-        for place, tied in zip(selection.places(selection.chosen, candidate), candidate.free, strict=True)
-    }
 
 
 def findings(
@@ -229,9 +150,9 @@ def with_details(
     """
     known: dict[str, Estimate] = {}
     if swing is not None:
-        known["omega"] = _about(swing.omega, swing.deviation, "rad/s")
+        known["omega"] = about(swing.omega, swing.deviation, "rad/s")
         if len(logs) == 1:
-            known["phase"] = _about(swing.phases[0], swing.deviation * len(logs[0]) * logs[0].dt / 3**0.5, "rad")
+            known["phase"] = about(swing.phases[0], swing.deviation * len(logs[0]) * logs[0].dt / 3**0.5, "rad")
     result = []
     for finding in findings:
         chosen = {name: Estimate(value, value, value, "1") for name, value in library.choice(finding.effect).items()}
@@ -257,10 +178,6 @@ def rated(findings: Sequence[Finding], *, passed: bool, leftover: bool, calibrat
         replace(finding, confidence=confidence(name) if calibrated and not finding.provisional else None)
         for finding, name in zip(findings, kinds, strict=True)
     )
-
-
-def _about(value: float, deviation: float, unit: str) -> Estimate:
-    return Estimate(value, value - TWO_SIDED * deviation, value + TWO_SIDED * deviation, unit)
 
 
 def _voltage(effect: Effect) -> float | None:

@@ -145,10 +145,9 @@ def _judged(
         return None
     if isinstance(transformation, Turned) and transformation.field == "attitude":
         clear &= without_drag(now) > SETTINGS.mistake_fewer * new
-    if isinstance(transformation, Exchanged | Scaled):
-        clear &= better > SETTINGS.error_fall
-    if isinstance(transformation, Turned):  # it must mend a part of what such a turn does
-        clear &= better > SETTINGS.error_fall * (1.0 - np.cos(transformation.angle))
+    if isinstance(transformation, Exchanged | Scaled | Turned):  # it must mend a part of what it does
+        does = 1.0 - np.cos(transformation.angle) if isinstance(transformation, Turned) else 1.0
+        clear &= better > SETTINGS.error_fall * does
     if isinstance(transformation, Late | Turned):
         clear &= without_arm(now) > SETTINGS.mistake_fewer * new
     for other in mimics(transformation, data.layouts.action.columns):

@@ -14,7 +14,7 @@ from noisy_flights import flights
 from paper_robots import PAPER_ROBOTS
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis import data_report
+from sym2real.diagnosis import add, data_report
 from sym2real.diagnosis.faults import conventions
 from sym2real.diagnosis.faults.mistakes import Undoing, bad_rows, mistakes
 from sym2real.diagnosis.faults.mistakes.scales import Scaled
@@ -61,6 +61,7 @@ def listed(robot: str) -> Iterator[Transformation]:
     if robot == "crazyflie":
         for vectors in ((P,), (V,), (P, V), (W,), (RATE_COMMANDS,)):
             yield exchanged(vectors, *SWAPPED)
+        yield Scaled((*P, *V), 0.1)
         yield exchanged((P, V), *MIRRORED)
         yield exchanged((P, V), *DOWN)
         yield from (OtherAxes(V, "body"), OtherAxes(W, "world"), FromWorld())
@@ -72,6 +73,7 @@ def listed(robot: str) -> Iterator[Transformation]:
         yield from (exchanged(vectors, *SWAPPED) for vectors in ((P[:2],), (V[:2],), (P[:2], V[:2])))
         yield exchanged((P[:2], V[:2]), *MIRRORED)
         yield Exchanged(HEADING, HEADING[::-1], (1, 1))
+        yield Scaled((*P[:2], *V[:2]), 10.0)
         yield OtherAxes(V[:2], "body")
         yield from (Turned("heading", angle), Turned("heading", np.pi))
         yield from (Late("position", P[:2], 3, dt), Late("commands", ("steer", "speed"), 1, dt))
@@ -211,6 +213,16 @@ def test_no_effect_is_taken_for_a_mistake(robot: str, key: str, values: dict[str
     data = simulate_case(Case(robot, ((key, values),) if key else (), seed=72), trajectories=3, rows=260)
     assert mistakes(ROBOTS[robot].nominal(), data) == []
     assert bad_rows(data) == []
+
+
+def test_a_mirrored_command_is_seen_by_a_model_with_hidden_states() -> None:
+    """A lag that began anew with every row would let a command show in none."""
+    lag = ("motor_lag", {"value": 0.06})
+    data, model = simulate_case(Case("crazyflie", (lag,), seed=73), 3, 260), add(CRAZYFLIE.nominal(), *lag)
+    assert check(model, data).faults == ()
+    mirrored = Dataset(with_columns(log, {"wy_cmd": -log.column("wy_cmd")}) for log in data)
+    (fault,) = check(model, mirrored).faults
+    assert fault.evidence.startswith("wy_cmd with the wrong sign")
 
 
 @pytest.mark.parametrize("rows", [2, 3, 4])

@@ -124,6 +124,27 @@ def test_another_unit_is_named_and_undone(robot: object, factors: Factors, said:
         np.testing.assert_allclose(log.action, right.action, rtol=1e-9, atol=1e-12)
 
 
+SMALL = [
+    (CRAZYFLIE, of("x y z", 1e-3), ["x y z in m that are read as mm"]),
+    (CRAZYFLIE, of("vx vy vz", 1e-2), ["vx vy vz in m/s that are read as cm/s"]),
+    (CRAZYFLIE, of("wx wy wz", 1.0 / DEGREES), ["wx wy wz in rad/s that are read as deg/s"]),
+    (CRAZYFLIE, of("wx_cmd wy_cmd wz_cmd", 1.0 / DEGREES), ["wx_cmd wy_cmd wz_cmd in rad/s that are read as deg/s"]),
+    (CRAZYFLIE, of("thrust", 1e-3), ["thrust in N that are read as mN"]),
+    (MUSHR, of("steer", 1.0 / DEGREES), ["steer in rad that are read as deg"]),
+    (MUSHR, of("speed", 1e-3), ["speed in m/s that are read as mm/s"]),
+]
+
+
+@pytest.mark.parametrize(("robot", "factors", "said"), SMALL)
+def test_numbers_that_are_too_small_are_read_as_another_unit(robot: Robot, factors: Factors, said: list[str]) -> None:
+    data = one_flight() if robot is CRAZYFLIE else drives()
+    checked = check(robot.nominal(), times(data, factors))
+    assert [fault.name for fault in checked.faults] == said
+    for log, right in zip(checked.data, rates_on_time(data), strict=True):
+        np.testing.assert_allclose(log.state, right.state, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(log.action, right.action, rtol=1e-9, atol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("factors", "said"),
     [
@@ -138,12 +159,13 @@ def test_the_scalar_last_is_named_beside_units_and_signs(factors: Factors, said:
     np.testing.assert_allclose(checked.data[0].state, rates_on_time(data)[0].state, rtol=1e-9, atol=1e-12)
 
 
-def test_a_factor_of_no_unit_is_told_with_the_scale_that_undoes_it() -> None:
+@pytest.mark.parametrize("factor", [70_000.0, 1.0 / 25.0], ids=["large", "part of the most"])
+def test_a_factor_of_no_unit_is_told_with_the_scale_that_undoes_it(factor: float) -> None:
     data = one_flight()
-    (found,), mended = breaches(times(data, {"thrust": 70_000.0}), CRAZYFLIE.nominal())
+    (found,), mended = breaches(times(data, {"thrust": factor}), CRAZYFLIE.nominal())
     assert isinstance(found, ForeignUnit)
     assert found.unit == ""
-    assert found.factor == pytest.approx(70_000.0, rel=0.05)
+    assert found.factor == pytest.approx(factor, rel=0.05)
     assert f"scale = {1.0 / found.factor:.4g}" in found.fix
     np.testing.assert_allclose(mended[0].action, data[0].action, rtol=0.05)
 

@@ -20,7 +20,7 @@ def visible_state(equations: Equations) -> Layout:
 class VisibleModel:
     """A model of the visible columns.
 
-    Hidden states (motor lag) begin anew with every rollout, and with every single step.
+    Hidden states (motor lag) begin anew with every rollout and every single step, and go on in :meth:`after_each`.
 
     Args:
         equations: with or without hidden states; their command filters are not applied here.
@@ -35,6 +35,18 @@ class VisibleModel:
     def __call__(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
         """State ``# (..., visible)`` after one action ``# (..., action)``."""
         return self.rollout(state, action[..., None, :], None if inputs is None else inputs[..., None, :])[..., 0, :]
+
+    def after_each(self, states: Tensor, actions: Tensor, inputs: Tensor | None = None) -> Tensor:
+        """States ``# (..., H, visible)`` one step after each of a measured stretch, hidden ones going on within it."""
+        if not self.equations.start:
+            return self(states, actions, inputs)
+        rows = range(states.shape[-2])
+        given = [None if inputs is None else inputs[..., row, :] for row in rows]
+        later = [with_hidden_start(self.equations, states[..., 0, :], actions[..., 0, :], given[0])]
+        for row in rows:
+            now = torch.cat([states[..., row, :], later[-1][..., self.columns :]], dim=-1)
+            later.append(rollout(self.compiled, now, actions[..., row, None, :], given[row])[..., 0, :])
+        return torch.stack(later[1:], dim=-2)[..., : self.columns]
 
     def rollout(
         self, state: Tensor, actions: Tensor, inputs: Tensor | None = None, parameters: Tensor | None = None

@@ -144,12 +144,13 @@ def _middle(values: Array) -> Array:
 
 
 def _compared(pairs: Sequence[tuple[Array, Array]], least: float) -> tuple[float | None, float]:
-    """Correlation of two smoothed series, and how many times as large the first is; None and 1 where one is at rest."""
+    """Correlation of two smoothed series, and how many times as large the first is; None and 1 where both rest."""
     kernel = np.ones(SMOOTHING) / SMOOTHING
     usable = [pair for pair in pairs if len(pair[0]) >= SMOOTHING]
     if not usable:
         return None, 1.0
     first, other = (np.concatenate([np.convolve(pair[i], kernel, "valid") for pair in usable]) for i in (0, 1))
-    if len(first) < 2 or min(first.std(), other.std()) < least:
+    sizes = first.std(), other.std()
+    if len(first) < 2 or max(sizes) < least or not min(sizes):
         return None, 1.0
-    return float(np.corrcoef(first, other)[0, 1]), float(first.std() / other.std())
+    return float(np.corrcoef(first, other)[0, 1]), float(sizes[0] / sizes[1])

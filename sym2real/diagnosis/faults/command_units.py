@@ -1,14 +1,14 @@
 """Commands in another unit than the model's: with them a model predicts worse by far than that nothing changes.
 
-A thrust in mN, rates in deg/s, motors in percent or 16 bits: each is divided by every factor on a grid, and belongs to
-the unit whose factor is nearest to the one by which a step ahead is foretold. A gain or a limit of a few times is an
-effect; so units that are less than ten times apart are not told here.
+A thrust in mN or as a part of 1, rates in deg/s, motors in percent or 16 bits: each is divided by every factor on a
+grid, and belongs to the unit whose factor is nearest to the one by which a step ahead is foretold. A gain or a limit of
+a few times is an effect; so units that are less than ten times apart are not told here.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import exp, log
+from math import exp, inf, log
 
 import numpy as np
 import torch
@@ -25,7 +25,7 @@ from sym2real.symbolic import Equations
 
 THAN = "what moves the robot as the model says"
 FAR = 3.0  # times
-GRID = np.geomspace(1.0, 1e7, 140)
+GRID = np.geomspace(1e-5, 1e7, 240)
 MOST_ROWS = 500
 
 
@@ -72,7 +72,7 @@ class Steps:
 
     def best(self, columns: Sequence[str]) -> tuple[float, float]:
         """What is missed with the factor by which least is, and that factor."""
-        place = int(self._missed(columns, GRID).argmin())
+        place = int(self.errors(columns, GRID).mean(-1).argmin())
         around = log(GRID[max(0, place - 1)]), log(GRID[min(len(GRID) - 1, place + 1)])
         result = minimize_scalar(lambda at: self.missed(columns, exp(at)), bounds=around, method="bounded")
         return float(result.fun), exp(result.x)
@@ -83,12 +83,8 @@ class Steps:
         return float((torch.minimum(*beside) / here).max())
 
     def missed(self, columns: Sequence[str], factor: float) -> float:
-        """Mean of :meth:`errors`, infinite where one of them is no number."""
-        return float(self._missed(columns, [factor]))
-
-    def _missed(self, columns: Sequence[str], factors: Sequence[float] | np.ndarray) -> torch.Tensor:
-        missed = self.errors(columns, factors).mean(-1)
-        return torch.where(missed.isfinite(), missed, float("inf"))
+        """Mean of :meth:`errors`."""
+        return float(self.errors(columns, [factor]).mean())
 
     def errors(self, columns: Sequence[str], factors: Sequence[float] | np.ndarray) -> torch.Tensor:
         """Mean square of a step's error over that of the step itself, of every column that moves.
@@ -98,7 +94,7 @@ class Steps:
             factors: what they are divided by ``# (F,)``.
 
         Returns:
-            ``# (F, k)``, in one rollout of all factors.
+            ``# (F, k)``, in one rollout of all factors; infinite where it is no number.
         """
         by = torch.ones(len(factors), 1, len(self._action), dtype=torch.float64)
         by[..., self._action.indices(columns)] = torch.as_tensor(factors, dtype=torch.float64)[:, None, None]
@@ -107,20 +103,19 @@ class Steps:
         given = None if self._given is None else self._given.expand(len(by), -1, -1)
         after = self._predict(self._now.expand(len(by), -1, -1), sent, given)
         error = self._state.difference(self._later.expand_as(after), after).square().mean(1)
-        return (error / self._changed)[:, self._changed > 0]
+        return (error / self._changed)[:, self._changed > 0].nan_to_num(nan=inf, posinf=inf)
 
 
 def foreign_commands(model: Equations, data: Dataset) -> list[ForeignUnit]:
-    """Commands that stand in another unit, in all logs, or in each where they contradict each other."""
+    """Commands that stand in another unit, in all logs, or in each where what mends all makes one worse."""
     together = Steps.of(model, data)
-    if together is None or not together.missed((), 1.0) > SETTINGS.command_unit:
+    if together is None:
         return []
-    alone = [_foreign(together.only(place)) for place in range(len(data))] if len(data) > 1 else []
-    columns = {frozenset(name for foreign in own for name in foreign.columns) for own in alone}
-    units = {(foreign.columns, foreign.unit) for own in alone for foreign in own if foreign.unit}
-    if len(columns) > 1 or len({known for known, _ in units}) < len(units):
-        return [in_one_log(foreign, data, place) for place, own in enumerate(alone) for foreign in own]
-    return _foreign(together)
+    alone, found = [together.only(place) for place in range(len(data))], _foreign(together)
+    pairs = ((own.missed((), 1.0), together.only(place).missed((), 1.0)) for place, own in enumerate(alone))
+    if len(data) == 1 or (found and all(now <= SETTINGS.unit_near * before for before, now in pairs)):
+        return found
+    return [in_one_log(foreign, data, place) for place, own in enumerate(alone) for foreign in _foreign(own)]
 
 
 def _foreign(steps: Steps) -> list[ForeignUnit]:
@@ -137,16 +132,21 @@ def _foreign(steps: Steps) -> list[ForeignUnit]:
 
 def _most_foreign(steps: Steps, settled: Sequence[str]) -> ForeignUnit | None:
     """The columns whose other unit mends most of what is missed."""
-    mass = steps.model.numbers.get("mass")
-    as_it_stands = steps.missed((), 1.0)
-    if not as_it_stands > SETTINGS.command_unit:
+    mass, (now,) = steps.model.numbers.get("mass"), steps.errors((), [1.0])
+    if not (now > 1.0).any():
         return None
-    best: tuple[float, ForeignUnit | None] = (as_it_stands / SETTINGS.command_unit, None)
+    best: tuple[float, ForeignUnit | None] = (inf, None)
     for columns in steps.groups(settled):
         least, ratio = steps.best(columns)
         sure = least < best[0] and steps.rise(columns, ratio) > SETTINGS.command_sides
         meant = steps.data.layouts.action.units[columns[0]]
-        found = unit_of(meant, ratio, SETTINGS.command_unit, mass) if sure else None
-        if found is not None:
+        found = unit_of(meant, ratio, SETTINGS.command_unit, SETTINGS.command_unit, mass) if sure else None
+        if found is not None and _mended(now, steps.errors(columns, [ratio])[0]):
             best = least, ForeignUnit(columns, meant, ratio, *found, THAN, mass)
     return best[1]
+
+
+def _mended(now: torch.Tensor, then: torch.Tensor) -> bool:
+    """Whether a column that is missed by more than it changes is missed far less, and no other becomes one."""
+    better, worse = now > SETTINGS.mistake_fewer * then, then > SETTINGS.unit_near * now
+    return bool((better & (now > 1.0)).any() and not (worse & (then > 1.0)).any())

@@ -1,4 +1,4 @@
-"""Columns in another unit than the vocabulary's, known by how many times too large they are: deg/s, mm, cm/s.
+"""Columns in another unit than the vocabulary's, known by how many times too large or small they are: deg/s, mm.
 
 What is measured twice tells: rates against the attitude that they turn, velocities against the position that they move,
 and how a quadrotor is pushed aside against where its thrust points. A column is judged alone, and only where both
@@ -32,7 +32,8 @@ class ForeignUnit:
         columns: of the state or the action.
         meant: their unit.
         ratio: what is logged over what is meant, as found.
-        unit: key of :data:`~sym2real.logs.units.UNITS`; "" where none has such a factor.
+        unit: key of :data:`~sym2real.logs.units.UNITS` that numbers too large are in, and that numbers too small are
+            read as; "" where none has such a factor.
         factor: what is logged over what is meant, of that unit; as found where there is none.
         than: what they are so many times, for a sentence.
         mass: kg, of a thrust that is logged per unit mass.
@@ -52,16 +53,18 @@ class ForeignUnit:
     def evidence(self) -> str:
         """What shows it, one clause."""
         names = " ".join(self.columns)
-        unit = f"{self.unit} instead of {self.meant}" if self.unit else f"no unit of {self.meant} that is known"
+        named = f"{self.unit} instead of {self.meant}", f"{self.meant} that are read as {self.unit}"
+        unit = named[self.factor < 1.0] if self.unit else f"no unit of {self.meant} that is known"
         where = "" if self.log is None else f" in {self.log[1]}, other than in other logs"
         return f"{names} in {unit}{where}: the logged numbers are {_plain(self.ratio)} times {self.than}"
 
     @property
     def fix(self) -> str:
         """What to change."""
-        value = f'unit = "{self.unit}"' if self.unit else f"scale = {1.0 / self.factor:.4g}"
+        named = self.unit if self.factor > 1.0 else self.meant
+        value = f'unit = "{named}"' if self.unit else f"scale = {1.0 / self.factor:.4g}"
         change = f"give {' and '.join(self.columns)} {value} in a specification of the log"
-        per_mass = self.unit and UNITS[self.unit][0] == "m/s^2" and self.meant == "N"
+        per_mass = self.unit and UNITS[named][0] == "m/s^2" and self.meant == "N"
         return f"{change}, and mass = {self.mass:g} at its top" if per_mass else change
 
     def undone(self, data: Dataset) -> Dataset:
@@ -69,23 +72,27 @@ class ForeignUnit:
         return divided(data, self.columns, self.factor, only=None if self.log is None else self.log[0])
 
 
-def unit_of(meant: str, ratio: float, least: float, mass: float | None = None) -> tuple[str, float] | None:
-    """Unit and factor of numbers that are so many times too large; "" and the ratio where it has no name.
+def unit_of(
+    meant: str, ratio: float, least: float, unheard_of: float = SETTINGS.unit_unheard_of, mass: float | None = None
+) -> tuple[str, float] | None:
+    """Unit and factor of numbers that are so many times what is meant; "" and the ratio where it has no name.
 
     Args:
         meant: the unit that stands there.
         ratio: what is logged over what is meant.
-        least: factor of a unit, below which nobody tells it from what a robot does.
+        least: factor of a unit, or its inverse, below which nobody tells it from what a robot does.
+        unheard_of: from which a ratio, or its inverse, is another unit even if it has no name.
         mass: kg, where a thrust may be logged per unit mass.
 
     Returns:
-        None where the ratio is that of no unit, and not so large that there must be one.
+        None where the ratio is that of no unit, and not so far from 1 that there must be one.
     """
-    known = {unit: factor for unit, factor in factors(meant, mass).items() if factor >= least}
+    sign = 1.0 if ratio > 1.0 else -1.0
+    known = {unit: factor**sign for unit, factor in factors(meant, mass).items() if factor >= least}
     unit = min(known, key=lambda name: abs(log(known[name] / ratio)), default="")
     if unit and abs(log(known[unit] / ratio)) <= log(SETTINGS.unit_near):
         return unit, known[unit]
-    return ("", ratio) if ratio >= SETTINGS.unit_unheard_of else None
+    return ("", ratio) if abs(log(ratio)) >= log(unheard_of) else None
 
 
 def factors(meant: str, mass: float | None = None) -> dict[str, float]:
@@ -115,12 +122,15 @@ def foreign_rates(data: Dataset) -> list[ForeignUnit]:
 
 def _positions(data: Dataset) -> Judged:
     pushed = _ratio(thrust_agreement(list(data)))
-    if pushed is not None and pushed >= SETTINGS.unit_unheard_of:  # below, thrust is that of a fast turn
+    if pushed is not None and abs(log(pushed)) >= log(SETTINGS.unit_unheard_of):  # nearer, thrust is of a fast turn
         columns = (name for name in POSITIONS if name in data.layouts.state)
         return dict.fromkeys(columns, pushed), "how far thrust moves the robot"
-    moved = _ratios(velocity_agreement(list(data)))
-    rates = data.layouts.state.rates.items()
+    moved, rates = _ratios(velocity_agreement(list(data))), data.layouts.state.rates.items()
     inverse = {place: None if (ratio := moved[rate]) is None else 1.0 / ratio for place, rate in rates}
+    for place, ratio in inverse.items():
+        # Of a coordinate and its rate the larger numbers are wrong, but where thrust says that the smaller are.
+        if ratio is not None and (ratio < 1.0 or (pushed and abs(log(ratio / pushed)) > abs(log(pushed)))):
+            inverse[place] = 1.0
     return inverse, "how far its rate moves it"
 
 
@@ -154,11 +164,12 @@ def _foreign(ratios: Mapping[str, float | None], than: str, meant: Mapping[str, 
     units = {name: (meant[name], unit_of(meant[name], ratio, SETTINGS.unit_large)) for name, ratio in judged.items()}
     entries = []
     for wanted, found in sorted({(wanted, found[0]) for wanted, found in units.values() if found is not None}):
-        own = [name for name, known in units.items() if known[0] == wanted and known[1] and known[1][0] == found]
+        own = [name for name, (unit, known) in units.items() if unit == wanted and known and known[0] == found]
         alike = [name for name in ratios if meant[name] == wanted]
         columns = tuple(alike) if all(name in own or ratios[name] is None for name in alike) else tuple(own)
         ratio = float(np.exp(np.mean(np.log([judged[name] for name in own]))))
-        entries.append(ForeignUnit(columns, wanted, ratio, found, factors(wanted)[found] if found else ratio, than))
+        factor = factors(wanted)[found] ** np.sign(log(ratio)) if found else ratio
+        entries.append(ForeignUnit(columns, wanted, ratio, found, float(factor), than))
     return entries
 
 

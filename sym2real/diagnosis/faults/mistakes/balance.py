@@ -65,7 +65,7 @@ class Balance:
     def arms(self) -> Array:
         """Way of a point one metre ahead and of one to the left, level, as the robot turns ``# (stretches, 2, 2)``."""
         turns = np.concatenate([np.diff(_axes(log), axis=0) for log in self.data])
-        return _summed(turns, [len(log) - 1 for log in self.data], self.rows).reshape(-1, 2, 2)
+        return _summed(*_stretches(turns, [len(log) - 1 for log in self.data], self.rows)).reshape(-1, 2, 2)
 
     @cached_property
     def losses(self) -> Array:
@@ -101,13 +101,14 @@ class Balances:
         known = with_filtered_commands(self.model, with_inputs(self.model.layouts.inputs, data))
         rows = max(FEWEST_ROWS, round(STRETCH / data.dt))
         steps = [(log.state[:-1], log.state[1:], log.action[:-1], log.inputs[:-1]) for log in known]
-        now, then, sent, inputs = (torch.as_tensor(np.concatenate(parts)) for parts in zip(*steps, strict=True))
-        later = self._predict(now, sent, inputs if inputs.shape[1] else None)
-        lengths = [len(log) - 1 for log in known]
-        layout = known.layouts.state
-        measured, foretold = (_summed(layout.difference(end, now).numpy(), lengths, rows) for end in (then, later))
+        lengths, layout = [len(log) - 1 for log in known], known.layouts.state
+        cut = [_stretches(np.concatenate(parts), lengths, rows) for parts in zip(*steps, strict=True)]
+        now, then, sent, inputs = (torch.as_tensor(stretches) for stretches, _ in cut)
+        later = self._predict.after_each(now, sent, inputs if inputs.shape[-1] else None)
+        counts = cut[0][1]
+        measured, foretold = (_summed(layout.difference(end, now).numpy(), counts) for end in (then, later))
         quantities = _quantities(data.layouts.state)
-        turns = _turned(measured, layout, _summed(now.numpy() * data.dt, lengths, rows))
+        turns = _turned(measured, layout, _summed(now.numpy() * data.dt, counts))
         return Balance(
             (*quantities, *turns),
             (*(field for field, _ in quantities.values()), *("" for _ in turns)),
@@ -130,13 +131,17 @@ def _turned(changes: Array, layout: Layout, sums: Array) -> dict[str, tuple[Arra
     }
 
 
-def _summed(changes: Array, lengths: Sequence[int], rows: int) -> Array:
-    """Sums over stretches of so many rows, without each log's mean ``# (stretches, tangent)``."""
-    found = []
-    for own in np.split(changes, np.cumsum(lengths)[:-1]):
-        whole = own[: len(own) // rows * rows].reshape(-1, rows, own.shape[1]).sum(1)
-        found.append(whole - whole.mean(0) if len(whole) else whole)
-    return np.concatenate(found)
+def _stretches(values: Array, lengths: Sequence[int], rows: int) -> tuple[Array, list[int]]:
+    """Logs one behind the other in whole stretches of so many rows ``# (stretches, rows, k)``; how many of each."""
+    parts = np.split(values, np.cumsum(lengths)[:-1])
+    whole = [own[: len(own) // rows * rows].reshape(-1, rows, own.shape[1]) for own in parts]
+    return np.concatenate(whole), [len(own) for own in whole]
+
+
+def _summed(changes: Array, counts: Sequence[int]) -> Array:
+    """Sums over stretches without each log's mean ``# (stretches, tangent)``; ``counts`` of each log."""
+    sums = np.split(changes.sum(1), np.cumsum(counts)[:-1])
+    return np.concatenate([own - own.mean(0) if len(own) else own for own in sums])
 
 
 def _quantities(layout: Layout) -> dict[str, tuple[str, list[int]]]:

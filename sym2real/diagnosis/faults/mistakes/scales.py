@@ -1,4 +1,4 @@
-"""Joints and commands that are so many times what is meant, as degrees are and what is measured before a gear."""
+"""Joints, commands and positions with their velocities that are so many times what is meant, as degrees are."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from scipy.optimize import minimize_scalar
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.foreign_units import factors
 from sym2real.diagnosis.faults.mistakes.balance import Balance, Balances
-from sym2real.diagnosis.faults.mistakes.transformation import of_all, with_columns
+from sym2real.diagnosis.faults.mistakes.transformation import POSITIONS, of_all, present, with_columns
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.logs.units import UNITS
 from sym2real.trajectory import Trajectory
 
-STEP, LARGEST = 1.5, 1e5  # of factors that are tried
+STEP, LARGEST = 1.5, 1e5  # of factors that are tried, and of their inverses
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Scaled:
     """Columns that are so many times what is meant: in another unit, or measured before a gear.
 
     Args:
-        columns: a joint's coordinate and rate, those of several joints, or a command.
+        columns: a joint's coordinate and rate, those of several joints or of the position, or a command.
         factor: what is logged over what is meant.
         unit: of the first column; "" where none has this factor.
     """
@@ -36,8 +36,8 @@ class Scaled:
 
     @property
     def name(self) -> str:
-        """Which columns, and how many times they are too large."""
-        what = f"in {self.unit} instead of {UNITS[self.unit][0]}" if self.unit else "before a gear or in another unit"
+        """Which columns, and how many times what is meant they are."""
+        what = f"in {self.unit} instead of {UNITS[self.unit][0]}" if self.unit else "in another unit, or before a gear"
         return f"{' '.join(self.columns)} {what}, {self.factor:.4g} times what is meant"
 
     @property
@@ -51,9 +51,12 @@ class Scaled:
 
 
 def fitting_scales(balances: Balances, data: Dataset, now: Balance) -> Iterator[Scaled]:
-    """For joints that the model foretells badly, and for commands where there are any, the factor that fits best."""
+    """For what the model foretells badly, joints and commands or the position, the factor that fits best."""
     state, action = data.layouts.state, data.layouts.action
     losses = dict(zip(now.names, now.losses.mean(0), strict=True))
+    if losses.get("level velocity", 0.0) > SETTINGS.mistake_left:
+        position = present(data, POSITIONS)
+        yield _best(balances, data, (*position, *(state.rates[place] for place in position)), "m")
     bad = [joint for joint in state.joints if losses[state.rates[joint]] > SETTINGS.mistake_left]
     if not bad:
         return
@@ -70,11 +73,13 @@ def _best(balances: Balances, data: Dataset, columns: Sequence[str], meant: str)
         loss: float = balances(of_all(Scaled(tuple(columns), factor), data)).losses.mean()
         return loss
 
-    tried = np.geomspace(SETTINGS.command_unit, LARGEST, round(math.log(LARGEST / SETTINGS.command_unit, STEP)))
-    start = min(tried, key=missed)
+    large = np.geomspace(SETTINGS.command_unit, LARGEST, round(math.log(LARGEST / SETTINGS.command_unit, STEP)))
+    start = min((*large, *1.0 / large), key=missed)
     around = math.log(start / STEP), math.log(start * STEP)
     factor = math.exp(minimize_scalar(lambda at: missed(math.exp(at)), bounds=around, method="bounded").x)
     named = {unit: value for unit, value in factors(meant).items() if value >= SETTINGS.command_unit}
     unit = min(named, key=lambda unit: missed(named[unit]), default="")
-    alike = unit and missed(named[unit]) * SETTINGS.nearly_as_good < missed(factor)
-    return Scaled(tuple(columns), named[unit], unit) if alike else Scaled(tuple(columns), factor)
+    known = {named[unit]: unit} if unit else {}
+    known.setdefault(10.0 ** round(math.log10(factor)), "")
+    alike = [value for value in known if missed(value) * SETTINGS.nearly_as_good < missed(factor)]
+    return Scaled(tuple(columns), *((alike[0], known[alike[0]]) if alike else (factor, "")))

@@ -336,7 +336,7 @@ def test_a_robot_at_rest_has_no_commands_in_another_unit() -> None:
 
 
 @pytest.mark.parametrize(
-    ("column", "factor", "unit"), [("x", 1e3, "mm"), ("wy", DEGREES, "deg/s"), ("vz", 1e2, "cm/s")]
+    ("column", "factor", "unit"), [("x", 1e3, "mm"), ("z", 1e3, "mm"), ("wy", DEGREES, "deg/s"), ("vz", 1e2, "cm/s")]
 )
 def test_one_column_of_several_is_named_alone(column: str, factor: float, unit: str) -> None:
     (found,), mended = breaches(times(flights(), {column: factor}))

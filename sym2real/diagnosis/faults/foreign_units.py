@@ -127,9 +127,11 @@ def _positions(data: Dataset) -> Judged:
         return dict.fromkeys(columns, pushed), "how far thrust moves the robot"
     moved, rates = _ratios(velocity_agreement(list(data))), data.layouts.state.rates.items()
     inverse = {place: None if (ratio := moved[rate]) is None else 1.0 / ratio for place, rate in rates}
+    level = [ratio for place in POSITIONS[:2] if (ratio := inverse.get(place)) is not None]
+    small = [ratio for ratio in level if pushed is not None and abs(log(ratio / pushed)) > abs(log(pushed))]
     for place, ratio in inverse.items():
         # Of a coordinate and its rate the larger numbers are wrong, but where thrust says that the smaller are.
-        if ratio is not None and (ratio < 1.0 or (pushed and abs(log(ratio / pushed)) > abs(log(pushed)))):
+        if ratio and (ratio < 1.0 or any(abs(log(ratio / other)) < log(SETTINGS.unit_near) for other in small)):
             inverse[place] = 1.0
     return inverse, "how far its rate moves it"
 

@@ -24,6 +24,7 @@ from sym2real.logs import read_log
 from sym2real.plants import ModelPlant, run_episode
 from sym2real.robots import ROBOTS
 from sym2real.symbolic import Equations, compile_model, symbol
+from sym2real.symbolic.native_choice import torch_alone
 from sym2real.trajectory import Array, Trajectory
 
 LINE = Layouts(Layout.of(["x", "vx"]), Layout.of(["speed"]))
@@ -246,8 +247,9 @@ def test_short_logs_leave_long_horizons_out_and_say_so() -> None:
 
 def test_logs_in_a_list_are_logs() -> None:
     logs, base = list(flights()), ROBOTS["crazyflie"].nominal()
-    assert compare(base, logs).to_dict() == compare(base, Dataset(logs)).to_dict()
-    assert compare(base, logs[0]).to_dict() == compare(base, logs[:1]).to_dict()
+    with torch_alone():  # a model that was rolled out often goes on in C, whose last bits are its own
+        assert compare(base, logs).to_dict() == compare(base, Dataset(logs)).to_dict()
+        assert compare(base, logs[0]).to_dict() == compare(base, logs[:1]).to_dict()
 
 
 def test_the_real_flight_shows_the_gap_that_is_known() -> None:

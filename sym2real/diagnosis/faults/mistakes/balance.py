@@ -134,7 +134,7 @@ def _turned(changes: Array, layout: Layout, sums: Array) -> dict[str, tuple[Arra
 def _stretches(values: Array, lengths: Sequence[int], rows: int) -> tuple[Array, list[int]]:
     """Logs one behind the other in whole stretches of so many rows ``# (stretches, rows, k)``; how many of each."""
     parts = np.split(values, np.cumsum(lengths)[:-1])
-    whole = [own[: len(own) // rows * rows].reshape(-1, rows, own.shape[1]) for own in parts]
+    whole = [own[: len(own) // rows * rows].reshape(len(own) // rows, rows, own.shape[1]) for own in parts]
     return np.concatenate(whole), [len(own) for own in whole]
 
 

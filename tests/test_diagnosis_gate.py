@@ -114,6 +114,8 @@ def test_where_predictions_judge_nothing_an_effect_is_no_answer_beside_what_is_l
     assert verdict((), found, (), Gate(*ends), problems_of(800)) == "EFFECT"
     foretold = Gate(stage("base", 3.0, 1.0), stage("+ motor_lag", 2.0, 1.0))
     assert verdict((), found, left, foretold, problems_of(800)) == "EFFECT"
+    hover = Gate(*(replace(stage(name, size, 1.0), foretells=False) for name, size in (("base", 1.6), ("+ mass", 0.1))))
+    assert verdict((), found, left, hover, problems_of(800)) == "EFFECT"  # of a hover few models foretell anything
 
 
 @pytest.mark.parametrize(("steps", "answer"), [(75, "CANNOT_TELL"), (800, "UNEXPLAINED")])

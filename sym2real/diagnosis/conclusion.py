@@ -30,10 +30,11 @@ def verdict(
 
     Fewer than ten independent blocks leave no test, and an unfinished search cannot say that nothing is missing, or
     that no effect explains what is left. A fault alone is the answer only where nothing is left once it is undone.
+    Where predictions judge nothing, an effect is the answer if errors fall all the same or nothing else is missing.
     """
     unexplained = any(leftover.matters for leftover in leftovers)
-    blind = gate.before is not None and not gate.foretold  # then an effect is the answer where nothing else is missing
-    established = bool(findings) and gate.passed and not (blind and unexplained)
+    borne_out = gate.before is None or gate.foretold or gate.fallen
+    established = bool(findings) and gate.passed and (borne_out or not unexplained)
     if problems.block_count < SETTINGS.fewest_pieces or not (finished or established):
         return "CANNOT_TELL"
     if established:

@@ -62,10 +62,14 @@ class Gate:
         return tuple(sorted((fall for fall, beyond in self._falls() if beyond), key=lambda fall: fall.part))
 
     @property
+    def fallen(self) -> bool:
+        """Whether a tenth of an error goes and none rises beyond chance."""
+        return self.best is not None and self.best.part >= SETTINGS.error_fall and not self.worse
+
+    @property
     def passed(self) -> bool:
-        """Whether a tenth of an error goes and none rises beyond chance; also where nothing can be foretold."""
-        best = self.best if self.foretold else None
-        return best is None or (best.part >= SETTINGS.error_fall and not self.worse)
+        """Whether errors fall; also where nothing can be foretold, and where nothing was judged."""
+        return self.fallen or self.best is None or not self.foretold
 
     @property
     def foretold(self) -> bool:

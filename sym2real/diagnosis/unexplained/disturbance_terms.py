@@ -21,7 +21,7 @@ from sym2real.diagnosis.estimate.significance import chance_of, clustered
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.unexplained.constant import CONSTANT
-from sym2real.diagnosis.unexplained.leftover import features_of
+from sym2real.diagnosis.unexplained.features import features_of
 from sym2real.trajectory import Array
 
 # Rows by which a command is looked back at.
@@ -59,7 +59,7 @@ class Feature:
 
 def features_in(problem: Problem) -> dict[str, Feature]:
     """Everything that a disturbance may depend on, by name."""
-    names, values = features_of(problem)
+    names, (_, values, _) = features_of(problem)
     found = {name: Feature(name, (name,), values[:, [place]]) for place, name in enumerate(names)}
     dt, sent = problem.data.dt, _sent(problem, (0, *EARLIER))
     for column, name in enumerate(problem.data.layouts.action):

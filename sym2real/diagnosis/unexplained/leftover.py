@@ -9,23 +9,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from sym2real import rotation
-from sym2real.diagnosis.data.conditions import HOW_FAST
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.diagnosis.unexplained.features import features_of
 from sym2real.diagnosis.unexplained.motion import part_of_disturbance
-from sym2real.effects.voltage import VOLTAGE
 from sym2real.symbolic.mass_normalised import unit_for
-from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import HEADING, HEIGHT, RATE, VELOCITY, is_push
+from sym2real.trajectory import Array
+from sym2real.vocabulary import is_push
 
 TREES, LEAF, FOLDS = 20, 8, 4
 # Whitened squares per degree of freedom of an answer that leaves something out: null data leave 1.06 at most.
@@ -92,6 +89,7 @@ class Rest:
         motion: part of the robot's motion that each makes.
         features: their names.
         values: features of every piece ``# (pieces, F)``.
+        around: the same of the piece before, and of the one behind.
         groups: pieces that are left out together ``# (pieces,)``.
     """
 
@@ -102,13 +100,14 @@ class Rest:
     motion: tuple[float, ...]
     features: list[str]
     values: Array
+    around: tuple[Array, Array]
     groups: NDArray[np.int64]
 
     @classmethod
     def of(cls, problem: Problem, spread: Spread, whitening: Whitening, values: torch.Tensor) -> Rest:
         """What a parameter set ``# (P,)`` leaves of a problem."""
         disturbances = most_likely_disturbances(problem, spread, whitening, values)
-        names, features = features_of(problem)
+        names, (before, features, behind) = features_of(problem)
         logs = np.repeat(problem.segments.log, PIECES)
         for log in np.unique(logs):
             disturbances[logs == log] -= disturbances[logs == log].mean(axis=0)
@@ -117,13 +116,30 @@ class Rest:
         along = zip(spread.names, disturbances.T, strict=True)
         motion = tuple(part_of_disturbance(problem.segments, spread, name, column) for name, column in along)
         sizes = tuple(spread.sizes.tolist())
-        return cls(spread.names, units, sizes, disturbances, motion, names, features, groups)
+        around = before, behind
+        return cls(spread.names, units, sizes, disturbances, motion, names, features, around, groups)
 
     def explained(self, channel: str) -> tuple[float, float]:
         """R² of a disturbance on pieces not seen, and the size of what is so explained in its unit."""
-        target = self.disturbances[:, self.names.index(channel)]
-        r2 = float(cross_validated(self.values, target[:, None], self.groups)[0])
-        return r2, float(np.sqrt(max(r2, 0.0)) * target.std())
+        r2 = self._confirmed(channel, self.values)
+        return r2, float(np.sqrt(max(r2, 0.0)) * self.disturbances[:, self.names.index(channel)].std())
+
+    def answered(self, channel: str, r2: float) -> bool:
+        """Whether a disturbance is what the robot and its controller answer, instead of depending on what they do.
+
+        What moves on depends on neither side of now more than on the other. A random push tells of what follows, and
+        nothing that went before tells of it: C. Sims, "Money, income, and causality", American Economic Review 62
+        (1972).
+
+        Args:
+            channel: of the disturbance.
+            r2: of :meth:`explained`.
+        """
+        before, behind = (self._confirmed(channel, values) for values in self.around)
+        return before <= SETTINGS.depends and behind > r2
+
+    def _confirmed(self, channel: str, values: Array) -> float:
+        return float(cross_validated(values, self.disturbances[:, [self.names.index(channel)]], self.groups)[0])
 
     def suspects(self) -> list[str]:
         """Channels that may depend on something, the likeliest first: one forest for all of them says so."""
@@ -161,7 +177,7 @@ def find_leftovers(rest: Rest, of_the_base: Callable[[], Rest] | None = None) ->
         if r2 <= SETTINGS.depends:
             break
         place = rest.names.index(channel)
-        if size < SETTINGS.negligible * rest.sizes[place]:
+        if size < SETTINGS.negligible * rest.sizes[place] or rest.answered(channel, r2):
             continue
         base = of_the_base() if base is None and of_the_base is not None else base
         if base is not None and base.explained(channel)[1] > SETTINGS.of_the_base * size:
@@ -180,55 +196,6 @@ def most_likely_disturbances(problem: Problem, spread: Spread, whitening: Whiten
     # The model's disturbance would have to change by minus what makes prediction less measurement.
     likely = -likely * ((power / spread.sizes) ** 2 * spread.sizes)[:, None]
     return likely.permute(0, 2, 1).reshape(-1, len(spread.names)).numpy()
-
-
-def features_of(problem: Problem) -> tuple[list[str], Array]:
-    """Names, and means over every piece of every segment ``# (S·pieces, features)``."""
-    segments = problem.segments
-    tables = [_features(trajectory) for trajectory in problem.data]
-    names = list(tables[0])
-    columns = [np.stack([table[name] for name in names], axis=1) for table in tables]
-    rows = [
-        columns[log][row + first : row + last].mean(axis=0)
-        for log, row in zip(segments.log, segments.row, strict=True)
-        for first, last in pairwise(segments.edges(PIECES))
-    ]
-    return names, np.stack(rows)
-
-
-def _features(trajectory: Trajectory) -> dict[str, Array]:
-    layout = trajectory.layouts.state
-    found: dict[str, Array] = {"time": trajectory.time - trajectory.time[0]}
-    if HEIGHT in layout:
-        found["height"] = trajectory.column(HEIGHT)
-    along = [_smooth(trajectory.column(c)) for c in VELOCITY.columns if c in layout]
-    velocity = np.stack(along, axis=1) if along else np.zeros((len(trajectory), 0))
-    if along:
-        found[HOW_FAST] = np.linalg.norm(velocity, axis=1)
-        found |= {f"velocity {axis}": column for axis, column in zip("xyz", velocity.T, strict=False)}
-    found |= {c: _smooth(trajectory.column(c)) for joint in layout.joints for c in (joint, layout.rates[joint])}
-    if along and layout.has_field("heading"):
-        sine, cosine = (trajectory.column(name) for name in HEADING.columns)
-        found["forward speed"] = velocity[:, 0] * cosine + velocity[:, 1] * sine
-    if len(along) == 3 and layout.has_field("attitude"):
-        attitude = torch.as_tensor(trajectory.state[:, layout.slice("attitude")])
-        body = rotation.rotate(rotation.conjugate(attitude), torch.as_tensor(velocity)).numpy()
-        found |= {f"body velocity {axis}": column for axis, column in zip("xyz", body.T, strict=True)}
-        found["tilt"] = rotation.tilt(attitude).numpy()
-    found |= {name: trajectory.column(name) for name in (*RATE.columns, VOLTAGE) if name in _names(trajectory)}
-    for name in trajectory.layouts.action:
-        command = trajectory.column(name)
-        found[name] = command
-        found[f"change of {name}"] = np.gradient(_smooth(command))
-    return found
-
-
-def _names(trajectory: Trajectory) -> set[str]:
-    return {*trajectory.layouts.state, *trajectory.layouts.inputs, *trajectory.extra}
-
-
-def _smooth(column: Array) -> Array:
-    return np.convolve(np.pad(column, 2, mode="edge"), np.ones(5) / 5, "valid")
 
 
 def cross_validated(features: Array, targets: Array, groups: NDArray[np.int64]) -> Array:

@@ -56,6 +56,9 @@ def _features(trajectory: Trajectory) -> dict[str, Array]:
         body = rotation.rotate(rotation.conjugate(attitude), torch.as_tensor(velocity)).numpy()
         found |= {f"body velocity {axis}": column for axis, column in zip("xyz", body.T, strict=True)}
         found["tilt"] = rotation.tilt(attitude).numpy()
+        upright = torch.tensor([0.0, 0.0, 1.0], dtype=attitude.dtype)
+        lean = rotation.rotate(attitude, upright.expand(len(attitude), 3)).numpy()
+        found |= {f"lean {axis}": column for axis, column in zip("xy", lean.T, strict=False)}
     found |= {name: trajectory.column(name) for name in (*RATE.columns, VOLTAGE) if name in _names(trajectory)}
     for name in trajectory.layouts.action:
         command = trajectory.column(name)

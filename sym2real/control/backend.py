@@ -35,13 +35,15 @@ Step = FusedStep | FusedGpuStep
 NO_COMPILER = "there is no C compiler here (install gcc or clang, or name one by CC)"
 
 
-def require_choices(backend: str, threads: int | None) -> None:
+def require_choices(backend: str, threads: int | None, period: float) -> None:
     """Refuse what :class:`~sym2real.control.MPPI` cannot be asked for.
 
     Raises:
         UnknownNameError: for a backend that does not exist, with those that do.
-        ShapeError: for threads that are no whole number above zero.
+        ShapeError: for threads that are no whole number above zero, or a period in s that is not positive.
     """
+    if not period > 0.0:
+        raise ShapeError(f"expected a control period > 0 s, found {period!r}")
     if backend not in BACKENDS:
         raise UnknownNameError("backend", str(backend), BACKENDS)
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, Integral) or threads < 1):

@@ -35,7 +35,6 @@ from sym2real.control.backend import (
     require_choices,
     why_not_fused,
 )
-from sym2real.control.deadlines import Deadlines
 from sym2real.control.fused import FusedStep
 from sym2real.control.fused_arguments import Call, Sizes, single
 from sym2real.control.fused_gpu import FusedGpuStep
@@ -105,7 +104,9 @@ class MPPI:
         threads: int | None = None,
         draws: Draws | None = None,
     ) -> None:
-        require_choices(backend, threads)
+        self.period = robot.dt if period is None else period
+        self.missed = 0  # actions that took longer than the period
+        require_choices(backend, threads, self.period)
         self.model, self.robot, self.task = planned_with(model, dtype), robot, task
         self.settings = settings or robot.mppi
         self.device, self.dtype, self.seed = device_of(device), dtype, seed
@@ -127,7 +128,6 @@ class MPPI:
         self._generator = torch.Generator(self.device)
         self._table = ReferenceTable(task, robot.dt, self.horizon, self.device)
         self.samples, self._threads = self.settings.samples, threads or 0
-        self.deadlines = Deadlines(robot.dt if period is None else period)
         self._fused, reason = choose(backend, why_not_fused(self.model, robot, task, self.device, dtype), self._fuse)
         if reason == NO_COMPILER and backend == "auto":
             period = period or robot.dt
@@ -177,7 +177,7 @@ class MPPI:
         started, worked = time.perf_counter(), self._processor_time()
         self._gone_by.measured = state
         if self._worked:
-            self._use(fewer(self.samples, self._worked, self.deadlines.period))
+            self._use(fewer(self.samples, self._worked, self.period))
         gone, self._step = 0 if self._step is None else max(step - self._step, 0), step
         self._call += 1
         if self._fused is None:
@@ -187,7 +187,8 @@ class MPPI:
             self._improve_fused(state, step, inputs, gone=gone)
         first = np.array(self.mean.tolist()[0])  # single precision may have rounded a limit away
         action: Array = np.minimum(np.maximum(first, self.robot.low), self.robot.high)
-        late = self.deadlines.note(time.perf_counter() - started)
+        late = time.perf_counter() - started > self.period
+        self.missed += late
         self._worked = self._processor_time() - worked if late else 0.0
         return action
 

@@ -20,10 +20,11 @@ from sympy import Expr, sign, sqrt
 from sym2real.errors import ModelError
 from sym2real.layout import Layout, Layouts
 from sym2real.robots.motors import Motors
-from sym2real.robots.rigid_body import FirstOrder, Vector, body_z, free_fall, gyroscopic, increment, multiply, symbols
+from sym2real.robots.rigid_body import FirstOrder, Vector, free_fall, gyroscopic, increment, symbols
 from sym2real.robots.robot import GRAVITY
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.mass_normalised import PER_KILOGRAM
+from sym2real.symbolic.quaternions import body_axes, multiply
 from sym2real.vocabulary import MOTORS
 
 Interface = Literal["thrust_rates", "thrust_attitude", "motors"]
@@ -159,7 +160,7 @@ def _motors(build: _Build, motors: Motors | None, mass: float, attitude: Attitud
 
 
 def _translation(build: _Build, mass: float, attitude: Vector, dt: float) -> None:
-    axes = build.name(("axis_x", "axis_y", "axis_z"), body_z(attitude))
+    axes = build.name(("axis_x", "axis_y", "axis_z"), body_axes(attitude)[2])
     for p, v, force, axis in zip(POSITION, VELOCITY, FORCE, axes, strict=True):
         acceleration = (symbol("thrust") * axis + symbol(force)) / mass - (GRAVITY if p == "z" else 0)
         build.follow((p, v), free_fall(symbol(p), symbol(v), acceleration, dt))

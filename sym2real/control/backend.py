@@ -12,7 +12,7 @@ import sympy
 import torch
 from torch import Tensor
 
-from sym2real.control.fused import FusedStep, helpful_threads
+from sym2real.control.fused import FusedStep
 from sym2real.control.fused_arguments import Sizes
 from sym2real.control.fused_filters import FilterLines
 from sym2real.control.fused_gpu import FusedGpuStep
@@ -35,7 +35,7 @@ Step = FusedStep | FusedGpuStep
 NO_COMPILER = "there is no C compiler here (install gcc or clang, or name one by CC)"
 
 
-def require_choices(backend: str, threads: int | None, period: float) -> None:
+def require_choices(backend: str, threads: int, period: float) -> None:
     """Refuse what :class:`~sym2real.control.MPPI` cannot be asked for.
 
     Raises:
@@ -46,8 +46,8 @@ def require_choices(backend: str, threads: int | None, period: float) -> None:
         raise ShapeError(f"expected a control period > 0 s, found {period!r}")
     if backend not in BACKENDS:
         raise UnknownNameError("backend", str(backend), BACKENDS)
-    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, Integral) or threads < 1):
-        raise ShapeError(f"threads: expected a whole number above 0, or None for as many as help, found {threads!r}")
+    if isinstance(threads, bool) or not isinstance(threads, Integral) or threads < 1:
+        raise ShapeError(f"threads: expected a whole number above 0, found {threads!r}")
 
 
 def device_of(device: str | torch.device) -> torch.device:
@@ -118,7 +118,7 @@ def fused_step(
         robot: its ``mppi`` says how commands are sampled.
         task: its cost is an expression.
         device: where it runs.
-        sizes: of the sampling; no threads are as many as help.
+        sizes: of the sampling.
         filters: what actions go through.
 
     Raises:
@@ -135,9 +135,7 @@ def fused_step(
     step = Fused(equations, robot, cost, lines, network)
     if device.type == "cuda":
         return FusedGpuStep(step, sizes=sizes, device=device, residual=residual)
-    made = FusedStep(step, sizes=sizes, residual=residual)
-    made.threads = sizes.threads or helpful_threads(made)
-    return made
+    return FusedStep(step, sizes=sizes, residual=residual)
 
 
 def choose(backend: Backend, reason: str, fuse: Callable[[], Step]) -> tuple[Step | None, str]:

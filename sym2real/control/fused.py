@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import os
-import time
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
@@ -17,7 +15,6 @@ from sym2real.control.fused_residual import Residual, packed
 from sym2real.control.fused_text import fused_text
 from sym2real.native import library
 
-WORTH_ASKING, TRIALS = 160_000, 5  # sample-steps; calls per number of threads
 PROCESSOR = torch.device("cpu")
 _POINTER, _INT = ctypes.c_void_p, ctypes.c_int
 
@@ -59,7 +56,7 @@ class FusedStep:
         self._library.plan_share.argtypes = (_POINTER, _INT, _INT, _POINTER, _POINTER, _POINTER)
         self._library.finish.argtypes = (_POINTER, _INT, _POINTER, _POINTER, _POINTER)
         self._library.noise_of.argtypes = (_POINTER, _POINTER, _POINTER)
-        self.threads = sizes.threads or 1
+        self.threads = sizes.threads
 
     @property
     def description(self) -> str:
@@ -123,25 +120,3 @@ class FusedStep:
         found = torch.empty(self.samples, *self.shape)
         self._library.noise_of(self._address, self._at[0][0], found.data_ptr())
         return found
-
-
-def helpful_threads(step: FusedStep) -> int:
-    """Two where this machine then takes a quarter less, else one; few samples are not worth asking."""
-    if step.samples * step.horizon < WORTH_ASKING or cores() < 2:
-        return 1
-    nothing = {name: torch.zeros(step.shapes[name]) for name in ("state", "inputs", "reference", "mean")}
-    seconds = {}
-    for count in (1, 2):
-        step.threads = count
-        durations = []
-        for call in range(TRIALS):
-            started = time.perf_counter()
-            step(Call(**nothing, steps=0, seed=0, call=call))
-            durations.append(time.perf_counter() - started)
-        seconds[count] = min(durations)
-    return 2 if seconds[2] < 0.75 * seconds[1] else 1
-
-
-def cores() -> int:
-    """Cores that this process may run on."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

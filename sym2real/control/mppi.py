@@ -74,7 +74,7 @@ class MPPI:
         backend: "c" (the fused kernel: C, or CUDA on a GPU), "torch" or "auto": the kernel where it can be (logged).
         draws: noise ``# (N, H, action)`` by the number of the action, counted from 1, in place of torch's own: with the
             :attr:`draws` of another controller, two models are compared on the same noise. The kernel draws its own.
-        threads: of the kernel on a processor; by default two where they help.
+        threads: of the kernel on a processor; more than one helps from some 4096 samples on, on cores that are free.
 
     Raises:
         ModelError: when ``backend="c"`` cannot plan with this model, with the reason; for a device that is not here.
@@ -101,7 +101,7 @@ class MPPI:
         filters: FilterState | None = None,
         period: float | None = None,
         backend: Backend = "auto",
-        threads: int | None = None,
+        threads: int = 1,
         draws: Draws | None = None,
     ) -> None:
         self.period = robot.dt if period is None else period
@@ -127,7 +127,7 @@ class MPPI:
         self._low, self._high, self._rest = map(self._torch.tensor, (robot.low, robot.high, robot.rest))
         self._generator = torch.Generator(self.device)
         self._table = ReferenceTable(task, robot.dt, self.horizon, self.device)
-        self.samples, self._threads = self.settings.samples, threads or 0
+        self.samples, self._threads = self.settings.samples, threads
         self._fused, reason = choose(backend, why_not_fused(self.model, robot, task, self.device, dtype), self._fuse)
         if reason == NO_COMPILER and backend == "auto":
             period = period or robot.dt

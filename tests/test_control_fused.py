@@ -19,7 +19,6 @@ from reference_models import flying, late, motor_lagged
 from scipy import stats
 
 from sym2real.control import MPPI
-from sym2real.control.deadlines import Deadlines
 from sym2real.diagnosis import add
 from sym2real.effects.filters import FilterState
 from sym2real.effects.visible import VisibleModel
@@ -276,18 +275,6 @@ def test_every_process_writes_the_same_text() -> None:
         for seed in ("1", "2")
     }
     assert len(found) == 1
-
-
-def test_deadlines_count_what_took_too_long() -> None:
-    deadlines = Deadlines(0.02)
-    for seconds in [0.001] * 98 + [0.015, 0.05]:
-        deadlines.note(seconds)
-    assert (deadlines.count, deadlines.missed, deadlines.worst) == (100, 1, 0.05)
-    assert deadlines.quantile(0.5) == pytest.approx(0.001, rel=0.06)
-    assert deadlines.quantile(0.99) == pytest.approx(0.015, rel=0.06)
-    mppi = controller(MUSHR, MUSHR.nominal(), "c")
-    mppi.act(MUSHR.start, 0)
-    assert mppi.deadlines.count == 1 and mppi.deadlines.worst > 0
 
 
 def test_an_action_allocates_nothing_that_grows() -> None:

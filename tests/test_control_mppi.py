@@ -283,7 +283,7 @@ def test_lowers_the_samples_until_the_period_holds(working: Working, caplog: pyt
     assert "64 samples instead of 512, to act within a period of 20.0 ms (6.4 ms an action)" in caplog.text
     mppi.act(CART.start, 0)
     assert len(mppi.plan.costs) == mppi.samples
-    assert mppi.deadlines.missed == 0
+    assert mppi.missed == 0
     caplog.clear()
     with caplog.at_level(logging.WARNING):
         hopeless = cart_mppi(working, settings={"samples": 64}, period=1e-4)
@@ -300,7 +300,7 @@ def test_a_machine_that_slows_down_is_given_fewer_samples(working: Working, capl
         for step in range(6):
             mppi.act(CART.start, step)
     assert mppi.samples == 64
-    assert mppi.deadlines.missed == 2
+    assert mppi.missed == 2
     assert "128 samples from now on: an action worked 256.0 ms of a period of 100.0 ms" in caplog.text
     assert len(mppi.plan.costs) == mppi.samples
     fixed = cart_mppi(working, settings={"samples": 256})
@@ -313,7 +313,7 @@ def test_an_action_that_waited_keeps_its_samples(working: Working) -> None:
     working.waiting = 2e-3
     for step in range(2):
         mppi.act(CART.start, step)
-    assert mppi.deadlines.missed == 2
+    assert mppi.missed == 2
     assert mppi.samples == 64
 
 

@@ -10,7 +10,6 @@ import pytest
 import torch
 
 from sym2real.control import MPPI
-from sym2real.control.deadlines import Deadlines
 from sym2real.control.fused_arguments import Sizes
 from sym2real.errors import ShapeError, Sym2RealError, UnknownNameError
 from sym2real.layout import Layout, Layouts
@@ -57,8 +56,6 @@ def test_noise_of_other_actions(backend: str, noise: Any) -> None:
 
 def test_periods_and_threads() -> None:
     for period in (0.0, -0.02, float("nan")):
-        with pytest.raises(ShapeError, match="period > 0"):
-            Deadlines(period)
         with pytest.raises(ShapeError, match="period > 0"):
             mppi("torch", period=period)
     for sizes in ((0, 40, 1), (32, 0, 1), (32, 40, -1)):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import torch
 
-from sym2real.control import Disturbed, geometric_controller
+from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
 from sym2real.diagnosis.estimate.weighing import whiten
@@ -16,7 +16,7 @@ from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import effect
-from sym2real.experiments.excitation import dither_of
+from sym2real.experiments.excitation import dithered
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import ROBOTS
 from sym2real.tasks import make_task
@@ -30,8 +30,7 @@ OTHERS = ("delay*", "lag*", "limit*", "rate_limit*", "dead_band*", "armature*", 
 def run(number: int) -> Trajectory:
     """A cart with dry friction, without noise."""
     task = make_task("regulate", ROBOT, goal={"slider": 0.3 * (-1) ** number})
-    dither = dither_of(ROBOT, np.random.default_rng(number), 2.5)
-    sent = Disturbed(geometric_controller(ROBOT, task.reference), dither.of_step, ROBOT.low, ROBOT.high)
+    sent = dithered(geometric_controller(ROBOT, task.reference), ROBOT, np.random.default_rng(number), 2.5)
     plant = MujocoPlant(ROBOT, [effect(KEY, ROBOT).inject(value=FRICTION)])
     return run_episode(plant, sent, task, seed=number, steps=300, name=f"run {number}")
 

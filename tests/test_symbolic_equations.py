@@ -308,13 +308,6 @@ def test_equal_parts_are_computed_once() -> None:
     assert len(program.instructions) == 7  # a·b, +c, sin, ·d, cos, ·c, 2·
 
 
-def test_pairs_that_stand_in_several_products_and_sums_are_shared() -> None:
-    products = program_of("a*b*c", "b*c*d", "a*b*c*d")
-    assert operations(products) == ["multiply"] * 4
-    sums = program_of("a + b + c", "(a + b)*d", "sin(a + b + d)")
-    assert operations(sums).count("add") == 3
-
-
 def test_powers_are_multiplied_and_constants_folded() -> None:
     program = program_of("a**16", "a**8", "sin(1)*a")
     assert operations(program) == ["multiply"] * 5

@@ -1,4 +1,4 @@
-"""Magnitudes, sines and the C rollout, against sampling, NumPy and torch."""
+"""Sines and the C rollout, against sampling, NumPy and torch."""
 
 from __future__ import annotations
 
@@ -12,60 +12,12 @@ from reference_models import flying, late, motor_lagged
 from sym2real.errors import ShapeError
 from sym2real.native import find_compiler, library
 from sym2real.robots import CRAZYFLIE, MUSHR
-from sym2real.symbolic import Equations, compile_model, lift_constants, parse_expression, rollout
+from sym2real.symbolic import Equations, compile_model, lift_constants, rollout
 from sym2real.symbolic.c_functions import preamble
-from sym2real.symbolic.magnitudes import SHORT, magnitudes, short_sines
 from sym2real.symbolic.native_choice import MANY
 from sym2real.symbolic.native_rollout import NativeRollout
-from sym2real.symbolic.program import Program
-from sym2real.symbolic.source import function_program
 
-EXPRESSIONS = (
-    "a*b - c/(2 + cos(a))",
-    "sin(a*b + c)**2*cos(c)",
-    "sqrt(1 + a**2 + b**4) - abs(c)",
-    "exp(-a**2)*tanh(b) + atan(c*a)",
-    "Min(a, b*c) + Max(a**3, 0.2)",
-    "sin(sin(cos(a + b)) - 3*c)",
-)
-RANGES = {"a": (-2.0, 1.5), "b": (0.3, 4.0), "c": (-1.0, 0.2)}
 needs_compiler = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
-
-
-def values_of(program: Program, points: np.ndarray) -> list[np.ndarray]:
-    """Every value of a program at points ``# (inputs, N)``, by NumPy."""
-    found = [*points, *(np.full(points.shape[1], c, points.dtype) for c in program.constants)]
-    operations = {
-        "add": np.add, "subtract": np.subtract, "multiply": np.multiply, "divide": np.divide, "negate": np.negative,
-        "reciprocal": np.reciprocal, "sqrt": np.sqrt, "rsqrt": lambda x: 1 / np.sqrt(x), "sin": np.sin, "cos": np.cos,
-        "exp": np.exp, "tanh": np.tanh, "atan": np.arctan, "abs": np.abs, "minimum": np.minimum, "maximum": np.maximum,
-    }  # fmt: skip
-    for operation, operands in program.instructions:
-        found.append(operations[operation](*(found[operand] for operand in operands)))
-    return found
-
-
-def sampled(program: Program, count: int = 4000) -> list[np.ndarray]:
-    rng = np.random.default_rng(0)
-    points = np.array([rng.uniform(*RANGES[name], count) for name in program.inputs])
-    return values_of(program, points)
-
-
-@pytest.mark.parametrize("written", EXPRESSIONS)
-def test_no_value_exceeds_its_magnitude(written: str) -> None:
-    program = function_program([parse_expression(written)], list(RANGES))
-    within = magnitudes(program, {name: max(map(abs, pair)) for name, pair in RANGES.items()})
-    for values, most in zip(sampled(program), within, strict=True):
-        assert np.abs(values).max() <= most * (1 + 1e-12)
-
-
-def test_sines_are_short_where_their_argument_is_proved_to_be_small() -> None:
-    program = function_program(
-        [parse_expression("sin(a*b) + cos(2*a) + sin(a) + cos(c) + sin(a + exp(a))")], list("abc")
-    )
-    short = short_sines(program, {"a": 1.0, "b": 3.0})
-    assert sorted(short.values()) == sorted(SHORT.values())
-    assert {program.instruction(value).operation for value in short} == {"sin", "cos"}
 
 
 APPLIED = """
@@ -91,11 +43,6 @@ def by_c(call: str, at: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize(
     ("call", "most", "dtype", "error"),
     [
-        *(
-            (f"{name}_{degree}", most, np.float32, 1e-6)
-            for most, degree in SHORT.items()
-            for name in ("sine", "cosine")
-        ),
         *((name, most, np.float32, 2e-6) for most in (4.0, 600.0) for name in ("sine", "cosine")),
         *((name, most, np.float64, 1e-14) for most in (4.0, 600.0) for name in ("sine", "cosine")),
     ],

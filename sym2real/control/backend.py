@@ -12,7 +12,7 @@ import sympy
 import torch
 from torch import Tensor
 
-from sym2real.control.fused import FusedStep, helpful_threads
+from sym2real.control.fused import FusedStep
 from sym2real.control.fused_arguments import Sizes
 from sym2real.control.fused_filters import FilterLines
 from sym2real.control.fused_gpu import FusedGpuStep
@@ -35,17 +35,19 @@ Step = FusedStep | FusedGpuStep
 NO_COMPILER = "there is no C compiler here (install gcc or clang, or name one by CC)"
 
 
-def require_choices(backend: str, threads: int | None) -> None:
+def require_choices(backend: str, threads: int, period: float) -> None:
     """Refuse what :class:`~sym2real.control.MPPI` cannot be asked for.
 
     Raises:
         UnknownNameError: for a backend that does not exist, with those that do.
-        ShapeError: for threads that are no whole number above zero.
+        ShapeError: for threads that are no whole number above zero, or a period in s that is not positive.
     """
+    if not period > 0.0:
+        raise ShapeError(f"expected a control period > 0 s, found {period!r}")
     if backend not in BACKENDS:
         raise UnknownNameError("backend", str(backend), BACKENDS)
-    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, Integral) or threads < 1):
-        raise ShapeError(f"threads: expected a whole number above 0, or None for as many as help, found {threads!r}")
+    if isinstance(threads, bool) or not isinstance(threads, Integral) or threads < 1:
+        raise ShapeError(f"threads: expected a whole number above 0, found {threads!r}")
 
 
 def device_of(device: str | torch.device) -> torch.device:
@@ -116,7 +118,7 @@ def fused_step(
         robot: its ``mppi`` says how commands are sampled.
         task: its cost is an expression.
         device: where it runs.
-        sizes: of the sampling; no threads are as many as help.
+        sizes: of the sampling.
         filters: what actions go through.
 
     Raises:
@@ -133,9 +135,7 @@ def fused_step(
     step = Fused(equations, robot, cost, lines, network)
     if device.type == "cuda":
         return FusedGpuStep(step, sizes=sizes, device=device, residual=residual)
-    made = FusedStep(step, sizes=sizes, residual=residual)
-    made.threads = sizes.threads or helpful_threads(made)
-    return made
+    return FusedStep(step, sizes=sizes, residual=residual)
 
 
 def choose(backend: Backend, reason: str, fuse: Callable[[], Step]) -> tuple[Step | None, str]:

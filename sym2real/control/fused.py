@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import os
-import time
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
@@ -17,7 +15,6 @@ from sym2real.control.fused_residual import Residual, packed
 from sym2real.control.fused_text import fused_text
 from sym2real.native import library
 
-WORTH_ASKING, TRIALS = 160_000, 5  # sample-steps; calls per number of threads
 PROCESSOR = torch.device("cpu")
 _POINTER, _INT = ctypes.c_void_p, ctypes.c_int
 
@@ -54,40 +51,34 @@ class FusedStep:
         self._operands = Operands(step, sizes, PROCESSOR)
         self.shapes = self._operands.shapes
         self._address = ctypes.addressof(self._plan)
-        self._library.plan_alone.argtypes = (_POINTER, _POINTER, _INT, _POINTER, _POINTER, _POINTER, _POINTER)
         self._library.shifted.argtypes = (_POINTER, _POINTER, _INT, _POINTER)
         self._library.plan_share.argtypes = (_POINTER, _INT, _INT, _POINTER, _POINTER, _POINTER)
         self._library.finish.argtypes = (_POINTER, _INT, _POINTER, _POINTER, _POINTER)
         self._library.noise_of.argtypes = (_POINTER, _POINTER, _POINTER)
-        self.threads = sizes.threads or 1
+        self._share_out(sizes.threads)
 
     @property
     def description(self) -> str:
         """For the log."""
         return f"a fused C kernel, {self.threads} thread(s)"
 
-    @property
-    def threads(self) -> int:
-        """How many share the rollouts; the caller's is one of them."""
-        return len(self._ranges)
-
-    @threads.setter
-    def threads(self, count: int) -> None:
+    def _share_out(self, threads: int) -> None:
         """Share the samples out in whole vectors, as evenly as these allow, and make each thread's scratch memory."""
         width = self._library.width()
         blocks = -(-self.samples // width)
-        edges = [width * (blocks * i // count) for i in range(count)] + [self.samples]
+        edges = [width * (blocks * i // threads) for i in range(threads)] + [self.samples]
         self._ranges = [pair for pair in pairwise(edges) if pair[0] < pair[1]]
-        count, rows = len(self._ranges), self.shape[0] * self.shape[1]
+        self.threads, rows = len(self._ranges), self.shape[0] * self.shape[1]
         tracks = 2 * self.horizon + self._plan.draws
-        self._scratch = [aligned(tracks * self.shape[1] * width) for _ in range(count)]
-        self._sums = aligned(count * rows)
-        self._shares = (_Share * count)()
+        self._scratch = [aligned(tracks * self.shape[1] * width) for _ in range(self.threads)]
+        self._sums = aligned(self.threads * rows)
+        self._shares = (_Share * self.threads)()
         self._at = [  # addresses, found once
             (scratch.data_ptr(), self._sums.data_ptr() + 4 * i * rows, ctypes.addressof(self._shares[i]))
             for i, scratch in enumerate(self._scratch)
         ]
-        self._others = ThreadPoolExecutor(count - 1, thread_name_prefix="mppi") if count > 1 else None
+        # The caller's is one of them; a pool starts none before it is given work.
+        self._others = ThreadPoolExecutor(max(1, self.threads - 1), thread_name_prefix="mppi")
 
     def __call__(self, given: Call) -> tuple[Tensor, Tensor, int]:
         """The new mean ``# (H, action)``, costs ``# (N,)``, and the number of rollouts that were not finite."""
@@ -100,9 +91,6 @@ class FusedStep:
         plan.begun, plan.costs = self._operands.begun(given), costs.data_ptr()
         plan.seed, plan.call = given.seed & 0xFFFFFFFF, given.call & 0xFFFFFFFF
         before, steps = pointer("mean", given.mean), min(max(given.steps, 0), self.horizon)
-        if self._others is None:
-            rejected: int = self._library.plan_alone(self._address, before, steps, *self._at[0], plan.mean)
-            return following, costs, rejected
         self._library.shifted(self._address, before, steps, plan.mean)
         waiting = [self._others.submit(self._run, i) for i in range(1, self.threads)]
         self._run(0)
@@ -123,25 +111,3 @@ class FusedStep:
         found = torch.empty(self.samples, *self.shape)
         self._library.noise_of(self._address, self._at[0][0], found.data_ptr())
         return found
-
-
-def helpful_threads(step: FusedStep) -> int:
-    """Two where this machine then takes a quarter less, else one; few samples are not worth asking."""
-    if step.samples * step.horizon < WORTH_ASKING or cores() < 2:
-        return 1
-    nothing = {name: torch.zeros(step.shapes[name]) for name in ("state", "inputs", "reference", "mean")}
-    seconds = {}
-    for count in (1, 2):
-        step.threads = count
-        durations = []
-        for call in range(TRIALS):
-            started = time.perf_counter()
-            step(Call(**nothing, steps=0, seed=0, call=call))
-            durations.append(time.perf_counter() - started)
-        seconds[count] = min(durations)
-    return 2 if seconds[2] < 0.75 * seconds[1] else 1
-
-
-def cores() -> int:
-    """Cores that this process may run on."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -22,10 +22,10 @@ LINE = 64  # bytes: buffers start where a vector may
 
 @dataclass(frozen=True)
 class Sizes:
-    """How much is sampled: rollouts, steps of each, threads that share the rollouts (0: as many as help).
+    """How much is sampled: rollouts, steps of each, threads that share the rollouts.
 
     Raises:
-        ShapeError: without a sample or a step, and for a negative number of threads.
+        ShapeError: without a sample, a step or a thread.
     """
 
     samples: int
@@ -33,9 +33,9 @@ class Sizes:
     threads: int = 1
 
     def __post_init__(self) -> None:
-        if min(self.samples, self.horizon) < 1 or self.threads < 0:
+        if min(self.samples, self.horizon, self.threads) < 1:
             found = f"{self.samples} samples, {self.horizon} steps and {self.threads} threads"
-            raise ShapeError(f"expected at least one sample and step, and no negative number of threads, found {found}")
+            raise ShapeError(f"expected at least one sample and step, and one thread or more, found {found}")
 
 
 class Call(NamedTuple):

@@ -6,11 +6,10 @@ from string import Template
 
 from sym2real.control.fused_problem import Fused
 from sym2real.control.fused_residual import residual_lines
-from sym2real.control.planning_program import always_within, planning_program
+from sym2real.control.planning_program import planning_program
 from sym2real.effects.filters import spelled_out
 from sym2real.symbolic.c_source import CLines
 from sym2real.symbolic.equations import Equations
-from sym2real.symbolic.magnitudes import short_sines
 from sym2real.symbolic.program import Program
 from sym2real.symbolic.source import SMALLEST_NORM_SQUARED, TIME, function_program
 
@@ -41,8 +40,7 @@ def horizon_text(step: Fused) -> str:
     equations, filters = step.equations, step.filters
     layouts = equations.layouts
     program = planning_program(equations, step.robot, step.cost, residual=bool(step.residual))
-    short = short_sines(program, always_within(equations, step.robot, filtered=bool(filters.stages)))
-    lines = CLines(program, SINGLE, _named(program), short)
+    lines = CLines(program, SINGLE, _named(program))
     moving = program.reached_by({label for label in program.inputs if label not in layouts.inputs or label == TIME})
     held = [value for value in program.computed if value not in moving]
     visible = step.robot.layouts.state.columns

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 from sympy import Expr
 
 from sym2real.robots.robot import Robot
@@ -12,8 +11,6 @@ from sym2real.symbolic.lowering import Lowering
 from sym2real.symbolic.program import Program
 from sym2real.symbolic.schedule import make_program
 from sym2real.symbolic.source import on_manifold
-
-UNIT = 1.0001  # a component of a quaternion or of a unit circle, rounding included
 
 
 def planning_program(equations: Equations, robot: Robot, cost: Expr, residual: bool = False) -> Program:
@@ -55,13 +52,3 @@ def planning_program(equations: Equations, robot: Robot, cost: Expr, residual: b
     known |= {f"ref_{column}": (1.0, graph.inputs[f"reference {column}"]) for column in visible}
     price = graph.whole(Lowering(graph, values=known).lower(cost))
     return make_program(graph, [*nodes, price])
-
-
-def always_within(equations: Equations, robot: Robot, filtered: bool) -> dict[str, float]:
-    """Bounds of inputs of the program that always hold: of unit vectors, and of actions within their limits."""
-    units = [c for field in equations.layouts.state.fields if field.kind != "vector" for c in field.columns]
-    found = dict.fromkeys(units, UNIT)
-    if not filtered:  # what filters remember may have been sent by someone else
-        limits = np.maximum(np.abs(robot.low), np.abs(robot.high))
-        found |= dict(zip(robot.layouts.action, limits.tolist(), strict=True))
-    return found

@@ -8,6 +8,7 @@ from sympy import Expr, Integer, sqrt
 
 from sym2real.effects.body import Body
 from sym2real.symbolic import symbol
+from sym2real.symbolic.quaternions import body_axes
 
 QUATERNION = ("qw", "qx", "qy", "qz")
 HEADING = ("sin_yaw", "cos_yaw")
@@ -24,12 +25,7 @@ def axes(body: Body) -> Axes:
     if body.planar:
         sine, cosine = symbol("sin_yaw"), symbol("cos_yaw")
         return ((cosine, sine), (-sine, cosine))
-    w, x, y, z = (symbol(name) for name in QUATERNION)
-    return (
-        (1 - 2 * (y**2 + z**2), 2 * (x * y + w * z), 2 * (x * z - w * y)),
-        (2 * (x * y - w * z), 1 - 2 * (x**2 + z**2), 2 * (y * z + w * x)),
-        (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x**2 + y**2)),
-    )
+    return body_axes([symbol(name) for name in QUATERNION])
 
 
 def body_velocity(body: Body) -> tuple[Expr, ...]:

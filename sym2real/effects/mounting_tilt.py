@@ -7,6 +7,8 @@ The board's axes are the body's turned by roll φ about x, then by pitch θ abou
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 from sympy import Expr, cos, sin
@@ -19,6 +21,7 @@ from sym2real.effects.measured import reported, reporting
 from sym2real.effects.searching import Searching, Shown
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
+from sym2real.symbolic.quaternions import multiply
 from sym2real.trajectory import Array
 
 RATES, COMMANDS = ("wx", "wy", "wz"), ("wx_cmd", "wy_cmd", "wz_cmd")
@@ -37,18 +40,10 @@ def _matrix(roll: Expr, pitch: Expr) -> list[list[Expr]]:
     ]
 
 
-def _turned(quaternion: list[Expr], roll: Expr, pitch: Expr, sign: int) -> list[Expr]:
+def _turned(quaternion: Sequence[Expr], roll: Expr, pitch: Expr, sign: int) -> tuple[Expr, ...]:
     """q ⊗ δ, or q ⊗ δ⁻¹ for a sign of -1."""
-    w1, x1, y1, z1 = quaternion
-    w2 = cos(roll / 2) * cos(pitch / 2)
-    x2, y2 = sign * sin(roll / 2) * cos(pitch / 2), sign * cos(roll / 2) * sin(pitch / 2)
-    z2 = sign * sin(roll / 2) * sin(pitch / 2)
-    return [
-        w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
-        w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
-        w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
-        w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
-    ]
+    x, y, z = sin(roll / 2) * cos(pitch / 2), cos(roll / 2) * sin(pitch / 2), sin(roll / 2) * sin(pitch / 2)
+    return multiply(quaternion, (cos(roll / 2) * cos(pitch / 2), sign * x, sign * y, sign * z))
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:

@@ -8,7 +8,8 @@ import numpy as np
 import torch
 from numpy.typing import ArrayLike
 
-from sym2real.protocols import Memoryless
+from sym2real.control import Disturbed
+from sym2real.protocols import Controller, Memoryless
 from sym2real.robots import Robot
 from sym2real.rotation import to_matrix
 from sym2real.trajectory import Array
@@ -48,9 +49,10 @@ class ColouredNoise:
         return self.next()
 
 
-def dither_of(robot: Robot, rng: np.random.Generator, factor: float = 1.0) -> ColouredNoise:
-    """The dither of a robot's recipe on its commands, by a factor."""
-    return ColouredNoise(factor * np.array(robot.recipe.dither), DITHER_TIME, robot.dt, rng)
+def dithered(controller: Controller, robot: Robot, rng: np.random.Generator, factor: float = 1.0) -> Disturbed:
+    """A controller with the dither of a robot's recipe on its commands, by a factor."""
+    noise = ColouredNoise(factor * np.array(robot.recipe.dither), DITHER_TIME, robot.dt, rng)
+    return Disturbed(controller, noise.of_step, robot.low, robot.high)
 
 
 @dataclass

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from sym2real.adaptation import EpisodeReport, Progress, StageOne, stage_one
-from sym2real.control import Disturbed, geometric_controller
+from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.sensor_faults import readings
 from sym2real.errors import DataError
-from sym2real.experiments.excitation import dither_of
+from sym2real.experiments.excitation import dithered
 from sym2real.experiments.flights import car_drives
 from sym2real.experiments.measured import Measured, step_of
 from sym2real.files import write_text
@@ -112,8 +112,7 @@ def from_description(robot: Robot) -> Learned:
     """A robot's nominal equations, beside what its regulator's runs of the training tasks cover."""
     runs = []
     for number, task in enumerate(training_tasks(robot)):
-        noise = dither_of(robot, np.random.default_rng(number))
-        sent = Disturbed(geometric_controller(robot, task.reference), noise.of_step, robot.low, robot.high)
+        sent = dithered(geometric_controller(robot, task.reference), robot, np.random.default_rng(number))
         runs.append(run_episode(MujocoPlant(robot), sent, task, seed=number, name=task.name))
     return _learned(robot.nominal(), Dataset(runs), robot.recipe.dependencies, ())
 

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from sym2real.control import Disturbed, geometric_controller
+from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset
 from sym2real.effects import effect
-from sym2real.experiments.excitation import dither_of
+from sym2real.experiments.excitation import dithered
 from sym2real.experiments.standard_conditions import sensors
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import Robot
@@ -42,8 +42,7 @@ def noisy_runs(
     runs, changes = [], tuple(effect(key, robot).inject(**values) for key, values in effects)
     for number in range(count):
         rng, task = np.random.default_rng([seed, number]), tasks[number % len(tasks)]
-        noise = dither_of(robot, rng, dither)
-        sent = Disturbed(geometric_controller(robot, task.reference), noise.of_step, robot.low, robot.high)
+        sent = dithered(geometric_controller(robot, task.reference), robot, rng, dither)
         plant = MujocoPlant(robot, (sensors(robot, rng), *changes))
         runs.append(run_episode(plant, sent, task, seed=number, steps=rows, name=f"run_{number + 1}"))
     return Dataset(runs)

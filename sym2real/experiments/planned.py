@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import torch
 
-from sym2real.control import Disturbed, GeometricQuadrotor, geometric_controller
+from sym2real.control import GeometricQuadrotor, geometric_controller
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import AssumedNoise
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.experiments import standard_conditions as conditions
-from sym2real.experiments.excitation import dither_of
+from sym2real.experiments.excitation import dithered
 from sym2real.experiments.noisy_runs import noisy_runs
 from sym2real.experiments.standard_set import GAINS, AtItsPace
 from sym2real.plants import MujocoPlant, run_episode
@@ -104,8 +104,7 @@ def planned_runs(
             controller = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference, gains=GAINS)
         else:
             controller = AtItsPace(robot, reference)
-        noise = dither_of(robot, np.random.default_rng([seed, index]), dither)
-        sent = Disturbed(controller, noise.of_step, robot.low, robot.high)
+        sent = dithered(controller, robot, np.random.default_rng([seed, index]), dither)
         start = reference(torch.zeros((), dtype=torch.float64)).numpy()
         run = run_episode(MujocoPlant(robot), sent, start=start, steps=steps, name=f"{manoeuvre.shape}_{index + 1}")
         _require_whole(robot, manoeuvre.shape, run, steps, "plan a slower, larger or higher one")

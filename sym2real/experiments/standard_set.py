@@ -15,13 +15,13 @@ import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
-from sym2real.control import Disturbed, GeometricQuadrotor, PurePursuit
+from sym2real.control import GeometricQuadrotor, PurePursuit
 from sym2real.control.geometric_quadrotor import Gains
 from sym2real.dataset import Dataset
 from sym2real.effects import effect
 from sym2real.errors import ModelError
 from sym2real.experiments import standard_conditions as conditions
-from sym2real.experiments.excitation import dither_of, unlimited
+from sym2real.experiments.excitation import dithered, unlimited
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Controller, Memoryless, Plant
 from sym2real.robots import ROBOTS, Robot
@@ -126,9 +126,8 @@ def standard_run(
     controller = _controller(robot, plant, reference, wanted)
     place = robot.layouts.state.slice("position")
     start[place] += rng.uniform(-1, 1, place.stop - place.start) * START_SPREAD[motion(robot)]
-    dither = dither_of(robot, rng)
+    sent = dithered(controller, robot, rng)
     task = Task("standard", reference, tracking_cost(robot), lambda _: start, rows * robot.dt)
-    sent = Disturbed(controller, dither.of_step, robot.low, robot.high)
     run = run_episode(plant, sent, task, steps=rows, name=f"run_{index + 1}")
     if isinstance(controller, AtItsPace):
         columns = zip(robot.layouts.state, controller.wanted(len(run)).T, strict=True)

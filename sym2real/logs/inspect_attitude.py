@@ -23,7 +23,7 @@ from sym2real.logs.attitude_reading import (
 from sym2real.logs.draft import Draft
 from sym2real.logs.parts import Attitude, Direction, Frames, Order
 from sym2real.logs.signals import Series
-from sym2real.logs.units import GRAVITY
+from sym2real.logs.units import GRAVITY, unit_by_ratio
 
 CLEAR = 0.5  # a correlation that decides
 WEAK = 0.3  # one below it says nothing
@@ -104,8 +104,8 @@ def _unit_by_acceleration(draft: Draft, values: Series) -> tuple[str, str] | Non
     if not pushes:
         return None
     share = GRAVITY * tilts / pushes
-    unit = "deg" if signals.nearest(share, [1.0, 180.0 / pi]) > 1.0 else "rad"
-    return unit, f"tilt × g moves {share:.3g} times as much as the horizontal acceleration: 1 in rad, 57.3 in deg"
+    evidence = f"tilt × g moves {share:.3g} times as much as the horizontal acceleration: 1 in rad, 57.3 in deg"
+    return unit_by_ratio(share, ("rad", "deg")), evidence
 
 
 def _decide(draft: Draft) -> None:

@@ -12,7 +12,7 @@ from sym2real.logs.draft import Draft
 from sym2real.logs.inspect_attitude import WEAK
 from sym2real.logs.inspect_motion import FASTEST
 from sym2real.logs.signals import Series
-from sym2real.logs.units import GRAVITY, UNITS
+from sym2real.logs.units import GRAVITY, unit_by_ratio
 from sym2real.vocabulary import MOTORS
 
 LONGEST_DELAY = 0.5  # s
@@ -158,9 +158,7 @@ def _rate_command_unit(draft: Draft, names: list[str], size: float) -> tuple[str
     if not shares:
         return "rad/s", f"up to {size:.3g}"
     share = float(np.median(shares))
-    per_radian = 1.0 / UNITS["deg/s"][1]
-    unit = "deg/s" if signals.nearest(share, [1.0, per_radian]) > 1.0 else "rad/s"
-    return unit, f"moves {share:.3g} times as much as the body rate in rad/s"
+    return unit_by_ratio(share, ("rad/s", "deg/s")), f"moves {share:.3g} times as much as the body rate in rad/s"
 
 
 def _response(draft: Draft, rate: str) -> Series:

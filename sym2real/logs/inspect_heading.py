@@ -16,7 +16,7 @@ from sym2real.logs.draft import Draft
 from sym2real.logs.inspect_attitude import angle_unit
 from sym2real.logs.parts import Source
 from sym2real.logs.signals import Series
-from sym2real.logs.units import UNITS
+from sym2real.logs.units import UNITS, unit_by_ratio
 
 READINGS = ("rad", "deg")
 UNIT = 0.05  # of sine and cosine from the unit circle, noise included
@@ -134,5 +134,4 @@ def _by_rate(draft: Draft, name: str) -> _Reading | None:
     if abs(signals.correlation(slopes, turning)) < TOGETHER:
         return None
     share = signals.ratio(slopes, turning)
-    unit = "deg" if signals.nearest(share, [1.0, 180.0 / pi]) > 1.0 else "rad"
-    return _Reading(unit, f"changes by {share:.3g} a second where {rate!r} says 1 rad", True)
+    return _Reading(unit_by_ratio(share, READINGS), f"changes by {share:.3g} a second where {rate!r} says 1 rad", True)

@@ -10,7 +10,7 @@ from sym2real.logs.draft import Draft
 from sym2real.logs.inspect_attitude import CLEAR, WEAK
 from sym2real.logs.parts import Attitude
 from sym2real.logs.signals import Series
-from sym2real.logs.units import UNITS
+from sym2real.logs.units import unit_by_ratio
 
 RATE_UNITS = ("rad/s", "deg/s", "mrad/s")
 FASTEST = 40.0  # rad/s; a gyro of a small robot ends at 2000 deg/s = 35 rad/s
@@ -50,7 +50,7 @@ def _velocity_unit(draft: Draft, name: str, true: Series | None) -> tuple[str, s
     if true is None:
         return "m/s", "too little motion to tell the unit"
     share = signals.ratio(draft.values(name), true)
-    unit = {1.0: "m/s", 100.0: "cm/s", 1000.0: "mm/s"}[signals.nearest(share, [1.0, 100.0, 1000.0])]
+    unit = unit_by_ratio(share, ("m/s", "cm/s", "mm/s"))
     found = signals.correlation(draft.values(name), true)
     return unit, f"{share:.3g} times the slope of the position in m, correlation {found:+.2f}"
 
@@ -131,12 +131,9 @@ def _rate_unit(
     if named := draft.named_unit(*names):
         return named, "the name says so"
     clear = [name for name in names if abs(agreement.get(name, 0.0)) > WEAK]
-    factors = {1.0 / UNITS[unit][1]: unit for unit in RATE_UNITS}
     if clear:
         share = float(np.median([signals.ratio(draft.values(n), turning[n]) for n in clear]))
-        return factors[
-            signals.nearest(share, list(factors))
-        ], f"moves {share:.3g} times as much as the attitude in rad/s"
+        return unit_by_ratio(share, RATE_UNITS), f"moves {share:.3g} times as much as the attitude in rad/s"
     size = max(signals.largest(draft.values(name)) for name in names)
     return ("deg/s" if size > FASTEST else "rad/s"), f"up to {size:.3g}"
 

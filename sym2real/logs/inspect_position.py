@@ -9,9 +9,8 @@ from sym2real.logs.attitude_reading import TILTING, level_push
 from sym2real.logs.draft import Draft
 from sym2real.logs.inspect_attitude import CLEAR
 from sym2real.logs.signals import Series
-from sym2real.logs.units import GRAVITY, UNITS, factor
+from sym2real.logs.units import GRAVITY, UNITS, factor, unit_by_ratio
 
-UNITS_PER_METRE = {1.0: "m", 100.0: "cm", 1000.0: "mm"}
 FAST = 40.0  # m/s at the 95th percentile: faster than any robot in a laboratory
 
 
@@ -39,7 +38,7 @@ def _unit(draft: Draft, pace: dict[str, Series], push: dict[str, Series]) -> tup
         return named, "the name says so", True
     fast = float(np.percentile(np.abs(np.concatenate([part for parts in pace.values() for part in parts])), 95))
     share, against = _against_velocity(draft, pace) or _against_tilt(draft, push) or (1.0, "")
-    unit = UNITS_PER_METRE[signals.nearest(share, list(UNITS_PER_METRE))]
+    unit = unit_by_ratio(share, ("m", "cm", "mm"))
     if unit == "m" and fast > FAST:
         return "mm", f"moves at {fast:.3g} a second (95 %): too fast for m", False
     return unit, against or f"moves at up to {fast:.3g} {unit}/s (95 %)", bool(against)

@@ -6,9 +6,9 @@ import numpy as np
 
 from sym2real.logs import signals
 from sym2real.logs.draft import Draft
-from sym2real.logs.units import UNITS
+from sym2real.logs.units import UNITS, unit_by_ratio
 
-SPEEDS = {1.0 / factor: unit for unit, (meant, factor) in UNITS.items() if meant == "m/s"}
+SPEEDS = [unit for unit, (meant, _) in UNITS.items() if meant == "m/s"]
 NEAR = 1.25  # times; a unit is taken where the ratio is as near to its own
 MOVING = 0.05  # m/s, the mean speed below which noise of positions is all of it
 
@@ -19,10 +19,11 @@ def inspect_wheel(draft: Draft) -> None:
         return
     values, named = draft.values("wheel_speed"), draft.named_unit("wheel_speed")
     ratio = _over_path(draft)
-    unit = named if named in SPEEDS.values() else ""
-    nearest = signals.nearest(ratio or 1.0, list(SPEEDS))
-    if not unit and (ratio is None or max(ratio / nearest, nearest / ratio) < NEAR):
-        unit = SPEEDS[nearest]
+    unit = named if named in SPEEDS else ""
+    nearest = unit_by_ratio(ratio or 1.0, SPEEDS)
+    off = (ratio or 1.0) * UNITS[nearest][1]
+    if not unit and max(off, 1.0 / off) < NEAR:
+        unit = nearest
     if ratio is None:
         evidence = "too little motion to tell the unit"
     else:

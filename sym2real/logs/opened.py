@@ -94,20 +94,14 @@ class Opened:
         if self.dt is None or len(self.standard.time) < 2:
             return 0.0
         dt, apart = self.dt, float(np.median(np.diff(self.standard.time)))
+        expected, found = "", f"rows {apart:.4g} s apart"
         if apart > COARSEST * dt:
-            raise DataError(
-                self.table.path,
-                f"rows at most {COARSEST:g} of the model's steps of {dt:g} s apart (is the unit of the stamps right?)",
-                f"{apart:.4g} s",
-                column=self.spec.time.column or None,
-            )
-        if apart * FINEST < dt:
-            raise DataError(
-                self.table.path,
-                f"at most {FINEST} rows in one of the model's steps of {dt:g} s (is the unit of the stamps right?)",
-                f"rows {apart:.4g} s apart",
-                column=self.spec.time.column or None,
-            )
+            expected, found = f"rows at most {COARSEST:g} of the model's steps of {dt:g} s apart", f"{apart:.4g} s"
+        elif apart * FINEST < dt:
+            expected = f"at most {FINEST} rows in one of the model's steps of {dt:g} s"
+        if expected:
+            expected += " (is the unit of the stamps right?)"
+            raise DataError(self.table.path, expected, found, column=self.spec.time.column or None)
         return apart
 
 

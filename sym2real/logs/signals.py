@@ -59,11 +59,6 @@ def mean(series: Series) -> float:
     return float(np.concatenate(series).mean())
 
 
-def nearest(value: float, options: Sequence[float]) -> float:
-    """The option with the nearest logarithm."""
-    return min(options, key=lambda option: abs(np.log(max(value, 1e-12) / option)))
-
-
 def delay(command: Series, response: Series, steps: int) -> tuple[int, float]:
     """By how many rows the response follows the command, at most ``steps``, and the correlation there.
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from math import pi
+from collections.abc import Sequence
+from math import log, pi
 
 from sym2real.errors import UnknownNameError
 from sym2real.vocabulary import VOCABULARY
@@ -52,6 +53,11 @@ UNIT_OF_COLUMN = {column: field.unit for _, field in VOCABULARY for column in fi
 def standard_unit(column: str) -> str | None:
     """SI unit of a standard column or of a reference to one (``ref_x``); None outside the vocabulary."""
     return UNIT_OF_COLUMN.get(column.removeprefix("ref_"))
+
+
+def unit_by_ratio(ratio: float, units: Sequence[str]) -> str:
+    """Of these the unit of numbers that are so many times as large as they would be in the SI unit."""
+    return min(units, key=lambda unit: abs(log(max(ratio, 1e-12) * UNITS[unit][1])))
 
 
 def factor(unit: str, column: str, mass: float = 1.0) -> float:

@@ -109,13 +109,6 @@ EXPORTED int finish(const struct plan *p, int threads, const real *sums, const s
     for (int i = 0; i < count; i++) mean[i] /= total;
     return rejected;
 }
-/* All of it on one thread: p->mean is where the new mean goes, too. */
-EXPORTED int plan_alone(
-    const struct plan *p, const real *before, int steps, v *scratch, real *sums, struct share *share, real *mean) {
-    shifted(p, before, steps, mean);
-    plan_share(p, 0, p->samples, scratch, sums, share);
-    return finish(p, 1, sums, share, mean);
-}
 /* The noise that plan_share draws, (samples, horizon, actions). */
 EXPORTED void noise_of(const struct plan *p, v *scratch, real *out) {
     const int count = p->horizon * ACTIONS;

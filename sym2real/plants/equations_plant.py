@@ -10,14 +10,13 @@ from sym2real.effects.filters import FilterState, measurement_filters, with_hidd
 from sym2real.effects.sensors import Sensors
 from sym2real.effects.visible import visible_state
 from sym2real.errors import ModelError
-from sym2real.layout import Layouts
 from sym2real.plants.model_plant import ModelPlant
 from sym2real.robots import Robot
 from sym2real.symbolic import Equations, compile_model
 from sym2real.trajectory import Array
 
 
-class EquationsPlant:
+class EquationsPlant(ModelPlant):
     """A :class:`ModelPlant` that remembers from step to step what the equations need, and reports what sensors would.
 
     Args:
@@ -38,52 +37,21 @@ class EquationsPlant:
 
     def __init__(self, equations: Equations, robot: Robot) -> None:
         _require_steps(equations, robot)
-        self.robot = robot
         self._equations = equations
         self._compiled = compile_model(equations, dtype=torch.float64)
         self._filters, self._sensors = FilterState(equations), Sensors(equations)
-        self._moving = ModelPlant(self._advance, robot, equations.dt)
-        self.reset()
-
-    @property
-    def layouts(self) -> Layouts:
-        """The robot's columns."""
-        return self.robot.layouts
-
-    @property
-    def dt(self) -> float:
-        """Control period in s."""
-        return self._moving.dt
-
-    @property
-    def inputs(self) -> Array:
-        """What is held now ``# (inputs,)``."""
-        return self._moving.inputs
-
-    @property
-    def crashed(self) -> bool:
-        """Whether the true state is not finite, or below the ground."""
-        return self._moving.crashed
-
-    @property
-    def sent(self) -> Array:
-        """The last action; what filters make of it is the robot's own ``# (action,)``."""
-        return self._moving.sent
-
-    def push(self, inputs: ArrayLike) -> None:
-        """Hold inputs until the next call or reset ``# (inputs,)``."""
-        self._moving.push(inputs)
+        super().__init__(self._advance, robot, equations.dt)
 
     def reset(self, state: ArrayLike | None = None, seed: int | None = None) -> Array:
         """Start an episode, as if what is sent first had been held for ever; what sensors report ``# (state,)``."""
         self._filters.reset()
         self._hidden: Tensor | None = None
         self._steps = 0
-        return self._reported(self._moving.reset(state, seed))
+        return self._reported(super().reset(state, seed))
 
     def step(self, action: ArrayLike) -> Array:
         """What sensors report ``# (state,)`` after one action ``# (action,)``."""
-        return self._reported(self._moving.step(action))
+        return self._reported(super().step(action))
 
     def _advance(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
         pushes = () if inputs is None else inputs.tolist()

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 from rich.console import Group
-from rich.table import Table
 from rich.text import Text
 
 from sym2real.adaptation import Improvement, RoundReport
@@ -23,12 +22,11 @@ def rounds_table(reports: Sequence[RoundReport], on_top: int, settled: bool) -> 
         on_top: round whose model is the one that the folder's verbs open.
         settled: whether the run ended because nothing got better.
     """
-    ahead = f"{reports[0].horizon:g} s"
-    headings = ("round", "rows", "error m", "% better", "cost", f"{ahead} m", "% better", "λ", "s", "")
-    table = compact_table("rounds: the model of each has learned from the logs of those before", *headings, left=("",))
-    for report in reports:
-        _add_row(table, report, report.number == on_top)
-    best = reports[on_top]
+    ahead, best = f"{reports[0].horizon:g} s", reports[on_top]
+    title = "rounds: the model of each has learned from the logs of those before"
+    table = compact_table(title, *rounds_headings(reports), left=("",))
+    for cells in rounds_rows(reports, on_top):
+        table.add_row(*cells)
     lines = [
         f"error: mean distance from the reference; {ahead}: error of the position predicted that far ahead, on the "
         "round's own log, which its model has not seen",
@@ -51,23 +49,31 @@ def _refused(report: RoundReport) -> bool:
     return bool(report.learned.refused)
 
 
-def _add_row(table: Table, report: RoundReport, on_top: bool) -> None:
-    remarks = ["top"] * on_top + ["crash"] * report.crashed + ["kept"] * _refused(report)
-    table.add_row(
-        str(report.number),
-        str(report.learned.rows),
-        number(report.error),
-        percent(report.tracking),
-        number(report.cost),
-        number(report.prediction, 2),
-        percent(report.gain),
-        number(report.learned.penalty, 1),
-        f"{report.learned.seconds:.0f}",
-        " ".join(remarks),
-    )
+def rounds_headings(reports: Sequence[RoundReport]) -> list[str]:
+    """Of what :func:`rounds_rows` gives."""
+    return ["round", "rows", "error m", "% better", "cost", f"{reports[0].horizon:g} s m", "% better", "λ", "s", ""]
 
 
-def percent(gain: Improvement) -> str:
+def rounds_rows(reports: Sequence[RoundReport], on_top: int) -> list[list[str]]:
+    """Figures of every round; the last cell says which model is on top, what crashed, and what was not used."""
+    return [
+        [
+            str(report.number),
+            str(report.learned.rows),
+            number(report.error),
+            _percent(report.tracking),
+            number(report.cost),
+            number(report.prediction, 2),
+            _percent(report.gain),
+            number(report.learned.penalty, 1),
+            f"{report.learned.seconds:.0f}",
+            " ".join(["top"] * (report.number == on_top) + ["crash"] * report.crashed + ["kept"] * _refused(report)),
+        ]
+        for report in reports
+    ]
+
+
+def _percent(gain: Improvement) -> str:
     """An improvement in % with its interval; a dash where a log is too short to say."""
     if not math.isfinite(gain.low):
         return "–"

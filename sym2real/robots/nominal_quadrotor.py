@@ -19,11 +19,13 @@ from sympy import Expr, sign, sqrt
 
 from sym2real.errors import ModelError
 from sym2real.layout import Layout, Layouts
+from sym2real.robots import crazyflie
 from sym2real.robots.motors import Motors
-from sym2real.robots.rigid_body import FirstOrder, Vector, body_z, free_fall, gyroscopic, increment, multiply, symbols
+from sym2real.robots.rigid_body import FirstOrder, Vector, free_fall, gyroscopic, increment, symbols
 from sym2real.robots.robot import GRAVITY
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.mass_normalised import PER_KILOGRAM
+from sym2real.symbolic.quaternions import body_axes, multiply
 from sym2real.vocabulary import MOTORS
 
 Interface = Literal["thrust_rates", "thrust_attitude", "motors"]
@@ -45,11 +47,6 @@ COMMANDS: Mapping[str, tuple[str, ...]] = {
     "thrust_attitude": ("thrust", "qw_cmd", "qx_cmd", "qy_cmd", "qz_cmd"),
     "motors": MOTORS,
 }
-
-# The Crazyflie, from which a robot of another mass and the same shape and density is scaled.
-REFERENCE_MASS = 0.027
-REFERENCE_INERTIA = (1.66e-5, 1.67e-5, 2.93e-5)
-REFERENCE_MOTORS = Motors(thrust=0.0)
 
 
 @dataclass
@@ -159,7 +156,7 @@ def _motors(build: _Build, motors: Motors | None, mass: float, attitude: Attitud
 
 
 def _translation(build: _Build, mass: float, attitude: Vector, dt: float) -> None:
-    axes = build.name(("axis_x", "axis_y", "axis_z"), body_z(attitude))
+    axes = build.name(("axis_x", "axis_y", "axis_z"), body_axes(attitude)[2])
     for p, v, force, axis in zip(POSITION, VELOCITY, FORCE, axes, strict=True):
         acceleration = (symbol("thrust") * axis + symbol(force)) / mass - (GRAVITY if p == "z" else 0)
         build.follow((p, v), free_fall(symbol(p), symbol(v), acceleration, dt))
@@ -225,17 +222,17 @@ def _attitude_loop(build: _Build, time_constant: float, dt: float) -> Vector:
 
 
 def _scaled_motors(mass: float) -> Motors:
-    scale = (mass / REFERENCE_MASS) ** (1.0 / 3.0)
+    scale = (mass / crazyflie.MASS) ** (1.0 / 3.0)
     return Motors(
         thrust=mass * GRAVITY / 4.0 / 0.5,
-        torque_per_thrust=REFERENCE_MOTORS.torque_per_thrust * scale,
-        arm=REFERENCE_MOTORS.arm * scale,
+        torque_per_thrust=crazyflie.TORQUE_PER_THRUST * scale,
+        arm=crazyflie.ARM * scale,
     )
 
 
 def _scaled_inertia(build: _Build, mass: float) -> tuple[float, ...]:
     build.notes.append("inertia scaled from the Crazyflie by mass^(5/3): measure it")
-    return tuple(moment * (mass / REFERENCE_MASS) ** (5.0 / 3.0) for moment in REFERENCE_INERTIA)
+    return tuple(moment * (mass / crazyflie.MASS) ** (5.0 / 3.0) for moment in crazyflie.INERTIA)
 
 
 def _check(mass: float, inertia: Sequence[float] | None, interface: str, attitude: str, dt: float) -> None:

@@ -1,6 +1,6 @@
-"""Quaternion algebra and exponential responses as SymPy expressions: the pieces of first-principles equations.
+"""Small rotations and exponential responses as SymPy expressions: the pieces of first-principles equations.
 
-Quaternions are tuples w x y z, body→world. Increments are series in the half angle h = ‖θ‖/2; the terms left out are
+Increments are series in the half angle h = ‖θ‖/2; the terms left out are
 h⁵/120, below 1e-7 for 0.1 rad a step.
 """
 
@@ -21,30 +21,12 @@ def symbols(names: Iterable[str]) -> Vector:
     return tuple(symbol(name) for name in names)
 
 
-def multiply(left: Sequence[Expr], right: Sequence[Expr]) -> Vector:
-    """Hamilton product."""
-    w1, x1, y1, z1 = left
-    w2, x2, y2, z2 = right
-    return (
-        w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
-        w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
-        w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
-        w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
-    )
-
-
 def increment(angle: Sequence[Expr]) -> Vector:
     """Quaternion of a rotation by a small vector ``angle`` in rad."""
     half = [component / 2 for component in angle]
     square = sum(component**2 for component in half)
     sine_over_angle = 1 - square / 6
     return (1 - square / 2 + square**2 / 24, *(sine_over_angle * component for component in half))
-
-
-def body_z(quaternion: Sequence[Expr]) -> Vector:
-    """The body's z axis in world axes, for a quaternion of unit length."""
-    w, x, y, z = quaternion
-    return (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x**2 + y**2))
 
 
 def gyroscopic(inertia: Sequence[float], rate: Sequence[Expr]) -> Vector:

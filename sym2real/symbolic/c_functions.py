@@ -16,7 +16,6 @@ import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
 from sym2real.symbolic.c_source import literal
-from sym2real.symbolic.magnitudes import SHORT
 from sym2real.trajectory import Array
 
 HEADERS = {"cpu": "vectors.h", "gpu": "cuda.h"}
@@ -41,21 +40,13 @@ def preamble(single: bool, machine: str = "cpu") -> str:
 
 
 def _polynomials(single: bool) -> list[str]:
-    """Sine over its argument, and cosine, as functions of the argument's square: in turns up to a half, in rad."""
+    """Sine over its argument, and cosine, as functions of the argument's square: in turns up to a half."""
     degree, turn = 5 if single else 10, 2.0 * np.pi
     found = [
         polynomial("SINE", lambda s: np.sin(turn * np.sqrt(s)) / np.sqrt(s), degree, (0.0, 0.25), single),
         polynomial("COSINE", lambda s: np.cos(turn * np.sqrt(s)), degree, (0.0, 0.25), single),
     ]
     if single:
-        for most, degree in SHORT.items():
-            square = (0.0, most**2)
-            found += [
-                polynomial(f"SINE_{degree}", lambda s: np.sin(np.sqrt(s)) / np.sqrt(s), degree, square, single),
-                polynomial(f"COSINE_{degree}", lambda s: np.cos(np.sqrt(s)), degree, square, single),
-                f"#define sine_{degree}(x) ((x) * SINE_{degree}((x) * (x)))",
-                f"#define cosine_{degree}(x) COSINE_{degree}((x) * (x))",
-            ]
         found += [
             polynomial("POWER_OF_TWO", np.exp2, 5, (-0.5, 0.5), single),
             polynomial("LOGARITHM", np.log2, 5, (1.0, 2.0), single),

@@ -53,17 +53,10 @@ class CLines:
         program: what to compute.
         single: float32, else float64.
         names: expressions of values that are computed elsewhere, by number; inputs are ``x_<name>`` else.
-        short: degrees for sines of small arguments, as of :func:`sym2real.symbolic.magnitudes.short_sines`.
     """
 
-    def __init__(
-        self,
-        program: Program,
-        single: bool,
-        names: Mapping[int, str] | None = None,
-        short: Mapping[int, int] | None = None,
-    ) -> None:
-        self.program, self.single, self.short = program, single, short or {}
+    def __init__(self, program: Program, single: bool, names: Mapping[int, str] | None = None) -> None:
+        self.program, self.single = program, single
         self.names = {number: f"x_{name}" for number, name in enumerate(program.inputs) if is_name(name)}
         self.names |= dict(names or {})
 
@@ -94,6 +87,5 @@ class CLines:
             named = [self.vector(operands[0]), *map(self.name, operands[1:])]
             right = INFIX[operation].format(*named)
         else:
-            short = f"_{self.short[value]}" if value in self.short else ""
-            right = f"{CALLS.get(operation, operation)}{short}({', '.join(map(self.vector, operands))})"
+            right = f"{CALLS.get(operation, operation)}({', '.join(map(self.vector, operands))})"
         return f"const {kind} v{value} = {right};"

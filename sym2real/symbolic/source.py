@@ -29,13 +29,12 @@ SMALLEST_NORM_SQUARED = 1e-24
 Groups = Mapping[str, Sequence[str]]
 
 
-def step_program(equations: Equations, pushed: bool = True) -> Program:
-    """Next state on the manifold over state, action, inputs and parameters; without pushes unless ``pushed``."""
+def step_program(equations: Equations) -> Program:
+    """Next state on the manifold over state, action, inputs and parameters."""
     layouts = equations.layouts
     names = (*layouts.state, *layouts.action, *layouts.inputs, *equations.parameters)
-    zero = {} if pushed else dict.fromkeys(layouts.inputs.pushes, 0.0)
     graph = Graph(names, fixed=equations.parameters)
-    lowering = Lowering(graph, equations.quantities, zero)
+    lowering = Lowering(graph, equations.quantities)
     columns = {column: lowering.lower(equations.next[column]) for column in layouts.state}
     return make_program(graph, on_manifold(graph, layouts.state, columns))
 
@@ -123,26 +122,23 @@ def _method(signature: str, body: Sequence[str]) -> str:
     return textwrap.indent("\n".join([f"def {signature} -> List[Tensor]:", *(f"    {line}" for line in body)]), "    ")
 
 
-def _written(program: Program, groups: Groups, parameters: Sequence[str], suffix: str = "") -> tuple[str, str]:
-    """Source of the two methods, and of the tensor of their constants."""
+def _written(program: Program, groups: Groups, parameters: Sequence[str]) -> tuple[str, str]:
+    """Source of the two methods, and of the list of their constants."""
     written = bodies(program, groups, parameters, expand_results="state" in groups)
     arguments = ", ".join(f"{group}: List[Tensor]" for group in groups)
     methods = [
-        _method(f"hoist{suffix}(self, values: List[Tensor], constants: List[Tensor])", written.hoist),
-        _method(f"step{suffix}(self, {arguments}, fixed: List[Tensor])", written.step),
+        _method("hoist(self, values: List[Tensor], constants: List[Tensor])", written.hoist),
+        _method(f"step(self, {arguments}, fixed: List[Tensor])", written.step),
     ]
     numbers = ", ".join(map(_literal, written.constants))
-    return "\n\n".join(methods), f"self.constants{suffix} = torch.tensor([{numbers}], dtype=torch.float64)"
+    return "\n\n".join(methods), f"[{numbers}]"
 
 
 def model_source(equations: Equations) -> str:
     """Source of the class ``Dynamics``: ``forward`` and ``rollout`` of the equations."""
     layouts, parameters = equations.layouts, tuple(equations.parameters)
     groups = {"state": layouts.state.columns, "action": layouts.action.columns, "inputs": layouts.inputs.columns}
-    parts = [_written(step_program(equations, pushed=False), groups, parameters)]
-    pushed = bool(layouts.inputs.pushes)
-    if pushed:
-        parts.append(_written(step_program(equations), groups, parameters, "_pushed"))
+    methods, constants = _written(step_program(equations), groups, parameters)
     time = layouts.inputs.index(TIME) if TIME in layouts.inputs else None
     dt = repr(equations.dt)
     return MODEL.substitute(
@@ -150,17 +146,13 @@ def model_source(equations: Equations) -> str:
         **{group: " ".join(columns) for group, columns in groups.items()},
         parameters=" ".join(parameters),
         values=f"[{', '.join(map(_literal, equations.parameters.values()))}]",
-        methods="\n\n".join(methods for methods, _ in parts),
-        constants=textwrap.indent("\n".join(constants for _, constants in parts), " " * 8),
+        methods=methods,
+        constants=constants,
         n=len(layouts.state),
         m=len(layouts.action),
         k=len(layouts.inputs),
         p=len(parameters),
         inputs_optional=repr(not measured_inputs(equations)),
-        hoist_pushed="self.hoist_pushed(values, tensors(self.constants_pushed, state)) if pushed else "
-        if pushed
-        else "",
-        step_pushed="self.step_pushed(columns, now, known, fixed) if pushed else " if pushed else "",
         time="" if time is None else f"if not varying:\n                known[{time}] = held[{time}] + k * {dt}",
     )
 
@@ -181,7 +173,7 @@ def function_source(expressions: Sequence[Expr], arguments: Sequence[Sequence[st
     return FUNCTION.substitute(
         n=len(expressions),
         methods=methods,
-        constants=" " * 8 + constants,
+        constants=constants,
         arguments=", ".join(f"{group}: Tensor" for group in groups),
         columns="; ".join(" ".join(columns) for columns in arguments),
         checks=textwrap.indent("\n".join(checks), " " * 8),

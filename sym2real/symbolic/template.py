@@ -33,7 +33,7 @@ class Dynamics(torch.nn.Module):
     def __init__(self) -> None:
         super().__init__()
         self.register_buffer("values", torch.tensor($values, dtype=torch.float64))
-$constants
+        self.constants = torch.tensor($constants, dtype=torch.float64)
 
 $methods
 
@@ -77,7 +77,6 @@ $methods
         """
         values = self.rows(state, actions, inputs, parameters)
         steps = torch.movedim(actions, [-2, -1], [0, 1]).contiguous()
-        pushed = inputs is not None
         per_step = torch.zeros(0)
         varying = False
         if inputs is None:
@@ -91,13 +90,13 @@ $methods
             held = list(torch.unbind(per_step[0], 0))
         columns = self.spread(state, [steps[0, 0]] + values[:1] + held[:1])
         shape = [steps.shape[0], $n] + list(columns[0].shape)
-        fixed = ${hoist_pushed}self.hoist(values, tensors(self.constants, state))
+        fixed = self.hoist(values, tensors(self.constants, state))
         states: List[Tensor] = []
         for k in range(steps.shape[0]):
             now = list(torch.unbind(steps[k], 0))
             known = list(torch.unbind(per_step[k], 0)) if varying else list(held)
             $time
-            columns = ${step_pushed}self.step(columns, now, known, fixed)
+            columns = self.step(columns, now, known, fixed)
             states += columns
         return torch.movedim(torch.stack(states, 0).reshape(shape), [0, 1], [-2, -1])
 ''')
@@ -120,7 +119,7 @@ class Function(torch.nn.Module):
 
     def __init__(self) -> None:
         super().__init__()
-$constants
+        self.constants = torch.tensor($constants, dtype=torch.float64)
 
 $methods
 

@@ -20,7 +20,6 @@ from mppi_models import Subject
 from standard_cases import standard_cases
 
 from sym2real.control import MPPI
-from sym2real.control.fused import cores
 from sym2real.diagnosis import diagnose
 from sym2real.experiments.standard_set import simulate_case
 from sym2real.robots import ROBOTS
@@ -78,7 +77,7 @@ def held(subject: Subject, seconds: float) -> list[Figure]:
     """Missed periods at 50 Hz: the kernel alone and beside a busy process on every core it may use; no compiler."""
     fused = MPPI(compile_model(subject.equations), subject.robot, subject.task, backend="c")
     figures = [_pauses(seconds), *_loop("c", fused, subject, seconds, "< 1")]
-    crowd = [subprocess.Popen([sys.executable, "-c", BUSY]) for _ in range(cores())]
+    crowd = [subprocess.Popen([sys.executable, "-c", BUSY]) for _ in range(len(os.sched_getaffinity(0)))]
     try:
         figures += _loop(f"c beside {len(crowd)} busy process(es)", fused, subject, seconds, "")
     finally:

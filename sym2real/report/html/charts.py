@@ -58,7 +58,6 @@ class Chart:
         of_log: whether arrays are families, one for every log.
         zero: whether the vertical axis begins at zero.
         points: whether values are marked.
-        wide: whether it takes the whole width.
     """
 
     title: str
@@ -71,7 +70,6 @@ class Chart:
     of_log: bool = False
     zero: bool = False
     points: bool = False
-    wide: bool = False
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from sym2real.adaptation import RoundReport
 from sym2real.dataset import Dataset
-from sym2real.report.adaptation import percent
+from sym2real.report.adaptation import rounds_headings, rounds_rows
 from sym2real.report.html.arrays import Arrays
 from sym2real.report.html.charts import Chart, Line
 from sym2real.report.html.page import Figures, Page, Part, Section, Table
@@ -34,7 +34,9 @@ def adaptation_page(
     learned = f"from {best.learned.rows} rows" if on_top else "nothing: the model that was given is the best"
     horizon = f"{best.horizon:g} s ahead"
     reading = f"Learned {learned}; {horizon} its position is {number(best.prediction, 2)} m off on an unseen log."
-    parts: list[Part] = [Figures("Every round", _charts(reports, arrays)), _table(reports, on_top)]
+    better = "Better than the best model before, with its 95 % interval."
+    table = Table("Rounds", rounds_headings(reports), rounds_rows(reports, on_top), better)
+    parts: list[Part] = [Figures("Every round", _charts(reports, arrays)), table]
     added = Section("added", ADDED, parts)
     return model_page(Given(models, (switch,)), data, title, summary=reading, added=added, arrays=arrays)
 
@@ -55,20 +57,3 @@ def _charts(reports: Sequence[RoundReport], arrays: Arrays) -> list[Chart]:
             labels = ("trajectories learned from", "error in m")
             charts.append(Chart(title, reading, *labels, "rounds", lines, zero=True, points=True))
     return charts
-
-
-def _table(reports: Sequence[RoundReport], on_top: int) -> Table:
-    columns = ["round", "rows", "error in m", "% better", f"{reports[0].horizon:g} s ahead in m", "% better", ""]
-    rows = [
-        [
-            str(report.number),
-            str(report.learned.rows),
-            number(report.error),
-            percent(report.tracking),
-            number(report.prediction, 2),
-            percent(report.gain),
-            " ".join(["on top"] * (report.number == on_top) + ["crash"] * report.crashed),
-        ]
-        for report in reports
-    ]
-    return Table("Rounds", columns, rows, "Better than the best model before, with its 95 % interval.")

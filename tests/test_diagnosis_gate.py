@@ -159,6 +159,17 @@ def test_the_sentence_begins_with_the_verdict() -> None:
     assert minor.startswith("Nothing is missing beyond noise and small disturbances; a disturbance along fx")
 
 
+def test_beside_a_fault_what_predictions_do_not_bear_out_is_not_missing() -> None:
+    fault, found = Fault("sensor_sign:wy", "reversed"), (Finding("wind", {}, 1.0, group=("wind", "mounting_tilt")),)
+    gate = Gate(stage("base", 1.0, 1.0), stage("+ wind", 0.95, 0.99))
+    assert verdict((fault,), found, (), gate, problems_of(800)) == "EFFECT"
+    said = summary("EFFECT", (fault,), found, (), gate=gate, stages=())
+    assert said == (
+        "The data show sensor_sign:wy; beside it wind () is beyond chance, but no held-out error falls by 10 %: "
+        "that of position after 0.8 s falls by 5 %."
+    )
+
+
 def test_what_changes_no_prediction_stands_behind_what_does() -> None:
     lag = Finding("lag", {"value": about(0.0044, 0.001, "s")}, 0.5, group=("lag", "lag:wx_cmd"), small=True)
     found = (lag, Finding("wind", {}, 0.5, group=("wind", "mounting_tilt")))

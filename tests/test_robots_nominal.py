@@ -20,6 +20,7 @@ from sym2real.effects import effect
 from sym2real.errors import ModelError
 from sym2real.layout import Layout, Layouts
 from sym2real.plants import MujocoPlant, random_push
+from sym2real.report.tables import interface_lines
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 from sym2real.robots.crazyflie import ARM, MASS, TORQUE_PER_THRUST
 from sym2real.robots.motors import Motors
@@ -411,3 +412,13 @@ def test_numbers_that_no_such_robot_has_are_told_with_what_is_meant(
 @pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
 def test_the_robots_that_come_along_are_likely(robot: Robot) -> None:
     assert not any("is the unit right?" in note for note in robot.nominal().notes)
+
+
+def test_equations_are_told_in_short_by_their_columns_and_numbers() -> None:
+    assert interface_lines(car(0.3, dt=0.05)) == [
+        "every 0.05 s",
+        "predicts x, y, sin_yaw, cos_yaw, vx, vy, wz",
+        "from steer, speed",
+        "takes, where a log has them, fx, fy, tz",
+        "numbers (SI): mass 3.5, wheelbase 0.3, centre 0",
+    ]

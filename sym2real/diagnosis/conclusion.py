@@ -62,7 +62,9 @@ def summary(
     minor = [said for said, leftover in zip(rest, leftovers, strict=True) if not leftover.matters]
     parts = ["the data show " + ", ".join(fault.name for fault in faults)] if faults else []
     if answer == "EFFECT":
-        parts += [*_missing(findings, stages), *rest, *_small(findings)]
+        # Where predictions do not bear out what was found, the faults are the answer.
+        found = [*_missing(findings, stages), *rest, *_small(findings)]
+        parts += found if gate.passed else [*_beside(findings, gate), *rest]
     elif answer == "UNEXPLAINED":
         parts.append(f"something is missing that no effect of the catalogue explains: {' and '.join(left)}")
         parts += [*_beside(findings, gate), *minor]
@@ -99,10 +101,7 @@ def _small(findings: Sequence[Finding]) -> list[str]:
 
 def _beside(findings: Sequence[Finding], gate: Gate) -> list[str]:
     """What was found where the answer is another one, and why it is none."""
-    if not findings:
-        return []
-    found = " and ".join(_alone(finding) for finding in findings)
-    return [f"beside it {found} {'is' if len(findings) == 1 else 'are'} beyond chance, but {_not_borne_out(gate)}"]
+    return [f"beside it {_beyond_chance(findings)}, but {_not_borne_out(gate)}"] if findings else []
 
 
 def _no_answer(findings: Sequence[Finding], gate: Gate, interrupted: str) -> list[str]:
@@ -117,7 +116,12 @@ def _no_answer(findings: Sequence[Finding], gate: Gate, interrupted: str) -> lis
     if interrupted:
         parts = [f"no answer: {interrupted} was interrupted before it ended"]
         return [*parts, f"found by then: {found}"] if findings else parts
-    return [f"no answer: {found} {'is' if len(findings) == 1 else 'are'} beyond chance, but {_not_borne_out(gate)}"]
+    return [f"no answer: {_beyond_chance(findings)}, but {_not_borne_out(gate)}"]
+
+
+def _beyond_chance(findings: Sequence[Finding]) -> str:
+    found = " and ".join(_alone(finding) for finding in findings)
+    return f"{found} {'is' if len(findings) == 1 else 'are'} beyond chance"
 
 
 def _not_borne_out(gate: Gate) -> str:

@@ -8,19 +8,29 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+MOST_LISTED = 30  # names that an error lists beside those that are near
+
 
 class Sym2RealError(Exception):
     """Base of every error that a user of this package can cause and can mend."""
 
 
 class UnknownNameError(Sym2RealError, KeyError):
-    """A name that is not in a registry or layout; the message lists what is and guesses the intent."""
+    """A name that is not in a registry or layout; the message guesses the intent, and lists what is there.
 
-    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+    Args:
+        kind: what it would be the name of.
+        name: what was given.
+        known: what there is; a long list is left out where something is near.
+        near: what was likely meant; by default what is spelt like it.
+    """
+
+    def __init__(self, kind: str, name: str, known: Iterable[str], near: Iterable[str] | None = None) -> None:
         options = sorted(known)
-        near = difflib.get_close_matches(name, options, n=3, cutoff=0.5)
+        near = difflib.get_close_matches(name, options, n=3, cutoff=0.5) if near is None else list(near)
         hint = f"; did you mean {' or '.join(repr(option) for option in near)}?" if near else ""
-        self.message = f"unknown {kind} {name!r}{hint} (known: {', '.join(options)})"
+        listed = "" if near and len(options) > MOST_LISTED else f" (known: {', '.join(options)})"
+        self.message = f"unknown {kind} {name!r}{hint}{listed}"
         super().__init__(self.message)
 
     def __str__(self) -> str:

@@ -114,7 +114,6 @@ def test_what_may_be_said_of_healthy_logs_names_no_mistake() -> None:
         "no plain simulator: the base's own errors were not calibrated and may look like effects; diagnose "
         "healthy logs first, and add --fit what they show",
         "no sensor noise, as of a simulation without --noise or behind a low-pass: errors of any size count",
-        "thrust, wx_cmd go with the measured state: a closed loop, or a state that answers at once",
         "run_1: resampled to 20 ms from stamps 40 ms apart (40 to 40), 200 rows became 399: commands held",
         "8 logs, 3200 rows, time step 0.02 s",
         "steer and speed hardly vary: effects on them, a delay say, cannot be seen",

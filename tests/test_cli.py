@@ -128,6 +128,10 @@ def test_inspect_names_a_rate_whose_sign_is_reversed(tmp_path: Path) -> None:
         (["effects", "offset:steer"], "`sym2real effects offset:steer --robot mushr` shows it"),
         (["effects", "slope"], "--robot mushr"),
         (["effects", "offset:stear"], "unknown effect 'offset:stear'"),
+        (["effects", "steer"], "or 'offset:steer'"),
+        (["diagnose", "{model}", "missing.csv", "--exclude", "wnd"], "did you mean 'wind'"),
+        (["add", "{model}", "wind", "--fit", "missing.csv", "--exclude", "wnd", "--out", "unused"], "'wind'"),
+        (["plan", "mushr", "circle", "--exclude", "wnd"], "did you mean 'wind'"),
         (
             ["simulate", "crazyflie", "hover", "--out", "unused.csv", "--effects", "added_mass", "0.004"],
             "expected `added_mass value=0.004`, found '0.004' alone",

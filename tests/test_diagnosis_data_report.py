@@ -154,6 +154,16 @@ def test_a_short_log_is_not_at_its_limit_because_some_row_is_the_largest(flights
     assert any(line.startswith("thrust is at its limit") for line in cut.lines())
 
 
+def test_a_car_that_stands_is_at_no_limit(flights: Dataset) -> None:
+    log = run_episode(MujocoPlant(MUSHR), RandomCommands(MUSHR, seed=1), steps=200)
+    action = log.action.copy()
+    action[:60, log.layouts.action.index("speed")] = 0.0
+    action[:, log.layouts.action.index("speed")] = np.abs(action[:, log.layouts.action.index("speed")])
+    standing = data_report(replace(log, action=action))
+    assert standing.commands["speed"].at_low > 0.05
+    assert not any("speed is at its limit" in line for line in standing.lines())
+
+
 def test_a_command_that_is_sent_every_fifth_row_or_in_steps_is_not_at_its_limit(flights: Dataset) -> None:
     every_fifth = Dataset(replace(log, action=np.repeat(log.action[::5], 5, axis=0)[: len(log)]) for log in flights)
     assert not any(one.saturated for one in data_report(every_fifth).commands.values())
@@ -167,6 +177,7 @@ def test_a_command_that_is_sent_every_fifth_row_or_in_steps_is_not_at_its_limit(
 
 def test_feedback_is_told_from_commands_drawn_beforehand(flights: Dataset) -> None:
     assert data_report(flights).following
+    assert not any("state" in line for line in data_report(flights).lines())  # nobody need do anything about it
     drawn = run_episode(MujocoPlant(MUSHR), RandomCommands(MUSHR, seed=1), steps=200)
     assert not data_report(drawn).following
 

@@ -18,6 +18,7 @@ from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.score.intervals import about
 from sym2real.diagnosis.search.beam import Beam
 from sym2real.diagnosis.search.groups import groups_of
 from sym2real.diagnosis.search.near import Near
@@ -97,7 +98,8 @@ def test_findings_that_improve_no_prediction_are_no_answer() -> None:
     found = (Finding("wind", {}, 1.0),)
     assert verdict((), found, (), gate, problems) == "CANNOT_TELL"
     said = summary("CANNOT_TELL", (), found, (), gate=gate, stages=())
-    assert "that of position after 0.8 s falls by only 5 %" in said
+    assert said.startswith("No answer: wind () is beyond chance, but no held-out error falls by 10 %")
+    assert "that of position after 0.8 s falls by 5 %" in said
     assert verdict((), found, (), Gate(stage("base", 1.0, 1.0), stage("+ wind", 0.5, 1.0)), problems) == "EFFECT"
     worse = Gate(stage("base", 1.0, 1.0), stage("+ wind", 0.5, 1.2))
     assert verdict((), found, (), worse, problems) == "CANNOT_TELL"
@@ -123,7 +125,7 @@ def test_what_is_left_of_a_second_or_two_is_no_answer(steps: int, answer: str) -
     misfit = find_misfit(1.5)
     assert verdict((), (), misfit, Gate(), problems_of(steps)) == answer
     said = summary(answer, (), (), misfit, gate=Gate(), stages=())  # type: ignore[arg-type]
-    assert ("too little data" in said) == (answer == "CANNOT_TELL")
+    assert said.startswith("Too little data") == (answer == "CANNOT_TELL")
     assert "1.22 times that of noise" in said
 
 
@@ -137,7 +139,46 @@ def test_fewer_than_ten_pieces_are_no_answer_whatever_was_found(faults: tuple[Fa
     said = summary("CANNOT_TELL", faults, found, (), gate=gate, stages=())
     assert "erhaps missing: wind" in said
     assert "no finding can be tested" in said
+    assert said.startswith("The data show sensor_sign:wy; too little data" if faults else "Too little data")
     assert verdict(faults, (), (), Gate(), few) == "CANNOT_TELL"
+
+
+def test_the_sentence_begins_with_the_verdict() -> None:
+    """Of a load that sloshes: a lag of 4 ms is there in every log, and explains nothing of what is missing."""
+    lag = Finding("lag", {"value": about(0.0044, 0.001, "s")}, 0.5, group=("lag", "lag:wx_cmd"), small=True)
+    left = (Leftover("wz_cmd", "tz", 0.11, "", motion=0.5), Leftover("time", "fx", 0.2, "", motion=0.001))
+    gate = Gate(stage("base", 1.0, 1.0), stage("+ lag", 1.01, 1.01))
+    said = summary("UNEXPLAINED", (), (lag,), left, gate=gate, stages=())
+    assert said.startswith(
+        "Something is missing that no effect of the catalogue explains: a disturbance along tz that depends on wz_cmd "
+        "(R² 0.11); beside it lag (value 0.0044 s) is beyond chance, but no held-out error falls by 10 %: "
+        "that of position after 0.8 s rises by 1 %; a disturbance along fx that depends on time is left"
+    )
+    assert "position after 0.8 s rises by 1 %" in gate_line(gate, Fall(0.8, "position", -0.01))
+    minor = summary("NOTHING_MISSING", (), (), left[1:], gate=Gate(), stages=())
+    assert minor.startswith("Nothing is missing beyond noise and small disturbances; a disturbance along fx")
+
+
+def test_beside_a_fault_what_predictions_do_not_bear_out_is_not_missing() -> None:
+    fault, found = Fault("sensor_sign:wy", "reversed"), (Finding("wind", {}, 1.0, group=("wind", "mounting_tilt")),)
+    gate = Gate(stage("base", 1.0, 1.0), stage("+ wind", 0.95, 0.99))
+    assert verdict((fault,), found, (), gate, problems_of(800)) == "EFFECT"
+    said = summary("EFFECT", (fault,), found, (), gate=gate, stages=())
+    assert said == (
+        "The data show sensor_sign:wy; beside it wind () is beyond chance, but no held-out error falls by 10 %: "
+        "that of position after 0.8 s falls by 5 %."
+    )
+
+
+def test_what_changes_no_prediction_stands_behind_what_does() -> None:
+    lag = Finding("lag", {"value": about(0.0044, 0.001, "s")}, 0.5, group=("lag", "lag:wx_cmd"), small=True)
+    found = (lag, Finding("wind", {}, 0.5, group=("wind", "mounting_tilt")))
+    gate = Gate(stage("base", 1.0, 1.0), stage("+ wind", 0.5, 1.0))
+    said = summary("EFFECT", (), found, (), gate=gate, stages=())
+    assert said.startswith("Missing: wind (), or mounting_tilt; small: lag (value 0.0044 s), beyond chance")
+    assert "or lag:wx_cmd" not in said
+    alone = summary("EFFECT", (), (lag,), (), gate=gate, stages=())
+    assert alone == "Missing: lag (value 0.0044 s), or lag:wx_cmd."
 
 
 @pytest.mark.parametrize(("misfit", "answer"), [(975.0, "UNEXPLAINED"), (1.02, "EFFECT")])

@@ -61,9 +61,11 @@ def test_equal_losses_weigh_alike_and_a_lower_one_more() -> None:
 def test_what_no_prediction_needs_is_dropped_and_what_it_needs_stays() -> None:
     selection = chosen(("wind", "linear_drag"), "wind", "linear_drag")
     problem = selection.problems.problem
-    (dropped,) = keep_needed(selection, problem.library, problem.data)
+    needed = keep_needed(selection, problem.library, problem.data)
+    (dropped,) = needed.dropped
     assert dropped.name == "linear_drag"
     assert [one.name for one in selection.chosen] == ["wind"]
+    assert not needed.small
     wind = selection.fit.values[selection.chosen[0].slots]
     assert wind.tolist() == pytest.approx([WIND["fx"], WIND["fy"]], rel=0.1)
 
@@ -74,8 +76,9 @@ def test_what_whole_logs_establish_stays_beside_what_predictions_need(logs: int,
     flights = flights_with_all({"wind": WIND, "added_mass": {"value": 8e-5}}, count=logs)
     selection = chosen(("wind", "added_mass"), "wind", "added_mass", flights=flights)
     problem = selection.problems.problem
-    keep_needed(selection, problem.library, problem.data)
+    needed = keep_needed(selection, problem.library, problem.data)
     assert [one.name for one in selection.chosen] == ["wind", "added_mass"][: 1 + stays]
+    assert [one.name for one in needed.small] == ["added_mass"][:stays]
 
 
 @pytest.mark.parametrize(("value", "times"), [(1e-6, 1), (-0.02, 2)], ids=["tiny, in few logs", "wrong"])

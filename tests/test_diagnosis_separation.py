@@ -9,7 +9,7 @@ import pytest
 from noisy_flights import flights
 
 from sym2real.diagnosis import Estimate, Finding
-from sym2real.diagnosis.design.separation import with_advice
+from sym2real.diagnosis.design.separation import UNTRIED, untried_said, with_advice
 from sym2real.diagnosis.estimate.weighing import whiten
 from sym2real.diagnosis.estimate.whitening import Whitening
 from sym2real.diagnosis.predict.candidate import candidates
@@ -67,9 +67,13 @@ def test_what_nothing_parts_is_not_tried() -> None:
     assert said == "nothing in flight tells it from gain:thrust, but scales do: weigh the robot"
 
 
-def test_without_a_simulator_the_advice_says_that_it_was_not_tried() -> None:
-    said = advice(CRAZYFLIE, "wind", {"fx": 0.01}, "mounting_tilt", plant=False)
-    assert said.endswith("(not simulated: there is no simulator for it)")
+def test_without_a_simulator_it_is_said_once_that_advice_was_not_tried() -> None:
+    base = CRAZYFLIE.nominal()
+    assert advice(CRAZYFLIE, "wind", {"fx": 0.01}, "mounting_tilt", plant=False) == effect("wind", base).shown_by
+    found = [Finding("wind", {}, 1.0, group=("wind", *rivals)) for rivals in (("mounting_tilt",), ("mounting_tilt",))]
+    assert untried_said(found, base, None) == (UNTRIED,)
+    assert untried_said(found, base, MujocoPlant(CRAZYFLIE)) == ()
+    assert untried_said([Finding("wind", {}, 1.0, group=("wind",))], base, None) == ()
 
 
 @pytest.mark.parametrize("rivals", [(), ("wind",)])

@@ -220,6 +220,22 @@ def test_patterns_that_nothing_matches_are_refused(pattern: str, message: str) -
         require_patterns([pattern])
 
 
+@pytest.mark.parametrize(
+    ("robot", "key", "near"),
+    [
+        (MUSHR, "steer_offset", "did you mean 'offset:steer'?"),
+        (MUSHR, "steer", "'gain:steer' or 'offset:steer'"),
+        (CRAZYFLIE, "drag", "did you mean 'linear_drag' or 'quadratic_drag'?"),
+        (CRAZYFLIE, "rate_dampng", "did you mean 'rate_damping'?"),
+    ],
+)
+def test_a_key_that_is_none_names_what_shares_its_words(robot: Robot, key: str, near: str) -> None:
+    with pytest.raises(UnknownNameError) as error:
+        effect(key, robot)
+    assert near in str(error.value)
+    assert "known:" not in str(error.value)
+
+
 def test_effects_of_another_robot_say_so() -> None:
     for robot, key, *_ in CASES:
         assert effect(key, robot).why_not(robot) == ""

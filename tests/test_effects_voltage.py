@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import torch
+from rich.console import Console
 
 from sym2real.effects import compose, effect
 from sym2real.effects.voltage import settled, voltage_at_start, with_voltage
+from sym2real.report.effects import effect_page
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import build_module
 from sym2real.trajectory import Trajectory
@@ -64,3 +67,13 @@ def test_the_reference_is_where_logs_begin() -> None:
     lower = flight(falling - 0.2)
     assert voltage_at_start([flight(falling), lower, lower]) == pytest.approx(3.79, abs=0.001)
     assert voltage_at_start([flight(falling), replace(lower, extra={})]) is None
+
+
+def test_the_page_of_an_effect_says_its_unit_with_the_voltage_and_without() -> None:
+    console = Console(file=io.StringIO(), width=100)
+    console.print(effect_page(effect("battery_sag", CRAZYFLIE)))
+    text = console.file.getvalue()
+    assert "below V₀" in text
+    without, _, known = text.partition("parameters where logs hold vbat")
+    assert "1/s" in without
+    assert "1/V" in known

@@ -263,6 +263,20 @@ def test_counts_of_thrust_are_left_to_the_user(tmp_path: Path) -> None:
     assert accepted.columns["thrust"].column == "stabilizer.thrust"
 
 
+@pytest.mark.parametrize(("others", "meaning"), [((), "thrust command"), (("steering_angle",), "?")])
+def test_a_throttle_is_a_thrust_of_what_flies(others: tuple[str, ...], meaning: str, tmp_path: Path) -> None:
+    """In a car it is no thrust."""
+    log = pd.read_csv(example_flight())
+    motors = [f"motor{i}_cmd" for i in range(1, 5)]
+    log = log.assign(throttle=log[motors].sum(axis=1) / 4, **dict.fromkeys(others, 0.1 * log["vx"]))
+    log.drop(columns=motors).to_csv(tmp_path / "log.csv", index=False)
+    found = inspect_logs(tmp_path / "log.csv")
+    assert [row.meaning for row in found.rows if row.column == "throttle"] == [meaning]
+    offered = [line for line in found.toml().splitlines() if line.startswith('# thrust = { column = "throttle"')]
+    assert len(offered) == (meaning != "?")
+    assert all("mass in kg × " in line and "hides a mass that you do not know" in line for line in offered)
+
+
 def test_a_thrust_of_0_to_1_is_offered_in_kilograms_of_the_robot(tmp_path: Path) -> None:
     """In N the robot would weigh grams; what the mean carries is its weight."""
     log = pd.read_csv(example_flight())

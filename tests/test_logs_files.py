@@ -18,6 +18,7 @@ from sym2real.errors import DataError, ShapeError
 from sym2real.layout import Layout, Layouts
 from sym2real.logs import LogSpec, read_log, read_logs, write_log
 from sym2real.logs.grouping import layouts_from_json, layouts_to_json
+from sym2real.logs.missing import specification
 from sym2real.logs.table import LARGEST
 from sym2real.trajectory import Trajectory
 from sym2real.vocabulary import VOCABULARY
@@ -138,7 +139,7 @@ def test_only_a_name_that_is_close_is_proposed_for_a_missing_column(tmp_path: Pa
     assert refused.value.found.split("; ")[1:] == [
         "is 'Motor_1' its motor1?",
         'derive = ["velocity"] in a log specification computes vx, vy, vz',
-        "a log specification (--spec) names foreign columns, `sym2real inspect` proposes one",
+        specification(tmp_path / "run.csv"),
     ]
 
 
@@ -209,14 +210,19 @@ BAD: dict[str, tuple[str | bytes, int | None, str | None, str]] = {
     "time goes back": (GOOD.replace("0.2,", "0.05,"), 4, "t", r"an earlier stamp \(0\.1 then 0\.05\)"),
     "time stands": (GOOD.replace("0.2,", "0.1,"), 4, "t", "the same stamp again"),
     "time not a number": (GOOD.replace("0.1,", "later,"), 3, "t", "'later'"),
-    "no time": (GOOD.replace("t,", "s,"), None, "t", "unknown column 't'"),
+    "no time": (
+        GOOD.replace("t,", "s,"),
+        None,
+        None,
+        "only s, x, y, vx; .*`sym2real inspect .*--spec",
+    ),
     "duplicate": (GOOD.replace("vx", "x"), 1, "x", "the name twice"),
     "unnamed": (GOOD.replace("y", ""), 1, None, "none for column 3"),
     "decimal commas": (GOOD.replace(",", ";").replace(".", ","), 2, "t", "a decimal comma"),
     "binary": (b"\x89PNG\r\n\x1a\n\x00\x00\x00", 1, None, "no UTF-8"),
     "zero byte": (GOOD.encode() + b"0.3,\x00,2,3\n", 5, None, "a zero byte"),
     "one column": ("t\n0\n1\n", 1, None, "'t'"),
-    "nothing known": ("t,a,b\n0,1,2\n1,2,3\n", None, None, "columns t, a, b"),
+    "nothing known": ("t,a,b\n0,1,2\n1,2,3\n", None, None, "only t, a, b; .*`sym2real inspect"),
 }
 
 

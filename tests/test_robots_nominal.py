@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import functools
+import re
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -18,7 +20,8 @@ from sym2real.effects import effect
 from sym2real.errors import ModelError
 from sym2real.layout import Layout, Layouts
 from sym2real.plants import MujocoPlant, random_push
-from sym2real.robots import CRAZYFLIE, MUSHR, Robot
+from sym2real.report.tables import interface_lines
+from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 from sym2real.robots.crazyflie import ARM, MASS, TORQUE_PER_THRUST
 from sym2real.robots.motors import Motors
 from sym2real.robots.nominal_car import car
@@ -385,3 +388,37 @@ def test_numbers_that_no_car_or_motor_has_are_refused() -> None:
         Motors(thrust=0.1, arm=0.0)
     with pytest.raises(ModelError, match="1 or -1"):
         Motors(thrust=0.1, spin=(1, 0, 1, -1))
+
+
+@pytest.mark.parametrize(
+    ("equations", "said"),
+    [
+        (lambda: car(26.0), "wheelbase 26 m: more than 4 m.*0.26 m if it is in cm"),
+        (lambda: car(0.2955, mass=3500.0), "mass 3500 kg: more than 25.8 kg.*3.5 kg if it is in g"),
+        (lambda: quadrotor(27.0), "mass 27 kg: more than 25 kg.*0.027 kg if it is in g"),
+        (lambda: quadrotor(0.027, (166.0, 166.0, 290.0)), "jx 166 kg m².*1.66e-05 kg m² if it is in g cm²"),
+        (
+            lambda: quadrotor(0.027, interface="motors", motors=Motors(0.1, arm=4.6)),
+            "arm 4.6 m.*0.046 m if it is in cm",
+        ),
+    ],
+)
+def test_numbers_that_no_such_robot_has_are_told_with_what_is_meant(
+    equations: Callable[[], Equations], said: str
+) -> None:
+    assert any(re.search(said, note) for note in equations().notes)
+
+
+@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+def test_the_robots_that_come_along_are_likely(robot: Robot) -> None:
+    assert not any("is the unit right?" in note for note in robot.nominal().notes)
+
+
+def test_equations_are_told_in_short_by_their_columns_and_numbers() -> None:
+    assert interface_lines(car(0.3, dt=0.05)) == [
+        "every 0.05 s",
+        "predicts x, y, sin_yaw, cos_yaw, vx, vy, wz",
+        "from steer, speed",
+        "takes, where a log has them, fx, fy, tz",
+        "numbers (SI): mass 3.5, wheelbase 0.3, centre 0",
+    ]

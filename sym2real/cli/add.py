@@ -64,9 +64,11 @@ class Add(OfLogs):
         from sym2real.cli.found import write_simulator
         from sym2real.cli.model import equations_below, require_another_folder, said_of
         from sym2real.diagnosis import add, add_term
+        from sym2real.effects.catalogue import require_patterns
         from sym2real.effects.noted import TERM
         from sym2real.symbolic import save_model
 
+        require_patterns(self.exclude)
         require_another_folder(self.model, self.out)
         base, about_model = equations_below(self.model, console)
         terms = [text.removeprefix(TERM).partition("=") for text in self.effects if text.startswith(TERM)]

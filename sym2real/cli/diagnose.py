@@ -58,9 +58,11 @@ class Diagnose(OfLogs):
         from sym2real.cli.report_folder import title_of, write_recording, write_report
         from sym2real.diagnosis import data_report, diagnose, training_region
         from sym2real.diagnosis.faults.sanity import check
+        from sym2real.effects.catalogue import require_patterns
         from sym2real.report.diagnosis import diagnosis_report, term_command
         from sym2real.report.html.pages import diagnosis_page
 
+        require_patterns(self.exclude)
         if self.out:
             require_another_folder(self.model, self.out / "model")
         base, about_model = equations_below(self.model, console)

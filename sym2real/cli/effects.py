@@ -63,10 +63,12 @@ class Effects:
     def _require_robot(self, name: str, robot: Robot) -> None:
         """Refuse an effect that another robot has and this one has not."""
         from sym2real.effects import EFFECTS, Body
-        from sym2real.effects.catalogue import columns_of
+        from sym2real.effects.catalogue import columns_of, keys, unknown_effect
         from sym2real.robots import ROBOTS
 
         kind_name, _, column = name.partition(":")
+        if kind_name not in EFFECTS:
+            raise unknown_effect(name, (key for other in (robot, *ROBOTS.values()) for key in keys(other)))
         kind = EFFECTS[kind_name]
 
         def has(robot: Robot) -> bool:

@@ -168,13 +168,14 @@ class NominalCar(OfLogs):
 
 
 def save_nominal(equations: Equations, out: Path, console: Console) -> dict[str, Any]:
-    """Print and write equations; what ``--json`` says of them."""
-    from sym2real.report.tables import equation_table
+    """Write equations, print what they are of; what ``--json`` says of them."""
+    from sym2real.report.tables import interface_lines
     from sym2real.symbolic import save_model
 
     save_model(equations, out)
-    console.print(equation_table(equations))
+    for line in interface_lines(equations):
+        console.print(line, markup=False)
     for note in equations.notes:
         console.print(f"note: {note}", markup=False)
-    console.print(f"model in {out}", markup=False)
+    console.print(f"model in {out}; `sym2real show {out}` prints its equations", markup=False)
     return {"model": out, "nodes": equations.complexity(), "notes": list(equations.notes)}

@@ -65,10 +65,12 @@ class PlanFlight(OfLogs):
         return outcome.to_dict()
 
     def _planned(self, console: Console) -> Plan:
+        from sym2real.effects.catalogue import require_patterns
         from sym2real.experiments.models import robot_called
         from sym2real.robots import ROBOTS
         from sym2real.symbolic.storage import EQUATIONS
 
+        require_patterns(self.exclude)
         if not self.what:
             raise ModelError(f"expected a robot ({', '.join(ROBOTS)}) and manoeuvres, or logs; found neither")
         first, rest = self.what[0], self.what[1:]

@@ -155,7 +155,7 @@ def _supported(
     gaining = [candidate for candidate in selection.chosen if beside[candidate.name] > SETTINGS.gain_of(len(keys))]
     shown = {candidate.name for candidate in gaining if selection.significant(selection.fit, candidate)}
     # As in a search, on a copy: what is not supported is reported with its values, too.
-    small = {member.name for member in keep_needed(copy(selection), prepared.library, prepared.checked.data)}
+    small = {member.name for member in keep_needed(copy(selection), prepared.library, prepared.checked.data).dropped}
     return tuple(key for key in keys if key in shown - small), tuple(key for key in keys if key in shown & small)
 
 

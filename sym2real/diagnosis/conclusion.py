@@ -10,7 +10,7 @@ from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.score.finding import Finding
-from sym2real.diagnosis.score.held_out import Fall, Gate
+from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.leftover import Leftover
 
@@ -56,49 +56,92 @@ def summary(
     stages: Sequence[Stage],
     interrupted: str = "",
 ) -> str:
-    """One sentence a person reads; ``interrupted`` is what was, search or scoring, if anything."""
-    parts = []
-    if faults:
-        parts.append("the data show " + ", ".join(fault.name for fault in faults))
-    provisional = any(finding.provisional for finding in findings)
-    if findings:
-        missing = "perhaps missing: " if provisional else "missing: "
-        parts.append(missing + "; ".join(_one(finding) for finding in findings))
-        fall = fall_of_error(stages)
-        if fall is not None:
-            parts.append(f"with it the {fall[0]} error on held-out pieces changes from {fall[1]:.3g} to {fall[2]:.3g}")
-    parts += [f"{leftover.statement} is left ({leftover.measure})" for leftover in leftovers]
-    if answer == "NOTHING_MISSING":
-        parts.append("nothing is missing beyond noise and small disturbances")
-    if findings and gate.best is not None and not gate.passed:
-        parts.append(f"but {_risen(gate.worse[0]) if gate.worse else _failed(gate.best)}")
-    if provisional or (answer == "CANNOT_TELL" and not findings and not interrupted):
-        tested = ", so that no finding can be tested" if findings else ""
-        pieces = f"{SETTINGS.fewest_pieces} independent pieces of a second (some 15 s)"
-        parts.append(f"too little data: fewer than {pieces}{tested}")
-    if interrupted:
+    """One sentence a person reads, the verdict first; ``interrupted`` is what was, search or scoring, if anything."""
+    left = [f"{leftover.statement} ({leftover.measure})" for leftover in leftovers if leftover.matters]
+    rest = [f"{leftover.statement} is left ({leftover.measure})" for leftover in leftovers]
+    minor = [said for said, leftover in zip(rest, leftovers, strict=True) if not leftover.matters]
+    parts = ["the data show " + ", ".join(fault.name for fault in faults)] if faults else []
+    if answer == "EFFECT":
+        # Where predictions do not bear out what was found, the faults are the answer.
+        found = [*_missing(findings, stages), *rest, *_small(findings)]
+        parts += found if gate.passed else [*_beside(findings, gate), *rest]
+    elif answer == "UNEXPLAINED":
+        parts.append(f"something is missing that no effect of the catalogue explains: {' and '.join(left)}")
+        parts += [*_beside(findings, gate), *minor]
+    elif answer == "NOTHING_MISSING":
+        parts += ["nothing is missing beyond noise and small disturbances", *rest]
+    else:
+        parts += [*_no_answer(findings, gate, interrupted), *rest]
+    if interrupted and answer != "CANNOT_TELL":
         parts.append(f"{interrupted} was interrupted before it ended")
     sentence = "; ".join(parts)
     return sentence[:1].upper() + sentence[1:] + "."
 
 
-def _failed(best: Fall) -> str:
-    small = "falls by only {:.0f} %, too small to matter for predictions beside noise and disturbances"
-    changed = small.format(100 * best.part) if best.part >= 0 else f"rises by {-100 * best.part:.0f} %"
-    return (
-        f"no held-out error falls by {100 * SETTINGS.error_fall:.0f} %: "
-        f"that of {best.channel} after {best.horizon:g} s {changed}"
-    )
+def _missing(findings: Sequence[Finding], stages: Sequence[Stage]) -> list[str]:
+    """What is announced, and the error that falls most with all that was found."""
+    if not findings:
+        return []
+    fall, parts = fall_of_error(stages), ["missing: " + "; ".join(_one(finding) for finding in _announced(findings))]
+    if fall is not None:
+        parts.append(f"with it the {fall[0]} error on held-out pieces changes from {fall[1]:.3g} to {fall[2]:.3g}")
+    return parts
 
 
-def _risen(worst: Fall) -> str:
-    return f"the held-out error of {worst.channel} after {worst.horizon:g} s rises by {-100 * worst.part:.0f} %"
+def _announced(findings: Sequence[Finding]) -> list[Finding]:
+    """Those without which an error is larger by a tenth; all of them, where they are needed together alone."""
+    return [finding for finding in findings if not finding.small] or list(findings)
+
+
+def _small(findings: Sequence[Finding]) -> list[str]:
+    announced = _announced(findings)
+    small = [_alone(finding) for finding in findings if finding not in announced]
+    return [f"small: {', '.join(small)}, beyond chance, and no error is larger by a tenth without it"] if small else []
+
+
+def _beside(findings: Sequence[Finding], gate: Gate) -> list[str]:
+    """What was found where the answer is another one, and why it is none."""
+    return [f"beside it {_beyond_chance(findings)}, but {_not_borne_out(gate)}"] if findings else []
+
+
+def _no_answer(findings: Sequence[Finding], gate: Gate, interrupted: str) -> list[str]:
+    """Why nothing can be told, and what was found all the same."""
+    provisional, found = any(finding.provisional for finding in findings), "; ".join(map(_one, findings))
+    if provisional or not (findings or interrupted):
+        tested = ", so that no finding can be tested" if findings else ""
+        pieces = f"{SETTINGS.fewest_pieces} independent pieces of a second (some 15 s)"
+        parts = [f"too little data: fewer than {pieces}{tested}"]
+        parts += [f"{interrupted} was interrupted before it ended"] if interrupted else []
+        return [*parts, f"perhaps missing: {found}"] if findings else parts
+    if interrupted:
+        parts = [f"no answer: {interrupted} was interrupted before it ended"]
+        return [*parts, f"found by then: {found}"] if findings else parts
+    return [f"no answer: {_beyond_chance(findings)}, but {_not_borne_out(gate)}"]
+
+
+def _beyond_chance(findings: Sequence[Finding]) -> str:
+    found = " and ".join(_alone(finding) for finding in findings)
+    return f"{found} {'is' if len(findings) == 1 else 'are'} beyond chance"
+
+
+def _not_borne_out(gate: Gate) -> str:
+    """Why held-out predictions do not make findings the answer."""
+    if gate.worse:
+        return f"the held-out error {gate.worse[0].said}"
+    if gate.best is None or not gate.foretold:
+        return "predictions judge nothing here"
+    return f"no held-out error falls by {100 * SETTINGS.error_fall:.0f} %: that {gate.best.said}"
+
+
+def _alone(finding: Finding) -> str:
+    """An effect with its values, without those that it cannot be told from."""
+    values = ", ".join(f"{name} {estimate.said}" for name, estimate in finding.parameters.items())
+    return f"{finding.effect} ({values})"
 
 
 def _one(finding: Finding) -> str:
-    values = ", ".join(f"{name} {estimate.said}" for name, estimate in finding.parameters.items())
     others = [key for key in finding.group if key != finding.effect]
-    return f"{finding.effect} ({values})" + (f", or {' or '.join(others[:3])}" if others else "")
+    return _alone(finding) + (f", or {' or '.join(others[:3])}" if others else "")
 
 
 def fall_of_error(stages: Sequence[Stage]) -> tuple[str, float, float] | None:

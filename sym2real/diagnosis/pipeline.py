@@ -10,7 +10,7 @@ from functools import partial
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.answer import Diagnosis, conclude, unscored
 from sym2real.diagnosis.data.conditions import Region
-from sym2real.diagnosis.design.separation import with_advice
+from sym2real.diagnosis.design.separation import untried_said, with_advice
 from sym2real.diagnosis.errors.regions import locate
 from sym2real.diagnosis.estimate.weighing import Prepared, calibrate_base, refine_base, weigh_errors
 from sym2real.diagnosis.faults.checking import Question, check_data
@@ -92,6 +92,6 @@ def diagnose(
         answer,
         findings=answer.findings if findings is None else findings,
         where=where or (),
-        notes=(*answer.notes, *stages.notes),
+        notes=(*answer.notes, *untried_said(answer.findings, prepared.model, prepared.plant), *stages.notes),
         seconds=time.perf_counter() - started,
     )

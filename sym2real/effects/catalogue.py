@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import difflib
+import re
 from collections.abc import Iterable, Iterator
 from fnmatch import fnmatch
 
@@ -13,6 +15,9 @@ from sym2real.effects.kinds import EFFECTS
 from sym2real.errors import UnknownNameError
 from sym2real.symbolic import Equations
 from sym2real.vocabulary import load_quantity
+
+SPELT_LIKE = 0.8  # a slip of the hand; less alike are names of other things
+MOST_NEAR = 8
 
 
 def effect(key: str, described: Describable) -> Effect:
@@ -31,6 +36,8 @@ def effect(key: str, described: Describable) -> Effect:
         ['fx in N', 'fy in N', 'fz in N']
     """
     name, colon, column = key.partition(":")
+    if name not in EFFECTS:
+        raise unknown_effect(key, keys(described))
     kind = EFFECTS[name]
     columns = columns_of(kind, described)
     bound = colon or (columns and kind.column_needed)
@@ -57,13 +64,34 @@ def refusal(chosen: Effect, described: Describable) -> str:
 
 def known(equations: Equations) -> Iterator[Effect]:
     """Every effect of such a robot, one per column where a kind has columns, whether the equations can be given it."""
-    body = Body.of(equations)
+    yield from (effect(key, equations) for key in keys(equations))
+
+
+def keys(described: Describable) -> Iterator[str]:
+    """Those of every effect that such a robot may have, one per column where a kind has columns."""
+    body = Body.of(described)
     for name, kind in EFFECTS.items():
-        columns = columns_of(kind, equations)
-        keys = [f"{name}:{column}" for column in columns]
-        if not kind.columns or (columns and not kind.column_needed):
-            keys.insert(0, name)
-        yield from (effect(key, equations) for key in keys if kind.fits(body))
+        columns = columns_of(kind, described)
+        if kind.fits(body) and (not kind.columns or (columns and not kind.column_needed)):
+            yield name
+        yield from (f"{name}:{column}" for column in columns if kind.fits(body))
+
+
+def unknown_effect(key: str, known: Iterable[str]) -> UnknownNameError:
+    """An error for a key that is none: those of the known that are spelt like it, else that share most words with it.
+
+    Whoever types ``steer_offset`` or ``steer`` means ``offset:steer``, or another effect on that column.
+    """
+    known, typed = tuple(dict.fromkeys(known)), _words(key)
+    near = difflib.get_close_matches(key, known, n=3, cutoff=SPELT_LIKE)
+    shared = max((len(typed & _words(other)) for other in known), default=0)
+    if not near and shared:
+        near = [other for other in known if len(typed & _words(other)) == shared][:MOST_NEAR]
+    return UnknownNameError("effect", key, known, near or None)
+
+
+def _words(key: str) -> set[str]:
+    return {word for word in re.split(r"[^a-z0-9]+", key.lower()) if word}
 
 
 def applicable(equations: Equations) -> tuple[Effect, ...]:
@@ -86,7 +114,7 @@ def require_patterns(patterns: Iterable[str]) -> None:
         name = pattern.partition(":")[0]
         matching = [kind for kind in EFFECTS.values() if fnmatch(kind.name, name)]
         if not matching:
-            raise UnknownNameError("effect", pattern, EFFECTS)
+            raise unknown_effect(pattern, EFFECTS)
         if pattern == name and all(kind.columns and kind.column_needed for kind in matching) and "*" not in pattern:
             raise UnknownNameError("effect", pattern, [f"{pattern}:*", f"{pattern}:COLUMN"])
 

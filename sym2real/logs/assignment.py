@@ -185,11 +185,12 @@ def _standard(named: Named) -> str:
     if named.quantity in {"speed", "wheel speed"}:
         measured = "wheel_speed" if named.quantity == "wheel speed" else "measured speed"
         return {"command": "speed", "reference": "ref_speed", "state": measured}[named.role]
-    return {"thrust": "thrust", "steer": "steer", "battery": "vbat"}.get(named.quantity, "")
+    return {"thrust": "thrust", "throttle": "throttle", "steer": "steer", "battery": "vbat"}.get(named.quantity, "")
 
 
 def _settle(result: Assignment) -> None:
     _settle_motors(result)
+    _settle_throttle(result)
     _settle_speed(result)
     for attitude, parts in list(result.quaternions.items()):
         digits = sorted(key for key in parts if key.isdigit())
@@ -219,6 +220,13 @@ def _settle_motors(result: Assignment) -> None:
     numbers = [int(key.removeprefix("motor")) for key in motors]
     if numbers in ([0, 1, 2, 3], [1, 2, 3, 4]):
         result.columns |= {f"motor{i + 1}": name for i, name in enumerate(motors.values())}
+
+
+def _settle_throttle(result: Assignment) -> None:
+    """A throttle commands the thrust where neither a thrust nor motors do, and nothing steers."""
+    throttle = result.columns.pop("throttle", None)
+    if throttle is not None and not result.is_car and "motor1" not in result.columns:
+        result.columns.setdefault("thrust", throttle)
 
 
 def _settle_speed(result: Assignment) -> None:

@@ -10,7 +10,7 @@ from sym2real.logs.extremes import at_extremes
 from sym2real.trajectory import Array
 
 HELD = 0.5  # share of rows that repeat the one before
-SATURATED = 0.01  # share of rows that stay at the extreme value
+SATURATED = 0.01  # share of rows that stay at the extreme value; at zero a robot rests
 FEW = 3
 
 
@@ -59,7 +59,9 @@ def _remark(pieces: list[Array]) -> str:
     if repeats > HELD:
         return f"held: {100 * repeats:.0f} % of the rows repeat the one before"
     edges = zip((finite.min(), finite.max()), at_extremes(pieces), strict=True)
-    limits = [f"{edge:g} ({100 * share:.1f} % of the rows)" for edge, share in edges if share > SATURATED]
+    limits = [
+        f"{edge:g} ({100 * share:.1f} % of the rows)" for edge, share in edges if share > SATURATED and edge != 0.0
+    ]
     return f"saturates at {' and '.join(limits)}" if limits else ""
 
 

@@ -60,7 +60,7 @@ def _thrust(draft: Draft) -> None:
     answer = _answer(draft, values, force).said
     if named:
         draft.settle("thrust", named, f"the name says so{answer}", "certain")
-    elif signals.largest(values) > 100.0:
+    elif signals.largest(values) > 100.0 or draft.assignment.named[draft.column("thrust")].quantity == "throttle":
         _counted_thrust(draft, draft.column("thrust"), values, level, answer)
     elif 0.6 < share < 1.6:
         evidence = (
@@ -78,15 +78,18 @@ def _thrust(draft: Draft) -> None:
 
 def _counted_thrust(draft: Draft, column: str, values: Series, level: float, answer: str) -> None:
     draft.left_out.add("thrust")
-    evidence = f"counts, mean {level:.5g}, up to {signals.largest(values):.5g}: the log cannot know N per count{answer}"
+    largest = signals.largest(values)
+    what = "counts" if largest > 1.0 else "a command of 0 to 1"
+    evidence = f"{what}, mean {level:.5g}, up to {largest:.5g}: the log cannot know N per unit{answer}"
     draft.add(column, "thrust command", "?", evidence, "unknown")
-    _scaled_by_weight(draft, column, level, "counts")
+    _scaled_by_weight(draft, column, level, what)
 
 
 def _scaled_by_weight(draft: Draft, column: str, level: float, what: str) -> None:
     """A suspicion that thrust is no force: its mean carries the weight, whatever it counts."""
     worth = f"scale = 1.0 }}  # put mass in kg × {GRAVITY / level:.6g}"
-    draft.comment("columns", f'thrust = {{ column = "{column}", {worth} ({what}: the mean carries the weight)')
+    why = f"{what}: the mean carries the weight, which hides a mass that you do not know; a thrust stand's N is better"
+    draft.comment("columns", f'thrust = {{ column = "{column}", {worth} ({why})')
 
 
 def _answer(draft: Draft, command: Series, response: Series) -> _Answer:

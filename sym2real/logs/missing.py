@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import shlex
 from collections.abc import Collection, Iterable
 from itertools import groupby
 from pathlib import Path
@@ -45,12 +46,28 @@ def require_columns(file: str | Path, standard: Collection[str], others: Collect
     if not missing:
         return
     there = [*standard, *others]
-    listed = ", ".join(there[:MOST_NAMED]) + (f" … ({len(there)} columns)" if len(there) > MOST_NAMED else "")
     hints = [*_close(missing, others), *_other_interface(layouts, standard)]
     hints += _derivable(missing, standard, layouts)
     if others:
-        hints.append("a log specification (--spec) names foreign columns, `sym2real inspect` proposes one")
-    raise DataError(file, f"columns of the model: {_with_units(missing, units)}", "; ".join((f"only {listed}", *hints)))
+        hints.append(specification(file))
+    found = "; ".join((f"only {listed(there)}", *hints))
+    raise DataError(file, f"columns of the model: {_with_units(missing, units)}", found)
+
+
+def listed(columns: Collection[str]) -> str:
+    """Names of columns for an error, the first of many."""
+    more = f" … ({len(columns)} columns)" if len(columns) > MOST_NAMED else ""
+    return ", ".join(list(columns)[:MOST_NAMED]) + more
+
+
+def specification(file: str | Path) -> str:
+    """How a file whose columns have names of their own is read."""
+    spec = f"{Path(file).stem}.toml"
+    command = f"sym2real inspect {shlex.quote(str(file))} --out {shlex.quote(spec)}"
+    return (
+        "where a file names its columns its own way, a specification says what they are: "
+        f"`{command}` proposes one, and --spec {shlex.quote(spec)} reads the log by it"
+    )
 
 
 def _with_units(names: Iterable[str], units: dict[str, str]) -> str:

@@ -13,6 +13,7 @@ from sym2real.layout import Layouts
 from sym2real.logs.derived import add_derived
 from sym2real.logs.dropouts import CUT, without_dropouts
 from sym2real.logs.grouping import layouts_from_json, trajectory, visible
+from sym2real.logs.missing import listed, specification
 from sym2real.logs.of_model import for_model
 from sym2real.logs.resample import REGULAR, gaps, is_regular, resample
 from sym2real.logs.specification import LogSpec
@@ -55,6 +56,8 @@ class Opened:
             raise DataError(
                 whole.path, f"more than the {used.drop_first + used.drop_last} rows to drop", f"{len(whole)}"
             )
+        if given is None and used.time.column not in (*whole.columns, *whole.texts):
+            raise whole.without(used.time.column, "of time stamps", specification(whole.path))
         table, left_out = without_dropouts(whole.rows(used.drop_first, used.drop_first + rows), used.sources, used.hold)
         standard = standardise(table, used)
         standard = replace(standard, notes=()) if given is None else tidy(standard, _first_stamp(whole, used))
@@ -76,8 +79,8 @@ class Opened:
         log = add_derived(log, self.spec, self.layouts, self.dt)
         known = self.layouts or Layouts.of(log.columns)
         if not known.state.size:
-            expected = "standard state columns, or a log specification (--spec; `sym2real inspect` proposes one)"
-            raise DataError(self.table.path, expected, f"columns {', '.join(self.whole.columns)}")
+            found = f"only {listed(self.whole.columns)}; {specification(self.table.path)}"
+            raise DataError(self.table.path, "standard state columns", found)
         if self.dt is not None and len(log.time) > 1 and not is_regular(log.time, self.dt):
             log = resample(log, self.dt, known)
         name = _metadata(self.table, "name") or self.table.path.stem

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -10,9 +11,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sym2real.errors import DataError, UnknownNameError
+from sym2real.errors import DataError
 from sym2real.files import require_file
 from sym2real.logs import arrow_file, csv_file, parquet_file
+from sym2real.logs.missing import listed
 from sym2real.logs.recordings import RECORDINGS, Recording, is_bag_folder, is_card_log
 from sym2real.registry import Registry
 from sym2real.trajectory import Array
@@ -87,11 +89,16 @@ class Table:
         if name in self.texts:
             raise DataError(self.path, "numbers", "text", self.first_row, name)
         if name not in self.columns:
-            found = str(UnknownNameError("column", name, self.columns))
-            raise DataError(self.path, f"a column {name!r} {purpose}", found, column=name)
+            raise self.without(name, purpose)
         values = self.columns[name]
         self.check_finite(name, values)
         return values
+
+    def without(self, name: str, purpose: str, otherwise: str = "") -> DataError:
+        """An error for a column that is not there: those that are, the nearest, and what else may be done."""
+        near = difflib.get_close_matches(name, self.columns, n=1, cutoff=0.5)
+        hints = [f"only {listed(self.columns)}", *(f"did you mean {one!r}?" for one in near), otherwise]
+        return DataError(self.path, f"a column {name!r} {purpose}", "; ".join(filter(None, hints)))
 
     def check_finite(self, name: str, values: Array) -> None:
         """Refuse values ``# (rows,)`` that are not finite or beyond all measure, naming the first.

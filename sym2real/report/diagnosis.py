@@ -16,6 +16,8 @@ from sym2real.report.ladder import ladder_table
 from sym2real.report.tables import number, table_of
 
 STYLE = {"EFFECT": "bold yellow", "NOTHING_MISSING": "bold green", "UNEXPLAINED": "bold red", "CANNOT_TELL": "bold"}
+# A share goes by what statistics sees, the ladder by what a user does.
+SHARES = "misfit: squared errors within a second, all channels against their noise; the ladder: errors further ahead"
 NOT_FORETOLD = "predictions here are worse than that nothing changes, and judge nothing"
 
 
@@ -30,7 +32,7 @@ def diagnosis_report(diagnosis: Diagnosis, shown_before: Collection[str] = ()) -
     parts += fault_lines(diagnosis.faults)
     parts += where_lines(diagnosis.where)
     if diagnosis.findings:
-        parts += ["", "[bold]what the model lacks[/]", findings_list(diagnosis.findings), ""]
+        parts += ["", f"[bold]what the model lacks[/] [dim]({SHARES})[/]", findings_list(diagnosis.findings), ""]
     if diagnosis.ladder:
         parts.append(ladder_table(diagnosis.ladder, diagnosis.floor, diagnosis.held_out, apart=diagnosis.apart))
     if diagnosis.gate.best is not None:
@@ -72,12 +74,8 @@ def gate_line(gate: Gate, best: Fall) -> str:
     if not gate.foretold:
         return f"[green]gate passed[/]: {NOT_FORETOLD}"
     verdict = "[green]gate passed[/]" if gate.passed else "[red]gate not passed[/]"
-    risen = "".join(
-        f"; that of {rise.channel} after {rise.horizon:g} s rises by {-100 * rise.part:.0f} %, beyond its interval"
-        for rise in gate.worse
-    )
-    fall = f"the held-out error of {best.channel} after {best.horizon:g} s falls by {100 * best.part:.0f} %"
-    return f"{verdict}: {fall}{risen}"
+    risen = "".join(f"; that {rise.said}, beyond its interval" for rise in gate.worse)
+    return f"{verdict}: the held-out error {best.said}{risen}"
 
 
 def proposal_line(term: Term) -> str:
@@ -127,7 +125,7 @@ def findings_list(findings: Sequence[Finding]) -> Table:
     table.add_column(overflow="fold")
     for place, finding in enumerate(findings, start=1):
         few = " (provisional: too few independent pieces of data for a test)" if finding.provisional else ""
-        share = f"removes {100 * finding.share:.0f} % of the excess error"
+        share = f"removes {100 * finding.share:.0f} % of the misfit"
         table.add_row(str(place), f"[bold]{escape(finding.effect)}[/]  {share}{few}")
         for name, estimate in finding.parameters.items():
             spread = finding.log_spread.get(name)

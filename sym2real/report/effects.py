@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
 from sym2real.effects import Effect, Kind
-from sym2real.effects.kind import UNLIMITED
+from sym2real.effects.kind import UNLIMITED, Parameter
+from sym2real.layout import Layout
 from sym2real.report.tables import table_of
 
 
@@ -24,12 +26,12 @@ def catalogue_table(kinds: Sequence[Kind], title: str) -> Table:
 
 def effect_page(effect: Effect) -> RenderableType:
     """Everything that the catalogue says of one effect."""
-    kind = effect.of
-    headings = ("name", "unit", "null", "lowest", "highest", "expected size")
-    table = table_of("parameters", *headings, left=headings[:2])
-    for parameter in effect.parameters:
-        numbers = (parameter.null, parameter.low, parameter.high, parameter.scale)
-        table.add_row(parameter.name, parameter.unit, *(_number(value) for value in numbers))
+    kind, layouts = effect.of, effect.body.layouts
+    tables = [_parameters("parameters", effect.parameters)]
+    if more := [name for name in kind.reads if name not in layouts.inputs]:
+        inputs = layouts.inputs + Layout.of(tuple(more))
+        body = replace(effect.body, layouts=replace(layouts, inputs=inputs))
+        tables.append(_parameters(f"parameters where logs hold {', '.join(more)}", kind.parameters(body)))
     lines = (
         f"[bold]{effect.key}[/]: {escape(kind.summary)}",
         f"formula: {escape(kind.formula)}",
@@ -38,7 +40,16 @@ def effect_page(effect: Effect) -> RenderableType:
         f"fix: {escape(kind.fix)}",
         *([f"cannot be told from: {', '.join(effect.group)}"] if effect.group else []),
     )
-    return Group(*lines, table)
+    return Group(*lines, *tables)
+
+
+def _parameters(title: str, parameters: Sequence[Parameter]) -> Table:
+    headings = ("name", "unit", "null", "lowest", "highest", "expected size")
+    table = table_of(title, *headings, left=headings[:2])
+    for parameter in parameters:
+        numbers = (parameter.null, parameter.low, parameter.high, parameter.scale)
+        table.add_row(parameter.name, parameter.unit, *(_number(value) for value in numbers))
+    return table
 
 
 def _number(value: float) -> str:

@@ -10,6 +10,10 @@ from sym2real.report.tables import compact_table, number
 
 SOLE = "value"  # name of the one parameter that most effects have, which goes without saying
 LONGEST = 7  # letters of a number with two digits
+SIZES = (
+    "found from: beyond chance in these manoeuvres; matters from: a tenth of the error of predictions goes with it. "
+    "Where it matters before it is found, fly more."
+)
 
 
 def plan_report(plan: Plan) -> RenderableType:
@@ -24,7 +28,7 @@ def plan_report(plan: Plan) -> RenderableType:
         matters = "–" if row.matters is None else number(row.matters, 2)
         name = row.effect if row.parameter == SOLE else f"{row.effect} {row.parameter}"
         table.add_row(escape(name), smallest, matters, row.unit)
-    parts: list[RenderableType] = [table, "matters from: a tenth of the error of predictions goes with the effect"]
+    parts: list[RenderableType] = [table, SIZES]
     alike = {row.effect: [*row.like, *(f"{key} (never)" for key in row.always)] for row in plan.visible}
     if any(alike.values()):
         parts.append("[bold]what cannot be told apart here[/]")

@@ -53,6 +53,16 @@ def equation_table(equations: Equations) -> Table:
     return table
 
 
+def interface_lines(equations: Equations) -> list[str]:
+    """What equations predict from what, every how many seconds, and with which numbers, a line each."""
+    layouts = equations.layouts
+    groups = (("predicts", layouts.state), ("from", layouts.action), ("takes, where a log has them,", layouts.inputs))
+    lines = [f"every {equations.dt:g} s"]
+    lines += [f"{what} {', '.join(layout)}" for what, layout in groups if layout.size]
+    numbers = ", ".join(f"{name} {number(value, 4)}" for name, value in equations.numbers.items())
+    return [*lines, f"numbers (SI): {numbers}"] if numbers else lines
+
+
 def columns_table(robot: Robot) -> Table:
     """What a log of a robot holds beside the time, and the limits of its commands."""
     table = compact_table("", "column", "unit", "", left=("column", "unit", ""))

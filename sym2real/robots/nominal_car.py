@@ -21,6 +21,7 @@ from sympy import Expr, cos, sin, tan
 
 from sym2real.errors import ModelError
 from sym2real.layout import Layout, Layouts
+from sym2real.robots.likely import unlikely_in_car
 from sym2real.robots.rigid_body import FirstOrder
 from sym2real.symbolic import Equations, symbol
 
@@ -82,6 +83,7 @@ def car(
             "chord": symbol("mean_speed") * dt * (1 - symbol("half_turn") ** 2 / 6),
         },
         robot=robot,
+        notes=tuple(unlikely_in_car(wheelbase, mass)),
         numbers={"mass": mass, "wheelbase": wheelbase, "centre": centre},
     )
 

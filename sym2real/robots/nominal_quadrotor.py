@@ -20,6 +20,7 @@ from sympy import Expr, sign, sqrt
 from sym2real.errors import ModelError
 from sym2real.layout import Layout, Layouts
 from sym2real.robots import crazyflie
+from sym2real.robots.likely import unlikely_in_quadrotor
 from sym2real.robots.motors import Motors
 from sym2real.robots.rigid_body import FirstOrder, Vector, free_fall, gyroscopic, increment, symbols
 from sym2real.robots.robot import GRAVITY
@@ -69,7 +70,8 @@ class _Build:
 
     def equations(self, layouts: Layouts, dt: float, robot: str) -> Equations:
         """What was built."""
-        found, notes = self.quantities, tuple(self.notes)
+        found = self.quantities
+        notes = (*self.notes, *unlikely_in_quadrotor(self.numbers["mass"], self.numbers))
         return Equations(self.next, layouts, dt, quantities=found, robot=robot, notes=notes, numbers=self.numbers)
 
 

@@ -35,7 +35,8 @@ SAME, NAMED, CLEAN, FAILED = "same answer", "damage named", "clean error", "fail
 MOST_LINES = 3
 # What was expected and found, or what was typed and the valid ones; the words of an option that is missing are tyro's.
 ERROR = re.compile(
-    r"^error: (.*\bexpected .+ found .|.*\bunknown .+\(known: |.*Expected one of \(|Missing |Unrecognized .*options: )",
+    r"^error: (.*\bexpected .+ found .|.*\bunknown .+(\(known: |did you mean )|"
+    r".*Expected one of \(|Missing |Unrecognized .*options: )",
     re.DOTALL,
 )
 

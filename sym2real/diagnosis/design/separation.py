@@ -34,6 +34,8 @@ SECONDS, LONG = 8.0, 16.0
 # White dither on the commands of every manoeuvre: thrust N and rates rad/s; steering rad and speed m/s. And more of it.
 DITHER = {THRUST_COLUMN: 0.005, **dict.fromkeys(RATE_COMMAND.columns, 0.05), STEER_COLUMN: 0.01, SPEED_COLUMN: 0.03}
 MORE = 6.0
+# Said once of all findings.
+UNTRIED = "manoeuvres that would tell effects apart were not simulated: there is no simulator for it"
 # Rivals of a finding that manoeuvres are looked for against.
 MOST_RIVALS = 2
 
@@ -123,8 +125,7 @@ def with_advice(
         findings: what was found.
         equations: the base.
         whitening: noise and disturbances of the logs.
-        plant: the plain simulator; None where nothing can be tried, which the advice then says, as of a robot that
-            follows no path.
+        plant: the plain simulator; None where nothing can be tried, as of a robot that follows no path.
     """
     rivals = {finding.effect: _testable(finding, equations) for finding in findings}
     if plant is None or not follows_paths(plant.robot) or not any(rivals.values()):
@@ -145,6 +146,13 @@ def with_advice(
         advised = _advice(finding, outcomes, equations) if outcomes else _untried(finding, others, equations)
         result.append(replace(finding, separate_by=advised))
     return tuple(result)
+
+
+def untried_said(findings: Sequence[Finding], equations: Equations, plant: MujocoPlant | None) -> tuple[str, ...]:
+    """A sentence where :func:`with_advice` names manoeuvres that it could not try; arguments as there."""
+    if plant is not None and follows_paths(plant.robot):
+        return ()
+    return (UNTRIED,) if any(_testable(finding, equations) for finding in findings) else ()
 
 
 def _testable(finding: Finding, equations: Equations) -> tuple[str, ...]:
@@ -242,8 +250,7 @@ def _untried(finding: Finding, rivals: Sequence[str], equations: Equations) -> s
     never = _never(finding, equations)
     if not rivals:
         return "; ".join(never)
-    untried = "not simulated: there is no simulator for it"
-    return "; ".join([*never, f"{' or '.join(rivals)}: {untried}"]) if never else f"{finding.separate_by} ({untried})"
+    return "; ".join([*never, f"from {' or '.join(rivals)}: {finding.separate_by}"]) if never else finding.separate_by
 
 
 def _never(finding: Finding, equations: Equations) -> list[str]:

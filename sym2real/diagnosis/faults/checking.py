@@ -10,6 +10,7 @@ from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.preparation import with_filtered_commands
 from sym2real.diagnosis.faults.sanity import Checked, check
+from sym2real.effects.catalogue import require_patterns
 from sym2real.effects.inputs import with_one_clock
 from sym2real.errors import ShapeError
 from sym2real.plants import MujocoPlant
@@ -25,6 +26,7 @@ class Question:
 
     Raises:
         ShapeError: when the horizon is below one step, or not finite.
+        UnknownNameError: for a pattern to exclude that no effect can match.
     """
 
     model: Equations
@@ -37,6 +39,7 @@ class Question:
     horizon: float | None = None
 
     def __post_init__(self) -> None:
+        require_patterns(self.exclude)
         horizon, dt = self.horizon, max(self.model.dt, 0.0 if self.horizon is None else long_enough(self.data).dt)
         if horizon is not None and not (isfinite(horizon) and round(horizon / dt) >= 1):
             raise ShapeError(f"horizon: expected at least one time step, {dt:g} s, and finite, found {horizon:g} s")

@@ -80,11 +80,6 @@ class DataReport:
                 found.append(
                     f"{name} and the derivative of the {agreement.of} correlate by {agreement.correlation:.2f}"
                 )
-        if self.following:
-            sentence = (
-                f"{', '.join(self.following)} {'goes' if len(self.following) == 1 else 'go'} with the measured state"
-            )
-            found.append(f"{sentence}: a closed loop, or a state that answers at once")
         return found
 
     def to_dict(self) -> dict[str, Any]:

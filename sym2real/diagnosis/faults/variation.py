@@ -51,13 +51,13 @@ class Excitation:
         return max(self.at_low, self.at_high) > SETTINGS.saturated and self.high > self.low
 
     def limits_said(self, name: str) -> list[str]:
-        """A sentence for each end at which the command of this name is saturated."""
+        """A sentence for each end at which the command of this name is saturated; zero is rest, and no limit."""
         if not self.saturated:
             return []
         return [
             f"{name} is at its limit {edge:.3g} {self.unit} in {100 * share:.0f} % of the rows"
             for edge, share in ((self.low, self.at_low), (self.high, self.at_high))
-            if share > SETTINGS.saturated
+            if share > SETTINGS.saturated and edge != 0.0
         ]
 
 

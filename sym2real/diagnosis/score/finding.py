@@ -39,6 +39,7 @@ class Finding:
         voltage: of the battery where the thrust map holds (V), when the effect goes by the voltage.
         confidence: how often findings of its kind are right; None where nobody has counted.
         probability: its weight against none, and any other effect, in its place; None where nothing was weighed.
+        small: whether no error that is judged is larger by a tenth without it.
     """
 
     effect: str
@@ -52,6 +53,7 @@ class Finding:
     voltage: float | None = None
     confidence: Confidence | None = None
     probability: float | None = None
+    small: bool = False
 
     def to_dict(self) -> dict[str, Any]:
         """The entry of ``findings`` in docs/method.md, "Answers as files"."""

@@ -36,6 +36,12 @@ class Fall:
     channel: str
     part: float
 
+    @property
+    def said(self) -> str:
+        """Which error it is and what becomes of it, for a sentence that begins with "the held-out error" or "that"."""
+        changed = f"{'falls' if self.part >= 0 else 'rises'} by {100 * abs(self.part):.0f} %"
+        return f"of {self.channel} after {self.horizon:g} s {changed}"
+
 
 @dataclass(frozen=True)
 class Gate:

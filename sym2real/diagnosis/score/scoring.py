@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sym2real.diagnosis.errors.floor import Floor, floor_of_explained, no_higher_than_reached
 from sym2real.diagnosis.errors.rungs import Stage
@@ -53,4 +53,6 @@ def findings_of(result: SearchResult, near: Near | None = None) -> tuple[Finding
     prepared = result.prepared
     groups = {} if near is None else groups_of(near)
     values = findings(result.selection, near, groups, prepared.calibration) if result.selection.chosen else []
+    small = {key for candidate in result.needed.small for key in candidate.keys}
+    values = [replace(finding, small=finding.effect in small) for finding in values]
     return with_details(values, prepared.library, prepared.swing, prepared.checked.data)

@@ -23,7 +23,7 @@ from itertools import groupby, islice
 from sym2real.diagnosis.estimate.weighing import Prepared
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.search.effect_set import EffectSet
-from sym2real.diagnosis.search.needed import keep_needed
+from sym2real.diagnosis.search.needed import Needed, keep_needed
 from sym2real.diagnosis.search.pairs import hidden_pairs
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
@@ -45,19 +45,19 @@ class SearchResult:
         prepared: the model against checked data.
         selection: effects that are there.
         finished: whether nobody interrupted it.
-        unneeded: effects that are beyond chance, and that nothing which is announced needs.
+        needed: effects that are beyond chance, and that predictions do not need, or hardly.
     """
 
     prepared: Prepared
     selection: Selection
     finished: bool
-    unneeded: tuple[Candidate, ...] = ()
+    needed: Needed = field(default_factory=Needed)
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Remarks on the data and the method, and effects beyond chance that predictions do not need."""
         small = "{}: beyond chance, but predictions do not need it, and whole logs do not establish it"
-        return (*self.prepared.notes, *(small.format(candidate.name) for candidate in self.unneeded))
+        return (*self.prepared.notes, *(small.format(candidate.name) for candidate in self.needed.dropped))
 
 
 def search(prepared: Prepared, stages: Stages) -> SearchResult:
@@ -67,8 +67,8 @@ def search(prepared: Prepared, stages: Stages) -> SearchResult:
     beam = Beam(selection, stages.on_progress)
     stages.try_to(f"searching among {len(tried)} effects", Beam.search, beam)
     needed = partial(keep_needed, library=prepared.library, logs=prepared.checked.data)
-    unneeded = stages.try_to("holding effects against predictions", needed, selection)
-    return SearchResult(prepared, selection, not stages.interrupted, unneeded or ())
+    held = stages.try_to("holding effects against predictions", needed, selection)
+    return SearchResult(prepared, selection, not stages.interrupted, held or Needed())
 
 
 @dataclass(eq=False)

@@ -17,6 +17,7 @@ grows more slowly. Where no model foretells anything, predictions judge nothing,
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -24,7 +25,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.windows import JUDGED_AT, free_run_seconds
+from sym2real.diagnosis.data.windows import JUDGED_AT, free_run_seconds, judged
 from sym2real.diagnosis.errors.rungs import Stage, StageError, horizons_for, ladder
 from sym2real.diagnosis.estimate.fit import Fit
 from sym2real.diagnosis.estimate.significance import beyond_trim
@@ -38,8 +39,21 @@ from sym2real.diagnosis.settings import SETTINGS
 LAST_THIRD = 2 / 3
 
 
-def keep_needed(selection: Selection, library: Library, logs: Dataset) -> tuple[Candidate, ...]:
-    """Drop effects until predictions need, or whole logs establish, all of them; what was dropped.
+@dataclass(frozen=True)
+class Needed:
+    """What became of a choice of effects.
+
+    Args:
+        dropped: those that predictions do not need, and whole logs do not establish.
+        small: of the others, those without which no error that is judged is larger by a tenth.
+    """
+
+    dropped: tuple[Candidate, ...] = ()
+    small: tuple[Candidate, ...] = ()
+
+
+def keep_needed(selection: Selection, library: Library, logs: Dataset) -> Needed:
+    """Drop effects until predictions need, or whole logs establish, all of them.
 
     Args:
         selection: what was chosen.
@@ -47,12 +61,12 @@ def keep_needed(selection: Selection, library: Library, logs: Dataset) -> tuple[
         logs: of the fit, each predicted by the fit of the others.
     """
     after, before = scored_after(selection), tuple(selection.chosen)
-    judged = judged_horizons(logs, after)
-    while judged and selection.chosen:
+    horizons, small = judged_horizons(logs, after), tuple[Candidate, ...]()
+    while horizons and selection.chosen:
         without = [selection.without(candidate) for candidate in selection.chosen]
         models = [(selection.chosen, selection.fit), *without]
         stages = [("", left_out_sets(selection, chosen, fit)) for chosen, fit in models]
-        whole, *others = ladder(library, logs, stages, fold_of_log(selection), horizons=judged, after=after)
+        whole, *others = ladder(library, logs, stages, fold_of_log(selection), horizons=horizons, after=after)
         rises = {
             place: rise
             for place, other in enumerate(others)
@@ -60,9 +74,21 @@ def keep_needed(selection: Selection, library: Library, logs: Dataset) -> tuple[
             and not (_established(selection, selection.chosen[place]) and _no_worse(whole, other))
         }
         if not rises:
+            pairs = zip(selection.chosen, others, strict=True)
+            small = tuple(candidate for candidate, other in pairs if _changes_little(whole, other))
             break
         selection.put(*without[min(rises, key=rises.__getitem__)])
-    return tuple(candidate for candidate in before if candidate not in selection.chosen)
+    return Needed(tuple(candidate for candidate in before if candidate not in selection.chosen), small)
+
+
+def _changes_little(whole: Stage, without: Stage) -> bool:
+    """Whether no error that is judged is larger by a tenth without an effect, where predictions judge at all."""
+    parts = (
+        1.0 - errors[name].value / max(without.horizons[horizon][name].value, 1e-12)
+        for horizon, errors in whole.horizons.items()
+        for name in judged(errors)
+    )
+    return (whole.foretells or without.foretells) and max(parts) < SETTINGS.error_fall
 
 
 def _established(selection: Selection, candidate: Candidate) -> bool:

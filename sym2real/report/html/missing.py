@@ -28,7 +28,7 @@ def missing(base: Equations, findings: Sequence[Finding], faults: Sequence[Fault
 
 
 def _card(base: Equations, finding: Finding) -> Card:
-    facts = [("removes", f"{100 * finding.share:.0f} % of the excess error")]
+    facts = [("removes", f"{100 * finding.share:.0f} % of the squared error beyond noise")]
     if finding.provisional:
         facts.append(("provisional", "too few independent pieces of data for a test"))
     for name, estimate in finding.parameters.items():

@@ -106,6 +106,9 @@ class Settings:
     disturbance_pieces: int = _of(60, "theory", "pieces that a dependence is looked for in")
     negligible: float = _of(0.01, "tuned", "part of a disturbance's size that noise of its feature makes: null sets")
     of_the_base: float = _of(0.5, "tuned", "part of a dependence that the base itself may have: learned bases")
+    answered: float = _of(
+        0.5, "tuned", "of the R² of what follows a disturbance, that of what it depends on before: simulated flights"
+    )
     term_gain: float = _of(
         0.015, "tuned", "fall of the loss by a term of whole logs: null sets 0.008, grip leaves 0.012"
     )

@@ -127,16 +127,15 @@ class Rest:
     def answered(self, channel: str, r2: float) -> bool:
         """Whether a disturbance is what the robot and its controller answer, instead of depending on what they do.
 
-        What moves on depends on neither side of now more than on the other. A random push tells of what follows, and
-        nothing that went before tells of it: C. Sims, "Money, income, and causality", American Economic Review 62
-        (1972).
+        What a disturbance depends on stands before it as well as behind it. A random push tells of what follows, and
+        little that went before tells of it: C. Sims, "Money, income, and causality", Am. Econ. Review 62 (1972).
 
         Args:
             channel: of the disturbance.
             r2: of :meth:`explained`.
         """
         before, behind = (self._confirmed(channel, values) for values in self.around)
-        return before <= SETTINGS.depends and behind > r2
+        return r2 < behind and before < SETTINGS.answered * behind
 
     def _confirmed(self, channel: str, values: Array) -> float:
         return float(cross_validated(values, self.disturbances[:, [self.names.index(channel)]], self.groups)[0])

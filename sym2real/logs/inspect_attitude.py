@@ -43,6 +43,7 @@ def inspect_attitudes(draft: Draft) -> None:
         _quaternion(draft, name, parts)
     if "attitude" in draft.attitudes:
         _decide(draft)
+        _suspect_exchange(draft)
     for name, parts in draft.assignment.quaternions.items():
         if name in draft.attitudes:
             _report_quaternion(draft, name, lettered="w" in parts)
@@ -140,6 +141,32 @@ def _decide(draft: Draft) -> None:
     if draft.frames == "ned_frd":
         evidence = f"acceleration points against the tilt ({_text(draft)}), as it does with z down"
         draft.add("", "frames are north-east-down", "", evidence, "likely")
+
+
+def _suspect_exchange(draft: Draft) -> None:
+    """Roll and pitch that go with rates and accelerations in each other's place, and not as they stand."""
+    first = draft.attitudes["attitude"]
+    if not first.euler:
+        return
+    roll, pitch, yaw = first.euler
+    here = _of_tilt(draft)
+    draft.attitudes["attitude"] = replace(first, euler=(pitch, roll, yaw))
+    set_world(draft)
+    there = _of_tilt(draft)
+    draft.attitudes["attitude"] = first
+    set_world(draft)
+    if here and max(map(abs, here.values())) < CLEAR < min(map(abs, there.values()), default=0.0):
+        shown = ", ".join(f"{name} {here[name]:+.2f}, {there[name]:+.2f} then" for name in here if name in there)
+        evidence = f"rates and accelerations go with them in each other's place (correlations: {shown})"
+        for column in (roll, pitch):
+            draft.add(column, "roll and pitch suspected to be exchanged", "", evidence, "likely")
+        draft.comment("attitude", f'euler = ["{pitch}", "{roll}", "{yaw}"]  # in place of the line above: {evidence}')
+
+
+def _of_tilt(draft: Draft) -> dict[str, float]:
+    """Correlations that tell of roll and pitch."""
+    found = tilt_agreement(draft) | gyro_agreement(draft)
+    return {name: value for name, value in found.items() if name != "wz"}
 
 
 def _agreement(draft: Draft, vertical: float) -> float:

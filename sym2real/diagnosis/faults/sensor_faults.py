@@ -32,6 +32,7 @@ import numpy as np
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, turning
 from sym2real.diagnosis.data.start import ROWS, noise_level
+from sym2real.diagnosis.faults.wheel_speed import along, made_of_wheel, way, with_along
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.sensor_bias import SENSOR_BIAS
 from sym2real.effects.sensor_scale import SENSOR_SCALE
@@ -41,6 +42,7 @@ from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import ATTITUDE, HEADING, POSITION
 
 STRETCH = 0.4  # s
+PATH, POSE = "path", (*POSITION.columns, *HEADING.columns)  # what a wheel's speed goes along, and what tells of it
 EARLIEST, LATEST = -5, 12
 
 
@@ -70,10 +72,23 @@ class Reading:
 
     def undone(self, log: Trajectory) -> Trajectory:
         """The log as an honest sensor would have written it; its ends are held where a shift leaves them."""
-        time, state = log.time, log.state.copy()
-        place = log.layouts.state.index(self.column)
-        state[:, place] = (np.interp(time + self.shift, time, state[:, place]) - self.bias) / self.scale
+        state, place = log.state.copy(), log.layouts.state.index(self.column)
+        state[:, place] = self.honest(log.time, state[:, place])
         return replace(log, state=state)
+
+    def honest(self, time: Array, values: Array) -> Array:
+        """What an honest sensor would have reported in place of values ``# (rows,)``."""
+        found: Array = (np.interp(time + self.shift, time, values) - self.bias) / self.scale
+        return found
+
+
+@dataclass(frozen=True)
+class OfWheel(Reading):
+    """Of a wheel's speed, which stands in velocities along the heading alone; ``column`` is the file's."""
+
+    def undone(self, log: Trajectory) -> Trajectory:
+        """With the velocity along the heading that an honest wheel would have given."""
+        return with_along(log, self.honest(log.time, along(log)))
 
 
 def readings(data: Dataset, honest: float = SETTINGS.sensor_shift) -> tuple[Reading, ...]:
@@ -82,30 +97,46 @@ def readings(data: Dataset, honest: float = SETTINGS.sensor_shift) -> tuple[Read
     Args:
         honest: rows that a sensor may be late.
     """
-    layout, readings = data.layouts.state, []
+    layout, readings = data.layouts.state, list[Reading | None]()
     logs = [log for log in data if len(log) > ROWS]
     if not logs:
         return ()
     turns = layout.has_field("attitude") or layout.has_field("heading")
     of = {rate: "attitude" for rate in RATES if turns and rate in layout}
-    for column, other in (of | {rate: coordinate for coordinate, rate in layout.rates.items()}).items():
-        reading = _reading(logs, column, other, honest)
-        if reading is not None and reading.faulty:
-            readings.append(reading)
-    return tuple(readings)
+    made = made_of_wheel(data)
+    pairs = of | {rate: coordinate for coordinate, rate in layout.rates.items() if rate not in made}
+    for column, other in pairs.items():
+        values = [log.column(column) for log in logs]
+        changes = [
+            turning(log, column) * np.diff(log.time) if column in RATES else np.diff(log.column(other)) for log in logs
+        ]
+        readings.append(_reading(logs, values, changes, column, other, honest))
+    if made:
+        values, ways = [along(log) for log in logs], [way(log) for log in logs]
+        found = _reading(logs, values, ways, logs[0].sources[made[0]], PATH, honest)
+        readings.append(found and OfWheel(**vars(found)))
+    return tuple(reading for reading in readings if reading is not None and reading.faulty)
 
 
 def measured_by(state: Layout, of: str) -> tuple[str, tuple[str, ...]]:
     """Name and columns of what rates are of: an attitude or a heading, the position, a joint."""
+    if of == PATH:
+        return "pose", tuple(name for name in POSE if name in state)
     names = (ATTITUDE.name, HEADING.name) if of == ATTITUDE.name else (of,)
     return next(((field.name, field.columns) for field in state.fields if field.name in names), (of, (of,)))
 
 
-def _reading(logs: Sequence[Trajectory], column: str, of: str, honest: float) -> Reading | None:
-    changes = [turning(log, column) * np.diff(log.time) if column in RATES else np.diff(log.column(of)) for log in logs]
+def _reading(
+    logs: Sequence[Trajectory],
+    values: Sequence[Array],
+    changes: Sequence[Array],
+    column: str,
+    of: str,
+    honest: float,
+) -> Reading | None:
     dt = float(np.median(np.concatenate([np.diff(log.time) for log in logs])))
     length = max(5, round(STRETCH / dt))
-    tables = {rows: _stretches(logs, column, changes, length, rows) for rows in range(EARLIEST, LATEST + 1)}
+    tables = {rows: _stretches(logs, values, changes, length, rows) for rows in range(EARLIEST, LATEST + 1)}
     if len(tables[0]) < SETTINGS.sensor_stretches:
         return None
     left = {rows: float(_fit(table)[2].var()) for rows, table in tables.items()}
@@ -117,7 +148,7 @@ def _reading(logs: Sequence[Trajectory], column: str, of: str, honest: float) ->
     if inverse <= 0:
         return None
     spread = np.sqrt(covariance.diagonal())
-    noise = float(np.median([noise_level(log.column(column)[:, None]) for log in logs]) * dt * np.sqrt(length))
+    noise = float(np.median([noise_level(own[:, None]) for own in values]) * dt * np.sqrt(length))
     of_angle = float(np.median([noise_level(np.cumsum(change)[:, None]) for change in changes]))
     weakened = _attenuation(tables[rows], noise)
     turned_by = weakened * abs(tables[rows][:, 1].sum() / tables[rows][:, 2].sum())
@@ -144,11 +175,13 @@ def _reading(logs: Sequence[Trajectory], column: str, of: str, honest: float) ->
     )
 
 
-def _stretches(logs: Sequence[Trajectory], column: str, changes: Sequence[Array], length: int, rows: int) -> Array:
+def _stretches(
+    logs: Sequence[Trajectory], values: Sequence[Array], changes: Sequence[Array], length: int, rows: int
+) -> Array:
     """Change, integral of the sensor so many rows later, time and change of the sensor ``# (stretches, 4)``."""
     found = []
-    for log, change in zip(logs, changes, strict=True):
-        value, steps = log.column(column), np.diff(log.time)
+    for log, value, change in zip(logs, values, changes, strict=True):
+        steps = np.diff(log.time)
         added = np.concatenate([[0.0], np.cumsum(0.5 * (value[1:] + value[:-1]) * steps)])
         turned = np.concatenate([[0.0], np.cumsum(change)])
         for first in range(max(0, -EARLIEST), len(value) - length - LATEST, length):

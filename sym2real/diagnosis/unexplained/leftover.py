@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 
 from sym2real import rotation
 from sym2real.diagnosis.data.conditions import HOW_FAST
+from sym2real.diagnosis.errors.floor import Floor
+from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
@@ -142,6 +144,32 @@ def find_misfit(squares: float, motion: float | None = None) -> tuple[Leftover, 
         return ()
     share, words = 1.0 - 1.0 / squares, f"{squares:.2f} whitened squares per degree of freedom"
     return (Leftover(MISFIT, "", share, words, motion=motion and float(np.sqrt(share)) * motion),)
+
+
+def find_astray(stage: Stage, floor: Sequence[Floor]) -> tuple[Leftover, ...]:
+    """What is left of a model that foretells nothing, where noise and disturbances do not make that either.
+
+    Disturbances that are as large as all that a model gets wrong explain every residual, and hide what is wrong.
+
+    Args:
+        stage: errors on held-out logs.
+        floor: of noise and these disturbances.
+    """
+    if stage.foretells:
+        return ()
+    lowest = {level.horizon: level.errors for level in floor}
+    far = [
+        (error.value / lowest[at][channel][0], channel, at)
+        for at, channels in stage.worse.items()
+        for channel in channels
+        for error in (stage.horizons[at][channel],)
+        if at in lowest and error.low > SETTINGS.floor_known * lowest[at][channel][0]
+    ]
+    if not far:
+        return ()
+    times, channel, at = max(far)
+    words = f"{channel} {at:g} s ahead, and no channel at any horizon is foretold better than if nothing changed"
+    return (Leftover(MISFIT, channel, 1.0 - times**-2, words),)
 
 
 def find_leftovers(rest: Rest, of_the_base: Callable[[], Rest] | None = None) -> tuple[Leftover, ...]:

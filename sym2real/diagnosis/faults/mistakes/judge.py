@@ -8,6 +8,7 @@ import numpy as np
 from scipy.stats import wilcoxon
 
 from sym2real.dataset import Dataset
+from sym2real.diagnosis.faults.as_read import AsRead
 from sym2real.diagnosis.faults.mistakes.balance import Balance, Balances, without_arm, without_drag
 from sym2real.diagnosis.faults.mistakes.listed import mimics, transformations
 from sym2real.diagnosis.faults.mistakes.lost_commands import step_likelihood
@@ -58,10 +59,9 @@ class Undoing:
             f"{self.quantity} changes, {self.after:.2g} without"
         )
 
-    @property
-    def fix(self) -> str:
-        """What to change."""
-        return self.transformation.fix
+    def fix(self, read: AsRead) -> str:
+        """What to change, in the columns of the log."""
+        return self.transformation.fix(read)
 
     def undone(self, data: Dataset) -> Dataset:
         """The logs as they are meant."""

@@ -144,29 +144,28 @@ def _decide(draft: Draft) -> None:
 
 
 def _suspect_exchange(draft: Draft) -> None:
-    """Roll and pitch that go with rates and accelerations in each other's place, and not as they stand."""
+    """Roll and pitch that turn with the gyro in each other's place, and push more as they then point."""
     first = draft.attitudes["attitude"]
     if not first.euler:
         return
     roll, pitch, yaw = first.euler
-    here = _of_tilt(draft)
+    tilt, gyro = tilt_agreement(draft), _level(gyro_agreement(draft))
     draft.attitudes["attitude"] = replace(first, euler=(pitch, roll, yaw))
     set_world(draft)
-    there = _of_tilt(draft)
+    then, other = tilt_agreement(draft), _level(gyro_agreement(draft))
     draft.attitudes["attitude"] = first
     set_world(draft)
-    if here and max(map(abs, here.values())) < CLEAR < min(map(abs, there.values()), default=0.0):
-        shown = ", ".join(f"{name} {here[name]:+.2f}, {there[name]:+.2f} then" for name in here if name in there)
-        evidence = f"rates and accelerations go with them in each other's place (correlations: {shown})"
-        for column in (roll, pitch):
-            draft.add(column, "roll and pitch suspected to be exchanged", "", evidence, "likely")
+    turned = max(map(abs, gyro.values()), default=1.0) < CLEAR < min(map(abs, other.values()), default=0.0)
+    if turned and sum(map(abs, then.values())) > sum(map(abs, tilt.values())):
+        shown = ", ".join(f"{name} {gyro[name]:+.2f}, {other[name]:+.2f} then" for name in gyro if name in other)
+        evidence = f"rates turn it, and thrust points, with them in each other's place (correlations: {shown})"
+        draft.add(f"{roll} {pitch}", "roll and pitch suspected to be exchanged", "", evidence, "likely")
         draft.comment("attitude", f'euler = ["{pitch}", "{roll}", "{yaw}"]  # in place of the line above: {evidence}')
 
 
-def _of_tilt(draft: Draft) -> dict[str, float]:
-    """Correlations that tell of roll and pitch."""
-    found = tilt_agreement(draft) | gyro_agreement(draft)
-    return {name: value for name, value in found.items() if name != "wz"}
+def _level(rates: dict[str, float]) -> dict[str, float]:
+    """Those about level axes, of roll and pitch."""
+    return {name: value for name, value in rates.items() if name != "wz"}
 
 
 def _agreement(draft: Draft, vertical: float) -> float:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
 from sym2real.logs.parts import ATTITUDES
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import TURNED_ABOUT_X, attitude_columns
 
 ANGLES = ("roll", "pitch", "yaw")
-ANGLES_TURNED = ("pitch", "yaw")
 # What the reader makes of a column of its own kind.
 MADE_OF = {"yaw": ("sin_yaw", "cos_yaw"), "wheel_speed": ("vx", "vy")}
 
@@ -22,15 +26,45 @@ def sources_of(spec: LogSpec) -> dict[str, str]:
     for made, columns in MADE_OF.items():
         if made in found and not {*columns} & found.keys():
             found |= dict.fromkeys(columns, found[made])
-    for name in ATTITUDES:
-        attitude, columns = getattr(spec, name), attitude_columns(name)
-        first, last = ATTITUDES[name]
-        if attitude.euler:
-            found |= {f"{first}{a}{last}": column for a, column in zip(ANGLES, attitude.euler, strict=True)}
-            turned |= {f"{first}{a}{last}" for a in ANGLES_TURNED}
-        elif attitude.quaternion:
-            order = attitude.quaternion if attitude.order == "wxyz" else (attitude.quaternion[3], *attitude.quaternion[:3])
-            found |= dict(zip(columns, order, strict=True))
+    for name, (first, last) in ATTITUDES.items():
+        attitude = getattr(spec, name)
+        angles = [f"{first}{angle}{last}" for angle in ANGLES]
+        turned |= {*angles[1:]}
+        components = np.roll(attitude.quaternion, 1) if attitude.order == "xyzw" else attitude.quaternion
+        found |= dict(zip(angles, attitude.euler, strict=False))
+        found |= dict(zip(attitude_columns(name), map(str, components), strict=False))
     if spec.frames == "z_up":
         return found
     return {name: f"-{column}" if name in turned else column for name, column in found.items()}
+
+
+@dataclass(frozen=True)
+class AsRead:
+    """How logs were read: the columns and axes that advice to a user must be in.
+
+    Args:
+        sources: as of :class:`~sym2real.Trajectory`; nothing where nobody knows.
+    """
+
+    sources: Mapping[str, str] = field(default_factory=dict)
+
+    def column(self, name: str) -> str:
+        """The file's column of a standard one, by which that goes where there is no other."""
+        return self.sources.get(name, name).removeprefix("-")
+
+    def columns(self, names: Sequence[str]) -> tuple[str, ...]:
+        """The files' columns of several standard ones, each once."""
+        return tuple(dict.fromkeys(map(self.column, names)))
+
+    def sign(self, name: str) -> int:
+        """-1 where the axes of the log turn the sign of a standard column."""
+        return -1 if self.sources.get(name, "").startswith("-") else 1
+
+    def scale(self, factor: float) -> str:
+        """The entry of a specification by which a column's numbers are multiplied."""
+        return f"scale = {factor:.4g} (times one that it has)"
+
+    @property
+    def frame(self) -> str:
+        """A remark on signs where nobody knows the log's own axes."""
+        return "" if self.sources else " (signs as of z up, and forward, left, up of the body)"

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import rate_agreement, thrust_agreement
-from sym2real.diagnosis.faults.as_read import AsRead
 from sym2real.diagnosis.faults.mistakes.transformation import QUATERNION, Exchanged, of_all
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.logs.sources import AsRead
 
 SHIFTED = Exchanged(QUATERNION, (*QUATERNION[1:], QUATERNION[0]), (1, 1, 1, 1))
 

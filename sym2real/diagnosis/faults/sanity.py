@@ -12,7 +12,6 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import agreements
 from sym2real.diagnosis.data.heading import against_the_path
 from sym2real.diagnosis.data.scaled import divided
-from sym2real.diagnosis.faults.as_read import AsRead
 from sym2real.diagnosis.faults.conventions import Breach, Look, looks_for, through, undone
 from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit
@@ -38,7 +37,9 @@ from sym2real.effects.sensors import Sensors
 from sym2real.effects.time_shift import TIME_SHIFT
 from sym2real.logs.differences import rates_on_time
 from sym2real.logs.dropouts import is_unasked
+from sym2real.logs.sources import AsRead
 from sym2real.symbolic import Equations
+from sym2real.vocabulary import HEADING
 
 SAID = {
     SENSOR_SCALE.name: "the logged {column} is {0:.3g} times what the {other} changes by",
@@ -110,7 +111,7 @@ def check(model: Equations | None, data: Dataset) -> Checked:
 
 def _breached(look: Look, data: Dataset) -> Settled:
     """What stands against a convention, undone."""
-    breaches, read = look(data), AsRead.of(data)
+    breaches, read = look(data), AsRead(data[0].sources)
     return [_fault(breach, data, read) for breach in breaches], undone(breaches, data)
 
 
@@ -130,7 +131,7 @@ def _heading(data: Dataset) -> Settled:
         f"a heading that turns against the path: with its sign reversed it turns with it ({turning.together:.2f} of 1, "
         f"as it stands {turning.as_it_stands:.2f})"
     )
-    read, column = AsRead.of(data), HEADING.columns[0]
+    read, column = AsRead(data[0].sources), HEADING.columns[0]
     apart = read.sign(column) * turning.apart
     zero = f" and give it a zero of {apart:.2f} rad (in its unit)" if apart else ""
     own = read.column(column) if read.sources else "its column"
@@ -166,14 +167,14 @@ def _behind_their_rates(data: Dataset) -> Settled:
         shifted = {reading.column for reading in readings(mended) if reading.shift and reading.of == measured}
         if shifted <= ahead.keys():
             said = ", ".join(f"{column} is {1e3 * by:.0f} ms ahead" for column, by in ahead.items())
-            faults.append(Fault("", f"{late.name}: {said} of it", late.fix(AsRead.of(data))))
+            faults.append(Fault("", f"{late.name}: {said} of it", late.fix(AsRead(data[0].sources))))
             data, done = mended, {*done, *columns}
     return faults, data
 
 
 def _sensors(data: Dataset) -> Settled:
     """Scales, biases and time shifts of rates and velocities."""
-    faults, read = [], AsRead.of(data)
+    faults, read = [], AsRead(data[0].sources)
     for reading in readings(data):
         data = Dataset(reading.undone(log) for log in data)
         for kind, value in reading.faulty.items():

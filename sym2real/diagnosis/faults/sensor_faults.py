@@ -38,12 +38,14 @@ from sym2real.effects.sensor_bias import SENSOR_BIAS
 from sym2real.effects.sensor_scale import SENSOR_SCALE
 from sym2real.effects.time_shift import TIME_SHIFT
 from sym2real.layout import Layout
+from sym2real.logs.sources import AsRead
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import ATTITUDE, HEADING, POSITION
 
 STRETCH = 0.4  # s
 PATH, POSE = "path", (*POSITION.columns, *HEADING.columns)  # what a wheel's speed goes along, and what tells of it
 EARLIEST, LATEST = -5, 12
+Told = tuple[Array, Array, Array]  # of a log: time and what a sensor says, and how the other changes from row to row
 
 
 @dataclass(frozen=True)
@@ -106,14 +108,11 @@ def readings(data: Dataset, honest: float = SETTINGS.sensor_shift) -> tuple[Read
     made = made_of_wheel(data)
     pairs = of | {rate: coordinate for coordinate, rate in layout.rates.items() if rate not in made}
     for column, other in pairs.items():
-        values = [log.column(column) for log in logs]
-        changes = [
-            turning(log, column) * np.diff(log.time) if column in RATES else np.diff(log.column(other)) for log in logs
-        ]
-        readings.append(_reading(logs, values, changes, column, other, honest))
+        told = [(log.time, log.column(column), _change(log, column, other)) for log in logs]
+        readings.append(_reading(told, column, other, honest))
     if made:
-        values, ways = [along(log) for log in logs], [way(log) for log in logs]
-        found = _reading(logs, values, ways, logs[0].sources[made[0]], PATH, honest)
+        told = [(log.time, along(log), way(log)) for log in logs]
+        found = _reading(told, AsRead(logs[0].sources).column(made[0]), PATH, honest)
         readings.append(found and OfWheel(**vars(found)))
     return tuple(reading for reading in readings if reading is not None and reading.faulty)
 
@@ -126,17 +125,15 @@ def measured_by(state: Layout, of: str) -> tuple[str, tuple[str, ...]]:
     return next(((field.name, field.columns) for field in state.fields if field.name in names), (of, (of,)))
 
 
-def _reading(
-    logs: Sequence[Trajectory],
-    values: Sequence[Array],
-    changes: Sequence[Array],
-    column: str,
-    of: str,
-    honest: float,
-) -> Reading | None:
-    dt = float(np.median(np.concatenate([np.diff(log.time) for log in logs])))
+def _change(log: Trajectory, column: str, of: str) -> Array:
+    """From row to row ``# (rows - 1,)``."""
+    return turning(log, column) * np.diff(log.time) if column in RATES else np.diff(log.column(of))
+
+
+def _reading(told: Sequence[Told], column: str, of: str, honest: float) -> Reading | None:
+    dt = float(np.median(np.concatenate([np.diff(time) for time, _, _ in told])))
     length = max(5, round(STRETCH / dt))
-    tables = {rows: _stretches(logs, values, changes, length, rows) for rows in range(EARLIEST, LATEST + 1)}
+    tables = {rows: _stretches(told, length, rows) for rows in range(EARLIEST, LATEST + 1)}
     if len(tables[0]) < SETTINGS.sensor_stretches:
         return None
     left = {rows: float(_fit(table)[2].var()) for rows, table in tables.items()}
@@ -148,8 +145,8 @@ def _reading(
     if inverse <= 0:
         return None
     spread = np.sqrt(covariance.diagonal())
-    noise = float(np.median([noise_level(own[:, None]) for own in values]) * dt * np.sqrt(length))
-    of_angle = float(np.median([noise_level(np.cumsum(change)[:, None]) for change in changes]))
+    noise = float(np.median([noise_level(values[:, None]) for _, values, _ in told]) * dt * np.sqrt(length))
+    of_angle = float(np.median([noise_level(np.cumsum(change)[:, None]) for _, _, change in told]))
     weakened = _attenuation(tables[rows], noise)
     turned_by = weakened * abs(tables[rows][:, 1].sum() / tables[rows][:, 2].sum())
     scale, bias, shift = 1.0 / inverse, -constant / inverse, rows * dt + late / inverse
@@ -175,20 +172,18 @@ def _reading(
     )
 
 
-def _stretches(
-    logs: Sequence[Trajectory], values: Sequence[Array], changes: Sequence[Array], length: int, rows: int
-) -> Array:
+def _stretches(told: Sequence[Told], length: int, rows: int) -> Array:
     """Change, integral of the sensor so many rows later, time and change of the sensor ``# (stretches, 4)``."""
     found = []
-    for log, value, change in zip(logs, values, changes, strict=True):
-        steps = np.diff(log.time)
+    for time, value, change in told:
+        steps = np.diff(time)
         added = np.concatenate([[0.0], np.cumsum(0.5 * (value[1:] + value[:-1]) * steps)])
         turned = np.concatenate([[0.0], np.cumsum(change)])
         for first in range(max(0, -EARLIEST), len(value) - length - LATEST, length):
             last = first + length
             whole = added[last + rows] - added[first + rows]
             moved = value[last + rows] - value[first + rows]
-            found.append((turned[last] - turned[first], whole, log.time[last] - log.time[first], moved))
+            found.append((turned[last] - turned[first], whole, time[last] - time[first], moved))
     return np.array(found).reshape(-1, 4)
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from sym2real.diagnosis.errors.floor import floor_of_explained
+from sym2real.diagnosis.errors.sensor_noise import SensorNoise
 from sym2real.diagnosis.estimate.weighing import Prepared
 from sym2real.diagnosis.score.finding import Finding, applied, rated
 from sym2real.diagnosis.score.scoring import Scored
@@ -40,8 +42,8 @@ def explain_rest(scored: Scored) -> Explained:
     rest = Rest.of(problems.problem, spread, problems.whitening, selection.fit.values)
     # Commands that no row tells push the robot, and what they did goes with what it then did.
     leftovers = () if prepared.checked.commands_lost else _leftovers(prepared, selection, rest)
-    if scored.stages and not scored.findings and not any(leftover.matters for leftover in leftovers):
-        leftovers = (*find_astray(scored.stages[-1], scored.floor), *leftovers)
+    if not scored.findings and not any(leftover.matters for leftover in leftovers):
+        leftovers = (*_astray(scored), *leftovers)
     unexplained = any(leftover.matters for leftover in leftovers)
     calibrated = own is not None and result.finished
     sure = rated(scored.findings, passed=scored.gate.passed, leftover=unexplained, calibrated=calibrated)
@@ -50,6 +52,18 @@ def explain_rest(scored: Scored) -> Explained:
         informed = applied(prepared.model, sure)
         proposal = propose(informed, prepared.checked.data, rest, leftovers[0], problems.whitening)
     return Explained(scored, sure, leftovers, proposal)
+
+
+def _astray(scored: Scored) -> tuple[Leftover, ...]:
+    """Predictions that are worse than none, held against the noise that the logs themselves show."""
+    nearest = min(scored.horizons, default=0.0)
+    if not scored.stages or not scored.stages[-1].worse.get(nearest):
+        return ()
+    prepared, values = scored.result.prepared, scored.result.selection.fit.values
+    still = replace(prepared.whitening, disturbances=dict.fromkeys(prepared.whitening.disturbances, 0.0))
+    own = SensorNoise.of(prepared.scored)
+    noise = floor_of_explained(prepared.library, prepared.scored, values, still, (nearest,), noise=own)
+    return find_astray(scored.stages[-1], noise[0]) if noise else ()
 
 
 def _leftovers(prepared: Prepared, selection: Selection, rest: Rest) -> tuple[Leftover, ...]:

@@ -40,7 +40,7 @@ class Leftover:
 
     Args:
         explained_by: the feature it depends on most, "constant", or "misfit" where it is no disturbance that is left.
-        channel: direction of the disturbance; empty for a misfit.
+        channel: direction of the disturbance; of a misfit what is predicted so badly, empty for all.
         r2: share of its variance (of its squares, where it is constant) that logs not seen confirm; share of a misfit's
             squares that noise and disturbances do not make.
         term: where the disturbance changes, in words.
@@ -65,7 +65,9 @@ class Leftover:
     def statement(self) -> str:
         """What is left, for a sentence."""
         if self.explained_by == MISFIT:
-            return f"an error {(1 - self.r2) ** -0.5:.2f} times that of noise and disturbances"
+            of = f" of {self.channel}" if self.channel else ""
+            beside = "noise alone" if self.channel else "noise and disturbances"
+            return f"an error{of} {(1 - self.r2) ** -0.5:.2f} times that of {beside}"
         pushed = is_push(self.channel)
         if self.size is not None:
             how = f"disturbance along {self.channel} of" if pushed else f"change of {self.channel} by"
@@ -146,30 +148,22 @@ def find_misfit(squares: float, motion: float | None = None) -> tuple[Leftover, 
     return (Leftover(MISFIT, "", share, words, motion=motion and float(np.sqrt(share)) * motion),)
 
 
-def find_astray(stage: Stage, floor: Sequence[Floor]) -> tuple[Leftover, ...]:
-    """What is left of a model that foretells nothing, where noise and disturbances do not make that either.
+def find_astray(stage: Stage, noise: Floor) -> tuple[Leftover, ...]:
+    """What is left of a model that is surely worse than that nothing changes, and not by the sensors' noise.
 
     Disturbances that are as large as all that a model gets wrong explain every residual, and hide what is wrong.
 
     Args:
         stage: errors on held-out logs.
-        floor: of noise and these disturbances.
+        noise: the floor that the sensors' noise alone makes, at the shortest horizon: there disturbances did least.
     """
-    if stage.foretells:
-        return ()
-    lowest = {level.horizon: level.errors for level in floor}
-    far = [
-        (error.value / lowest[at][channel][0], channel, at)
-        for at, channels in stage.worse.items()
-        for channel in channels
-        for error in (stage.horizons[at][channel],)
-        if at in lowest and error.low > SETTINGS.floor_known * lowest[at][channel][0]
-    ]
-    if not far:
-        return ()
-    times, channel, at = max(far)
-    words = f"{channel} {at:g} s ahead, and no channel at any horizon is foretold better than if nothing changed"
-    return (Leftover(MISFIT, channel, 1.0 - times**-2, words),)
+    found, errors = list[tuple[float, str]](), stage.horizons[noise.horizon]
+    for channel in stage.worse.get(noise.horizon, ()):
+        lowest, _ = noise.errors[channel]
+        if errors[channel].low > SETTINGS.floor_known * lowest:
+            found.append((errors[channel].value / max(lowest, 1e-12), channel))
+    words = f"{noise.horizon:g} s ahead, which is worse than if nothing changed"
+    return tuple(Leftover(MISFIT, channel, 1.0 - times**-2, words) for times, channel in sorted(found)[-1:])
 
 
 def find_leftovers(rest: Rest, of_the_base: Callable[[], Rest] | None = None) -> tuple[Leftover, ...]:

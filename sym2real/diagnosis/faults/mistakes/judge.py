@@ -8,7 +8,6 @@ import numpy as np
 from scipy.stats import wilcoxon
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.faults.as_read import AsRead
 from sym2real.diagnosis.faults.mistakes.balance import Balance, Balances, without_arm, without_drag
 from sym2real.diagnosis.faults.mistakes.listed import mimics, transformations
 from sym2real.diagnosis.faults.mistakes.lost_commands import step_likelihood
@@ -23,6 +22,7 @@ from sym2real.diagnosis.faults.mistakes.transformation import (
     present,
 )
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.logs.sources import AsRead
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array
 

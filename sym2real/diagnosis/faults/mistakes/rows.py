@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.start import MAD_TO_SIGMA, ROWS
-from sym2real.diagnosis.faults.as_read import AsRead
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.field import Field
+from sym2real.logs.sources import AsRead
 from sym2real.trajectory import Array, Trajectory
 
 Rows = NDArray[np.bool_]

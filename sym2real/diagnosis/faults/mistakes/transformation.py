@@ -16,7 +16,7 @@ import torch
 from sym2real import rotation
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES
-from sym2real.diagnosis.faults.as_read import AsRead
+from sym2real.logs.sources import AsRead
 from sym2real.trajectory import Array, Trajectory
 
 POSITIONS = ("x", "y", "z")
@@ -84,7 +84,9 @@ class Exchanged:
         """What to change, in the columns and axes of the log."""
         own = read.columns(self.columns)
         if len(own) < len(self.columns):
-            return f"log {' '.join(self.columns)} as they are called, or correct {' '.join(own)}, of which they are made"
+            return (
+                f"log {' '.join(self.columns)} as they are called, or correct {' '.join(own)}, of which they are made"
+            )
         reads = [f"{source} read {read.column(own)}" for own, source in self._moved]
         pairs = zip(self.columns, self.sources, self.signs, strict=True)
         flips = [read.column(own) for own, other, sign in pairs if sign * read.sign(own) * read.sign(other) < 0]
@@ -212,7 +214,9 @@ class FromWorld:
 
     def fix(self, _: AsRead) -> str:
         """What to change."""
-        return 'log quaternions from body to world, or say direction = "world_to_body" under [attitude] (or leave it out)'
+        return (
+            'log quaternions from body to world, or say direction = "world_to_body" under [attitude] (or leave it out)'
+        )
 
     def undone(self, log: Trajectory) -> Trajectory:
         """The conjugate."""

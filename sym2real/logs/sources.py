@@ -53,8 +53,15 @@ class AsRead:
         return self.sources.get(name, name).removeprefix("-")
 
     def columns(self, names: Sequence[str]) -> tuple[str, ...]:
-        """The files' columns of several standard ones, each once."""
-        return tuple(dict.fromkeys(map(self.column, names)))
+        """The files' columns behind several standard ones, each once; those alone that a file has, if it has any."""
+        known = [name for name in names if name in self.sources]
+        return tuple(dict.fromkeys(map(self.column, known or names)))
+
+    def logged(self, names: Sequence[str]) -> tuple[str, ...]:
+        """Those that have a column of the file for themselves; the reader has made the others."""
+        known = [name for name in names if name in self.sources or not self.sources]
+        own = [self.column(name) for name in known]
+        return tuple(name for name, column in zip(known, own, strict=True) if own.count(column) == 1)
 
     def sign(self, name: str) -> int:
         """-1 where the axes of the log turn the sign of a standard column."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import torch
 from mistakes import (
     DEGREES,
     JUMP,
@@ -36,7 +35,6 @@ from mistakes import (
 )
 from mistakes_of_joints import JOINTS
 
-from sym2real import rotation
 from sym2real.robots.robot import GRAVITY
 
 POSITION, VELOCITY, RATES = ("x", "y", "z"), ("vx", "vy", "vz"), ("wx", "wy", "wz")
@@ -71,13 +69,6 @@ def of_degrees(log: Columns, _: Rng) -> Columns:
     return {"sin_yaw": np.sin(yaw), "cos_yaw": np.cos(yaw)}
 
 
-def crosswise(log: Columns, _: Rng) -> Columns:
-    """A quaternion made of roll and pitch in each other's place."""
-    quaternion = torch.as_tensor(np.stack([log[name] for name in QUATERNION], axis=1))
-    roll, pitch, yaw = rotation.to_euler(quaternion).unbind(-1)
-    return dict(zip(QUATERNION, rotation.from_euler(pitch, roll, yaw).numpy().T, strict=True))
-
-
 def along_the_car(log: Columns, _: Rng) -> Columns:
     """A car's velocity written along its own axes."""
     sine, cosine = log["sin_yaw"], log["cos_yaw"]
@@ -96,7 +87,6 @@ FLIGHT = (
     *map(reversed_sign, (*RATES, "vz", *RATE_COMMANDS)),
     Mistake("quaternion scalar last", moved(SCALAR_LAST), "scalar last"),
     Mistake("quaternion from world to body", scaled(QUATERNION[1:], -1.0), "attitude turned the other way|conjugate"),
-    Mistake("roll and pitch swapped", crosswise, rf"roll.*{ORDER}"),
     Mistake("wx and wy swapped", swapped("wx", "wy"), rf"\bw[xy]\b.*{ORDER}"),
     Mistake("wx_cmd and wy_cmd swapped", swapped("wx_cmd", "wy_cmd"), rf"\bw[xy]_cmd\b.*{ORDER}"),
     Mistake("x and y of the position swapped", swapped("x", "y"), rf"\b[xy]\b.*{ORDER}|{ORDER}.*\b[xy]\b"),

@@ -42,7 +42,7 @@ def explain_rest(scored: Scored) -> Explained:
     rest = Rest.of(problems.problem, spread, problems.whitening, selection.fit.values)
     # Commands that no row tells push the robot, and what they did goes with what it then did.
     leftovers = () if prepared.checked.commands_lost else _leftovers(prepared, selection, rest)
-    if not scored.findings and not any(leftover.matters for leftover in leftovers):
+    if not (scored.findings or prepared.checked.commands_lost) and not any(leftover.matters for leftover in leftovers):
         leftovers = (*_astray(scored), *leftovers)
     unexplained = any(leftover.matters for leftover in leftovers)
     calibrated = own is not None and result.finished

@@ -157,11 +157,11 @@ def find_astray(stage: Stage, noise: Floor) -> tuple[Leftover, ...]:
         stage: errors on held-out logs.
         noise: the floor that the sensors' noise alone makes, at the shortest horizon: there disturbances did least.
     """
-    found, errors = list[tuple[float, str]](), stage.horizons[noise.horizon]
-    for channel in stage.worse.get(noise.horizon, ()):
-        lowest, _ = noise.errors[channel]
-        if errors[channel].low > SETTINGS.floor_known * lowest:
-            found.append((errors[channel].value / max(lowest, 1e-12), channel))
+    found, nearest = list[tuple[float, str]](), stage.nearest(noise.horizon)
+    for channel in stage.worse.get(nearest, ()):
+        error, (lowest, _) = stage.horizons[nearest][channel], noise.errors[channel]
+        if error.low > SETTINGS.floor_known * lowest:
+            found.append((error.value / max(lowest, 1e-12), channel))
     words = f"{noise.horizon:g} s ahead, which is worse than if nothing changed"
     return tuple(Leftover(MISFIT, channel, 1.0 - times**-2, words) for times, channel in sorted(found)[-1:])
 

@@ -82,14 +82,12 @@ class Exchanged:
 
     def fix(self, read: AsRead) -> str:
         """What to change, in the columns and axes of the log."""
-        own = read.columns(self.columns)
-        if len(own) < len(self.columns):
-            return (
-                f"log {' '.join(self.columns)} as they are called, or correct {' '.join(own)}, of which they are made"
-            )
-        reads = [f"{source} read {read.column(own)}" for own, source in self._moved]
-        pairs = zip(self.columns, self.sources, self.signs, strict=True)
+        logged = read.logged(self.columns)
+        pairs = [pair for pair in zip(self.columns, self.sources, self.signs, strict=True) if pair[0] in logged]
+        reads = [f"{other} read {read.column(own)}" for own, other, _ in pairs if own != other]
         flips = [read.column(own) for own, other, sign in pairs if sign * read.sign(own) * read.sign(other) < 0]
+        if not reads and not flips:
+            return f"correct {' '.join(read.columns(self.columns))}, of which {' '.join(self.columns)} are made"
         change = [f"let {', '.join(reads)}"] * bool(reads) + [f"flip {', '.join(flips)}"] * bool(flips)
         change += ["leave the signs as they are"] * (bool(reads) and not flips)
         return f"{' and '.join(change)} in a specification of the log{read.frame if flips else ''}"

@@ -17,6 +17,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, data_report
 from sym2real.diagnosis.faults import conventions
 from sym2real.diagnosis.faults.mistakes import Undoing, bad_rows, mistakes
+from sym2real.diagnosis.faults.mistakes.of_attitude import OfAttitude
 from sym2real.diagnosis.faults.mistakes.scales import Scaled
 from sym2real.diagnosis.faults.mistakes.transformation import (
     HEADING,
@@ -25,7 +26,6 @@ from sym2real.diagnosis.faults.mistakes.transformation import (
     Exchanged,
     FromWorld,
     Late,
-    OfAttitude,
     OtherAxes,
     Transformation,
     Turned,

@@ -16,16 +16,16 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.errors.floor import Floor
 from sym2real.diagnosis.errors.rungs import Stage, StageError
 from sym2real.diagnosis.faults.fault import Fault
+from sym2real.diagnosis.faults.mistakes.of_attitude import OfAttitude
 from sym2real.diagnosis.faults.mistakes.transformation import (
     HEADING,
     QUATERNION,
     Late,
-    OfAttitude,
     of_all,
     with_columns,
 )
 from sym2real.diagnosis.faults.sanity import check
-from sym2real.diagnosis.unexplained.leftover import find_astray
+from sym2real.diagnosis.unexplained.astray import find_astray
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import LogSpec, read_logs
 from sym2real.logs.differences import rates_on_time

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from sym2real.diagnosis.errors.floor import floor_of_explained
-from sym2real.diagnosis.errors.sensor_noise import SensorNoise
 from sym2real.diagnosis.estimate.weighing import Prepared
 from sym2real.diagnosis.score.finding import Finding, applied, rated
 from sym2real.diagnosis.score.scoring import Scored
 from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.unexplained.astray import astray
 from sym2real.diagnosis.unexplained.constant import find_constants
 from sym2real.diagnosis.unexplained.dependence import find_dependence
-from sym2real.diagnosis.unexplained.leftover import Leftover, Rest, find_astray, find_leftovers, find_misfit
+from sym2real.diagnosis.unexplained.leftover import Leftover, Rest, find_leftovers, find_misfit
 from sym2real.diagnosis.unexplained.motion import part_of_changes
 from sym2real.diagnosis.unexplained.term import Term, propose
 
@@ -43,7 +42,7 @@ def explain_rest(scored: Scored) -> Explained:
     # Commands that no row tells push the robot, and what they did goes with what it then did.
     leftovers = () if prepared.checked.commands_lost else _leftovers(prepared, selection, rest)
     if not (scored.findings or prepared.checked.commands_lost) and not any(leftover.matters for leftover in leftovers):
-        leftovers = (*_astray(scored), *leftovers)
+        leftovers = (*astray(scored), *leftovers)
     unexplained = any(leftover.matters for leftover in leftovers)
     calibrated = own is not None and result.finished
     sure = rated(scored.findings, passed=scored.gate.passed, leftover=unexplained, calibrated=calibrated)
@@ -52,18 +51,6 @@ def explain_rest(scored: Scored) -> Explained:
         informed = applied(prepared.model, sure)
         proposal = propose(informed, prepared.checked.data, rest, leftovers[0], problems.whitening)
     return Explained(scored, sure, leftovers, proposal)
-
-
-def _astray(scored: Scored) -> tuple[Leftover, ...]:
-    """Predictions that are worse than none, held against the noise that the logs themselves show."""
-    nearest = min(scored.horizons, default=0.0)
-    if not scored.stages or not scored.stages[-1].worse.get(nearest):
-        return ()
-    prepared, values = scored.result.prepared, scored.result.selection.fit.values
-    still = replace(prepared.whitening, disturbances=dict.fromkeys(prepared.whitening.disturbances, 0.0))
-    own = SensorNoise.of(prepared.scored)
-    noise = floor_of_explained(prepared.library, prepared.scored, values, still, (nearest,), noise=own)
-    return find_astray(scored.stages[-1], noise[0]) if noise else ()
 
 
 def _leftovers(prepared: Prepared, selection: Selection, rest: Rest) -> tuple[Leftover, ...]:

@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 
 from sym2real import rotation
 from sym2real.diagnosis.data.conditions import HOW_FAST
-from sym2real.diagnosis.errors.floor import Floor
-from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
@@ -146,24 +144,6 @@ def find_misfit(squares: float, motion: float | None = None) -> tuple[Leftover, 
         return ()
     share, words = 1.0 - 1.0 / squares, f"{squares:.2f} whitened squares per degree of freedom"
     return (Leftover(MISFIT, "", share, words, motion=motion and float(np.sqrt(share)) * motion),)
-
-
-def find_astray(stage: Stage, noise: Floor) -> tuple[Leftover, ...]:
-    """What is left of a model that is surely worse than that nothing changes, and not by the sensors' noise.
-
-    Disturbances that are as large as all that a model gets wrong explain every residual, and hide what is wrong.
-
-    Args:
-        stage: errors on held-out logs.
-        noise: the floor that the sensors' noise alone makes, at the shortest horizon: there disturbances did least.
-    """
-    found, nearest = list[tuple[float, str]](), stage.nearest(noise.horizon)
-    for channel in stage.worse.get(nearest, ()):
-        error, (lowest, _) = stage.horizons[nearest][channel], noise.errors[channel]
-        if error.low > SETTINGS.floor_known * lowest:
-            found.append((error.value / max(lowest, 1e-12), channel))
-    words = f"{noise.horizon:g} s ahead, which is worse than if nothing changed"
-    return tuple(Leftover(MISFIT, channel, 1.0 - times**-2, words) for times, channel in sorted(found)[-1:])
 
 
 def find_leftovers(rest: Rest, of_the_base: Callable[[], Rest] | None = None) -> tuple[Leftover, ...]:

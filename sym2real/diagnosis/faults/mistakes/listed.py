@@ -15,9 +15,8 @@ from scipy.optimize import linear_sum_assignment
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, VELOCITIES
 from sym2real.diagnosis.faults.mistakes.balance import Balance
+from sym2real.diagnosis.faults.mistakes.of_attitude import COMMANDED, OfAttitude
 from sym2real.diagnosis.faults.mistakes.transformation import (
-    ANGLES,
-    COMMANDED,
     HEADING,
     POSITIONS,
     QUATERNION,
@@ -25,7 +24,6 @@ from sym2real.diagnosis.faults.mistakes.transformation import (
     Exchanged,
     FromWorld,
     Late,
-    OfAttitude,
     OtherAxes,
     Transformation,
     Turned,
@@ -34,6 +32,7 @@ from sym2real.diagnosis.faults.mistakes.transformation import (
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.layout import Layout, motors_of
 from sym2real.logs.course import between, course
+from sym2real.logs.sources import ANGLES
 from sym2real.trajectory import Array
 
 TILTED = ("level velocity", "attitude about x", "attitude about y")  # what roll and pitch change

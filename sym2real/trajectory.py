@@ -52,6 +52,8 @@ class Trajectory:
         name: what to call it, usually the file's stem.
         notes: what was done to it on the way in (rows dropped, resampled, …), one sentence each.
         raw: every column of the file as it stood there, before anything was done, by its own name.
+        sources: standard column → the file's column that it was read from, with a minus where axes turned its sign;
+            roll, pitch and yaw of an attitude that was logged so stand there too.
         between: what was sent in equal parts of every row, where commands were not held ``# (rows, parts, action)``.
 
     Raises:
@@ -75,6 +77,7 @@ class Trajectory:
     name: str = ""
     notes: tuple[str, ...] = ()
     raw: Mapping[str, Array] = field(default_factory=dict)
+    sources: Mapping[str, str] = field(default_factory=dict)
     between: Array | None = None
 
     def __post_init__(self) -> None:

@@ -17,6 +17,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, data_report
 from sym2real.diagnosis.faults import conventions
 from sym2real.diagnosis.faults.mistakes import Undoing, bad_rows, mistakes
+from sym2real.diagnosis.faults.mistakes.of_attitude import OfAttitude
 from sym2real.diagnosis.faults.mistakes.scales import Scaled
 from sym2real.diagnosis.faults.mistakes.transformation import (
     HEADING,
@@ -65,6 +66,7 @@ def listed(robot: str) -> Iterator[Transformation]:
         yield exchanged((P, V), *MIRRORED)
         yield exchanged((P, V), *DOWN)
         yield from (OtherAxes(V, "body"), OtherAxes(W, "world"), FromWorld())
+        yield OfAttitude(("roll", "pitch"), ("pitch", "roll"), (1, 1), QUATERNION)
         yield from (Turned(field, angle) for field in ("attitude", "position", "velocity"))
         yield Turned("attitude", np.pi)
         yield from (Late("rate", W, 4, dt), Late("attitude", QUATERNION, 5, dt), Late("position", P, 4, dt))
@@ -81,7 +83,7 @@ def listed(robot: str) -> Iterator[Transformation]:
 
 def made(one: Transformation, log: Trajectory) -> Trajectory:
     """A right log with the mistake in it."""
-    if isinstance(one, Exchanged):
+    if isinstance(one, Exchanged) and not isinstance(one, OfAttitude):
         pairs = zip(one.columns, one.sources, one.signs, strict=True)
         return with_columns(log, {own: sign * log.column(other) for own, other, sign in pairs})
     if isinstance(one, OtherAxes):

@@ -25,6 +25,7 @@ from sym2real.effects.sensors import Sensors
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import read_log, write_log
 from sym2real.logs.differences import rates_on_time
+from sym2real.logs.sources import AsRead
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import Equations
 
@@ -166,7 +167,7 @@ def test_a_factor_of_no_unit_is_told_with_the_scale_that_undoes_it(factor: float
     assert isinstance(found, ForeignUnit)
     assert found.unit == ""
     assert found.factor == pytest.approx(factor, rel=0.05)
-    assert f"scale = {1.0 / found.factor:.4g}" in found.fix
+    assert f"scale = {1.0 / found.factor:.4g}" in found.fix(AsRead())
     np.testing.assert_allclose(mended[0].action, data[0].action, rtol=0.05)
 
 

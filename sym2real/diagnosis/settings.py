@@ -29,6 +29,9 @@ class Settings:
     fewest_logs: int = _of(6, "theory", "logs from which whole logs are tested as well, each with a trim of its own")
     residual_chance: float = _of(0.05, "theory", "chance of calling white residuals correlated, shared among the lags")
     error_fall: float = _of(0.10, "theory", "part of an error whose coming or going matters to a user")
+    floor_known: float = _of(
+        4 / 3, "theory", "times the floor, an estimate that is good to a third, beyond which an error is above it"
+    )
     gain: float = _of(0.005, "tuned", "part of the held-out loss that an effect must save: null sets show 0.002")
     gain_beside: float = _of(0.01, "tuned", "the same beside another effect, whose form may be wrong: simulated logs")
     gain_few: float = _of(0.03, "tuned", "the same beside another where logs are few, or of a constant: real logs")

@@ -16,6 +16,7 @@ from sym2real.logs.grouping import layouts_from_json, trajectory, visible
 from sym2real.logs.missing import listed, specification
 from sym2real.logs.of_model import for_model
 from sym2real.logs.resample import REGULAR, gaps, is_regular, resample
+from sym2real.logs.sources import sources_of
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import Standard, own_specification, stamps, standardise, tidy
 from sym2real.logs.table import Table
@@ -85,7 +86,8 @@ class Opened:
             log = resample(log, self.dt, known)
         name = _metadata(self.table, "name") or self.table.path.stem
         result = trajectory(self.table, log, known, name + suffix)
-        return replace(result, raw=self.whole.columns, notes=_own_notes(self.table) + result.notes)
+        notes = _own_notes(self.table) + result.notes
+        return replace(result, raw=self.whole.columns, notes=notes, sources=sources_of(self.spec))
 
     @property
     def apart(self) -> float:

@@ -45,12 +45,17 @@ class StageError:
 class Stage:
     """A model of the ladder: errors by horizon and channel.
 
-    It foretells something where, at some horizon, nothing that is judged is surely worse than if nothing changed.
+    Args:
+        model: its name.
+        horizons: errors by horizon (s) and channel.
+        foretells: whether, at some horizon, nothing that is judged is surely worse than if nothing changed.
+        worse: at every horizon, the judged channels that are.
     """
 
     model: str
     horizons: dict[float, dict[str, StageError]]
     foretells: bool = True
+    worse: dict[float, tuple[str, ...]] = field(default_factory=dict)
 
     def nearest(self, horizon: float) -> float:
         """The horizon that is nearest to ``horizon`` s.
@@ -143,9 +148,9 @@ def ladder(
     for name, sets in stages:
         mine = problem.states_by_segment(sets, folds if len(sets) > 1 else torch.zeros_like(folds))
         table = {horizon: _errors(mine[:, count], windows, count) for horizon, count in steps.items()}
-        pairs = zip(table.values(), unchanged, strict=True)
-        foretells = any(all(errors[c].low <= still[c].high for c in judged(errors)) for errors, still in pairs)
-        found.append(Stage(name, table, foretells))
+        pairs = zip(table.items(), unchanged, strict=True)
+        worse = {at: tuple(c for c in judged(own) if own[c].low > still[c].high) for (at, own), still in pairs}
+        found.append(Stage(name, table, not all(worse.values()), worse))
     return found
 
 

@@ -17,6 +17,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import Agreement, rate_agreement, thrust_agreement, velocity_agreement
 from sym2real.diagnosis.data.scaled import divided
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.logs.sources import AsRead
 from sym2real.logs.units import UNITS
 from sym2real.vocabulary import POSITION
 
@@ -58,12 +59,11 @@ class ForeignUnit:
         where = "" if self.log is None else f" in {self.log[1]}, other than in other logs"
         return f"{names} in {unit}{where}: the logged numbers are {_plain(self.ratio)} times {self.than}"
 
-    @property
-    def fix(self) -> str:
-        """What to change."""
+    def fix(self, read: AsRead) -> str:
+        """What to change, in the columns of the log."""
         named = self.unit if self.factor > 1.0 else self.meant
-        value = f'unit = "{named}"' if self.unit else f"scale = {1.0 / self.factor:.4g}"
-        change = f"give {' and '.join(self.columns)} {value} in a specification of the log"
+        value = f'unit = "{named}"' if self.unit else read.scale(1.0 / self.factor)
+        change = f"give {' and '.join(read.columns(self.columns))} {value} in a specification of the log"
         per_mass = self.unit and UNITS[named][0] == "m/s^2" and self.meant == "N"
         return f"{change}, and mass = {self.mass:g} at its top" if per_mass else change
 

@@ -8,6 +8,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import rate_agreement, thrust_agreement
 from sym2real.diagnosis.faults.mistakes.transformation import QUATERNION, Exchanged, of_all
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.logs.sources import AsRead
 
 SHIFTED = Exchanged(QUATERNION, (*QUATERNION[1:], QUATERNION[0]), (1, 1, 1, 1))
 
@@ -32,10 +33,10 @@ class ScalarLast:
             f"{self.reordered:.2f} then, by {self.as_it_stands:.2f} as the columns stand"
         )
 
-    @property
-    def fix(self) -> str:
-        """What to change."""
-        entry = 'quaternion = ["qw", "qx", "qy", "qz"] and order = "xyzw"'
+    def fix(self, read: AsRead) -> str:
+        """What to change, in the columns of the log."""
+        columns = ", ".join(f'"{column}"' for column in read.columns(QUATERNION))
+        entry = f'quaternion = [{columns}] and order = "xyzw"'
         return f"rename the columns, or say {entry} under [attitude] in a specification of the log"
 
     def undone(self, data: Dataset) -> Dataset:

@@ -24,8 +24,9 @@ from sym2real.diagnosis.faults.motor_columns import (
     spin_said,
     turned_the_other_way,
 )
-from sym2real.diagnosis.faults.sensor_faults import measured_by, readings
+from sym2real.diagnosis.faults.sensor_faults import PATH, OfWheel, measured_by, readings
 from sym2real.diagnosis.faults.variation import exact, exactness, excitation
+from sym2real.diagnosis.faults.wheel_speed import LatePose
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import EFFECTS
 from sym2real.effects.inputs import with_one_clock
@@ -36,12 +37,20 @@ from sym2real.effects.sensors import Sensors
 from sym2real.effects.time_shift import TIME_SHIFT
 from sym2real.logs.differences import rates_on_time
 from sym2real.logs.dropouts import is_unasked
+from sym2real.logs.sources import AsRead
 from sym2real.symbolic import Equations
+from sym2real.vocabulary import HEADING
 
 SAID = {
     SENSOR_SCALE.name: "the logged {column} is {0:.3g} times what the {other} changes by",
     SENSOR_BIAS.name: "the logged {column} is off by {0:.3g} from what the {other} changes by",
     TIME_SHIFT.name: "the logged {column} is {1:.0f} ms behind the {other}",
+}
+# What a specification says, or what is done before a log is read, behind what a kind's own fix says.
+MENDED = {
+    SENSOR_SCALE.name: ", or give {0} {number} in a specification of the log",
+    SENSOR_BIAS.name: "",
+    TIME_SHIFT.name: ": {0} by {ms:.0f} ms earlier",
 }
 # Faults that a model can have and a controller can undo; a time shift is neither.
 OF_SENSORS = (SENSOR_SCALE.name, SENSOR_BIAS.name)
@@ -102,15 +111,15 @@ def check(model: Equations | None, data: Dataset) -> Checked:
 
 def _breached(look: Look, data: Dataset) -> Settled:
     """What stands against a convention, undone."""
-    breaches = look(data)
-    return [_fault(breach, data) for breach in breaches], undone(breaches, data)
+    breaches, read = look(data), AsRead(data[0].sources)
+    return [_fault(breach, data, read) for breach in breaches], undone(breaches, data)
 
 
-def _fault(breach: Breach, data: Dataset) -> Fault:
+def _fault(breach: Breach, data: Dataset, read: AsRead) -> Fault:
     """With the effect of one column of the state, where it is that."""
     if isinstance(breach, ForeignUnit) and len(breach.columns) == 1 and breach.columns[0] in data.layouts.state:
-        return Fault(f"{SENSOR_SCALE.name}:{breach.columns[0]}", breach.evidence, breach.fix, breach.factor)
-    return Fault("", breach.evidence, breach.fix)
+        return Fault(f"{SENSOR_SCALE.name}:{breach.columns[0]}", breach.evidence, breach.fix(read), breach.factor)
+    return Fault("", breach.evidence, breach.fix(read))
 
 
 def _heading(data: Dataset) -> Settled:
@@ -122,8 +131,11 @@ def _heading(data: Dataset) -> Settled:
         f"a heading that turns against the path: with its sign reversed it turns with it ({turning.together:.2f} of 1, "
         f"as it stands {turning.as_it_stands:.2f})"
     )
-    zero = f" and give it a zero of {turning.apart:.2f} rad (in its unit)" if turning.apart else ""
-    fix = f"change the sign of yaw: flip its column in the log's specification{zero}"
+    read, column = AsRead(data[0].sources), HEADING.columns[0]
+    apart = read.sign(column) * turning.apart
+    zero = f" and give it a zero of {apart:.2f} rad (in its unit)" if apart else ""
+    own = read.column(column) if read.sources else "its column"
+    fix = f"change the sign of yaw: flip {own} in the log's specification{zero}"
     return [Fault("", evidence, fix)], Dataset(turning.undone(log) for log in data)
 
 
@@ -141,32 +153,36 @@ def _signs(data: Dataset) -> Settled:
 
 def _behind_their_rates(data: Dataset) -> Settled:
     """What all its rates are ahead of: no sensor reports what is still to come, so it is late itself."""
-    faults, found = [], [reading for reading in readings(data) if reading.shift]
+    faults, found, done = [], [reading for reading in readings(data) if reading.shift], set[str]()
     for measured in dict.fromkeys(reading.of for reading in found):
         ahead = {reading.column: -reading.shift for reading in found if reading.of == measured}
         rows = round(float(np.median([*ahead.values()])) / data.dt) if min(ahead.values()) > 0 else 0
         if not rows:
             continue
-        late = Late(*measured_by(data.layouts.state, measured), rows, data.dt)
+        what, columns = measured_by(data.layouts.state, measured)
+        kind = LatePose if measured == PATH else Late
+        late = kind(what, tuple(name for name in columns if name not in done), rows, data.dt)
         # A rate that was on time and is so no longer: then not what is measured was late.
         mended = of_all(late, data)
         shifted = {reading.column for reading in readings(mended) if reading.shift and reading.of == measured}
         if shifted <= ahead.keys():
             said = ", ".join(f"{column} is {1e3 * by:.0f} ms ahead" for column, by in ahead.items())
-            faults.append(Fault("", f"{late.name}: {said} of it", late.fix))
-            data = mended
+            faults.append(Fault("", f"{late.name}: {said} of it", late.fix(AsRead(data[0].sources))))
+            data, done = mended, {*done, *columns}
     return faults, data
 
 
 def _sensors(data: Dataset) -> Settled:
     """Scales, biases and time shifts of rates and velocities."""
-    faults = []
+    faults, read = [], AsRead(data[0].sources)
     for reading in readings(data):
         data = Dataset(reading.undone(log) for log in data)
         for kind, value in reading.faulty.items():
             evidence = SAID[kind].format(value, 1e3 * value, column=reading.column, other=reading.of)
-            effect, fix, sensor = f"{kind}:{reading.column}", EFFECTS[kind].fix, kind in OF_SENSORS
-            faults.append(Fault(effect, evidence, fix, value, sensor))
+            mend = MENDED[kind].format(read.column(reading.column), number=read.scale(1.0 / value), ms=1e3 * value)
+            effect = "" if isinstance(reading, OfWheel) else f"{kind}:{reading.column}"
+            fix = f"{EFFECTS[kind].fix}{mend}"
+            faults.append(Fault(effect, evidence, fix, value, bool(effect) and kind in OF_SENSORS))
     return faults, data
 
 

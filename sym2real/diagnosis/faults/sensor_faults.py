@@ -32,16 +32,20 @@ import numpy as np
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, turning
 from sym2real.diagnosis.data.start import ROWS, noise_level
+from sym2real.diagnosis.faults.wheel_speed import along, made_of_wheel, way, with_along
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.sensor_bias import SENSOR_BIAS
 from sym2real.effects.sensor_scale import SENSOR_SCALE
 from sym2real.effects.time_shift import TIME_SHIFT
 from sym2real.layout import Layout
+from sym2real.logs.sources import AsRead
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import ATTITUDE, HEADING, POSITION
 
 STRETCH = 0.4  # s
+PATH, POSE = "path", (*POSITION.columns, *HEADING.columns)  # what a wheel's speed goes along, and what tells of it
 EARLIEST, LATEST = -5, 12
+Told = tuple[Array, Array, Array]  # of a log: time and what a sensor says, and how the other changes from row to row
 
 
 @dataclass(frozen=True)
@@ -70,10 +74,23 @@ class Reading:
 
     def undone(self, log: Trajectory) -> Trajectory:
         """The log as an honest sensor would have written it; its ends are held where a shift leaves them."""
-        time, state = log.time, log.state.copy()
-        place = log.layouts.state.index(self.column)
-        state[:, place] = (np.interp(time + self.shift, time, state[:, place]) - self.bias) / self.scale
+        state, place = log.state.copy(), log.layouts.state.index(self.column)
+        state[:, place] = self.honest(log.time, state[:, place])
         return replace(log, state=state)
+
+    def honest(self, time: Array, values: Array) -> Array:
+        """What an honest sensor would have reported in place of values ``# (rows,)``."""
+        found: Array = (np.interp(time + self.shift, time, values) - self.bias) / self.scale
+        return found
+
+
+@dataclass(frozen=True)
+class OfWheel(Reading):
+    """Of a wheel's speed, which stands in velocities along the heading alone; ``column`` is the file's."""
+
+    def undone(self, log: Trajectory) -> Trajectory:
+        """With the velocity along the heading that an honest wheel would have given."""
+        return with_along(log, self.honest(log.time, along(log)))
 
 
 def readings(data: Dataset, honest: float = SETTINGS.sensor_shift) -> tuple[Reading, ...]:
@@ -82,30 +99,41 @@ def readings(data: Dataset, honest: float = SETTINGS.sensor_shift) -> tuple[Read
     Args:
         honest: rows that a sensor may be late.
     """
-    layout, readings = data.layouts.state, []
+    layout, readings = data.layouts.state, list[Reading | None]()
     logs = [log for log in data if len(log) > ROWS]
     if not logs:
         return ()
     turns = layout.has_field("attitude") or layout.has_field("heading")
     of = {rate: "attitude" for rate in RATES if turns and rate in layout}
-    for column, other in (of | {rate: coordinate for coordinate, rate in layout.rates.items()}).items():
-        reading = _reading(logs, column, other, honest)
-        if reading is not None and reading.faulty:
-            readings.append(reading)
-    return tuple(readings)
+    made = made_of_wheel(data)
+    pairs = of | {rate: coordinate for coordinate, rate in layout.rates.items() if rate not in made}
+    for column, other in pairs.items():
+        told = [(log.time, log.column(column), _change(log, column, other)) for log in logs]
+        readings.append(_reading(told, column, other, honest))
+    if made:
+        told = [(log.time, along(log), way(log)) for log in logs]
+        found = _reading(told, AsRead(logs[0].sources).column(made[0]), PATH, honest)
+        readings.append(found and OfWheel(**vars(found)))
+    return tuple(reading for reading in readings if reading is not None and reading.faulty)
 
 
 def measured_by(state: Layout, of: str) -> tuple[str, tuple[str, ...]]:
     """Name and columns of what rates are of: an attitude or a heading, the position, a joint."""
+    if of == PATH:
+        return "pose", tuple(name for name in POSE if name in state)
     names = (ATTITUDE.name, HEADING.name) if of == ATTITUDE.name else (of,)
     return next(((field.name, field.columns) for field in state.fields if field.name in names), (of, (of,)))
 
 
-def _reading(logs: Sequence[Trajectory], column: str, of: str, honest: float) -> Reading | None:
-    changes = [turning(log, column) * np.diff(log.time) if column in RATES else np.diff(log.column(of)) for log in logs]
-    dt = float(np.median(np.concatenate([np.diff(log.time) for log in logs])))
+def _change(log: Trajectory, column: str, of: str) -> Array:
+    """From row to row ``# (rows - 1,)``."""
+    return turning(log, column) * np.diff(log.time) if column in RATES else np.diff(log.column(of))
+
+
+def _reading(told: Sequence[Told], column: str, of: str, honest: float) -> Reading | None:
+    dt = float(np.median(np.concatenate([np.diff(time) for time, _, _ in told])))
     length = max(5, round(STRETCH / dt))
-    tables = {rows: _stretches(logs, column, changes, length, rows) for rows in range(EARLIEST, LATEST + 1)}
+    tables = {rows: _stretches(told, length, rows) for rows in range(EARLIEST, LATEST + 1)}
     if len(tables[0]) < SETTINGS.sensor_stretches:
         return None
     left = {rows: float(_fit(table)[2].var()) for rows, table in tables.items()}
@@ -117,8 +145,8 @@ def _reading(logs: Sequence[Trajectory], column: str, of: str, honest: float) ->
     if inverse <= 0:
         return None
     spread = np.sqrt(covariance.diagonal())
-    noise = float(np.median([noise_level(log.column(column)[:, None]) for log in logs]) * dt * np.sqrt(length))
-    of_angle = float(np.median([noise_level(np.cumsum(change)[:, None]) for change in changes]))
+    noise = float(np.median([noise_level(values[:, None]) for _, values, _ in told]) * dt * np.sqrt(length))
+    of_angle = float(np.median([noise_level(np.cumsum(change)[:, None]) for _, _, change in told]))
     weakened = _attenuation(tables[rows], noise)
     turned_by = weakened * abs(tables[rows][:, 1].sum() / tables[rows][:, 2].sum())
     scale, bias, shift = 1.0 / inverse, -constant / inverse, rows * dt + late / inverse
@@ -144,18 +172,18 @@ def _reading(logs: Sequence[Trajectory], column: str, of: str, honest: float) ->
     )
 
 
-def _stretches(logs: Sequence[Trajectory], column: str, changes: Sequence[Array], length: int, rows: int) -> Array:
+def _stretches(told: Sequence[Told], length: int, rows: int) -> Array:
     """Change, integral of the sensor so many rows later, time and change of the sensor ``# (stretches, 4)``."""
     found = []
-    for log, change in zip(logs, changes, strict=True):
-        value, steps = log.column(column), np.diff(log.time)
+    for time, value, change in told:
+        steps = np.diff(time)
         added = np.concatenate([[0.0], np.cumsum(0.5 * (value[1:] + value[:-1]) * steps)])
         turned = np.concatenate([[0.0], np.cumsum(change)])
         for first in range(max(0, -EARLIEST), len(value) - length - LATEST, length):
             last = first + length
             whole = added[last + rows] - added[first + rows]
             moved = value[last + rows] - value[first + rows]
-            found.append((turned[last] - turned[first], whole, log.time[last] - log.time[first], moved))
+            found.append((turned[last] - turned[first], whole, time[last] - time[first], moved))
     return np.array(found).reshape(-1, 4)
 
 

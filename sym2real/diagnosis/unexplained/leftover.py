@@ -35,7 +35,7 @@ class Leftover:
 
     Args:
         explained_by: the feature it depends on most, "constant", or "misfit" where it is no disturbance that is left.
-        channel: direction of the disturbance; empty for a misfit.
+        channel: direction of the disturbance; of a misfit what is predicted so badly, empty for all.
         r2: share of its variance (of its squares, where it is constant) that logs not seen confirm; share of a misfit's
             squares that noise and disturbances do not make.
         term: where the disturbance changes, in words.
@@ -60,7 +60,9 @@ class Leftover:
     def statement(self) -> str:
         """What is left, for a sentence."""
         if self.explained_by == MISFIT:
-            return f"an error {(1 - self.r2) ** -0.5:.2f} times that of noise and disturbances"
+            of = f" of {self.channel}" if self.channel else ""
+            beside = "noise alone" if self.channel else "noise and disturbances"
+            return f"an error{of} {(1 - self.r2) ** -0.5:.2f} times that of {beside}"
         pushed = is_push(self.channel)
         if self.size is not None:
             how = f"disturbance along {self.channel} of" if pushed else f"change of {self.channel} by"

@@ -10,7 +10,7 @@ commands, and where these arrive late, attitude and rates are late together, whi
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -108,7 +108,8 @@ class Balances:
         counts = cut[0][1]
         measured, foretold = (_summed(layout.difference(end, now).numpy(), counts) for end in (then, later))
         quantities = _quantities(data.layouts.state)
-        turns = _turned(measured, layout, _summed(now.numpy() * data.dt, counts))
+        rates = _stretches(np.concatenate([_rates(log)[:-1] for log in known]), lengths, rows)[0]
+        turns = _turned(measured, layout, dict(zip(_rated(known[0]), _summed(rates * data.dt, counts).T, strict=True)))
         return Balance(
             (*quantities, *turns),
             (*(field for field, _ in quantities.values()), *("" for _ in turns)),
@@ -119,15 +120,23 @@ class Balances:
         )
 
 
-def _turned(changes: Array, layout: Layout, sums: Array) -> dict[str, tuple[Array, Array]]:
+def _rated(log: Trajectory) -> list[str]:
+    """The rates that were measured, whether a model has them as states or not."""
+    return [rate for rate in RATES if rate in log.layouts.state or (rate in log.extra and rate in log.sources)]
+
+
+def _rates(log: Trajectory) -> Array:
+    """Their values ``# (rows, k)``."""
+    return np.concatenate([np.zeros((len(log), 0)), *(log.column(rate)[:, None] for rate in _rated(log))], axis=1)
+
+
+def _turned(changes: Array, layout: Layout, sums: Mapping[str, Array]) -> dict[str, tuple[Array, Array]]:
     """Quantity → turn over stretches, and its rate's ``# (stretches, 1)`` each; nothing without both."""
     rates = {ATTITUDE.name: RATES, HEADING.name: RATES[-1:]}
     fields = zip((field.name for field in layout.fields), places_of_fields(layout), strict=True)
     turns = [turn for name, places in fields if name in rates for turn in zip(places, rates[name], strict=True)]
     return {
-        TURNED.format(rate[-1]): (changes[:, [place]], sums[:, [layout.index(rate)]])
-        for place, rate in turns
-        if rate in layout
+        TURNED.format(rate[-1]): (changes[:, [place]], sums[rate][:, None]) for place, rate in turns if rate in sums
     }
 
 

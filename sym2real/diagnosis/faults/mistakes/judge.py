@@ -22,6 +22,7 @@ from sym2real.diagnosis.faults.mistakes.transformation import (
     present,
 )
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.logs.sources import AsRead
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array
 
@@ -58,10 +59,9 @@ class Undoing:
             f"{self.quantity} changes, {self.after:.2g} without"
         )
 
-    @property
-    def fix(self) -> str:
-        """What to change."""
-        return self.transformation.fix
+    def fix(self, read: AsRead) -> str:
+        """What to change, in the columns of the log."""
+        return self.transformation.fix(read)
 
     def undone(self, data: Dataset) -> Dataset:
         """The logs as they are meant."""

@@ -15,6 +15,7 @@ from scipy.optimize import linear_sum_assignment
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, VELOCITIES
 from sym2real.diagnosis.faults.mistakes.balance import Balance
+from sym2real.diagnosis.faults.mistakes.of_attitude import COMMANDED, OfAttitude
 from sym2real.diagnosis.faults.mistakes.transformation import (
     HEADING,
     POSITIONS,
@@ -29,10 +30,12 @@ from sym2real.diagnosis.faults.mistakes.transformation import (
     present,
 )
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.layout import motors_of
+from sym2real.layout import Layout, motors_of
 from sym2real.logs.course import between, course
+from sym2real.logs.sources import ANGLES
 from sym2real.trajectory import Array
 
+TILTED = ("level velocity", "attitude about x", "attitude about y")  # what roll and pitch change
 SHIFTS = (2, 3, 4, 5, 6)  # rows; honest sensors are up to one behind
 
 
@@ -53,7 +56,8 @@ def transformations(data: Dataset, balance: Balance) -> Iterator[Transformation]
     if len(commands) == len(rates) == 3:
         yield from _in_common(_followed(data, rates, commands), (commands,))
     elif not motors_of(data.layouts.action):  # whose order and spin have a look of their own
-        yield from _swapped((data.layouts.action.columns,))
+        yield from _swapped((_one_by_one(data.layouts.action),))
+    yield from _of_attitudes(data, balance)
     yield from _of_joints(data, balance)
     for sensor in data.layouts.state.fields:
         yield from (Late(sensor.name, sensor.columns, sign * rows, data.dt) for rows in SHIFTS for sign in (1, -1))
@@ -80,7 +84,7 @@ def _axes(data: Dataset) -> Iterator[Transformation]:
 def _of_joints(data: Dataset, balance: Balance) -> Iterator[Exchanged]:
     """Joints and commands that count the other way, and joints of one kind in another order."""
     state, commands = data.layouts.state, data.layouts.action.columns
-    alone = () if motors_of(data.layouts.action) else commands
+    alone = () if motors_of(data.layouts.action) else _one_by_one(data.layouts.action)
     for columns in (*((joint, state.rates[joint]) for joint in state.joints), *((command,) for command in alone)):
         yield Exchanged(columns, columns, (-1,) * len(columns))
     for field in state.fields:
@@ -95,6 +99,23 @@ def _of_joints(data: Dataset, balance: Balance) -> Iterator[Exchanged]:
         yield from _in_common(moved.T, (rates,))
         if len(commands) == len(joints):
             yield from _in_common(turned.T, (commands,))
+
+
+def _one_by_one(layout: Layout) -> tuple[str, ...]:
+    """The columns that may be taken for another: a quaternion's are none by themselves."""
+    return tuple(name for field in layout.fields if field.kind == "vector" for name in field.columns)
+
+
+def _of_attitudes(data: Dataset, balance: Balance) -> Iterator[OfAttitude]:
+    """Roll and pitch in every order and sign, of what was measured or commanded, where that is badly foretold."""
+    losses = dict(zip(balance.names, balance.losses.mean(0), strict=True))
+    if max((losses.get(name, 0.0) for name in TILTED), default=0.0) <= SETTINGS.mistake_left:
+        return
+    for ending in ("", COMMANDED):
+        quaternion = tuple(f"{name}{ending}" for name in QUATERNION)
+        if present(data, quaternion) == quaternion:
+            for one in _orders((tuple(f"{angle}{ending}" for angle in ANGLES[:2]),)):
+                yield OfAttitude(one.columns, one.sources, one.signs, quaternion)
 
 
 def _swapped(vectors: Sequence[tuple[str, ...]]) -> Iterator[Exchanged]:

@@ -19,6 +19,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.start import MAD_TO_SIGMA, ROWS
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.field import Field
+from sym2real.logs.sources import AsRead
 from sym2real.trajectory import Array, Trajectory
 
 Rows = NDArray[np.bool_]
@@ -53,8 +54,7 @@ class BadRows:
         whole = f", and {places} that stay" if places else ""
         return f"{names} jumps: {count} of {total} rows are off by far more than any step{whole}"
 
-    @property
-    def fix(self) -> str:
+    def fix(self, _: AsRead) -> str:
         """What to change."""
         if self.kind == "repeat":
             return "log a sensor when it has measured, and leave its cells empty in between; such rows are interpolated"

@@ -14,6 +14,7 @@ from sym2real.diagnosis.faults.foreign_units import factors
 from sym2real.diagnosis.faults.mistakes.balance import Balance, Balances
 from sym2real.diagnosis.faults.mistakes.transformation import POSITIONS, of_all, present, with_columns
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.logs.sources import AsRead
 from sym2real.logs.units import UNITS
 from sym2real.trajectory import Trajectory
 
@@ -40,10 +41,10 @@ class Scaled:
         what = f"in {self.unit} instead of {UNITS[self.unit][0]}" if self.unit else "in another unit, or before a gear"
         return f"{' '.join(self.columns)} {what}, {self.factor:.4g} times what is meant"
 
-    @property
-    def fix(self) -> str:
-        """What to change."""
-        return f"give them their unit, or scale = {1.0 / self.factor:.4g}, in a specification of the log"
+    def fix(self, read: AsRead) -> str:
+        """What to change, in the columns of the log."""
+        own = " and ".join(read.columns(self.columns))
+        return f"give {own} the unit, or {read.scale(1.0 / self.factor)}, in a specification of the log"
 
     def undone(self, log: Trajectory) -> Trajectory:
         """As meant."""

@@ -16,6 +16,7 @@ import torch
 from sym2real import rotation
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES
+from sym2real.logs.sources import AsRead
 from sym2real.trajectory import Array, Trajectory
 
 POSITIONS = ("x", "y", "z")
@@ -30,9 +31,8 @@ class Transformation(Protocol):
         """What the log holds, for a sentence."""
         ...
 
-    @property
-    def fix(self) -> str:
-        """What to change."""
+    def fix(self, read: AsRead) -> str:
+        """What to change, in the columns and axes of the log."""
         ...
 
     def undone(self, log: Trajectory) -> Trajectory:
@@ -61,12 +61,17 @@ class Exchanged:
         return [(own, "-" * (sign < 0) + other) for own, other, sign in pairs if (own, sign) != (other, 1)]
 
     @property
+    def _moved(self) -> list[tuple[str, str]]:
+        """The columns that hold another one, and which."""
+        return [(own, other) for own, other in zip(self.columns, self.sources, strict=True) if own != other]
+
+    @property
     def name(self) -> str:
         """Which columns are exchanged, and which are reversed."""
         wrong = self.wrong
         if {own for own, _ in wrong} == {"z", "vz"}:
             return "z down (z vz with the other sign)"
-        moved = [own for own, other in wrong if own != other.removeprefix("-")]
+        moved = [own for own, _ in self._moved]
         if len(wrong) == 1:
             return f"{wrong[0][0]} with the wrong sign"
         if not moved:
@@ -74,10 +79,17 @@ class Exchanged:
         exchanges = ", ".join(f"{own} holds {other}" for own, other in wrong)
         return f"{' '.join(moved)} swapped ({exchanges})"
 
-    @property
-    def fix(self) -> str:
-        """What to change."""
-        return "name and flip these columns as they are meant in a specification of the log"
+    def fix(self, read: AsRead) -> str:
+        """What to change, in the columns and axes of the log."""
+        logged = read.logged(self.columns)
+        pairs = [pair for pair in zip(self.columns, self.sources, self.signs, strict=True) if pair[0] in logged]
+        reads = [f"{other} read {read.column(own)}" for own, other, _ in pairs if own != other]
+        flips = [read.column(own) for own, other, sign in pairs if sign * read.sign(own) * read.sign(other) < 0]
+        if not reads and not flips:
+            return f"correct {' '.join(read.columns(self.columns))}, of which {' '.join(self.columns)} are made"
+        change = [f"let {', '.join(reads)}"] * bool(reads) + [f"flip {', '.join(flips)}"] * bool(flips)
+        change += ["leave the signs as they are"] * (bool(reads) and not flips)
+        return f"{' and '.join(change)} in a specification of the log{read.frame if flips else ''}"
 
     def undone(self, log: Trajectory) -> Trajectory:
         """With every column in its own place."""
@@ -103,10 +115,11 @@ class Turned:
         what = "heading" if self.field in ("attitude", "heading") else self.field
         return f"{what} in a turned frame, by {degrees(self.angle):.0f}° about the vertical"
 
-    @property
-    def fix(self) -> str:
-        """What to change."""
-        return f"turn it by {degrees(-self.angle):.0f}° where it is logged, so that all sensors share the world's axes"
+    def fix(self, read: AsRead) -> str:
+        """What to change, in the columns and axes of the log."""
+        side = "right" if self.angle > 0 else "left"
+        turn = f"turn it by {abs(degrees(self.angle)):.0f}° to the {side}, seen from above"
+        return f"{turn}, where it is logged, so that all sensors share the world's axes"
 
     def undone(self, log: Trajectory) -> Trajectory:
         """Turned back."""
@@ -140,9 +153,8 @@ class OtherAxes:
         meant = "world" if self.logged == "body" else "body"
         return f"{' '.join(self.columns)} along {self.logged} axes, not {meant}"
 
-    @property
-    def fix(self) -> str:
-        """What to change."""
+    def fix(self, read: AsRead) -> str:
+        """What to change, in the columns and axes of the log."""
         if self.logged == "body":
             return 'log the velocity along world axes, or say velocity_frame = "body" in a specification of the log'
         return "log the rates of the gyro, or turn them into body axes"
@@ -162,7 +174,12 @@ class FromWorld:
     """Quaternions that turn from world to body."""
 
     name: str = "the attitude turned the other way (quaternions from world to body)"
-    fix: str = "log the quaternion from body to world: change the sign of qx, qy, qz"
+
+    def fix(self, _: AsRead) -> str:
+        """What to change."""
+        return (
+            'log quaternions from body to world, or say direction = "world_to_body" under [attitude] (or leave it out)'
+        )
 
     def undone(self, log: Trajectory) -> Trajectory:
         """The conjugate."""
@@ -192,13 +209,18 @@ class Late:
         rows = f"{count} row{'s' * (count > 1)}"
         return f"{self.what} {rows} {way} ({' '.join(self.columns)} by {1e3 * count * self.dt:.0f} ms)"
 
-    @property
-    def fix(self) -> str:
-        """What to change."""
-        return "stamp all columns of a row with one clock, or shift these when the log is written"
+    def fix(self, read: AsRead) -> str:
+        """What to change, in the columns and axes of the log."""
+        way, by = "earlier" if self.rows > 0 else "later", 1e3 * abs(self.rows) * self.dt
+        names = " ".join(read.columns(self.columns))
+        return f"stamp all columns of a row with one clock, or move {names} {by:.0f} ms {way} when the log is written"
 
     def undone(self, log: Trajectory) -> Trajectory:
-        """Shifted back; the ends are held."""
+        """As it should be."""
+        return self.shifted(log)
+
+    def shifted(self, log: Trajectory) -> Trajectory:
+        """With these columns shifted back; the ends are held."""
         places = np.clip(np.arange(len(log)) + self.rows, 0, len(log) - 1)
         return with_columns(log, {name: log.column(name)[places] for name in self.columns})
 

@@ -1,0 +1,221 @@
+"""What is wrong with a log is said in its own columns and axes: applied to the specification, the advice mends it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from noisy_flights import flights
+
+from sym2real.dataset import Dataset
+from sym2real.diagnosis.errors.floor import Floor
+from sym2real.diagnosis.errors.rungs import Stage, StageError
+from sym2real.diagnosis.faults.fault import Fault
+from sym2real.diagnosis.faults.mistakes.of_attitude import OfAttitude
+from sym2real.diagnosis.faults.mistakes.transformation import (
+    HEADING,
+    QUATERNION,
+    Late,
+    of_all,
+    with_columns,
+)
+from sym2real.diagnosis.faults.sanity import check
+from sym2real.diagnosis.unexplained.astray import find_astray
+from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.logs import LogSpec, read_logs
+from sym2real.logs.differences import rates_on_time
+from sym2real.logs.parts import Attitude, Source, TimeBase
+from sym2real.logs.standard import TURNED_ABOUT_X
+from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.robots.nominal_quadrotor import quadrotor
+from sym2real.trajectory import Array, Trajectory
+
+AUTOPILOT = {
+    **{name: f"pose.{name}" for name in ("x", "y", "z")},
+    **{name: f"pose.{name}" for name in ("vx", "vy", "vz")},
+    **dict(zip(("wx", "wy", "wz"), ("rollspeed", "pitchspeed", "yawspeed"), strict=True)),
+    **dict(zip(("wx_cmd", "wy_cmd", "wz_cmd"), ("roll_sp", "pitch_sp", "yaw_sp"), strict=True)),
+    "thrust": "thrust_sp",
+}
+NED = LogSpec(
+    "autopilot",
+    time=TimeBase("stamp"),
+    columns={name: Source(column) for name, column in AUTOPILOT.items()},
+    attitude=Attitude(tuple(f"q[{place}]" for place in range(4))),
+    frames="ned_frd",
+)
+CAR = LogSpec(
+    "car",
+    time=TimeBase("stamp"),
+    columns={"yaw": Source("theta"), **{name: Source(f"log_{name}") for name in ("x", "y", "wheel_speed", "steer")}}
+    | {"speed": Source("log_speed")},
+    derive=("rate",),
+)
+Columns = dict[str, Array]
+
+
+def in_ned(log: Trajectory) -> Columns:
+    """The file of an autopilot: north-east-down, and forward-right-down of the body."""
+    names = {**AUTOPILOT, **dict(zip(QUATERNION, NED.attitude.quaternion, strict=True))}
+    return {"stamp": log.time} | {
+        column: (-1.0 if name in TURNED_ABOUT_X else 1.0) * log.column(name) for name, column in names.items()
+    }
+
+
+def of_car(log: Trajectory) -> Columns:
+    """The file of a car: its pose, and how fast its wheels go."""
+    yaw = np.unwrap(np.arctan2(log.column("sin_yaw"), log.column("cos_yaw")))
+    vx, vy = (np.gradient(log.column(name), log.time) for name in ("x", "y"))
+    wheel = np.cos(yaw) * vx + np.sin(yaw) * vy
+    noise = 0.02 * np.random.default_rng(len(log)).standard_normal(len(log))
+    return {"stamp": log.time, "theta": yaw, "log_wheel_speed": wheel + noise} | {
+        f"log_{name}": log.column(name) for name in ("x", "y", "steer", "speed")
+    }
+
+
+@cache
+def drives() -> Dataset:
+    return simulate_case(Case("mushr", (), seed=71), trajectories=4, rows=260)
+
+
+def read(folder: Path, files: list[Columns], spec: LogSpec, robot: object) -> Dataset:
+    folder.mkdir(exist_ok=True)
+    for number, columns in enumerate(files):
+        table = np.stack([*columns.values()], axis=1)
+        np.savetxt(folder / f"{number}.csv", table, delimiter=",", header=",".join(columns), comments="", fmt="%.17g")
+    return read_logs(folder, spec, robot.layouts)  # type: ignore[attr-defined]
+
+
+def as_advised(spec: LogSpec, fault: Fault) -> LogSpec:
+    """The specification as the fix says."""
+    columns, flip = dict(spec.columns), {*spec.flip}
+    for name, column in re.findall(r"([\w]+) read ([\w.\[\]]+)", fault.fix):
+        columns[name] = replace(spec.columns[name], column=column)
+    for listed in re.findall(r"flip ([\w.\[\]]+(?:, [\w.\[\]]+)*)", fault.fix):
+        flip ^= {*listed.split(", ")}
+    for column, scale in re.findall(r"give ([\w.]+) scale = ([\d.e-]+)", fault.fix):
+        columns |= {n: replace(s, scale=s.scale * float(scale)) for n, s in columns.items() if s.column == column}
+    return replace(spec, columns=columns, flip=tuple(flip))
+
+
+def exchanged(one: str, other: str, sign: float = 1.0) -> Callable[[Columns], Columns]:
+    return lambda columns: {**columns, one: columns[other], other: sign * columns[one]}
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (exchanged("rollspeed", "pitchspeed"), ["wy read rollspeed", "wx read pitchspeed", "leave the signs"]),
+        (exchanged("rollspeed", "pitchspeed", -1.0), ["wy read rollspeed", "flip pitchspeed"]),
+        (exchanged("roll_sp", "pitch_sp"), ["wy_cmd read roll_sp", "wx_cmd read pitch_sp"]),
+        (lambda columns: {**columns, "pitch_sp": -columns["pitch_sp"]}, ["flip pitch_sp"]),
+    ],
+    ids=["rates", "rates, one reversed", "commands", "a reversed command"],
+)
+def test_columns_are_named_as_the_user_wrote_them(
+    tmp_path: Path, change: Callable[[Columns], Columns], said: list[str]
+) -> None:
+    model, files = CRAZYFLIE.nominal(), [change(in_ned(log)) for log in flights()]
+    (fault,) = check(model, read(tmp_path, files, NED, CRAZYFLIE)).faults
+    assert all(part in fault.fix for part in said), fault.fix
+    assert check(model, read(tmp_path, files, as_advised(NED, fault), CRAZYFLIE)).faults == ()
+
+
+def test_signs_of_nobody_knows_which_axes_are_those_of_the_standard_frame() -> None:
+    mirrored = Dataset(with_columns(log, {"wy_cmd": -log.column("wy_cmd")}) for log in flights())
+    (fault,) = check(CRAZYFLIE.nominal(), mirrored).faults
+    assert fault.fix.startswith("flip wy_cmd")
+    assert "z up" in fault.fix
+
+
+@pytest.mark.parametrize("scale", [1.15, 0.8])
+def test_a_wheel_is_named_with_the_scale_that_mends_it(tmp_path: Path, scale: float) -> None:
+    files = [of_car(log) for log in drives()]
+    wrong = [{**columns, "log_wheel_speed": scale * columns["log_wheel_speed"]} for columns in files]
+    assert check(MUSHR.nominal(), read(tmp_path, files, CAR, MUSHR)).faults == ()
+    (fault,) = check(MUSHR.nominal(), read(tmp_path, wrong, CAR, MUSHR)).faults
+    assert fault.value == pytest.approx(scale, rel=0.03)
+    assert "log_wheel_speed" in fault.evidence
+    mended = as_advised(CAR, fault)
+    assert mended.columns["wheel_speed"].scale == pytest.approx(1.0 / scale, rel=0.03)
+    assert check(MUSHR.nominal(), read(tmp_path, wrong, mended, MUSHR)).faults == ()
+
+
+def test_a_gyros_scale_is_mended_by_its_inverse(tmp_path: Path) -> None:
+    files = [{**columns, "yawspeed": 1.3 * columns["yawspeed"]} for columns in map(in_ned, flights())]
+    (fault,) = check(CRAZYFLIE.nominal(), read(tmp_path, files, NED, CRAZYFLIE)).faults
+    assert (fault.effect, fault.sensor) == ("sensor_scale:wz", True)
+    assert check(CRAZYFLIE.nominal(), read(tmp_path, files, as_advised(NED, fault), CRAZYFLIE)).faults == ()
+
+
+def test_a_pose_behind_the_wheels_is_late_and_the_commands_are_not_delayed(tmp_path: Path) -> None:
+    rows, files = 3, [of_car(log) for log in drives()]
+    pose = ("log_x", "log_y", "theta")
+
+    def behind(columns: Columns) -> Columns:
+        return {n: v[: len(v) - rows] if n in pose or n == "stamp" else v[rows:] for n, v in columns.items()}
+
+    checked = check(MUSHR.nominal(), read(tmp_path, [behind(columns) for columns in files], CAR, MUSHR))
+    (fault,) = checked.faults
+    assert fault.evidence.startswith("pose 3 rows late (x y sin_yaw cos_yaw by 150 ms)")
+    assert "move log_x log_y theta 150 ms earlier" in fault.fix
+    right = read(tmp_path / "right", [{n: v[rows:] for n, v in columns.items()} for columns in files], CAR, MUSHR)
+    for log, meant in zip(checked.data, right, strict=True):
+        np.testing.assert_allclose(log.state[1:-9], meant.state[1 : len(log) - 9], atol=1e-9)
+
+
+def by_attitude() -> Dataset:
+    """The flights with the attitude that is reached 60 ms later as the command, and the gyro beside the states."""
+    layouts, logs = quadrotor(interface="thrust_attitude", dt=CRAZYFLIE.dt).layouts, []
+    for log in flights():
+        attitude, rows = np.stack([log.column(name) for name in QUATERNION], axis=1), len(log) - 3
+        rates = {name: log.column(name)[:rows] for name in ("wx", "wy", "wz")}
+        plain = Trajectory.from_arrays(
+            np.stack([log.column(name)[:rows] for name in layouts.state], axis=1),
+            np.concatenate([log.column("thrust")[:rows, None], attitude[3:]], axis=1),
+            layouts, time=log.time[:rows], name=log.name,
+        )  # fmt: skip
+        logs.append(replace(plain, extra=rates, sources={name: name for name in rates}))
+    return Dataset(logs)
+
+
+@pytest.mark.parametrize("signs", [(1, 1), (1, -1)], ids=["exchanged", "one reversed"])
+@pytest.mark.parametrize("ending", ["", "_cmd"], ids=["measured", "commanded"])
+def test_roll_and_pitch_in_each_others_place(ending: str, signs: tuple[int, int]) -> None:
+    model = quadrotor(interface="thrust_attitude", dt=CRAZYFLIE.dt, mass=CRAZYFLIE.mass, attitude_time_constant=0.06)
+    angles, quaternion = (f"roll{ending}", f"pitch{ending}"), tuple(f"{name}{ending}" for name in QUATERNION)
+    inverse = OfAttitude(angles, angles[::-1], (signs[1], signs[0]), quaternion)
+    meant = OfAttitude(angles, angles[::-1], signs, quaternion)
+    data = by_attitude()
+    assert check(model, data).faults == ()
+    checked = check(model, of_all(inverse, data))
+    (fault,) = checked.faults
+    assert fault.evidence.startswith(meant.name)
+    for log, right in zip(checked.data, data, strict=True):
+        np.testing.assert_allclose(log.state, rates_on_time(Dataset([right]))[0].state, atol=1e-6)
+        np.testing.assert_allclose(log.action, right.action, atol=1e-6)
+
+
+def stage(low: float, worse: Mapping[float, tuple[str, ...]]) -> Stage:
+    error = {"attitude": StageError(1.1 * low, low, low, 1.2 * low, "rad")}
+    return Stage("base", {0.1: error, 0.8: error}, worse=dict(worse))
+
+
+def test_a_model_that_foretells_a_step_worse_than_nothing_misses_something() -> None:
+    noise = Floor(0.1, {"attitude": (0.01, "rad")})
+    (left,) = find_astray(stage(0.1, {0.1: ("attitude",), 0.8: ()}), noise)
+    assert left.matters
+    assert left.statement == "an error of attitude 11.00 times that of noise alone"
+    assert find_astray(stage(0.012, {0.1: ("attitude",)}), noise) == ()  # noise makes it, within a third
+    assert find_astray(stage(0.1, {0.1: (), 0.8: ("attitude",)}), noise) == ()
+
+
+def test_a_late_heading_alone_is_no_late_pose() -> None:
+    late = Late("heading", HEADING, 3, MUSHR.dt)
+    broken = Dataset(replace(late, rows=-3).undone(log).rows(10, len(log) - 10) for log in drives())
+    assert not any("pose" in fault.evidence for fault in check(MUSHR.nominal(), broken).faults)

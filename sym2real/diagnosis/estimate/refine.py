@@ -40,11 +40,11 @@ def refined(library: Library, flown: Dataset, logs: Dataset) -> Equations:
         flown: the plain simulator along the logs.
         logs: whose sensors' noise says what matters.
     """
-    noise = component_noise(logs)
-    if _misfit(_weighed(library, cut(flown), flown, noise), library.null) < SETTINGS.good_base:
+    noise, segments = component_noise(logs), cut(flown)
+    if _misfit(_weighed(library, segments, flown, noise), library.null) < SETTINGS.good_base:
         return library.base
     constants = _of_constants(library.base)
-    problems, start = _weighed(constants, with_velocities(cut(flown)), flown, noise), constants.null
+    problems, start = _weighed(constants, with_velocities(segments), flown, noise), constants.null
     values = improved(problems, tuple((place,) for place in range(len(constants.slots))), start, start, STEPS)
     found = dict(zip((slot.parameter.name for slot in constants.slots), values.tolist(), strict=True))
     return replace(lifted(library.base), parameters={**library.base.parameters, **found})

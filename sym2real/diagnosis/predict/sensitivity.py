@@ -135,12 +135,7 @@ class Problem:
         return found
 
     def _states(
-        self,
-        sets: Tensor,
-        moves: Tensor | None,
-        actions: Tensor | None,
-        inputs: Tensor | None,
-        columns: Sequence[int],
+        self, sets: Tensor, moves: Tensor | None, actions: Tensor | None, inputs: Tensor | None, columns: Sequence[int]
     ) -> Tensor:
         library, segments = self.library, self.segments
         parameters = self._defaults.repeat(len(sets), 1, 1)  # (B, 1, all)

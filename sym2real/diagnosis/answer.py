@@ -12,6 +12,7 @@ from sym2real.diagnosis.errors.floor import Floor
 from sym2real.diagnosis.errors.regions import Where
 from sym2real.diagnosis.errors.rungs import Stage, cut_said
 from sym2real.diagnosis.faults.fault import Fault, with_sensors_of
+from sym2real.diagnosis.plain import fields_of
 from sym2real.diagnosis.predict.competitors import NotTried
 from sym2real.diagnosis.score.finding import Finding, applied
 from sym2real.diagnosis.score.held_out import Gate
@@ -126,24 +127,8 @@ class Diagnosis:
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``--json`` prints (docs/method.md, "Answers as files")."""
-        return {
-            "verdict": self.verdict,
-            "summary": self.summary,
-            "faults": [fault.to_dict() for fault in self.faults],
-            "findings": [finding.to_dict() for finding in self.findings],
-            "leftover": self._leftover(),
-            "leftovers": [leftover.to_dict() for leftover in self.leftovers],
-            "where": [where.to_dict() for where in self.where],
-            "ladder": [stage.to_dict() for stage in self.ladder],
-            "floor": [floor.to_dict() for floor in self.floor],
-            "held_out": list(self.held_out),
-            "held_out_apart": self.apart,
-            "gate": self.gate.to_dict(),
-            "seconds": self.seconds,
-            "tried": self.tried,
-            "not_tried": [left_out.to_dict() for left_out in self.not_tried],
-            "notes": list(self.notes),
-        }
+        known = fields_of(self, without=("proposal", "apart", "misfit"))
+        return {**known, "leftover": self._leftover(), "held_out_apart": self.apart}
 
 
 def conclude(explained: Explained) -> Diagnosis:

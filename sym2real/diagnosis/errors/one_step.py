@@ -79,8 +79,7 @@ def residual_of(pieces: Sequence[Array], commands: dict[str, list[Array]], lags:
     itself = autocorrelation(pieces, far)
     following = {
         name: Following(
-            cross_correlations(pieces, values, lags),
-            cross_deviation(rows, itself, autocorrelation(values, far)),
+            cross_correlations(pieces, values, lags), cross_deviation(rows, itself, autocorrelation(values, far))
         )
         for name, values in commands.items()
     }

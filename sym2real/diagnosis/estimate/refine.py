@@ -33,21 +33,21 @@ STEPS = 4
 
 
 def refined(library: Library, flown: Dataset, logs: Dataset) -> Equations:
-    """The base with better constants; itself where its errors are far below the noise of the logs.
+    """The base with better constants as parameters; itself where its errors are far below the noise of the logs.
 
     Args:
         library: of the base.
         flown: the plain simulator along the logs.
         logs: whose sensors' noise says what matters.
     """
-    noise = component_noise(logs)
-    if _misfit(_weighed(library, cut(flown), flown, noise), library.null) < SETTINGS.good_base:
+    noise, segments = component_noise(logs), cut(flown)
+    if _misfit(_weighed(library, segments, flown, noise), library.null) < SETTINGS.good_base:
         return library.base
     constants = _of_constants(library.base)
-    problems, start = _weighed(constants, with_velocities(cut(flown)), flown, noise), constants.null
+    problems, start = _weighed(constants, with_velocities(segments), flown, noise), constants.null
     values = improved(problems, tuple((place,) for place in range(len(constants.slots))), start, start, STEPS)
     found = dict(zip((slot.parameter.name for slot in constants.slots), values.tolist(), strict=True))
-    return lift_constants(library.base).at(**found)
+    return replace(lifted(library.base), parameters={**library.base.parameters, **found})
 
 
 def _weighed(library: Library, segments: Segments, flown: Dataset, noise: Array) -> Problems:
@@ -65,14 +65,17 @@ def _misfit(problems: Problems, values: torch.Tensor) -> float:
     return float(loss) / problems.whitening.freedom
 
 
+lifted = lru_cache(maxsize=4)(lift_constants)  # the same equations again, of which libraries are kept
+
+
 @lru_cache(maxsize=4)
 def _of_constants(base: Equations) -> Library:
     """A library whose parameters are the numbers in the base's equations."""
-    lifted = lift_constants(base)
-    constants = {name: value for name, value in lifted.parameters.items() if name not in base.parameters}
+    free = lifted(base)
+    constants = {name: value for name, value in free.parameters.items() if name not in base.parameters}
     slots = tuple(
         Slot("", Parameter(name, "", value, value - 10 * scale, value + 10 * scale, scale))
         for name, value in constants.items()
         for scale in [RELATIVE * max(abs(value), SMALL)]
     )
-    return Library(base, replace(shielded(lifted), parameters=lifted.parameters), {}, slots)
+    return Library(base, shielded(free), {}, slots, shielded(free))

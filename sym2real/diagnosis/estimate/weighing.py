@@ -10,7 +10,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.estimate.calibrate import Calibration, calibrated
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.overfit import overfitted
-from sym2real.diagnosis.estimate.refine import refined
+from sym2real.diagnosis.estimate.refine import lifted, refined
 from sym2real.diagnosis.estimate.simulator import SWITCHED_OFF, flown_along, with_effects_of
 from sym2real.diagnosis.estimate.swing import Swing, find_swing
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate, free_start
@@ -131,8 +131,10 @@ def refine_base(examined: Examined) -> Refined:
     notes = (*checked.notes, *units_said(model), *([uncalibrated] if uncalibrated else []))
     model = replace(model, filters=()) if model.filters else model
     library = library_for(model, checked.data, question.exclude, question.include)
-    base = model if flown is None else refined(library, flown, checked.data)
-    searched = library if base is model else library_for(base, checked.data, question.exclude, question.include)
+    base, searched = library.base if flown is None else refined(library, flown, checked.data), library
+    if base is not library.base:
+        form = library_for(lifted(library.base), checked.data, question.exclude, question.include)
+        searched = form.at(**base.parameters)
     return Refined(examined, model, library, searched, plant, flown, notes)
 
 

@@ -70,11 +70,15 @@ class Steps:
         """Divide columns from now on."""
         self.data = divided(self.data, columns, factor)
 
-    def best(self, columns: Sequence[str]) -> tuple[float, float]:
-        """What is missed with the factor by which least is, and that factor."""
+    def around(self, columns: Sequence[str]) -> tuple[float, float]:
+        """The factors on the grid between which least is missed."""
         place = int(self.errors(columns, GRID).mean(-1).argmin())
-        around = log(GRID[max(0, place - 1)]), log(GRID[min(len(GRID) - 1, place + 1)])
-        result = minimize_scalar(lambda at: self.missed(columns, exp(at)), bounds=around, method="bounded")
+        return float(GRID[max(0, place - 1)]), float(GRID[min(len(GRID) - 1, place + 1)])
+
+    def best(self, columns: Sequence[str], between: tuple[float, float]) -> tuple[float, float]:
+        """What is missed with the factor by which least is, and that factor."""
+        bounds = log(between[0]), log(between[1])
+        result = minimize_scalar(lambda at: self.missed(columns, exp(at)), bounds=bounds, method="bounded")
         return float(result.fun), exp(result.x)
 
     def rise(self, columns: Sequence[str], factor: float) -> float:
@@ -137,7 +141,10 @@ def _most_foreign(steps: Steps, settled: Sequence[str]) -> ForeignUnit | None:
         return None
     best: tuple[float, ForeignUnit | None] = (inf, None)
     for columns in steps.groups(settled):
-        least, ratio = steps.best(columns)
+        between = steps.around(columns)
+        if max(between[1], 1.0 / between[0]) < SETTINGS.command_unit / SETTINGS.unit_near:
+            continue  # of no unit, wherever between these
+        least, ratio = steps.best(columns, between)
         sure = least < best[0] and steps.rise(columns, ratio) > SETTINGS.command_sides
         meant = steps.data.layouts.action.units[columns[0]]
         found = unit_of(meant, ratio, SETTINGS.command_unit, SETTINGS.command_unit, mass) if sure else None

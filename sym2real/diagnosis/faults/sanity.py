@@ -85,12 +85,13 @@ def check(model: Equations | None, data: Dataset) -> Checked:
     sensors = None if model is None else Sensors(model)
     data = data if sensors is None else through(sensors.state, data)
     frames, units, commands = looks_for(model)
+    breached = partial(_breached, dict[Look, Dataset]())
     steps: tuple[Callable[[Dataset], Settled], ...] = (
-        *(partial(_breached, look) for look in frames),
+        *(partial(breached, look) for look in frames),
         _heading,
-        *(partial(_breached, look) for look in units),
+        *(partial(breached, look) for look in units),
         _signs,
-        *(partial(_breached, look) for look in commands),
+        *(partial(breached, look) for look in commands),
         _behind_their_rates,
         _sensors,
         *(() if model is None else (partial(_motors, model),)),
@@ -109,9 +110,13 @@ def check(model: Equations | None, data: Dataset) -> Checked:
     return Checked(data, tuple(found), notes, any(log.between is not None for log in data))
 
 
-def _breached(look: Look, data: Dataset) -> Settled:
-    """What stands against a convention, undone."""
+def _breached(in_order: dict[Look, Dataset], look: Look, data: Dataset) -> Settled:
+    """What stands against a convention, undone; ``in_order`` holds the logs in which a look found nothing."""
+    if in_order.get(look) is data:
+        return (), data
     breaches, read = look(data), AsRead(data[0].sources)
+    if not breaches:
+        in_order[look] = data
     return [_fault(breach, data, read) for breach in breaches], undone(breaches, data)
 
 
@@ -148,7 +153,7 @@ def _signs(data: Dataset) -> Settled:
         Fault(f"{SENSOR_SIGN.name}:{column}", text, SENSOR_SIGN.fix, -1.0, sensor=True)
         for column, text in texts.items()
     ]
-    return faults, divided(data, [*wrong], -1.0)
+    return faults, divided(data, [*wrong], -1.0) if wrong else data
 
 
 def _behind_their_rates(data: Dataset) -> Settled:

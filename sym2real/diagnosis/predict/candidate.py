@@ -83,7 +83,7 @@ _with_forces = lru_cache(maxsize=4)(with_force_inputs)
 _with_voltage = lru_cache(maxsize=4)(with_voltage)  # the same equations again, of which libraries are kept
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=8)
 def _library(equations: Equations, keys: tuple[str, ...]) -> Library:
     """Kept, because composing and compiling takes longer than a search in which many logs are diagnosed."""
     return Library.of(equations, [effect(key, equations) for key in keys])

@@ -37,12 +37,14 @@ class Library:
         equations: all effects at their null values.
         effects: the candidates by key; where one is of several kinds (which rotor), by key and number.
         slots: the parameters that can be fitted, in the order of a parameter set.
+        form: equations that differ in values of parameters alone, and whose compiled functions serve these, too.
     """
 
     base: Equations
     equations: Equations
     effects: dict[str, Effect]
     slots: tuple[Slot, ...]
+    form: Equations
 
     @classmethod
     def of(cls, base: Equations, effects: Sequence[Effect]) -> Library:
@@ -61,7 +63,15 @@ class Library:
                 fitted = [p for p in effect.parameters if p.fitted and p.name not in given]
                 chosen.append((effect, {**given, **{p.name: _symbol(effect, name, p.name) for p in fitted}}))
                 slots += [Slot(name, p) for p in fitted]
-        return cls(base, compose(shielded(base), chosen), named, tuple(slots))
+        equations = compose(shielded(base), chosen)
+        return cls(base, equations, named, tuple(slots), equations)
+
+    def at(self, **values: float) -> Library:
+        """The same with other values of the base's parameters; nothing is composed or compiled anew."""
+        base, equations = (
+            replace(given, parameters={**given.parameters, **values}) for given in (self.base, self.equations)
+        )
+        return replace(self, base=base, equations=equations)
 
     @cached_property
     def columns(self) -> tuple[int, ...]:
@@ -104,35 +114,21 @@ class Library:
 
     def model(self, dt: float) -> torch.jit.ScriptModule:
         """(state, commands, inputs, parameters) → state ``dt`` s later, in float64; commands of :meth:`parts` parts."""
-        return _compiled(at_period(self.equations, dt, apart=True))
+        return _compiled(at_period(self.form, dt, apart=True))
 
     def parts(self, dt: float) -> int:
         """Parts of a row of ``dt`` s, each with commands of its own."""
         return steps_within(self.equations, dt)
 
-    @cached_property
-    def _columns_of(self) -> list[tuple[str, ...]]:
-        layouts = self.equations.layouts
-        groups = [layouts.state.columns, layouts.action.columns, layouts.inputs.columns]
-        return [group for group in (*groups, tuple(self.equations.parameters)) if group]
-
-    @cached_property
+    @property
     def output(self) -> torch.jit.ScriptModule | None:
         """(state, parameters) → what is measured, where an effect changes that."""
-        if not self.equations.output:
-            return None
-        state = self.equations.layouts.state
-        expressions = [self.equations.output.get(column, symbol(column)) for column in state]
-        groups = [state.columns, tuple(self.equations.parameters)]
-        return compile_function(expressions, [group for group in groups if group])
+        return _output(self.form)
 
-    @cached_property
+    @property
     def hidden_start(self) -> torch.jit.ScriptModule | None:
         """(state, action, inputs, parameters) → first values of hidden states."""
-        if not self.equations.start:
-            return None
-        start = [without_quantities(self.equations, expression) for expression in self.equations.start.values()]
-        return compile_function(start, self._columns_of)
+        return _hidden_start(self.form)
 
     @cached_property
     def measuring(self) -> tuple[int, ...]:
@@ -180,6 +176,26 @@ def with_angle(base: Equations) -> Equations:
 @lru_cache(maxsize=64)
 def _compiled(equations: Equations) -> torch.jit.ScriptModule:
     return compile_model(equations, dtype=torch.float64)
+
+
+@lru_cache(maxsize=64)
+def _output(equations: Equations) -> torch.jit.ScriptModule | None:
+    if not equations.output:
+        return None
+    state = equations.layouts.state
+    expressions = [equations.output.get(column, symbol(column)) for column in state]
+    groups = [state.columns, tuple(equations.parameters)]
+    return compile_function(expressions, [group for group in groups if group])
+
+
+@lru_cache(maxsize=64)
+def _hidden_start(equations: Equations) -> torch.jit.ScriptModule | None:
+    if not equations.start:
+        return None
+    start = [without_quantities(equations, expression) for expression in equations.start.values()]
+    layouts = equations.layouts
+    groups = [layouts.state.columns, layouts.action.columns, layouts.inputs.columns, tuple(equations.parameters)]
+    return compile_function(start, [group for group in groups if group])
 
 
 @lru_cache(maxsize=8)

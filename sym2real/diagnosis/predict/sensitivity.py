@@ -51,7 +51,8 @@ class Problem:
 
     def residuals(self, sets: Tensor) -> Tensor:
         """Predicted less measured ``# (B, S, N·C)`` under parameter sets ``# (B, P)``."""
-        return torch.cat([self._residuals(part) for part in sets.split(BATCH)])
+        parts = [self._residuals(part) for part in sets.split(BATCH)]
+        return parts[0] if len(parts) == 1 else torch.cat(parts)
 
     def linearised(self, sets: Tensor, active: Sequence[Sequence[tuple[int, ...]]]) -> list[Tensor]:
         """Per set, residuals and their derivative by its active parameters ``# (S, R, 1 + A)``.
@@ -74,7 +75,7 @@ class Problem:
         everything = self.residuals(torch.stack(rows)).transpose(0, 1)  # (S, B, R)
         found, place, step = [], 0, 0
         for free in active:
-            columns = everything[:, place : place + 1 + len(free)].clone()
+            columns = everything[:, place : place + 1 + len(free)]
             columns[:, 1:] -= columns[:, :1]
             columns[:, 1:] /= torch.tensor(steps[step : step + len(free)], dtype=torch.float64)[:, None]
             found.append(columns.mT)
@@ -110,15 +111,14 @@ class Problem:
         self, sets: Tensor, moves: Tensor | None = None, actions: Tensor | None = None, inputs: Tensor | None = None
     ) -> Tensor:
         layout, columns, chosen = self._compared
-        states = self._states(sets, moves, actions, inputs).permute(2, 0, 1, 3)  # (N, B, S, state), as it lies
-        parts = torch.stack([states[..., column] for column in columns]).movedim(0, -1)
-        difference = layout.difference(parts, self._measured_columns)
+        states = self._states(sets, moves, actions, inputs, columns)
+        difference = layout.difference(states.permute(2, 0, 1, 3), self._measured_columns)  # (N, B, S, C), as it lies
         difference = difference if chosen is None else difference[..., chosen]
-        return difference.nan_to_num(nan=1e3).clamp_(-1e3, 1e3).permute(1, 2, 0, 3).flatten(-2)
+        return difference.nan_to_num_(nan=1e3).clamp_(-1e3, 1e3).permute(1, 2, 0, 3).flatten(-2)
 
     def states(self, sets: Tensor) -> Tensor:
         """Predicted measurements of every row of the segments ``# (B, S, N, state)``."""
-        return self._states(sets, None, None, None)
+        return self._states(sets, None, None, None, range(self._visible))
 
     def states_by_segment(self, sets: Tensor, which: Tensor) -> Tensor:
         """Predicted measurements of every segment under a parameter set of its own ``# (S, N, state)``.
@@ -134,7 +134,9 @@ class Problem:
             found[mine] = part.states(sets[number][None])[0]
         return found
 
-    def _states(self, sets: Tensor, moves: Tensor | None, actions: Tensor | None, inputs: Tensor | None) -> Tensor:
+    def _states(
+        self, sets: Tensor, moves: Tensor | None, actions: Tensor | None, inputs: Tensor | None, columns: Sequence[int]
+    ) -> Tensor:
         library, segments = self.library, self.segments
         parameters = self._defaults.repeat(len(sets), 1, 1)  # (B, 1, all)
         parameters[:, 0, list(library.columns)] = sets
@@ -152,12 +154,11 @@ class Problem:
             parameters,
         )
         turned = self._turned(sets)
-        if turned.all():
-            return self._measured(_with_first(start, predicted), parameters[..., None, :])[..., : self._visible]
-        states = _with_first(start, predicted)
+        states = _with_first(start, predicted, columns)
         if turned.any():
-            states[turned] = self._measured(states[turned], parameters[turned][..., None, :])
-        return states[..., : self._visible]
+            whole = _with_first(start[turned], predicted[turned], range(start.shape[-1]))
+            states[turned] = self._measured(whole, parameters[turned][..., None, :])[..., columns]
+        return states
 
     def _turned(self, sets: Tensor) -> Tensor:
         """Parameter sets whose measurements are not the state itself ``# (B,)``."""
@@ -241,9 +242,10 @@ class Problem:
             return rollout(self.library.model(self.data.dt), start, actions, inputs, parameters)
 
 
-def _with_first(first: Tensor, others: Tensor) -> Tensor:
-    """States of all rows ``# (B, S, N, state)``, column by column and row by row in memory, as rollouts lie there."""
-    sets, segments, steps, size = others.shape
-    states = torch.empty(steps + 1, size, sets, segments, dtype=others.dtype).movedim((0, 1), (-2, -1))
-    states[..., 0, :], states[..., 1:, :] = first, others
-    return states
+def _with_first(first: Tensor, others: Tensor, columns: Sequence[int]) -> Tensor:
+    """Columns of the states of all rows ``# (B, S, N, columns)``, each in one piece of memory, row by row."""
+    sets, segments, steps, _ = others.shape
+    states = torch.empty(len(columns), steps + 1, sets, segments, dtype=others.dtype)
+    for own, column in zip(states, columns, strict=True):
+        own[0], own[1:] = first[..., column], others[..., column].movedim(-1, 0)
+    return states.permute(2, 3, 1, 0)

@@ -224,3 +224,14 @@ def require_place(path: str | Path, *, folder: bool) -> None:
         raise DataError(place, "a place inside folders", f"{above} is a file")
     if not os.access(above, os.W_OK):
         raise DataError(place, "a place that can be written to", f"{above} may not be written to")
+
+
+def as_json(of: object, *names: str) -> dict[str, Any]:
+    """What JSON holds of attributes: lists of sequences, and what values that have a ``to_dict`` say of themselves."""
+    return {name: _as_json(getattr(of, name)) for name in names}
+
+
+def _as_json(value: Any) -> Any:
+    if isinstance(value, tuple | list):
+        return [_as_json(one) for one in value]
+    return value.to_dict() if hasattr(value, "to_dict") else value

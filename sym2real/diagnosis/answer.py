@@ -20,6 +20,7 @@ from sym2real.diagnosis.search.beam import SearchResult
 from sym2real.diagnosis.unexplained.explaining import Explained
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.diagnosis.unexplained.term import Term
+from sym2real.files import as_json
 from sym2real.symbolic import Equations
 from sym2real.upward import upward
 
@@ -126,24 +127,9 @@ class Diagnosis:
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``--json`` prints (docs/method.md, "Answers as files")."""
-        return {
-            "verdict": self.verdict,
-            "summary": self.summary,
-            "faults": [fault.to_dict() for fault in self.faults],
-            "findings": [finding.to_dict() for finding in self.findings],
-            "leftover": self._leftover(),
-            "leftovers": [leftover.to_dict() for leftover in self.leftovers],
-            "where": [where.to_dict() for where in self.where],
-            "ladder": [stage.to_dict() for stage in self.ladder],
-            "floor": [floor.to_dict() for floor in self.floor],
-            "held_out": list(self.held_out),
-            "held_out_apart": self.apart,
-            "gate": self.gate.to_dict(),
-            "seconds": self.seconds,
-            "tried": self.tried,
-            "not_tried": [left_out.to_dict() for left_out in self.not_tried],
-            "notes": list(self.notes),
-        }
+        plain = as_json(self, "faults", "findings", "leftovers", "where", "ladder", "floor", "held_out", "not_tried")
+        said = as_json(self, "verdict", "summary", "gate", "seconds", "tried", "notes")
+        return {**said, **plain, "leftover": self._leftover(), "held_out_apart": self.apart}
 
 
 def conclude(explained: Explained) -> Diagnosis:

@@ -47,12 +47,7 @@ SIZES = tuple(np.geomspace(0.25, 4.0, 13))
 
 
 @one_thread()
-def plan(
-    equations: Equations,
-    data: Logs,
-    noise: AssumedNoise | None = None,
-    exclude: Collection[str] = (),
-) -> Plan:
+def plan(equations: Equations, data: Logs, noise: AssumedNoise | None = None, exclude: Collection[str] = ()) -> Plan:
     """What logs of these manoeuvres would show of every effect that the equations can be given.
 
     Args:
@@ -148,11 +143,7 @@ def _part_at_size(problems: Problems, first: Candidate, other: Candidate) -> boo
 
 
 def _smooth(
-    smooth: Sequence[Candidate],
-    problems: Problems,
-    predictions: Predictions | None,
-    needed: float,
-    tried: int | None,
+    smooth: Sequence[Candidate], problems: Problems, predictions: Predictions | None, needed: float, tried: int | None
 ) -> list[Visible]:
     """Rows of effects that act from zero on; where the noise was measured its blocks and logs, too, must tell them."""
     library, free = problems.problem.library, tuple(tied for candidate in smooth for tied in candidate.free)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from sym2real.files import as_json
 from sym2real.upward import upward
 
 
@@ -83,9 +84,6 @@ class Plan:
     def to_dict(self) -> dict[str, Any]:
         """The object that ``sym2real plan --json`` prints."""
         return {
-            "visible": [visible.to_dict() for visible in self.visible],
+            **as_json(self, "visible", "seconds", "blocks", "notes"),
             "inseparable": [list(pair) for pair in self.pairs],
-            "seconds": self.seconds,
-            "blocks": self.blocks,
-            "notes": list(self.notes),
         }

@@ -22,6 +22,7 @@ from sym2real.diagnosis.errors.skill import HorizonErrors, prediction_errors
 from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
 from sym2real.diagnosis.faults.report import DataReport, data_report
 from sym2real.errors import ShapeError
+from sym2real.files import as_json
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
 from sym2real.threads import one_thread
@@ -78,18 +79,8 @@ class Comparison:
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``--json`` prints (docs/method.md, "Answers as files")."""
-        return {
-            "one_step": self.one_step.to_dict(),
-            "horizons": [errors.to_dict() for errors in self.horizons],
-            "free_run": self.free_run.to_dict(),
-            "floor": [floor.to_dict() for floor in self.floor],
-            "start": self.start,
-            "notes": list(self.notes),
-            "where": [where.to_dict() for where in self.where],
-            "worst": [segment.to_dict() for segment in self.worst],
-            "residuals": None if self.residuals is None else self.residuals.to_dict(),
-            "data": None if self.data is None else self.data.to_dict(),
-        }
+        measured = as_json(self, "one_step", "horizons", "free_run", "floor", "start", "notes")
+        return {**measured, **as_json(self, "where", "worst", "residuals", "data")}
 
 
 @one_thread()

@@ -103,10 +103,7 @@ def training_region(folder: Path) -> dict[str, tuple[float, float]] | None:
 
 
 def locate(
-    model: Equations | DynamicsModel,
-    data: Logs,
-    region: Region | None = None,
-    horizon: float = HORIZON,
+    model: Equations | DynamicsModel, data: Logs, region: Region | None = None, horizon: float = HORIZON
 ) -> tuple[Where, ...]:
     """At most three statements on where the errors are larger, the clearest first.
 

@@ -106,11 +106,7 @@ class HorizonErrors:
 
 
 def prediction_errors(
-    model: DynamicsModel,
-    dataset: Dataset,
-    steps: Sequence[int],
-    start: Start,
-    floor: Sequence[Floor],
+    model: DynamicsModel, dataset: Dataset, steps: Sequence[int], start: Start, floor: Sequence[Floor]
 ) -> Iterable[HorizonErrors]:
     """Errors so many rows ahead, in the order of ``steps``.
 

@@ -11,6 +11,7 @@ from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.score.finding import Finding, applied
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.files import as_json
 from sym2real.symbolic import Equations
 from sym2real.upward import upward
 
@@ -137,23 +138,10 @@ class Tried:
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``sym2real add --fit … --json`` prints."""
-        return {
-            "summary": self.summary,
-            **({"finding": self.finding.to_dict()} if len(self.findings) == 1 else {}),
-            "findings": [finding.to_dict() for finding in self.findings],
-            "supported": self.supported,
-            "gain": self.gain,
-            "beside": dict(self.beside),
-            "refused": list(self.refused),
-            "unneeded": list(self.unneeded),
-            "rivals": [rival.to_dict() for rival in self.rivals],
-            "faults": [fault.to_dict() for fault in self.faults],
-            "ladder": [stage.to_dict() for stage in self.ladder],
-            "floor": [floor.to_dict() for floor in self.floor],
-            "held_out": list(self.held_out),
-            "notes": list(self.notes),
-            "seconds": self.seconds,
-        }
+        single = as_json(self, "finding") if len(self.findings) == 1 else {}
+        said = as_json(self, "summary", "findings", "supported", "gain", "refused", "unneeded", "rivals", "faults")
+        rest = as_json(self, "ladder", "floor", "held_out", "notes", "seconds")
+        return {**said, **single, "beside": dict(self.beside), **rest}
 
 
 def _percent(part: float) -> str:

@@ -24,6 +24,14 @@ def test_what_acts_on_the_rotation_of_a_robot_of_motors_is_named_and_nothing_bes
     assert found.findings[0].values == pytest.approx(HIDDEN[key], rel=0.05)
 
 
+def test_rotors_that_react_a_little_are_named_although_they_move_one_direction_of_nine_alone() -> None:
+    hidden = {"torque_scale": HIDDEN["torque_scale"], "rotor_reaction": {"value": 3e-9}}
+    flights = motor_flights(hidden=hidden, every=1, seconds=6.0, names=("hover", "circle", "lemniscate") * 2)
+    found = diagnose(equations(unit="rad/s", every=1), with_speeds(flights))
+    assert [one.effect for one in found.findings] == list(hidden)
+    assert found.findings[1].group == ("rotor_reaction",)
+
+
 def test_a_robot_of_motors_that_misses_nothing_is_told_so() -> None:
     data = with_speeds(motor_flights(every=1, seconds=6.0))
     assert diagnose(equations(unit="rad/s", every=1), data).findings == ()

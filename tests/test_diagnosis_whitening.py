@@ -104,3 +104,14 @@ def test_the_deviance_is_that_of_the_normal_distribution_with_this_covariance(sp
     )
     constant = residuals.numel() * math.log(2 * math.pi)
     assert whitening.deviance(residuals) + constant == pytest.approx(expected, rel=1e-6)
+
+
+def test_moves_have_as_many_directions_however_the_axes_lie(spread: Spread) -> None:
+    whitening = estimated(spread, drawn(spread, 0))
+    rng = np.random.default_rng(1)
+    along = torch.as_tensor(rng.standard_normal((SEGMENTS, ROWS, 1, 1)))
+    turned, _ = np.linalg.qr(rng.standard_normal((COMPONENTS, COMPONENTS)))
+    for axes in (np.eye(COMPONENTS), turned):
+        for directions in range(1, COMPONENTS + 1):
+            moves = (along * torch.as_tensor(axes[:, :directions])).flatten(1, 2)
+            assert whitening.directions(moves) == pytest.approx(directions / COMPONENTS, rel=0.02)

@@ -11,12 +11,14 @@ from __future__ import annotations
 import time
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from copy import copy
+from functools import partial
 
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.design.separation import with_advice
 from sym2real.diagnosis.errors.floor import floor_of_explained, no_higher_than_reached
 from sym2real.diagnosis.errors.rungs import cut_said
 from sym2real.diagnosis.estimate.calibrate import Calibration
+from sym2real.diagnosis.estimate.significance import least_gain
 from sym2real.diagnosis.estimate.weighing import Prepared
 from sym2real.diagnosis.faults.checking import Question
 from sym2real.diagnosis.pipeline import prepare
@@ -152,7 +154,8 @@ def _supported(
     keys: Sequence[str], selection: Selection, prepared: Prepared, beside: Mapping[str, float]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The effects that are beyond chance: those that predictions need, and those that they do not."""
-    gaining = [candidate for candidate in selection.chosen if beside[candidate.name] > SETTINGS.gain_of(len(keys))]
+    needed = partial(least_gain, selection.problems, values=selection.fit.values, count=len(keys))
+    gaining = [candidate for candidate in selection.chosen if beside[candidate.name] > needed(candidate)]
     shown = {candidate.name for candidate in gaining if selection.significant(selection.fit, candidate)}
     # As in a search, on a copy: what is not supported is reported with its values, too.
     small = {member.name for member in keep_needed(copy(selection), prepared.library, prepared.checked.data).dropped}

@@ -30,7 +30,7 @@ from sym2real.diagnosis.design.mattering import Predictions
 from sym2real.diagnosis.design.visible import AssumedNoise, Plan, Visible
 from sym2real.diagnosis.errors.sensor_noise import SensorNoise
 from sym2real.diagnosis.estimate.fit import Hypothesis, Problems, solve
-from sym2real.diagnosis.estimate.significance import sizes_beyond_chance
+from sym2real.diagnosis.estimate.significance import least_gain, sizes_beyond_chance
 from sym2real.diagnosis.estimate.weighing import units_said, whiten
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening
 from sym2real.diagnosis.predict.candidate import Candidate, candidates, library_for
@@ -151,8 +151,10 @@ def _smooth(
     (fit,) = problems.quadratics([Hypothesis(free, library.null)])
     information = fit.curvature.sum(0)
     sizes = (needed / information.diagonal().clamp_min(1e-300)).sqrt()
-    if tried is not None and smooth:
+    if tried is not None and smooth:  # measured logs also tell what is narrow from trim
         own = [fit.part(places[candidate.name]) for candidate in smooth]
+        least = [least_gain(problems, candidate, library.null, 2) for candidate in smooth for _ in candidate.free]
+        sizes *= torch.tensor(least, dtype=torch.float64).div(SETTINGS.gain_beside).sqrt()
         sizes = torch.maximum(sizes, torch.cat([sizes_beyond_chance(problems, part, tried) for part in own]))
     mattering = sizes.new_full(sizes.shape, inf) if predictions is None else predictions.of_parameters(free)
     like = _alike(problems, smooth, places, information)

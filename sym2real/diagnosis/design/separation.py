@@ -226,24 +226,18 @@ def _outcome(
 
 def _hypotheses(library: Library, rivals: Sequence[Candidate]) -> list[Hypothesis]:
     """A fit from the null, and one from every start."""
-    hypotheses, null = list[Hypothesis](), library.null
-    for candidate in rivals:
-        starts = [null, *(candidate.started(null, level) for level in candidate.starts)]
-        hypotheses += [Hypothesis(candidate.free, start) for start in starts]
-    return hypotheses
+    null = library.null
+    starts = {one.name: [null, *(one.started(null, level) for level in one.starts)] for one in rivals}
+    return [Hypothesis(one.free, start) for one in rivals for start in starts[one.name]]
 
 
 def _advice(finding: Finding, outcomes: Sequence[_Outcome], equations: Equations) -> str:
     """What to fly, and what that shows; or that nothing which was tried would do."""
-    parts = []
-    if outcomes:
-        best = max(outcomes, key=lambda outcome: outcome.left)
-        shares = " and ".join(f"{key} explains {100 * part:.3g} %" for key, part in best.explained.items())
-        if best.left > 1.0:
-            parts.append(f"{best.words}: there {shares} of what {finding.effect} does")
-        else:
-            parts.append(f"none of {len(outcomes)} manoeuvres simulated (at best {best.words}: {shares} of it)")
-    return "; ".join([*parts, *_never(finding, equations)])
+    best = max(outcomes, key=lambda outcome: outcome.left)
+    shares = " and ".join(f"{key} explains {100 * part:.3g} %" for key, part in best.explained.items())
+    found = f"{best.words}: there {shares} of what {finding.effect} does"
+    none = f"none of {len(outcomes)} manoeuvres simulated (at best {best.words}: {shares} of it)"
+    return "; ".join([found if best.left > 1.0 else none, *_never(finding, equations)])
 
 
 def _untried(finding: Finding, rivals: Sequence[str], equations: Equations) -> str:

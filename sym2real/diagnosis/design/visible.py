@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from sym2real.diagnosis.plain import fields_of
 from sym2real.upward import upward
 
 
@@ -82,10 +83,4 @@ class Plan:
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``sym2real plan --json`` prints."""
-        return {
-            "visible": [visible.to_dict() for visible in self.visible],
-            "inseparable": [list(pair) for pair in self.pairs],
-            "seconds": self.seconds,
-            "blocks": self.blocks,
-            "notes": list(self.notes),
-        }
+        return {**fields_of(self), "inseparable": [list(pair) for pair in self.pairs]}

@@ -70,6 +70,20 @@ def sizes_beyond_chance(problems: Problems, fit: Fit, tried: int) -> Tensor:
     return torch.maximum(sizes, here.sizes_at(SETTINGS.false_alarms_by_logs, problems.logs))
 
 
+def least_gain(problems: Problems, candidate: Candidate, values: Tensor, count: int) -> float:
+    """Part of the held-out loss that an effect must save in a set of so many at a parameter set ``# (P,)``.
+
+    Rotors that spin up turn a quadrotor about yaw, one of nine directions of a row: all that they do is less than 1 %
+    of the loss of all nine, however plain it is. Where whole logs tell a small effect from trim, it needs that part of
+    the loss of the directions that it moves.
+    """
+    needed = SETTINGS.gain_of(count)
+    if candidate.needs_start or problems.log_count < SETTINGS.fewest_logs:
+        return needed
+    (columns,) = problems.problem.linearised(values[None], [candidate.free])
+    return needed * problems.whitening.directions(columns[..., 1:])
+
+
 def _enough_logs(problems: Problems, parameters: int) -> bool:
     """Whether there are logs enough for a test on whole logs of so many parameters."""
     return parameters + 1 < SETTINGS.fewest_logs <= problems.log_count

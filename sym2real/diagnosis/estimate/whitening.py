@@ -87,6 +87,20 @@ class Whitening:
         """C⁻¹ times columns ``# (S, R, A)``, every segment trusted alike."""
         return columns * self.weight[:, None] - self.lost @ (self.lost.mT @ columns)
 
+    def directions(self, moves: Tensor) -> float:
+        """Part of the C directions of a measured row that moves of the residuals ``# (S, R, A)`` have: 1/C to 1.
+
+        The participation ratio tr(M)²/tr(M²) of the moves' second moments under C⁻¹, over C; tr(M)²/tr(M²) of a single
+        direction is one, however the world's axes lie.
+        """
+        unit = self.sensor.repeat(moves.shape[1] // len(self.sensor))[:, None]
+        pulled = self.inverse_times(moves) * unit
+        rows = [columns.unflatten(1, (-1, len(self.sensor))) for columns in (moves / unit, pulled)]
+        moments = torch.einsum("snca,snda->cd", *rows)
+        moments = (moments + moments.mT) / 2
+        size = moments.square().sum().clamp_min(1e-300)
+        return float(moments.trace().square() / size) / len(self.sensor)
+
 
 @dataclass(frozen=True, eq=False)
 class Spread:

@@ -98,7 +98,7 @@ class Tried:
             small = f"predictions do not need {' or '.join(self.unneeded)}"
             return f"The logs show {sentence}, but {small}, and whole logs do not establish it{self._better}."
         if not self.supported:
-            needed = f"{_percent(SETTINGS.gain_of(len(self.findings)))} and more than chance are needed"
+            needed = f"up to {_percent(SETTINGS.gain_of(len(self.findings)))} and more than chance are needed"
             return f"The logs do not ask for {sentence}, {needed}{self._refused}{self._better}."
         return f"The logs ask for {sentence}{self._better or self._others}."
 

@@ -20,12 +20,14 @@ from dataclasses import dataclass, field
 from functools import partial
 from itertools import groupby, islice
 
+from sym2real.diagnosis.estimate.significance import least_gain
 from sym2real.diagnosis.estimate.weighing import Prepared
 from sym2real.diagnosis.predict.candidate import Candidate
+from sym2real.diagnosis.search.deviations import parameter_set
 from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.needed import Needed, keep_needed
 from sym2real.diagnosis.search.pairs import hidden_pairs
-from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.search.select import PROMISING, REFITTED, Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.stages import OnProgress, Stages
 
@@ -66,6 +68,7 @@ def search(prepared: Prepared, stages: Stages) -> SearchResult:
     selection = Selection(prepared.problems, tried, prepared.origin)
     beam = Beam(selection, stages.on_progress)
     stages.try_to(f"searching among {len(tried)} effects", Beam.search, beam)
+    stages.try_to("searching for what moves little of what is measured", Beam.join_narrow, beam)
     needed = partial(keep_needed, library=prepared.library, logs=prepared.checked.data)
     held = stages.try_to("holding effects against predictions", needed, selection)
     return SearchResult(prepared, selection, not stages.interrupted, held or Needed())
@@ -100,6 +103,32 @@ class Beam:
         finally:
             best = self._best()
             self.selection.put(best.chosen, best.fit)
+
+    def join_narrow(self) -> None:
+        """Put effects that move few of the measured directions beside what was chosen, where logs are not few."""
+        while (larger := next(self._narrow(), None)) is not None:
+            self.selection.put(larger.chosen, larger.fit)
+
+    def _narrow(self) -> Iterator[EffectSet]:
+        """Sets with one effect more that takes its part off the loss of what it moves, best first.
+
+        During the search all effects have one price: which of two rivals explains more is no matter of directions. A
+        lag below the base's own is reported as none, and is none.
+        """
+        selection, problems = self.selection, self.selection.problems
+        count, library = len(selection.chosen) + 1, problems.problem.library
+        if problems.log_count < SETTINGS.fewest_logs or count > SETTINGS.most_findings:
+            return
+        effects = selection.set_of(selection.chosen, selection.fit)
+        reference, screened = selection.screening(effects)
+        most = (1 - PROMISING * SETTINGS.gain_of(count) / len(problems.whitening.sensor)) * reference
+        smooth = [(rival, start) for loss, rival, start in screened[:REFITTED] if loss < most and not rival.needs_start]
+        for larger in selection.refitted(effects.chosen, smooth):
+            said, slots = parameter_set(selection, larger.chosen, larger.fit.values), larger.candidate.slots
+            least = least_gain(problems, larger.candidate, larger.fit.values, count)
+            saves = larger.loss < (1 - least) * effects.loss and bool((said != library.null)[slots].any())
+            if saves and all(selection.significant(larger.fit, member) for member in larger.chosen):
+                yield larger
 
     def _waiting(self) -> Iterator[EffectSet]:
         """Sets that are still to be looked around in, those of the beam first."""

@@ -29,15 +29,16 @@ def groups_of(near: Near) -> dict[str, tuple[str, ...]]:
 def as_good(near: Near, without: Tensor, rival: Tensor) -> bool:
     """Whether a rival explains the data as well as a finding in whose place it stands.
 
-    It must be worth the place, too; then a difference that is less than what any finding needs is none, and a larger
-    one is none where folds do not agree on it.
+    It must be worth the place, too, or save nearly what a finding does that is worth it for moving little; then a
+    difference that is less than what any finding needs is none, and a larger one is none where folds do not agree.
 
     Args:
         near: the chosen set.
         without, rival: loss per fold without the finding, and with the rival in its place ``# (folds,)``.
     """
     chosen, count, price = near.selection.held_out, len(near.selection.chosen), near.selection.price
-    if price(float(rival.sum()), count) >= price(float(without.sum()), count - 1):
+    nearly = float((without - rival).sum()) >= SETTINGS.nearly_as_good * float((without - chosen).sum())
+    if price(float(rival.sum()), count) >= price(float(without.sum()), count - 1) and not nearly:
         return False
     beyond = 1.0 - float(chosen.sum()) / float(rival.sum())
     return beyond < SETTINGS.gain_beside or float(near.weights(torch.stack([chosen, rival]))[1]) > SETTINGS.odds

@@ -101,7 +101,7 @@ class Selection:
     def larger(self, effects: EffectSet) -> list[EffectSet]:
         """A set with each of the effects that promise something beside it, best first."""
         if effects.names not in self._larger:
-            reference, screened = self._screening(effects)
+            reference, screened = self.screening(effects)
             most = (1 - PROMISING * SETTINGS.gain_of(len(effects.chosen) + 1)) * reference
             promising = [(candidate, start) for loss, candidate, start in screened[:REFITTED] if loss <= most]
             self._larger[effects.names] = self.refitted(effects.chosen, promising)
@@ -113,11 +113,12 @@ class Selection:
 
     def promise(self, effects: EffectSet) -> float:
         """Price of a set with the effect that its sensitivity matrix promises most of; its own where none helps."""
-        reference, screened = self._screening(effects)
+        reference, screened = self.screening(effects)
         lowest = min([reference, *(loss for loss, _, _ in screened)])
         return min(effects.price, self.price(lowest, len(effects.chosen) + 1))
 
-    def _screening(self, effects: EffectSet) -> Screening:
+    def screening(self, effects: EffectSet) -> Screening:
+        """What one effect more promises beside a set, the best first."""
         if effects not in self._screenings:
             rivals = self.open(effects.chosen, self.candidates)
             self._screenings[effects] = self._screened(effects.chosen, effects.fit.values, rivals)

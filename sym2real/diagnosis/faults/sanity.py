@@ -17,6 +17,7 @@ from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit
 from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
 from sym2real.diagnosis.faults.mistakes.transformation import Late, of_all
+from sym2real.diagnosis.faults.mistakes.wheel_speed import LatePose
 from sym2real.diagnosis.faults.motor_columns import (
     in_order,
     order_of_motors,
@@ -26,7 +27,6 @@ from sym2real.diagnosis.faults.motor_columns import (
 )
 from sym2real.diagnosis.faults.sensor_faults import PATH, OfWheel, measured_by, readings
 from sym2real.diagnosis.faults.variation import exact, exactness, excitation
-from sym2real.diagnosis.faults.wheel_speed import LatePose
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import EFFECTS
 from sym2real.effects.inputs import with_one_clock

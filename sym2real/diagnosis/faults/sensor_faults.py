@@ -32,7 +32,7 @@ import numpy as np
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, turning
 from sym2real.diagnosis.data.start import ROWS, noise_level
-from sym2real.diagnosis.faults.wheel_speed import along, made_of_wheel, way, with_along
+from sym2real.diagnosis.faults.mistakes.wheel_speed import along, made_of_wheel, way, with_along
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.sensor_bias import SENSOR_BIAS
 from sym2real.effects.sensor_scale import SENSOR_SCALE

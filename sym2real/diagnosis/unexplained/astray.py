@@ -12,7 +12,7 @@ from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.leftover import MISFIT, Leftover
 
 
-def astray(scored: Scored) -> tuple[Leftover, ...]:
+def worse_than_nothing(scored: Scored) -> tuple[Leftover, ...]:
     """Predictions that are worse than none, held against the noise that the logs themselves show."""
     nearest = min(scored.horizons, default=0.0)
     if not scored.stages or not scored.stages[-1].worse.get(nearest):

@@ -8,7 +8,7 @@ from sym2real.diagnosis.estimate.weighing import Prepared
 from sym2real.diagnosis.score.finding import Finding, applied, rated
 from sym2real.diagnosis.score.scoring import Scored
 from sym2real.diagnosis.search.select import Selection
-from sym2real.diagnosis.unexplained.astray import astray
+from sym2real.diagnosis.unexplained.astray import worse_than_nothing
 from sym2real.diagnosis.unexplained.constant import find_constants
 from sym2real.diagnosis.unexplained.dependence import find_dependence
 from sym2real.diagnosis.unexplained.leftover import Leftover, Rest, find_leftovers, find_misfit
@@ -42,7 +42,7 @@ def explain_rest(scored: Scored) -> Explained:
     # Commands that no row tells push the robot, and what they did goes with what it then did.
     leftovers = () if prepared.checked.commands_lost else _leftovers(prepared, selection, rest)
     if not (scored.findings or prepared.checked.commands_lost) and not any(leftover.matters for leftover in leftovers):
-        leftovers = (*astray(scored), *leftovers)
+        leftovers = (*worse_than_nothing(scored), *leftovers)
     unexplained = any(leftover.matters for leftover in leftovers)
     calibrated = own is not None and result.finished
     sure = rated(scored.findings, passed=scored.gate.passed, leftover=unexplained, calibrated=calibrated)

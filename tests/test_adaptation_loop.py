@@ -251,6 +251,22 @@ def test_effects_that_flew_worse_are_withdrawn() -> None:
     assert found.reports[3].error < 0.5 * found.reports[2].error
 
 
+class Weakening:
+    """What it learns is always that the rotors are weak."""
+
+    def fit(self, transitions: Transitions, base: Equations, start: object = None) -> Equations:
+        return compose(base, [(effect("gain:thrust", base), {"value": 0.85})])
+
+
+def test_what_led_astray_twice_does_not_fly_again() -> None:
+    task, settings = make_task("circle", CRAZYFLIE), replace(SMALL, rounds=3, until_settled=False)
+    found = adapt(CRAZYFLIE.nominal(), MujocoPlant(CRAZYFLIE), task, Weakening(), settings)
+    assert [report.surely_worse for report in found.reports] == [False, True, True, False]
+    assert "two models in a row" in found.reports[3].learned.refused
+    assert found.models[3] is found.models[0] is found.model
+    assert found.settled
+
+
 def test_an_effect_that_further_logs_do_not_establish_is_taken_back() -> None:
     """The first log alone makes a push that is not there; with two it is gone, and its model was not on top."""
     base = CRAZYFLIE.nominal()

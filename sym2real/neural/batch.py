@@ -5,10 +5,8 @@
     e_0 = 0,   e_k+1 = A_k e_k + d_k + G_k r(s_k ⊕ e_k, a_k)
 
 The network sees the state that the rollout has reached and not the measured one, so that a model which leads itself
-astray is seen to do so, in training as in validation. The correction of a window's first row is that of the row before:
-a window starts from a measured row, whose noise is an error of all that follows, and a correction that sees the row
-sees this noise too, and would learn to take it away instead of what the base lacks (errors in variables; the row before
-is the instrument).
+astray is seen to do so, in training as in validation. A window's first row is corrected as by
+:func:`~sym2real.neural.multi_step.corrected_errors`.
 """
 
 from __future__ import annotations

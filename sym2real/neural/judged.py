@@ -2,8 +2,9 @@
 
 What is chosen, λ, the step at which training ends and the shares of columns, is chosen by the error of the five on the
 rows that each left out, so that every row of every log judges (cross-validation by blocks of time). The network that
-was trained on all of them is then the one to take. Source: T. Hastie, R. Tibshirani, J. Friedman, "The Elements of
-Statistical Learning", 2nd ed., section 7.10.
+was trained on all of them is then the one to take. Where the base is worse than in the mean, errors count by its own
+there: else the first second of a flight, of which no other stretch tells anything, would choose alone. Source: T.
+Hastie, R. Tibshirani, J. Friedman, "The Elements of Statistical Learning", 2nd ed., section 7.10.
 """
 
 from __future__ import annotations
@@ -35,6 +36,9 @@ class Judged:
         self._networks, self._batch, self._penalties = networks, batch, penalties.repeat(EVERY + 1)
         numbers = torch.arange(networks.count)
         self._held = batch.fold[:, None] == numbers // len(penalties)
+        every = torch.arange(len(batch.starts))
+        base, _ = batch.parts(batch.error.new_zeros(len(batch.scale), len(every), batch.moved.shape[-1]), every)
+        self._weight = 1.0 / base.square().mean((0, 2, 3)).clamp(min=1.0)
         self._size = max(1, rows // len(batch.scale))
         self._generator = torch.Generator().manual_seed(seed)
         self._order = torch.arange(0)
@@ -56,7 +60,7 @@ class Judged:
     def validate(self) -> Tensor:
         """Error of the five with each λ on what each left out, for all networks with that λ ``# (count,)``."""
         errors, _ = self._batch.rolled(self._networks, self._judging)
-        own = self._own(errors.square().mean((0, 2)), self._judging)
+        own = self._own(errors.square().mean((0, 2)), self._judging) * self._weight[self._judging, None]
         return own.mean(0).repeat(EVERY + 1)
 
     @torch.no_grad()
@@ -65,7 +69,8 @@ class Judged:
         windows = torch.arange(len(self._held))
         _, outputs = self._batch.rolled(self._networks, windows)
         own = self._own(outputs.permute(1, 0, 2, 3), windows)[..., best]
-        base, parts = self._batch.parts(own.permute(1, 0, 2), windows)
+        root = self._weight.sqrt()[:, None, None]
+        base, parts = (errors * root for errors in self._batch.parts(own.permute(1, 0, 2), windows))
         found = shares(base, parts, layout)
         left = (base + (parts @ found)[..., None]).square().mean() / base.square().mean()
         return found, float(left)

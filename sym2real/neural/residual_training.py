@@ -85,7 +85,7 @@ class ResidualTraining:
     """
 
     widths: Sequence[int] = (64, 64)
-    steps: int = 10
+    steps: int = 20
     penalties: Sequence[float] = (1e-3, 1e-2, 1e-1)
     commands: int = 0
     states: int = 0

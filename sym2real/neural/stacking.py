@@ -2,8 +2,8 @@
 
 Of each column, or quaternion or circle as a whole, a share from 0 to 1 is taken: the shares that leave the least
 squared error on held-out rows. A column that says nothing there gets none; columns that only help together are found
-together. Source: L. Breiman, "Stacked regressions", Machine Learning 24, 1996 (non-negative least squares on cross-validated
-predictions).
+together. Source: L. Breiman, "Stacked regressions", Machine Learning 24, 1996 (non-negative least squares on
+cross-validated predictions).
 """
 
 from __future__ import annotations

@@ -102,11 +102,13 @@ def test_rollouts_see_what_they_predict(windy: Transitions, base: Equations) -> 
     networks = Networks((len(normal.mean), 16, 13), 2)
     normal.begin_with(networks, residual.layers(), torch.tensor([1]))
     windows = torch.arange(len(starts))
-    found, outputs = batch.rolled(networks, windows)
+    with torch.no_grad():
+        found, outputs = batch.rolled(networks, windows)
     predicted, measured = multi_step(Composed(base, residual, torch.float64), windy, 8)
     expected = layouts.state.difference(predicted, measured)[starts]
     error = (found * scales.error)[-1, ..., 1]
-    assert float((error - expected).detach().norm() / expected.norm()) < 0.05  # the first row's correction is the row's before
+    # A first row is corrected as the row before it.
+    assert float((error - expected).norm() / expected.norm()) < 0.05
     alone, parts = batch.parts(outputs[..., 1], windows)
     torch.testing.assert_close((alone + parts.sum(-1, keepdim=True))[..., 0], found[..., 1], atol=1e-3, rtol=1e-3)
     assert float(alone.square().mean()) == pytest.approx(1.0, rel=1e-4)  # the base's is 1
@@ -159,7 +161,7 @@ def test_what_mujoco_pushes_with_is_found(windy: Transitions, base: Equations, s
     assert float(found[7]) == pytest.approx(push, rel=0.1)  # m/s a step, along x
     assert abs(float(found[8])) < 0.1 * push
     assert "vx" in report.columns
-    assert report.error < 0.4  # over all blocks: of the first no other one tells anything
+    assert report.error < 0.5  # over all blocks: of the first no other one tells anything
     elsewhere = flown(
         MujocoPlant(CRAZYFLIE, (effect("wind", CRAZYFLIE).inject(fx=WIND),)), CRAZYFLIE, tasks=("lemniscate",)
     )
@@ -208,11 +210,10 @@ def test_a_base_that_is_right_is_not_made_worse(base: Equations, seed: int) -> N
 
 
 def test_training_goes_on_from_an_earlier_result(windy: Transitions, base: Equations) -> None:
-    first, report = ResidualTraining(descent=QUICK).fit_reported(windy, base)
-    still = ResidualTraining(descent=Descent(steps=1, learning_rate=1e-9))
-    again, after = still.fit_reported(windy, base, first)
-    assert after.error == pytest.approx(report.error, rel=0.1)
-    assert still.fit_reported(windy, base)[1].error > 2 * after.error
+    short = ResidualTraining(descent=Descent(steps=10, learning_rate=1e-3))
+    first = ResidualTraining(descent=QUICK).fit(windy, base)
+    again = short.fit(windy, base, first)
+    assert position_error(doubled(again), windy) < 0.7 * position_error(doubled(short.fit(windy, base)), windy)
     with pytest.raises(ShapeError, match=r"widths \(8, 26\).*found \(64, 64, 26\)"):
         ResidualTraining(widths=(8,)).fit(windy, base, again)
 
@@ -230,7 +231,7 @@ def test_far_from_its_data_a_residual_stays_bounded(windy: Transitions, base: Eq
 def test_what_cannot_be_trained_is_refused(windy: Transitions, base: Equations) -> None:
     with pytest.raises(ModelError, match="penalties above 0"):
         ResidualTraining(penalties=(0.0,))
-    with pytest.raises(ModelError, match="at least 40 consecutive transitions, found 15"):
+    with pytest.raises(ModelError, match="at least 80 consecutive transitions, found 15"):
         ResidualTraining().fit(windy.where(np.arange(len(windy)) < 15), base)
     with pytest.raises(ShapeError, match="state columns are"):
         ResidualTraining().fit(windy, MUSHR.nominal())

@@ -92,7 +92,7 @@ class Batch:
         Returns:
             ``# (steps, windows, t, 1)`` and ``# (steps, windows, t, n)``.
         """
-        found = []
+        found = list[Tensor]()
         for step, output in enumerate(outputs):
             row = self.starts[windows] + step
             moved = self.moved[row if step else row - 1] * output[:, None, :]

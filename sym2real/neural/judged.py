@@ -78,4 +78,5 @@ class Judged:
     def _own(self, values: Tensor, windows: Tensor) -> Tensor:
         """Of values ``# (windows, ..., count)`` those of who left the window out ``# (windows, ..., λs)``."""
         by_fold = values.unflatten(-1, (EVERY + 1, -1))
-        return by_fold.movedim(-2, 1)[torch.arange(len(windows)), self._batch.fold[windows]]
+        own: Tensor = by_fold.movedim(-2, 1)[torch.arange(len(windows)), self._batch.fold[windows]]
+        return own

@@ -18,8 +18,10 @@ from forked import in_fork
 from sym2real.adaptation import Adaptation, Adapting, Improvement, adapt, improvement, undo
 from sym2real.adaptation.episode_report import episode_cost
 from sym2real.adaptation.predictions import horizon_errors, one_step_error
+from sym2real.adaptation.progress import silent
 from sym2real.adaptation.round_report import Learned, RoundReport, best_of, settled
 from sym2real.adaptation.rounds import Rounds, report_of
+from sym2real.adaptation.training import Training
 from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset, Transitions
 from sym2real.effects import compose, effect
@@ -251,22 +253,6 @@ def test_effects_that_flew_worse_are_withdrawn() -> None:
     assert found.reports[3].error < 0.5 * found.reports[2].error
 
 
-class Weakening:
-    """What it learns is always that the rotors are weak."""
-
-    def fit(self, transitions: Transitions, base: Equations, start: object = None) -> Equations:
-        return compose(base, [(effect("gain:thrust", base), {"value": 0.85})])
-
-
-def test_what_led_astray_twice_does_not_fly_again() -> None:
-    task, settings = make_task("circle", CRAZYFLIE), replace(SMALL, rounds=3, until_settled=False)
-    found = adapt(CRAZYFLIE.nominal(), MujocoPlant(CRAZYFLIE), task, Weakening(), settings)
-    assert [report.surely_worse for report in found.reports] == [False, True, True, False]
-    assert "two models in a row" in found.reports[3].learned.refused
-    assert found.models[3] is found.models[0] is found.model
-    assert found.settled
-
-
 def test_an_effect_that_further_logs_do_not_establish_is_taken_back() -> None:
     """The first log alone makes a push that is not there; with two it is gone, and its model was not on top."""
     base = CRAZYFLIE.nominal()
@@ -394,3 +380,14 @@ def test_the_true_equations_predict_what_is_measured_through_their_sensors() -> 
     assert one_step_error(informed, [log]) < 0.1 * one_step_error(plain, [log])
     assert horizon_errors(informed, [log], 20).mean() < 0.1 * horizon_errors(plain, [log], 20).mean()
     assert episode_cost(log, task, CRAZYFLIE, 400) > episode_cost(log, task, CRAZYFLIE, 200)
+
+
+def test_what_led_astray_twice_does_not_fly_again() -> None:
+    worse, base, wild = Improvement(-0.5, -0.8, -0.2), CRAZYFLIE.nominal(), MUSHR.nominal()
+    rounds = [round_of(0), round_of(1, gain=worse), round_of(2, tracking=worse)]
+    assert settled(rounds)
+    assert not settled([*rounds[:2], round_of(2), round_of(3, gain=worse)])
+    training = Training(NARROW, None, CRAZYFLIE, 0, silent)
+    model, how = training.learn(base, [base, wild, wild], rounds, recordings(1))
+    assert model is base
+    assert "two models in a row" in how.refused

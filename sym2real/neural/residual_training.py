@@ -4,9 +4,9 @@
 
     loss = mean over windows, steps and columns of (e / σ)² + λ · mean over rows and columns of (r / ρ)²
 
-e: error of a rollout from a measured row (:mod:`sym2real.neural.leftover`), one step or several; σ: root mean square of
+e: error of a rollout from a measured row (:mod:`sym2real.neural.batch`), one step or several; σ: root mean square of
 the base's own, so that the base's loss is 1; r: residual; ρ: what a step lacks, by σ. λ is chosen by validation inside
-bounds, and so is, column by column, whether there is a residual at all. Sources: the paper, "Residual learning";
+bounds, and so is the share of every column's residual (:mod:`sym2real.neural.judged`). Sources: the paper, "Residual learning";
 AdamW: I. Loshchilov, F. Hutter, "Decoupled weight decay regularization", ICLR 2019.
 """
 
@@ -46,7 +46,7 @@ class TrainingReport:
 
     Args:
         penalty: λ that validated best; None where no residual did better than none.
-        error: mean squared error on the validation blocks over the base's.
+        error: mean squared error on rows held out over the base's.
         columns: state columns that have a residual.
         rows: transitions in all.
         seconds: on the clock.
@@ -73,7 +73,7 @@ class ResidualTraining:
         penalties: λ to choose from. The largest leaves half of what the data ask for, the smallest nearly all; no
             residual at all is always among the choices.
         commands, states: past rows that the residual sees.
-        seed: of the first weights, the validation blocks and the order of rows.
+        seed: of the first weights, the folds and the order of windows.
         descent: how weights are found.
 
     Raises:

@@ -6,8 +6,8 @@
 
 e: error of a rollout from a measured row (:mod:`sym2real.neural.batch`), one step or several; σ: root mean square of
 the base's own, so that the base's loss is 1; r: residual; ρ: what a step lacks, by σ. λ is chosen by validation inside
-bounds, and so is the share of every column's residual (:mod:`sym2real.neural.judged`). Sources: the paper, "Residual learning";
-AdamW: I. Loshchilov, F. Hutter, "Decoupled weight decay regularization", ICLR 2019.
+bounds, and so is the share of every column's residual (:mod:`sym2real.neural.judged`). Sources: the paper, "Residual
+learning"; AdamW: I. Loshchilov, F. Hutter, "Decoupled weight decay regularization", ICLR 2019.
 """
 
 from __future__ import annotations

@@ -18,8 +18,10 @@ from forked import in_fork
 from sym2real.adaptation import Adaptation, Adapting, Improvement, adapt, improvement, undo
 from sym2real.adaptation.episode_report import episode_cost
 from sym2real.adaptation.predictions import horizon_errors, one_step_error
+from sym2real.adaptation.progress import silent
 from sym2real.adaptation.round_report import Learned, RoundReport, best_of, settled
 from sym2real.adaptation.rounds import Rounds, report_of
+from sym2real.adaptation.training import Training
 from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset, Transitions
 from sym2real.effects import compose, effect
@@ -378,3 +380,14 @@ def test_the_true_equations_predict_what_is_measured_through_their_sensors() -> 
     assert one_step_error(informed, [log]) < 0.1 * one_step_error(plain, [log])
     assert horizon_errors(informed, [log], 20).mean() < 0.1 * horizon_errors(plain, [log], 20).mean()
     assert episode_cost(log, task, CRAZYFLIE, 400) > episode_cost(log, task, CRAZYFLIE, 200)
+
+
+def test_what_led_astray_twice_does_not_fly_again() -> None:
+    worse, base, wild = Improvement(-0.5, -0.8, -0.2), CRAZYFLIE.nominal(), MUSHR.nominal()
+    rounds = [round_of(0), round_of(1, gain=worse), round_of(2, tracking=worse)]
+    assert settled(rounds)
+    assert not settled([*rounds[:2], round_of(2), round_of(3, gain=worse)])
+    training = Training(NARROW, None, CRAZYFLIE, 0, silent)
+    model, how = training.learn(base, [base, wild, wild], rounds, recordings(1))
+    assert model is base
+    assert "two models in a row" in how.refused

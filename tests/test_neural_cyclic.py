@@ -111,7 +111,7 @@ def test_weights_go_to_normalised_columns_and_back() -> None:
     layouts, size = [MUSHR.layouts.state, MUSHR.layouts.action], len(MUSHR.layouts.state)
     normal = Normal.of(torch.cat([state, action], dim=-1), layouts, torch.full((size,), 0.01), ("x", "y"))
     networks = Networks((len(normal.mean), 8, size), 1)
-    normal.begin_with(networks, first.layers())
+    normal.begin_with(networks, first.layers(), torch.arange(networks.count))
     normal.write([(weight[0], bias[0, 0]) for weight, bias in networks.pairs()], again, torch.ones(size).bool())
     without = state * torch.tensor([0.0, 0.0, *[1.0] * (size - 2)])
     with torch.no_grad():

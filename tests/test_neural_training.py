@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,12 +13,15 @@ from sym2real.dataset import Dataset, Transitions
 from sym2real.effects import effect
 from sym2real.errors import ModelError, ShapeError
 from sym2real.experiments.standard_conditions import sensors
+from sym2real.layout import Layout
 from sym2real.neural import Composed, Descent, ResidualMLP, ResidualTraining
 from sym2real.neural.batch import Batch
-from sym2real.neural.blocks import Blocks
+from sym2real.neural.blocks import windows_of
 from sym2real.neural.leftover import leftover
 from sym2real.neural.multi_step import Scales, corrected_errors, rolled_errors
+from sym2real.neural.networks import Networks
 from sym2real.neural.normal import Normal
+from sym2real.neural.stacking import shares
 from sym2real.plants import EquationsPlant, MujocoPlant, run_episode
 from sym2real.protocols import Plant
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
@@ -85,17 +88,30 @@ def test_errors_of_rollouts_are_those_of_the_composed_model(windy: Transitions, 
     assert float((rows.error - found[:1]).norm() / found.norm()) > 0.5  # several steps are not one
 
 
-def test_gradients_of_the_loss_are_its_differences(windy: Transitions, base: Equations) -> None:
-    rows = leftover(windy, base)
-    blocks = Blocks.of(rows.runs, 4, 0)
-    scales = Scales.of(rows, blocks.starts((*blocks.training, *blocks.validation)), 4)
-    normal = Normal.of(rows.seen, [CRAZYFLIE.layouts.state, CRAZYFLIE.layouts.action], scales.residual)
-    batch = Batch.of(rows, (*blocks.training, *blocks.validation), normal, scales)
-    exact = {f.name: getattr(batch, f.name) for f in fields(batch)}
-    batch = Batch(**{name: v.double() if v.is_floating_point() else v for name, v in exact.items()})
-    outputs = torch.randn(2, len(batch.seen), 13, dtype=torch.float64, generator=torch.Generator().manual_seed(0))
-    assert torch.autograd.gradcheck(batch.loss, outputs.requires_grad_(), fast_mode=True)
-    assert float(batch.loss(torch.zeros_like(outputs[:1]))) == pytest.approx(1.0, rel=1e-5)  # the base's is 1
+def test_rollouts_see_what_they_predict(windy: Transitions, base: Equations) -> None:
+    """Networks see the predicted state: their errors are the composed model's, to first order of the base."""
+    rows, layouts = leftover(windy, base), CRAZYFLIE.layouts
+    starts, fold = windows_of(rows.runs, 8, 0)
+    scales = Scales.of(rows, starts, 8)
+    normal = Normal.of(rows.seen, [layouts.state, layouts.action], scales.residual)
+    batch = Batch.of(rows, starts, fold, normal, scales)
+    residual = ResidualMLP(layouts, (16,), seed=3)
+    with torch.no_grad():
+        residual.linears[-1].weight.normal_(0.0, 0.3, generator=torch.Generator().manual_seed(2))
+        residual.output_scale.fill_(1e-3)
+    networks = Networks((len(normal.mean), 16, 13), 2)
+    normal.begin_with(networks, residual.layers(), torch.tensor([1]))
+    windows = torch.arange(len(starts))
+    with torch.no_grad():
+        found, outputs = batch.rolled(networks, windows)
+    predicted, measured = multi_step(Composed(base, residual, torch.float64), windy, 8)
+    expected = layouts.state.difference(predicted, measured)[starts]
+    error = (found * scales.error)[-1, ..., 1]
+    # A first row is corrected as the row before it.
+    assert float((error - expected).norm() / expected.norm()) < 0.05
+    alone, parts = batch.parts(outputs[..., 1], windows)
+    torch.testing.assert_close((alone + parts.sum(-1, keepdim=True))[..., 0], found[..., 1], atol=1e-3, rtol=1e-3)
+    assert float(alone.square().mean()) == pytest.approx(1.0, rel=1e-4)  # the base's is 1
 
 
 def test_noise_of_a_start_is_nothing_that_a_correction_can_take_away() -> None:
@@ -114,6 +130,15 @@ def test_noise_of_a_start_is_nothing_that_a_correction_can_take_away() -> None:
     assert abs(along(corrected_errors(0 * error, seen, carried, starts, 10))) < 0.05
     shifted = corrected_errors(error, 0 * seen + 2.0, carried, starts, 10) - rolled
     torch.testing.assert_close(shifted[:, 0, 0, 0], 2.0 * torch.arange(1.0, 11.0), atol=1e-4, rtol=0)
+
+
+def test_columns_that_only_help_together_are_taken_together() -> None:
+    layout = Layout.of(["x", "y", "vx"])
+    rng = torch.Generator().manual_seed(0)
+    common, error = torch.randn(2, 500, generator=rng)
+    parts = torch.stack([common - error, -common, torch.randn(500, generator=rng)], dim=-1)
+    torch.testing.assert_close(shares(error[:, None], parts, layout), torch.tensor([1.0, 1.0, 0.0]), atol=0.05, rtol=0)
+    assert not shares(error[:, None], 0 * parts, layout).any()
 
 
 @pytest.mark.parametrize("seed", [0, 1])
@@ -136,7 +161,7 @@ def test_what_mujoco_pushes_with_is_found(windy: Transitions, base: Equations, s
     assert float(found[7]) == pytest.approx(push, rel=0.1)  # m/s a step, along x
     assert abs(float(found[8])) < 0.1 * push
     assert "vx" in report.columns
-    assert report.error < 0.2
+    assert report.error < 0.5  # over all blocks: of the first no other one tells anything
     elsewhere = flown(
         MujocoPlant(CRAZYFLIE, (effect("wind", CRAZYFLIE).inject(fx=WIND),)), CRAZYFLIE, tasks=("lemniscate",)
     )
@@ -185,11 +210,10 @@ def test_a_base_that_is_right_is_not_made_worse(base: Equations, seed: int) -> N
 
 
 def test_training_goes_on_from_an_earlier_result(windy: Transitions, base: Equations) -> None:
-    first, report = ResidualTraining(descent=QUICK).fit_reported(windy, base)
-    still = ResidualTraining(descent=Descent(steps=1, learning_rate=1e-9))
-    again, after = still.fit_reported(windy, base, first)
-    assert after.error == pytest.approx(report.error, rel=0.1)
-    assert still.fit_reported(windy, base)[1].error > 2 * after.error
+    short = ResidualTraining(descent=Descent(steps=10, learning_rate=1e-3))
+    first = ResidualTraining(descent=QUICK).fit(windy, base)
+    again = short.fit(windy, base, first)
+    assert position_error(doubled(again), windy) < 0.7 * position_error(doubled(short.fit(windy, base)), windy)
     with pytest.raises(ShapeError, match=r"widths \(8, 26\).*found \(64, 64, 26\)"):
         ResidualTraining(widths=(8,)).fit(windy, base, again)
 
@@ -207,7 +231,7 @@ def test_far_from_its_data_a_residual_stays_bounded(windy: Transitions, base: Eq
 def test_what_cannot_be_trained_is_refused(windy: Transitions, base: Equations) -> None:
     with pytest.raises(ModelError, match="penalties above 0"):
         ResidualTraining(penalties=(0.0,))
-    with pytest.raises(ModelError, match="at least 40 consecutive transitions, found 15"):
+    with pytest.raises(ModelError, match="at least 80 consecutive transitions, found 15"):
         ResidualTraining().fit(windy.where(np.arange(len(windy)) < 15), base)
     with pytest.raises(ShapeError, match="state columns are"):
         ResidualTraining().fit(windy, MUSHR.nominal())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 from typing import Any
 
 from sym2real.adaptation.improvement import Improvement
@@ -112,7 +113,16 @@ def settled(reports: Sequence[RoundReport]) -> bool:
     """True when two rounds in a row have brought no improvement beyond its interval.
 
     What counts is the position error of the episodes where they are flown, that of the predictions where nothing flies.
-    A round that a crash or a short log leaves without an answer is none of the two.
+    A round that a crash or a short log leaves without an answer is none of the two. So is a run that is :func:`lost`.
     """
     newest = reports[-PATIENCE:]
-    return len(reports) > PATIENCE and all(report.progress.stalled for report in newest)
+    return lost(reports) or (len(reports) > PATIENCE and all(report.progress.stalled for report in newest))
+
+
+def lost(reports: Sequence[RoundReport]) -> bool:
+    """True when models of two rounds in a row were surely worse than the best one before them.
+
+    What learns cannot represent such a target, as a network without memory a delay: the better it predicts the logs
+    that are there, the further it leads away from them.
+    """
+    return any(all(report.surely_worse for report in pair) for pair in pairwise(reports))

@@ -13,7 +13,7 @@ from torch import Tensor
 
 from sym2real.adaptation.model_limits import beyond_limits
 from sym2real.adaptation.progress import OnProgress, Progress
-from sym2real.adaptation.round_report import Learned, RoundReport, best_of
+from sym2real.adaptation.round_report import Learned, RoundReport, best_of, lost
 from sym2real.dataset import Dataset
 from sym2real.errors import ModelError
 from sym2real.neural.composed import Base
@@ -61,6 +61,8 @@ class Training:
         if not models:
             return given, Learned(base=digest_of(base), effects=effects_of(base))
         data = Dataset(piece for log in logs for piece in log)
+        if lost(reports):
+            return _best(models, reports, data.rows, 0.0, "two models in a row were surely worse than the best")
         number, started = len(models), time.perf_counter()
         self.on_progress(Progress(f"round {number}: learning from {data.rows} rows", 0, 0))
         if self.inform is not None and isinstance(base, Equations):
@@ -70,8 +72,7 @@ class Training:
         model, penalty, refused = self._trained(data, base, models[-1] if warm and number > 1 else None)
         seconds = time.perf_counter() - started
         if model is None:
-            best = best_of(reports)
-            return models[best], replace(reports[best].learned, rows=data.rows, seconds=seconds, refused=refused)
+            return _best(models, reports, data.rows, seconds, refused)
         return model, Learned(data.rows, seconds, digest, effects_of(base), penalty)
 
     def _trained(self, data: Dataset, base: Base, start: Model | None) -> tuple[Model | None, float, str]:
@@ -90,6 +91,13 @@ class Training:
             return model, penalty, ""
         refused = beyond_limits(model, base, list(data), self.robot, self.seed)
         return None if refused else model, penalty, refused
+
+
+def _best(
+    models: Sequence[Model], reports: Sequence[RoundReport], rows: int, seconds: float, refused: str
+) -> tuple[Model, Learned]:
+    best = best_of(reports)
+    return models[best], replace(reports[best].learned, rows=rows, seconds=seconds, refused=refused)
 
 
 def unless_withdrawn(informed: Equations, models: Sequence[Model], reports: Sequence[RoundReport]) -> Equations:

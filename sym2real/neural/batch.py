@@ -1,98 +1,102 @@
-"""Rows that are trained on together, in normalised columns, and the loss of several networks over them."""
+"""Windows that several networks are trained and judged on: rollouts in which each network sees what it predicts.
+
+::
+
+    e_0 = 0,   e_k+1 = A_k e_k + d_k + G_k r(s_k ⊕ e_k, a_k)
+
+The network sees the state that the rollout has reached and not the measured one, so that a model which leads itself
+astray is seen to do so, in training as in validation. A window's first row is corrected as by
+:func:`~sym2real.neural.multi_step.corrected_errors`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 
-from sym2real.neural.blocks import Run, rows_in, windows_in
 from sym2real.neural.leftover import Leftover
-from sym2real.neural.multi_step import Scales, corrected_errors
+from sym2real.neural.multi_step import Scales
 from sym2real.neural.networks import Networks
 from sym2real.neural.normal import Normal
 
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Whole blocks of rows; n state columns, t tangent components.
+    """Rows of logs and the windows in them; n state columns, t tangent components.
 
     Args:
         seen: normalised inputs of the networks ``# (rows, seen)``.
+        felt: how these follow an error of the state ``# (rows, seen, t)``.
         error: the base's one-step errors ``# (rows, t, 1)``.
         moved: what a network's outputs add to them ``# (rows, t, n)``.
         carried: how errors go on ``# (rows, t, t)``.
-        starts: first rows of windows ``# (windows,)``.
-        block: which block a window lies in ``# (windows,)``.
+        starts: first rows of windows, a row of the same log before each ``# (windows,)``.
+        fold: which fold a window lies in ``# (windows,)``.
         scale: of errors ``# (steps, 1, t, 1)``.
     """
 
     seen: Tensor
+    felt: Tensor
     error: Tensor
     moved: Tensor
     carried: Tensor
     starts: Tensor
-    block: Tensor
+    fold: Tensor
     scale: Tensor
 
     @classmethod
-    def of(cls, rows: Leftover, blocks: Sequence[Run], normal: Normal, scales: Scales) -> Batch:
-        """The rows of some blocks."""
-        chosen = rows_in(blocks)
-        steps = len(scales.error)
-        starts, block, gone = list[Tensor](), list[Tensor](), 0
-        for number, (first, end) in enumerate(blocks):
-            starts.append(windows_in((gone, gone + end - first), steps))
-            block.append(torch.full((len(starts[-1]),), number))
-            gone += end - first
+    def of(cls, rows: Leftover, starts: Tensor, fold: Tensor, normal: Normal, scales: Scales) -> Batch:
+        """These windows."""
+        size, tangent = rows.turned.shape[1:]
+        felt = rows.seen.new_zeros(len(rows), rows.seen.shape[1], tangent)
+        felt[:, :size] = rows.turned
         return cls(
-            normal(rows.seen[chosen]),
-            rows.error[chosen, :, None],
-            rows.moved[chosen] * normal.output,
-            rows.carried[chosen],
-            torch.cat(starts),
-            torch.cat(block),
+            normal(rows.seen),
+            felt[:, normal.kept] / normal.scale[:, None],
+            rows.error[:, :, None],
+            rows.moved * normal.output,
+            rows.carried,
+            starts,
+            fold,
             scales.error,
         )
 
-    def loss(self, outputs: Tensor) -> Tensor:
-        """Mean squared error of each network, 1 for the base ``# (count,)``; outputs ``# (count, rows, n)``."""
-        added = self.moved @ outputs.permute(1, 2, 0)
-        rolled = corrected_errors(self.error, added, self.carried, self.starts, len(self.scale)) / self.scale
-        mean: Tensor = rolled.square().mean((0, 1, 2))
-        return mean
+    def rolled(self, networks: Networks, windows: Tensor) -> tuple[Tensor, Tensor]:
+        """Errors by the scale ``# (steps, windows, t, count)``, and outputs ``# (steps, windows, n, count)``.
 
-    def penalised(self, networks: Networks, penalties: Tensor) -> Tensor:
-        """Loss and λ·mean squared output of each network ``# (count,)``."""
-        outputs = networks(self.seen)
-        size: Tensor = penalties * outputs.square().mean((1, 2))
-        return self.loss(outputs) + size
+        Args:
+            networks: count of them.
+            windows: numbers of the windows.
+        """
+        row = self.starts[windows]
+        output = networks(self.seen[row - 1]).permute(1, 2, 0)
+        at = self.error[row] + self.moved[row - 1] @ output
+        errors, outputs = [at], [output]
+        for step in range(1, len(self.scale)):
+            row = self.starts[windows] + step
+            output = networks(self.seen[row] + (self.felt[row] @ at).permute(2, 0, 1)).permute(1, 2, 0)
+            at = torch.baddbmm(self.error[row] + self.moved[row] @ output, self.carried[row], at)
+            errors.append(at)
+            outputs.append(output)
+        return torch.stack(errors) / self.scale, torch.stack(outputs)
 
+    def parts(self, outputs: Tensor, windows: Tensor) -> tuple[Tensor, Tensor]:
+        """Errors by the scale of the base, and what each column of given outputs adds to them.
 
-class Batches:
-    """Batches of blocks in an order that the seed decides, every block once before any comes again.
+        Args:
+            outputs: of a network along the windows ``# (steps, windows, n)``.
+            windows: their numbers.
 
-    Args:
-        make: a batch of some blocks.
-        blocks: to draw from.
-        size: rows of a batch, about; all blocks are one batch where they have no more.
-        seed: of the order.
-    """
-
-    def __init__(self, make: Callable[[Sequence[Run]], Batch], blocks: Sequence[Run], size: int, seed: int) -> None:
-        self._make = make
-        self._blocks, self._generator = list(blocks), torch.Generator().manual_seed(seed)
-        total = sum(end - first for first, end in blocks)
-        self._count = max(1, round(total / size))
-        self._batches: list[Batch] = []
-
-    def at(self, step: int) -> Batch:
-        """The batch of a step, counted from 0."""
-        place = step % self._count
-        if place == 0 and (self._count > 1 or not self._batches):
-            order = torch.randperm(len(self._blocks), generator=self._generator).tolist()
-            parts = [order[part :: self._count] for part in range(self._count)]
-            self._batches = [self._make([self._blocks[number] for number in part]) for part in parts]
-        return self._batches[place]
+        Returns:
+            ``# (steps, windows, t, 1)`` and ``# (steps, windows, t, n)``.
+        """
+        found = list[Tensor]()
+        for step, output in enumerate(outputs):
+            row = self.starts[windows] + step
+            moved = self.moved[row if step else row - 1] * output[:, None, :]
+            own = torch.cat([self.error[row], moved], dim=-1)
+            found.append(own + self.carried[row] @ found[-1] if step else own)
+        both = torch.stack(found) / self.scale
+        return both[..., :1], both[..., 1:]

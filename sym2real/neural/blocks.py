@@ -39,11 +39,7 @@ class Blocks:
         Raises:
             ModelError: when there are fewer than two blocks.
         """
-        size = max(SHORTEST, 2 * steps)
-        blocks = [block for run in runs for block in _divided(run, size) if block[1] - block[0] > steps]
-        if len(blocks) < 2:
-            rows = sum(end - first for first, end in runs)
-            raise ModelError(f"training needs at least {2 * size} consecutive transitions, found {rows}")
+        blocks = blocks_of(runs, steps)
         mine = min(EVERY, len(blocks))
         held = {place for place in range(len(blocks)) if place % mine == (seed + mine // 2) % mine}
         return cls(
@@ -57,9 +53,38 @@ class Blocks:
         return torch.cat([windows_in(block, self.steps) for block in blocks])
 
 
+def blocks_of(runs: Sequence[Run], steps: int) -> list[Run]:
+    """All blocks, of at least 20 rows and two windows.
+
+    Raises:
+        ModelError: when there are fewer than two blocks.
+    """
+    size = max(SHORTEST, 2 * steps)
+    blocks = [block for run in runs for block in _divided(run, size) if block[1] - block[0] > steps]
+    if len(blocks) < 2:
+        rows = sum(end - first for first, end in runs)
+        raise ModelError(f"training needs at least {2 * size} consecutive transitions, found {rows}")
+    return blocks
+
+
 def windows_in(block: Run, steps: int) -> Tensor:
     """First rows of the windows of a block; its first row only lies before the first window."""
     return torch.arange(block[0] + 1, block[1] - steps + 1)
+
+
+def windows_of(runs: Sequence[Run], steps: int, seed: int) -> tuple[Tensor, Tensor]:
+    """First rows of all windows that lie within blocks, and the fold of each: every fifth block is of one fold.
+
+    Returns:
+        ``# (windows,)`` and ``# (windows,)``, from 0 to :data:`EVERY`, or fewer where there are fewer blocks.
+
+    Raises:
+        ModelError: when there are fewer than two blocks.
+    """
+    blocks = blocks_of(runs, steps)
+    windows = [windows_in(block, steps) for block in blocks]
+    folds = [torch.full_like(found, (place + seed) % EVERY) for place, found in enumerate(windows)]
+    return torch.cat(windows), torch.cat(folds)
 
 
 def rows_in(blocks: Sequence[Run]) -> Tensor:

@@ -26,7 +26,7 @@ class Descent:
     """
 
     steps: int = 300
-    learning_rate: float = 3e-3
+    learning_rate: float = 1e-2
     weight_decay: float = 5e-5
     rows: int = 512
     patience: int = 15

@@ -46,6 +46,7 @@ class Leftover:
         error: d, the base's one-step error ``# (rows, t)``, float32.
         moved: G ``# (rows, t, n)``, float32.
         carried: A ``# (rows, t, t)``, float32.
+        turned: how the state's columns follow its tangent ``# (rows, n, t)``, float32.
         driven: B, how the next state follows the command ``# (rows, t, m)``, float32.
         change: of the measured state in a step ``# (rows, t)``, float32.
         runs: first and last-but-one row of every stretch of consecutive rows.
@@ -56,6 +57,7 @@ class Leftover:
     error: Tensor
     moved: Tensor
     carried: Tensor
+    turned: Tensor
     driven: Tensor
     change: Tensor
     runs: tuple[tuple[int, int], ...]
@@ -100,6 +102,7 @@ def leftover(transitions: Transitions, base: Base, commands: int = 0, states: in
         error=away(predicted).float(),
         moved=_slopes(lambda move: away(predicted + move), columns),
         carried=_slopes(carried, tangents),
+        turned=_slopes(lambda move: layout.retract(state, move.expand(len(state), -1)), tangents),
         driven=_slopes(lambda move: away(step(state, action + move)), commanded),
         change=layout.difference(following, state).float(),
         runs=runs,

@@ -57,12 +57,13 @@ class Normal:
         return (raw[:, self.kept] - self.mean) / self.scale
 
     @torch.no_grad()
-    def begin_with(self, networks: Networks, raw: Sequence[Layer]) -> None:
-        """Give every network the weights of one over raw columns.
+    def begin_with(self, networks: Networks, raw: Sequence[Layer], which: Tensor) -> None:
+        """Give some of the networks the weights of one over raw columns.
 
         Args:
             networks: altered in place.
             raw: weights ``# (in, out)`` and biases ``# (out,)`` over raw inputs and outputs.
+            which: numbers of the networks ``# (some,)``.
         """
         layers = list(raw)
         weight, bias = layers[0]
@@ -71,21 +72,19 @@ class Normal:
         weight, bias = layers[-1]
         layers[-1] = (weight / self.output, bias / self.output)
         for (weight, bias), (new_weight, new_bias) in zip(networks.pairs(), layers, strict=True):
-            weight.copy_(new_weight)
-            bias.copy_(new_bias)
+            weight[which], bias[which] = new_weight, new_bias
 
     @torch.no_grad()
-    def write(self, layers: Sequence[Layer], residual: ResidualMLP, on: Tensor) -> None:
-        """Give a residual the layers of a network over normalised columns; zero where ``on`` ``# (n,)`` is false.
+    def write(self, layers: Sequence[Layer], residual: ResidualMLP, share: Tensor) -> None:
+        """Give a residual the layers of a network over normalised columns, and of its outputs these shares ``# (n,)``.
 
         Its weights of columns that the network does not see are zero.
         """
-        output = torch.where(on, self.output, 0.0)
         mean, scale = torch.zeros_like(residual.input_mean), torch.ones_like(residual.input_scale)
         values = {
             "input_mean": mean.index_copy(0, self.kept, self.mean),
             "input_scale": scale.index_copy(0, self.kept, self.scale),
-            "output_scale": output,
+            "output_scale": self.output * share,
         }
         first = layers[0][0]
         whole = first.new_zeros(len(mean), first.shape[1]).index_copy(0, self.kept, first)

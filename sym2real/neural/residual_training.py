@@ -4,10 +4,10 @@
 
     loss = mean over windows, steps and columns of (e / σ)² + λ · mean over rows and columns of (r / ρ)²
 
-e: error of a rollout from a measured row (:mod:`sym2real.neural.leftover`), one step or several; σ: root mean square of
+e: error of a rollout from a measured row (:mod:`sym2real.neural.batch`), one step or several; σ: root mean square of
 the base's own, so that the base's loss is 1; r: residual; ρ: what a step lacks, by σ. λ is chosen by validation inside
-bounds, and so is, column by column, whether there is a residual at all. Sources: the paper, "Residual learning";
-AdamW: I. Loshchilov, F. Hutter, "Decoupled weight decay regularization", ICLR 2019.
+bounds, and so is the share of every column's residual (:mod:`sym2real.neural.judged`). Sources: the paper, "Residual
+learning"; AdamW: I. Loshchilov, F. Hutter, "Decoupled weight decay regularization", ICLR 2019.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from torch import Tensor
 from sym2real.dataset import Transitions
 from sym2real.errors import ModelError, ShapeError
 from sym2real.layout import Layouts
-from sym2real.neural.batch import Batch, Batches
-from sym2real.neural.blocks import Blocks, Run
+from sym2real.neural.batch import Batch
+from sym2real.neural.blocks import EVERY, windows_of
 from sym2real.neural.bounded import bounded, unbounded
 from sym2real.neural.composed import Base, Composed, state_of
 from sym2real.neural.cyclic import cyclic_coordinates
 from sym2real.neural.descent import Descent, descend
+from sym2real.neural.judged import Judged
 from sym2real.neural.leftover import leftover
 from sym2real.neural.multi_step import Scales
 from sym2real.neural.networks import Networks
 from sym2real.neural.normal import Normal
 from sym2real.neural.residual_mlp import ResidualMLP
-from sym2real.neural.switches import columns_that_help
 from sym2real.threads import one_thread
 
 PAPER = (200, 200, 200, 200)
@@ -46,7 +46,7 @@ class TrainingReport:
 
     Args:
         penalty: λ that validated best; None where no residual did better than none.
-        error: mean squared error on the validation blocks over the base's.
+        error: mean squared error on rows held out over the base's.
         columns: state columns that have a residual.
         rows: transitions in all.
         seconds: on the clock.
@@ -73,7 +73,7 @@ class ResidualTraining:
         penalties: λ to choose from. The largest leaves half of what the data ask for, the smallest nearly all; no
             residual at all is always among the choices.
         commands, states: past rows that the residual sees.
-        seed: of the first weights, the validation blocks and the order of rows.
+        seed: of the first weights, the folds and the order of windows.
         descent: how weights are found.
 
     Raises:
@@ -85,8 +85,8 @@ class ResidualTraining:
     """
 
     widths: Sequence[int] = (64, 64)
-    steps: int = 10
-    penalties: Sequence[float] = (1e-3, 1e-2, 1e-1, 1.0)
+    steps: int = 20
+    penalties: Sequence[float] = (1e-3, 1e-2, 1e-1)
     commands: int = 0
     states: int = 0
     seed: int = 0
@@ -126,45 +126,34 @@ class ResidualTraining:
     def _trained(
         self, transitions: Transitions, base: Base, start: Composed | None
     ) -> tuple[ResidualMLP, float, float]:
-        """The residual, its λ, and its error on the validation blocks over the base's."""
+        """The residual, its λ, and its error on rows held out over the base's."""
         layouts = Layouts(state_of(base), base.layouts.action)
         rows = leftover(transitions, base, self.commands, self.states)
-        blocks = Blocks.of(rows.runs, self.steps, self.seed)
-        scales = Scales.of(rows, blocks.starts((*blocks.training, *blocks.validation)), self.steps)
+        starts, fold = windows_of(rows.runs, self.steps, self.seed)
+        scales = Scales.of(rows, starts, self.steps)
         seen = [layouts.state, layouts.action, *[layouts.action] * self.commands, *[layouts.state] * self.states]
         normal = Normal.of(rows.seen, seen, scales.residual, cyclic_coordinates(base))
-        networks = Networks((len(normal.mean), *self.widths, len(layouts.state)), len(self.penalties))
-        normal.begin_with(networks, self._first(layouts, start))
-
-        def batch(chosen: Sequence[Run]) -> Batch:
-            return Batch.of(rows, chosen, normal, scales)
-
-        batches = Batches(batch, blocks.training, self.descent.rows, self.seed)
-        held, penalties = batch(blocks.validation), torch.tensor(self.penalties)
-        errors = descend(
-            networks,
-            lambda step: batches.at(step).penalised(networks, penalties),
-            lambda: held.loss(networks(held.seen)),
-            self.descent,
-        )
-        best = int(errors.argmin())
+        batch = Batch.of(rows, starts, fold, normal, scales)
+        networks = Networks((len(normal.mean), *self.widths, len(layouts.state)), (EVERY + 1) * len(self.penalties))
+        whole = torch.arange(networks.count)[-len(self.penalties) :]
+        normal.begin_with(networks, self._residual(layouts, self.widths).layers(), torch.arange(networks.count))
+        if start is not None:
+            normal.begin_with(networks, self._layers_of(start, layouts), whole)
+        judged = Judged(networks, batch, torch.tensor(self.penalties), self.descent.rows, self.seed)
+        best = int(descend(networks, judged.loss, judged.validate, self.descent)[whole].argmin())
+        share, error = judged.shares(best, layouts.state)
         with torch.no_grad():
-            outputs = networks(held.seen)[best]
-            on = columns_that_help(held, outputs, layouts.state)
-            error = held.loss(torch.stack([outputs * on, 0 * outputs]))
-            layers = [(weight[best], bias[best, 0]) for weight, bias in networks.pairs()]
-            layers = bounded(layers, networks(normal(rows.seen))[best])
-        residual = self._residual(layouts, (*self.widths, 2 * len(on)))
-        normal.write(layers, residual, on)
-        return residual, self.penalties[best], float(error[0] / error[1])
+            layers = [(weight[whole[best]], bias[whole[best], 0]) for weight, bias in networks.pairs()]
+            layers = bounded(layers, networks(batch.seen)[whole[best]])
+        residual = self._residual(layouts, (*self.widths, 2 * len(share)))
+        normal.write(layers, residual, share)
+        return residual, self.penalties[best], error
 
     def _residual(self, layouts: Layouts, widths: Sequence[int]) -> ResidualMLP:
         return ResidualMLP(layouts, widths, self.seed, self.commands, self.states)
 
-    def _first(self, layouts: Layouts, start: Composed | None) -> list[tuple[Tensor, Tensor]]:
-        """Weights that every network begins with, over raw columns."""
-        if start is None:
-            return self._residual(layouts, self.widths).layers()
+    def _layers_of(self, start: Composed, layouts: Layouts) -> list[tuple[Tensor, Tensor]]:
+        """Weights of an earlier result, over raw columns."""
         begin, widths = start.residual, (*self.widths, 2 * len(layouts.state))
         wanted = f"a start of widths {widths} that sees {self.commands} past commands, {self.states} states"
         if not isinstance(begin, ResidualMLP):

@@ -1,0 +1,82 @@
+"""Networks that are trained on all rows, and beside each of them five that judge it: each leaves out a fifth.
+
+What is chosen, λ, the step at which training ends and the shares of columns, is chosen by the error of the five on the
+rows that each left out, so that every row of every log judges (cross-validation by blocks of time). The network that
+was trained on all of them is then the one to take. Where the base is worse than in the mean, errors count by its own
+there: else the first second of a flight, of which no other stretch tells anything, would choose alone. Source: T.
+Hastie, R. Tibshirani, J. Friedman, "The Elements of Statistical Learning", 2nd ed., section 7.10.
+"""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from sym2real.layout import Layout
+from sym2real.neural.batch import Batch
+from sym2real.neural.blocks import EVERY
+from sym2real.neural.networks import Networks
+from sym2real.neural.stacking import shares
+
+JUDGING = 100  # windows between steps of the descent
+
+
+class Judged:
+    """Losses of ``(EVERY + 1) · λs`` networks: those of the first fold with each λ, …, those of all rows with each λ.
+
+    Args:
+        networks: so many.
+        batch: all windows.
+        penalties: λ ``# (λs,)``.
+        rows: of a step of the descent.
+        seed: of the order of windows.
+    """
+
+    def __init__(self, networks: Networks, batch: Batch, penalties: Tensor, rows: int, seed: int) -> None:
+        self._networks, self._batch, self._penalties = networks, batch, penalties.repeat(EVERY + 1)
+        numbers = torch.arange(networks.count)
+        self._held = batch.fold[:, None] == numbers // len(penalties)
+        every = torch.arange(len(batch.starts))
+        base, _ = batch.parts(batch.error.new_zeros(len(batch.scale), len(every), batch.moved.shape[-1]), every)
+        self._weight = 1.0 / base.square().mean((0, 2, 3)).clamp(min=1.0)
+        self._size = max(1, rows // len(batch.scale))
+        self._generator = torch.Generator().manual_seed(seed)
+        self._order = torch.arange(0)
+        self._judging = torch.arange(0, len(batch.starts), max(1, len(batch.starts) // JUDGING))
+
+    def loss(self, step: int) -> Tensor:
+        """Of each network on the next windows that it does not leave out, with its penalty ``# (count,)``."""
+        if len(self._order) < self._size:
+            drawn = torch.randperm(len(self._held), generator=self._generator)
+            self._order = torch.cat([self._order, drawn])
+        windows, self._order = self._order[: self._size], self._order[self._size :]
+        errors, outputs = self._batch.rolled(self._networks, windows)
+        taught = (~self._held[windows]).float()
+        error = (errors.square().mean((0, 2)) * taught).sum(0) / taught.sum(0).clamp(min=1.0)
+        size: Tensor = self._penalties * outputs.square().mean((0, 1, 2))
+        return error + size
+
+    @torch.no_grad()
+    def validate(self) -> Tensor:
+        """Error of the five with each λ on what each left out, for all networks with that λ ``# (count,)``."""
+        errors, _ = self._batch.rolled(self._networks, self._judging)
+        own = self._own(errors.square().mean((0, 2)), self._judging) * self._weight[self._judging, None]
+        return own.mean(0).repeat(EVERY + 1)
+
+    @torch.no_grad()
+    def shares(self, best: int, layout: Layout) -> tuple[Tensor, float]:
+        """Shares of the columns ``# (n,)`` with the λ of this number, and the error that they leave over the base's."""
+        windows = torch.arange(len(self._held))
+        _, outputs = self._batch.rolled(self._networks, windows)
+        own = self._own(outputs.permute(1, 0, 2, 3), windows)[..., best]
+        root = self._weight.sqrt()[:, None, None]
+        base, parts = (errors * root for errors in self._batch.parts(own.permute(1, 0, 2), windows))
+        found = shares(base, parts, layout)
+        left = (base + (parts @ found)[..., None]).square().mean() / base.square().mean()
+        return found, float(left)
+
+    def _own(self, values: Tensor, windows: Tensor) -> Tensor:
+        """Of values ``# (windows, ..., count)`` those of who left the window out ``# (windows, ..., λs)``."""
+        by_fold = values.unflatten(-1, (EVERY + 1, -1))
+        own: Tensor = by_fold.movedim(-2, 1)[torch.arange(len(windows)), self._batch.fold[windows]]
+        return own

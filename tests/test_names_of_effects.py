@@ -24,7 +24,6 @@ EXCEPTIONS = {
     "diagnosis/faults/mistakes/transformation.py": Counter(
         sin_yaw=4, cos_yaw=3, x=2, y=2, z=2, qw=1, qx=1, qy=1, qz=1, vz=1, vx=1, vy=1
     ),
-    "diagnosis/score/tried.py": Counter({"gain": 1}),  # an entry of what `add --fit --json` prints
 }
 
 

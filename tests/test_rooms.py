@@ -45,8 +45,8 @@ FLOORS: dict[str, int] = {
 DIAGNOSIS_FLOORS = {
     name: floor
     for floor, name in enumerate(
-        ("settings", "stages", "data", "faults", "predict", "estimate", "errors", "search", "score", "unexplained",
-         "design", "conclusion", "answer", "pipeline", "adding")
+        ("settings", "json_objects", "stages", "data", "faults", "predict", "estimate", "errors", "search", "score",
+         "unexplained", "design", "conclusion", "answer", "pipeline", "adding")
     )
 }  # fmt: skip
 MOST_FILES = 12

@@ -12,7 +12,7 @@ from sym2real.diagnosis.errors.floor import Floor
 from sym2real.diagnosis.errors.regions import Where
 from sym2real.diagnosis.errors.rungs import Stage, cut_said
 from sym2real.diagnosis.faults.fault import Fault, with_sensors_of
-from sym2real.diagnosis.plain import fields_of
+from sym2real.diagnosis.json_objects import fields_of
 from sym2real.diagnosis.predict.competitors import NotTried
 from sym2real.diagnosis.score.finding import Finding, applied
 from sym2real.diagnosis.score.held_out import Gate

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from sym2real.diagnosis.plain import fields_of
+from sym2real.diagnosis.json_objects import fields_of
 from sym2real.upward import upward
 
 

@@ -19,6 +19,7 @@ from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.search import beam as beam_module
 from sym2real.diagnosis.search.beam import Beam
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
@@ -83,15 +84,16 @@ def test_no_set_that_was_looked_at_is_cheaper_than_the_answer_and_beyond_chance(
     beam = Beam(selection)
     beam.search()
     own = selection.price(selection.loss, len(selection.chosen))
-    cheaper = [effects for effects in beam.sets.values() if effects.price < own]
-    assert all(any(not selection.significant(effects.fit, member) for member in effects.chosen) for effects in cheaper)
+    for effects in (effects for effects in beam.sets.values() if effects.price < own):
+        doubtful = {member.name for member in effects.chosen if not selection.significant(effects.fit, member)}
+        assert any(effects.names - {name} in beam.looked_around for name in doubtful)
     assert {
         frozenset(candidate.name for candidate in selection.chosen) - {name} for name in HIDDEN
     } <= beam.looked_around
 
 
 def test_a_large_set_that_promises_nothing_is_not_looked_around_in() -> None:
-    beam = Beam(selection_of(problems()[1]))
+    beam = Beam(selection_of(problems()[1]), least=float("inf"))
     beam.search()
     best = beam.sets[frozenset(HIDDEN)]
     around = [beam.sets[names] for names in beam.looked_around if names != best.names]
@@ -168,3 +170,19 @@ def test_a_set_in_a_higher_valley_is_fitted_anew_from_the_starts_of_its_effects(
     again.search()
     assert again.sets[names].fit.total == pytest.approx(best.fit.total, rel=1e-3)
     assert again.selection.larger(again.sets[names]) != [stuck]
+
+
+@pytest.mark.parametrize(("least", "found"), [(0.0, set(HIDDEN)), (float("inf"), {"stands for both"})])
+def test_what_stands_for_two_effects_gives_way_to_both_where_less_can_be_left(
+    least: float, found: set[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each of the two, put in its place, is worse; that no first effect decides is switched off for once."""
+    monkeypatch.setattr(beam_module, "SCREENED", 0)
+    mass, wind = (next(one for one in problems()[1] if one.name == name) for name in ("added_mass", "wind"))
+    both = replace(mass, name="stands for both", free=((*mass.slots, wind.slots[0]), (wind.slots[1],)))
+    selection = selection_of([mass, wind, both])
+    (joined,) = selection.ranked([], selection.fit.values, [both])
+    assert all(joined.price < other.price for other in selection.ranked([], selection.fit.values, [mass, wind]))
+    selection.put(joined.chosen, joined.fit)
+    Beam(selection, least=least).search()
+    assert {candidate.name for candidate in selection.chosen} == found

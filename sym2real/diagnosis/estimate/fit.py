@@ -138,6 +138,10 @@ class Problems:
         """Number of logs that have segments."""
         return int(self.logs.max()) + 1
 
+    def total(self, values: Tensor) -> float:
+        """Whitened squares of all segments at a parameter set ``# (P,)``."""
+        return float(self.whitening.loss(self.problem.residuals(values[None])).sum())
+
     def quadratics(self, hypotheses: Sequence[Hypothesis], *, with_nuisance: bool = True) -> list[Fit]:
         """Losses and derivatives where the hypotheses stand."""
         if not hypotheses:

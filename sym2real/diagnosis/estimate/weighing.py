@@ -90,6 +90,7 @@ class Prepared:
         tried: what competes.
         problems: data, whitening, folds.
         spread: what shapes the covariance.
+        overfit: parameter set of all effects at once, which misses little ``# (P,)``.
         origin: parameter set from which effects are counted: null, or what calibration says of the base ``# (P,)``.
         calibration: the base against the plain simulator; None without one.
         notes: remarks on data and method.
@@ -106,6 +107,7 @@ class Prepared:
     tried: tuple[Candidate, ...]
     problems: Problems
     spread: Spread
+    overfit: torch.Tensor
     origin: torch.Tensor
     calibration: Calibration | None
     notes: tuple[str, ...]
@@ -175,6 +177,7 @@ def calibrate_base(weighed: Weighed) -> Prepared:
         tried=weighed.tried,
         problems=Problems.of(whitened.problem, whitened.whitening, nuisance_of(searched, origin)),
         spread=whitened.spread,
+        overfit=whitened.values,
         origin=origin,
         calibration=own,
         notes=base.notes,

@@ -4,13 +4,15 @@ A set costs what it leaves of logs that its fit left out, and a charge for every
 fit what comes of it by one more effect, the most promising of them on the set's own sensitivity matrix, and by one
 less. That is done in those few sets of every size to which one effect more promises the lowest price, so that no first
 effect decides what the next ones look like, unless the set is as large as the best one and even that price is higher;
-and in the best set, and in it with each of its effects left out, which exchanges that effect for others. The search
-ends where all of these have been looked around in and, as a set may have several valleys, fitted anew from the other
-starts of their effects. The answer is the cheapest set of which every effect is beyond chance. Sets on the way need not
-be: while much is missing, errors are large, and no test tells. So the cheapest set is looked around in as the best one
-is, whether it is beyond chance or not: it may stand between two families of effects. Where no single effect helps, two
-may that hide each other. The best of some hundred pairs saves something by luck, so what a pair saves must be beyond
-its standard error.
+and in the best set, and in it with each of its effects left out, which exchanges that effect for others. What stands
+for several others keeps them out, as each of them alone, put in its place, is worse. So where all effects at once leave
+less than the best set does, it is gone on from each of its effects left out, without that effect, as long as another
+more or less is cheaper. The search ends where all of these have been looked around in and, as a set may have several
+valleys, fitted anew from the other starts of their effects. The answer is the cheapest set of which every effect is
+beyond chance. Sets on the way need not be: while much is missing, errors are large, and no test tells. A cheaper set
+than the answer has effects that are not beyond chance; it is looked around in what it is without one of them. Where no
+single effect helps, two may that hide each other. The best of some hundred pairs saves something by luck, so what a
+pair saves must be beyond its standard error.
 """
 
 from __future__ import annotations
@@ -18,16 +20,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import groupby, islice
+from itertools import chain, groupby, islice
+from math import inf
 
-from sym2real.diagnosis.estimate.significance import least_gain
 from sym2real.diagnosis.estimate.weighing import Prepared
 from sym2real.diagnosis.predict.candidate import Candidate
-from sym2real.diagnosis.search.deviations import parameter_set
 from sym2real.diagnosis.search.effect_set import EffectSet
+from sym2real.diagnosis.search.narrow import join_narrow
 from sym2real.diagnosis.search.needed import Needed, keep_needed
 from sym2real.diagnosis.search.pairs import hidden_pairs
-from sym2real.diagnosis.search.select import PROMISING, REFITTED, Selection
+from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.stages import OnProgress, Stages
 
@@ -66,9 +68,9 @@ def search(prepared: Prepared, stages: Stages) -> SearchResult:
     """The effects that are there and that predictions need; Ctrl-C keeps what is found by then."""
     tried = prepared.tried
     selection = Selection(prepared.problems, tried, prepared.origin)
-    beam = Beam(selection, stages.on_progress)
+    beam = Beam(selection, stages.on_progress, prepared.problems.total(prepared.overfit))
     stages.try_to(f"searching among {len(tried)} effects", Beam.search, beam)
-    stages.try_to("searching for what moves little of what is measured", Beam.join_narrow, beam)
+    stages.try_to("searching for what moves little of what is measured", join_narrow, selection)
     needed = partial(keep_needed, library=prepared.library, logs=prepared.checked.data)
     held = stages.try_to("holding effects against predictions", needed, selection)
     return SearchResult(prepared, selection, not stages.interrupted, held or Needed())
@@ -81,10 +83,12 @@ class Beam:
     Args:
         selection: what competes; it becomes the best set.
         on_progress: told what has been found so far.
+        least: whitened squares of all segments that all effects at once leave.
     """
 
     selection: Selection
     on_progress: OnProgress = lambda _: None
+    least: float = 0.0
     sets: dict[Names, EffectSet] = field(default_factory=dict)
     looked_around: set[Names] = field(default_factory=set)
     fitted_anew: set[Names] = field(default_factory=set)
@@ -104,32 +108,6 @@ class Beam:
             best = self._best()
             self.selection.put(best.chosen, best.fit)
 
-    def join_narrow(self) -> None:
-        """Put effects that move few of the measured directions beside what was chosen, where logs are not few."""
-        while (larger := next(self._narrow(), None)) is not None:
-            self.selection.put(larger.chosen, larger.fit)
-
-    def _narrow(self) -> Iterator[EffectSet]:
-        """Sets with one effect more that takes its part off the loss of what it moves, best first.
-
-        During the search all effects have one price: which of two rivals explains more is no matter of directions. A
-        lag below the base's own is reported as none, and is none.
-        """
-        selection, problems = self.selection, self.selection.problems
-        count, library = len(selection.chosen) + 1, problems.problem.library
-        if problems.log_count < SETTINGS.fewest_logs or count > SETTINGS.most_findings:
-            return
-        effects = selection.set_of(selection.chosen, selection.fit)
-        reference, screened = selection.screening(effects)
-        most = (1 - PROMISING * SETTINGS.gain_of(count) / len(problems.whitening.sensor)) * reference
-        smooth = [(rival, start) for loss, rival, start in screened[:REFITTED] if loss < most and not rival.needs_start]
-        for larger in selection.refitted(effects.chosen, smooth):
-            said, slots = parameter_set(selection, larger.chosen, larger.fit.values), larger.candidate.slots
-            least = least_gain(problems, larger.candidate, larger.fit.values, count)
-            saves = larger.loss < (1 - least) * effects.loss and bool((said != library.null)[slots].any())
-            if saves and all(selection.significant(larger.fit, member) for member in larger.chosen):
-                yield larger
-
     def _waiting(self) -> Iterator[EffectSet]:
         """Sets that are still to be looked around in, those of the beam first."""
         best = self._best()
@@ -141,14 +119,34 @@ class Beam:
                 beyond = size < len(best.chosen) or self.selection.promise(effects) < best.price
                 if beyond and effects.names not in self.looked_around:
                     yield effects
-        for centre in (best, min(self.sets.values(), key=lambda effects: effects.price)):
-            yield from (effects for effects in self._around(centre) if effects.names not in self.looked_around)
+        centres = chain(self._around(best), self._towards_significance(best), self._descents(best))
+        yield from (effects for effects in centres if effects.names not in self.looked_around)
 
     def _around(self, centre: EffectSet) -> Iterator[EffectSet]:
         """A set, and it with each of its effects left out."""
         yield centre
         for left_out in centre.chosen:
             yield self._without(centre, left_out)
+
+    def _towards_significance(self, best: EffectSet) -> Iterator[EffectSet]:
+        """Of cheaper sets than the best one, what they are without one of the effects that are not beyond chance."""
+        cheaper = (other for other in self.sets.values() if other.price < best.price and self._worth_its_size(other))
+        for effects in sorted(cheaper, key=lambda effects: effects.price):
+            doubtful = [member for member in effects.chosen if not self.selection.significant(effects.fit, member)]
+            without = [self._without(effects, member) for member in doubtful]
+            yield from sorted(without, key=lambda other: other.price)[:1]
+
+    def _descents(self, best: EffectSet) -> Iterator[EffectSet]:
+        """From the best set without one of its effects to ever cheaper ones without it, if less can be left at all."""
+        if best.fit.total * (1 - SETTINGS.gain_beside) <= self.least:
+            return
+        for left_out in best.chosen:
+            effects, last = self._without(best, left_out), inf
+            while effects.price < last:
+                yield effects
+                near = (other for other in self.sets.values() if len(other.names ^ effects.names) == 1)
+                near = (other for other in near if left_out.name not in other.names)
+                effects, last = min(near, key=lambda other: other.price), effects.price
 
     def _without(self, effects: EffectSet, left_out: Candidate) -> EffectSet:
         names = effects.names - {left_out.name}

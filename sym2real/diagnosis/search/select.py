@@ -47,6 +47,7 @@ class Selection:
     order: list[tuple[Candidate, Fit]] | None = None
     _larger: dict[frozenset[str], list[EffectSet]] = field(default_factory=dict)
     _screenings: dict[EffectSet, Screening] = field(default_factory=dict)
+    _significant: dict[tuple[Fit, str], bool] = field(default_factory=dict)
     _models: dict[tuple[Free, bytes], Fit] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -184,8 +185,11 @@ class Selection:
 
     def significant(self, fit: Fit, candidate: Candidate) -> bool:
         """Whether a candidate's parameters differ from none beyond chance, inside their bounds."""
-        inside = not self.at_bound(fit, candidate)
-        return inside and beyond_chance(self.problems, fit, candidate, self.origin, self.tried)
+        asked = fit, candidate.name
+        if asked not in self._significant:
+            inside = not self.at_bound(fit, candidate)
+            self._significant[asked] = inside and beyond_chance(self.problems, fit, candidate, self.origin, self.tried)
+        return self._significant[asked]
 
     def at_bound(self, fit: Fit, candidate: Candidate) -> bool:
         """Whether a fit has driven a parameter to the end of what is likely, which is not where the effect is none."""

@@ -1,0 +1,39 @@
+"""Effects that move few of the measured directions, put beside what a search has chosen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from sym2real.diagnosis.estimate.significance import least_gain
+from sym2real.diagnosis.search.deviations import parameter_set
+from sym2real.diagnosis.search.effect_set import EffectSet
+from sym2real.diagnosis.search.select import PROMISING, REFITTED, Selection
+from sym2real.diagnosis.settings import SETTINGS
+
+
+def join_narrow(selection: Selection) -> None:
+    """Put effects that move few of the measured directions beside what was chosen, where logs are not few."""
+    while (larger := next(_narrow(selection), None)) is not None:
+        selection.put(larger.chosen, larger.fit)
+
+
+def _narrow(selection: Selection) -> Iterator[EffectSet]:
+    """Sets with one effect more that takes its part off the loss of what it moves, best first.
+
+    During the search all effects have one price: which of two rivals explains more is no matter of directions. A lag
+    below the base's own is reported as none, and is none.
+    """
+    problems, count = selection.problems, len(selection.chosen) + 1
+    library = problems.problem.library
+    if problems.log_count < SETTINGS.fewest_logs or count > SETTINGS.most_findings:
+        return
+    effects = selection.set_of(selection.chosen, selection.fit)
+    reference, screened = selection.screening(effects)
+    most = (1 - PROMISING * SETTINGS.gain_of(count) / len(problems.whitening.sensor)) * reference
+    smooth = [(rival, start) for loss, rival, start in screened[:REFITTED] if loss < most and not rival.needs_start]
+    for larger in selection.refitted(effects.chosen, smooth):
+        said, slots = parameter_set(selection, larger.chosen, larger.fit.values), larger.candidate.slots
+        least = least_gain(problems, larger.candidate, larger.fit.values, count)
+        saves = larger.loss < (1 - least) * effects.loss and bool((said != library.null)[slots].any())
+        if saves and all(selection.significant(larger.fit, member) for member in larger.chosen):
+            yield larger

@@ -7,7 +7,7 @@ import numpy as np
 from sym2real.effects.body import Body
 from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter
-from sym2real.effects.memory import Memory, play_step, stepping, zero_step
+from sym2real.effects.memory import Memory, play, zero_band
 from sym2real.effects.searching import Searching, Shown, alone_on, by_role
 from sym2real.effects.truth import following
 from sym2real.protocols import Change
@@ -24,7 +24,7 @@ def _parameters(body: Body) -> tuple[Parameter, ...]:
 
 
 def _memory(body: Body) -> Memory:
-    return stepping(zero_step if body.unit == "m/s" else play_step)
+    return zero_band() if body.unit == "m/s" else play()
 
 
 def _inject(body: Body, values: Numbers) -> Change:

@@ -141,25 +141,45 @@ def lag() -> Memory:
     return Memory(first_row, run)
 
 
-def rate_step(memory: Tensor, row: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
+def _passed(memory: Tensor, rule: Callable[..., Tensor], *rows: Tensor) -> Tensor:
+    """Memory before the first row and after every one ``# (..., T + 1, C)``: a recursion that must be short per row."""
+    found = [memory]
+    for row in zip(*(part.unbind(-2) for part in rows), strict=True):
+        found.append(rule(found[-1], *row))
+    return torch.stack(torch.broadcast_tensors(*found), dim=-2)
+
+
+def rate_limited() -> Memory:
     """A ramp towards a held command, then the command: its mean over the period."""
-    rate = values["value"]
-    away = row - memory
-    after = memory + torch.maximum(torch.minimum(away, rate * dt), -rate * dt)
-    ramp = torch.minimum(away.abs() / rate, torch.full_like(away, dt))
-    return after, after - (after - memory) * ramp / (2 * dt)
+
+    def run(memory: Tensor, rows: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
+        most = values["value"] * dt
+        passed = _passed(memory, lambda now, row: now + torch.clamp(row - now, -most, most), rows)
+        before, after = passed[..., :-1, :], passed[..., 1:, :]
+        ramp = torch.clamp((rows - before).abs() / values["value"][..., None, :], max=dt)
+        return after[..., -1, :], after - (after - before) * ramp / (2 * dt)
+
+    return Memory(first_row, run)
 
 
-def play_step(memory: Tensor, row: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
+def play() -> Memory:
     """Hysteresis of a gear with play: the output moves once the command has crossed the play."""
-    half = values["value"] / 2
-    after = torch.maximum(torch.minimum(memory, row + half), row - half)
-    return after, after
+
+    def run(memory: Tensor, rows: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
+        half = values["value"][..., None, :] / 2
+        after = _passed(memory, torch.clamp, rows - half, rows + half)[..., 1:, :]
+        return after[..., -1, :], after
+
+    return Memory(first_row, run)
 
 
-def zero_step(memory: Tensor, row: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
+def zero_band() -> Memory:
     """Nothing while the command is within the band around zero."""
-    return memory, torch.where(row.abs() > values["value"] / 2, row, torch.zeros_like(row))
+
+    def run(memory: Tensor, rows: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
+        return memory, torch.where(rows.abs() > values["value"][..., None, :] / 2, rows, torch.zeros_like(rows))
+
+    return Memory(first_row, run)
 
 
 def sampled_begin(row: Tensor, dt: float, values: Given) -> Tensor:

@@ -7,7 +7,7 @@ import numpy as np
 from sym2real.effects.body import Body
 from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.kind import UNLIMITED, Kind, Numbers, Parameter
-from sym2real.effects.memory import rate_step, stepping
+from sym2real.effects.memory import rate_limited
 from sym2real.effects.searching import Searching, Shown, alone_on, by_role
 from sym2real.effects.truth import following
 from sym2real.protocols import Change
@@ -47,7 +47,7 @@ RATE_LIMIT = Kind(
     shown_by="small and large steps of the command",
     fix="raise the limit in the firmware (servo speed, acceleration limit), or limit the commands' rate",
     inject=_inject,
-    memory=lambda body: stepping(rate_step),
+    memory=lambda body: rate_limited(),
     columns="action",
     searching=Searching(
         why_not=alone_on("rate command", "thrust", "motors"),

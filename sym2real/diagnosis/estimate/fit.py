@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -116,6 +116,7 @@ class Problems:
     folds: NDArray[np.int64]
     blocks: NDArray[np.int64]
     nuisance: Nuisance = NONE
+    _known: dict[tuple[Free, bytes, int], Fit] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
     def of(cls, problem: Problem, whitening: Whitening, nuisance: Nuisance = NONE) -> Problems:
@@ -161,7 +162,13 @@ class Problems:
         return tuple(tied for tied in self.nuisance.free if not taken & set(tied))
 
     def fit(self, hypotheses: Sequence[Hypothesis], steps: int) -> list[Fit]:
-        """Gauss–Newton with a line search, all hypotheses in one rollout per step."""
+        """Gauss–Newton with a line search, all hypotheses in one rollout per step; what was asked before is known."""
+        asked = [(hypothesis.free, hypothesis.values.numpy().tobytes(), steps) for hypothesis in hypotheses]
+        new = {key: one for key, one in zip(asked, hypotheses, strict=True) if key not in self._known}
+        self._known.update(zip(new, self._fit(list(new.values()), steps), strict=True))
+        return [self._known[key] for key in asked]
+
+    def _fit(self, hypotheses: Sequence[Hypothesis], steps: int) -> list[Fit]:
         fits = self.quadratics(hypotheses)
         open_fits = [bool(started.whole) for started in fits]
         for _ in range(steps):

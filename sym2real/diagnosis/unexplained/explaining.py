@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from sym2real.diagnosis.estimate.weighing import Prepared
-from sym2real.diagnosis.score.finding import Finding, applied, rated
+from sym2real.diagnosis.score.finding import applied
 from sym2real.diagnosis.score.scoring import Scored
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.unexplained.astray import worse_than_nothing
@@ -18,39 +18,34 @@ from sym2real.diagnosis.unexplained.term import Term, propose
 
 @dataclass(frozen=True, eq=False)
 class Explained:
-    """Findings, and what is left beside them.
+    """What is left beside the findings.
 
     Args:
         scored: findings and held-out errors.
-        findings: with their confidence, which what is left has a say in.
         leftovers: what no effect explains, the strongest of what matters first.
         proposal: a term that would explain some of the first, unverified.
     """
 
     scored: Scored
-    findings: tuple[Finding, ...]
     leftovers: tuple[Leftover, ...]
     proposal: Term | None
 
 
 def explain_rest(scored: Scored) -> Explained:
-    """What is left, and how sure the findings are in view of it."""
+    """What is left beside what was found."""
     result, prepared = scored.result, scored.result.prepared
-    selection, own, spread = result.selection, prepared.calibration, prepared.spread
-    problems = selection.problems
+    selection, spread, problems = result.selection, prepared.spread, prepared.problems
     rest = Rest.of(problems.problem, spread, problems.whitening, selection.fit.values)
     # Commands that no row tells push the robot, and what they did goes with what it then did.
     leftovers = () if prepared.checked.commands_lost else _leftovers(prepared, selection, rest)
     if not (scored.findings or prepared.checked.commands_lost) and not any(leftover.matters for leftover in leftovers):
         leftovers = (*worse_than_nothing(scored), *leftovers)
     unexplained = any(leftover.matters for leftover in leftovers)
-    calibrated = own is not None and result.finished
-    sure = rated(scored.findings, passed=scored.gate.passed, leftover=unexplained, calibrated=calibrated)
     proposal = None
     if unexplained:
-        informed = applied(prepared.model, sure)
+        informed = applied(prepared.model, scored.findings)
         proposal = propose(informed, prepared.checked.data, rest, leftovers[0], problems.whitening)
-    return Explained(scored, sure, leftovers, proposal)
+    return Explained(scored, leftovers, proposal)
 
 
 def _leftovers(prepared: Prepared, selection: Selection, rest: Rest) -> tuple[Leftover, ...]:

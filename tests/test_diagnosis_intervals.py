@@ -19,7 +19,6 @@ from sym2real.diagnosis.estimate.weighing import whiten
 from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
-from sym2real.diagnosis.score.cleaning import cleaned
 from sym2real.effects import effect
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.plants import MujocoPlant
@@ -54,10 +53,10 @@ def test_a_push_that_the_base_alone_has_is_not_the_robots() -> None:
     values = []
     for base in (right, wrong):
         problems, fit, own = _fit(base, data, "wind")
-        values += [float(fit.values[0]), float(cleaned(problems, fit, own).values[0])]
+        values += [float(fit.values[0]), float(calibrate.cleaned(problems, fit, own).values[0])]
     assert values[2] == pytest.approx(values[0] - OWN, rel=0.01)
     assert values[3] == pytest.approx(values[1], rel=0.005)
-    assert cleaned(problems, fit, None) is fit
+    assert calibrate.cleaned(problems, fit, None) is fit
 
 
 def test_intervals_hold_a_value_that_trim_scatters_from_run_to_run(drives: Dataset) -> None:

@@ -8,10 +8,9 @@ from itertools import accumulate, pairwise
 from typing import Any
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.estimate.calibrate import Calibration
+from sym2real.diagnosis.estimate.calibrate import Calibration, cleaned
 from sym2real.diagnosis.estimate.swing import Swing
 from sym2real.diagnosis.predict.library import Library
-from sym2real.diagnosis.score.cleaning import cleaned
 from sym2real.diagnosis.score.importance import by_importance
 from sym2real.diagnosis.score.intervals import Estimate, about, estimates, spread_over_logs
 from sym2real.diagnosis.search.near import Near

@@ -15,6 +15,7 @@ from sym2real.diagnosis.estimate import calibrate
 from sym2real.diagnosis.estimate.fit import Fit, Hypothesis, Problems
 from sym2real.diagnosis.estimate.refine import refined
 from sym2real.diagnosis.estimate.significance import half_widths
+from sym2real.diagnosis.estimate.simulator import flown_along
 from sym2real.diagnosis.estimate.weighing import whiten
 from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.diagnosis.predict.library import Library
@@ -41,7 +42,7 @@ def _fit(base: Equations, data: Dataset, key: str) -> tuple[Problems, Fit, calib
     problems = Problems.of(whitened.problem, whitened.whitening)
     free = tuple((slot,) for slot in range(len(library.slots)))
     (fit,) = problems.fit([Hypothesis(free, library.null)], 4)
-    flown = calibrate.simulated(MujocoPlant(CRAZYFLIE), data)
+    flown, _ = flown_along(base, MujocoPlant(CRAZYFLIE), data)
     assert flown is not None
     return problems, fit, calibrate.calibrated(library, [], flown, whitened.whitening)
 
@@ -82,7 +83,7 @@ def test_intervals_hold_a_value_that_trim_scatters_from_run_to_run(drives: Datas
 
 def test_a_refined_base_keeps_its_velocities(drives: Dataset) -> None:
     wrong = MUSHR.nominal().substitute({"speed": 0.93 * symbol("speed")})
-    flown = calibrate.simulated(MujocoPlant(MUSHR), drives)
+    flown, _ = flown_along(wrong, MujocoPlant(MUSHR), drives)
     assert flown is not None
     segments, missed = with_velocities(cut(flown)), []
     for base in (wrong, refined(Library.of(wrong, []), flown, drives)):

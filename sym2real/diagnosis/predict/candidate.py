@@ -10,8 +10,7 @@ from functools import lru_cache
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.predict.commands import values_for
-from sym2real.diagnosis.predict.competitors import competing
+from sym2real.diagnosis.predict.competitors import competing, values_for
 from sym2real.diagnosis.predict.library import Library
 from sym2real.effects import applicable, effect
 from sym2real.effects.catalogue import require_patterns

@@ -103,7 +103,7 @@ def test_the_reference_knows_every_target_of_the_judged_cases() -> None:
     assert not has_reference(case("car-plain"))  # a gain of the speed command is a filter
 
 
-def test_an_adaptation_learns_and_repeats_itself() -> None:
+def test_an_adaptation_learns() -> None:
     job = Adapted(case("mass-26"), "sr-nn", 1, SMALL, BASE.to_json())
     told: list[str] = []
     answer = job.run(told.append)
@@ -112,8 +112,12 @@ def test_an_adaptation_learns_and_repeats_itself() -> None:
     assert min(errors[1:]) < 0.8 * errors[0]
     assert any("evaluation episode" in line for line in told) and any("learning" in line for line in told)
     assert json.loads(json.dumps(answer)) == answer
-    again = job.run(silent)
-    assert [row["errors"] for row in again["rounds"]] == [row["errors"] for row in answer["rounds"]]
+
+
+def test_an_adaptation_repeats_itself() -> None:
+    job = Adapted(case("mass-26"), "sr-sr", 1, replace(SMALL, rows=60), BASE.to_json())
+    once, again = (job.run(silent)["rounds"] for _ in range(2))
+    assert [row["errors"] for row in again] == [row["errors"] for row in once]
 
 
 @pytest.mark.parametrize("contestant", ["sr-sr", "nn-nn", "nn-sr"])

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import json
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
 from cli_results import result_of
+from forked import forked
 from quick_engines import Given
 
 from sym2real.cli import VERBS, main
@@ -199,11 +198,8 @@ def test_a_broken_record_of_the_training_is_one_clear_error(
     assert "training.json: expected what a model was learned from" in capsys.readouterr().err.replace("\n", " ")
 
 
-def test_json_has_standard_output_to_itself(bicycle: Path) -> None:
-    shown = subprocess.run(
-        [sys.executable, "-m", "sym2real", "show", str(bicycle), "--json", "-"], capture_output=True, check=True
-    )
-    assert json.loads(shown.stdout)["dt"] == 0.05
+def test_json_has_standard_output_to_itself(bicycle: Path, tmp_path: Path) -> None:
+    assert json.loads(forked(["show", str(bicycle), "--json", "-"], tmp_path).out)["dt"] == 0.05
 
 
 def test_help_teaches_every_verb(capsys: pytest.CaptureFixture[str]) -> None:

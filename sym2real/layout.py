@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import accumulate
 from typing import get_args
 
 import torch
@@ -134,6 +135,19 @@ class Layout:
     def has_field(self, name: str) -> bool:
         """Whether there is a field of that name."""
         return any(field.name == name for field in self.fields)
+
+    @cached_property
+    def tangent_places(self) -> tuple[range, ...]:
+        """Places of every field's components in the tangent, field by field."""
+        sizes = [field.tangent_size for field in self.fields]
+        return tuple(range(end - size, end) for end, size in zip(accumulate(sizes), sizes, strict=True))
+
+    @cached_property
+    def vector_places(self) -> dict[str, int]:
+        """Place in the tangent of every column that has a component of its own: those of vector fields."""
+        fields = zip(self.fields, self.tangent_places, strict=True)
+        vectors = [zip(field.columns, places, strict=True) for field, places in fields if field.kind == "vector"]
+        return {column: place for columns in vectors for column, place in columns}
 
     @cached_property
     def rates(self) -> dict[str, str]:

@@ -12,12 +12,20 @@ import pytest
 
 os.environ.setdefault("SYM2REAL_TRACEBACK", "1")  # an error that nobody foresaw is to fail a test with its traceback
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tools" / "bench"))  # what tests and benches share
+# Files that take a processor for half a minute or more.
+LONG = {
+    *("test_site", "test_level_ground", "test_experiments_study", "test_regression_noisy", "test_face"),
+    *("test_diagnosis_slow_logs", "test_faults_as_read", "test_cli_found", "test_neural_training"),
+}
 BESIDE_THE_CHECKOUT = Path(__file__).resolve().parents[2] / "shared" / "data"
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Shuffle the files by their names: of those that wait for robots, few are run at the same time."""
-    items.sort(key=lambda item: zlib.crc32(item.path.name.encode()))
+    """The long files first, so that no worker is left alone with one; the others shuffled by their names.
+
+    Of those that wait for robots, few are then run at the same time.
+    """
+    items.sort(key=lambda item: (item.path.stem not in LONG, zlib.crc32(item.path.name.encode())))
 
 
 def pytest_collection_finish() -> None:

@@ -17,7 +17,6 @@ from sym2real.diagnosis import Diagnosis, Estimate, Finding, Floor
 from sym2real.diagnosis.errors.rungs import Stage, StageError
 from sym2real.diagnosis.predict.competitors import NotTried
 from sym2real.diagnosis.score.held_out import Gate
-from sym2real.diagnosis.score.reliability import Confidence
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE
@@ -63,7 +62,7 @@ def diagnosis() -> Diagnosis:
     """Both effects found, with hostile remarks."""
     findings = (
         finding("added_mass", share=0.7, group=("added_mass", "gain:thrust"), separate_by=HOSTILE, fix="weigh it",
-                confidence=Confidence(48, 50), probability=0.93, log_spread={"value": 0.0002}),
+                probability=0.93, log_spread={"value": 0.0002}),
         finding("wind", share=0.2, provisional=True, fix="shut the window"),
     )  # fmt: skip
     stages = (stage("base", 1.0), stage("+ added_mass", 0.5), stage("+ wind", 0.2))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -112,8 +113,8 @@ def test_logs_and_models_of_rounds_open_by_themselves(folder: Path, adapted: Ada
     assert on_top.read_bytes() == (folder / "rounds" / f"{adapted.best:02d}" / on_top.name).read_bytes()
 
 
-def test_undo_leads_to_any_round_and_back(adapted: Adaptation, tmp_path: Path) -> None:
-    adapted_to_wind(tmp_path)
+def test_undo_leads_to_any_round_and_back(folder: Path, adapted: Adaptation, tmp_path: Path) -> None:
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
     before = contents(tmp_path)
     undo(tmp_path, 0)
     assert not (tmp_path / "residual.safetensors").exists()

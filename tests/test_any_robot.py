@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
+from quick_engines import Given
 
 from sym2real.adaptation import StageOne
 from sym2real.dataset import Dataset
@@ -16,6 +17,7 @@ from sym2real.experiments.learning import learn_from_drives, learn_in_simulation
 from sym2real.experiments.measured import measured
 from sym2real.experiments.models import base_folder
 from sym2real.experiments.standard_set import Case, simulate_case
+from sym2real.regression import ENGINES
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 
 KEY, FACTOR = "gain:thrust", {"value": 0.9}
@@ -34,7 +36,8 @@ def logs(hexa: Robot) -> Dataset:
     return simulate_case(Case("hexa", ((KEY, FACTOR),), seed=1), trajectories=4, rows=250)
 
 
-def test_a_copy_of_a_robot_is_learned_like_it(hexa: Robot) -> None:
+def test_a_copy_of_a_robot_is_learned_like_it(hexa: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(ENGINES._entries, "beam", Given(CRAZYFLIE.nominal()))
     learned = learn_in_simulation(hexa, "beam", StageOne(1, 120, pushed=False), None, lambda _: None)
     assert learned.equations.robot == "hexa"
     assert learned.equations.numbers == CRAZYFLIE.numbers
@@ -43,7 +46,8 @@ def test_a_copy_of_a_robot_is_learned_like_it(hexa: Robot) -> None:
     assert measured("hexa").like.recipe.dependencies == CRAZYFLIE.recipe.dependencies
 
 
-def test_a_copy_of_a_car_is_learned_from_its_drives() -> None:
+def test_a_copy_of_a_car_is_learned_from_its_drives(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(ENGINES._entries, "beam", Given(MUSHR.nominal()))
     copy = replace(MUSHR, name="other")
     assert learn_from_drives(copy, 1).equations.robot == "other"
 

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import json
 import shutil
-import subprocess
-import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
 from cli_results import result_of
+from forked import forked
+from quick_engines import Given
 
 from sym2real.cli import VERBS, main
 from sym2real.data import example_flight
-from sym2real.logs import read_log, write_log
-from sym2real.symbolic import load_model
+from sym2real.layout import Layouts
+from sym2real.logs import read_log
+from sym2real.regression import ENGINES
+from sym2real.robots import CRAZYFLIE
+from sym2real.symbolic import Equations, load_model
 
 SPEC = "crazyflie_battery_drag"
 
@@ -196,11 +198,8 @@ def test_a_broken_record_of_the_training_is_one_clear_error(
     assert "training.json: expected what a model was learned from" in capsys.readouterr().err.replace("\n", " ")
 
 
-def test_json_has_standard_output_to_itself(bicycle: Path) -> None:
-    shown = subprocess.run(
-        [sys.executable, "-m", "sym2real", "show", str(bicycle), "--json", "-"], capture_output=True, check=True
-    )
-    assert json.loads(shown.stdout)["dt"] == 0.05
+def test_json_has_standard_output_to_itself(bicycle: Path, tmp_path: Path) -> None:
+    assert json.loads(forked(["show", str(bicycle), "--json", "-"], tmp_path).out)["dt"] == 0.05
 
 
 def test_help_teaches_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
@@ -214,13 +213,15 @@ def test_help_teaches_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
     assert "did you mean 'compare'" in capsys.readouterr().err
 
 
-def test_noisy_logs_lose_the_dependence_and_say_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_equations_that_lost_the_dependence_are_kept_and_said_to_fly_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As noisy logs make them."""
+    layouts = Layouts(CRAZYFLIE.layouts.state, CRAZYFLIE.layouts.action)
+    still = Equations.parse(layouts, {column: column for column in layouts.state}, CRAZYFLIE.dt)
+    monkeypatch.setitem(ENGINES._entries, "beam", Given(still))
     log = tmp_path / "hover.csv"
     main(["simulate", "crazyflie", "circle", "--seconds", "4", "--out", str(log)])
-    trajectory = read_log(log)
-    noisy = trajectory.state + np.random.default_rng(0).normal(size=trajectory.state.shape) * 0.02
-    noisy = trajectory.layouts.state.normalise(torch.as_tensor(noisy)).numpy()
-    write_log(replace(trajectory, state=noisy), log)
     with pytest.raises(SystemExit) as stopped:
         main(["learn", "crazyflie", "--data", str(log), "--out", str(tmp_path / "model")])
     assert stopped.value.code == 2

@@ -6,12 +6,14 @@ import json
 from pathlib import Path
 
 import pytest
+from quick_engines import Linear
 
 from sym2real.cli import main
 from sym2real.experiments.flights import car_drives
 from sym2real.experiments.learning import learn_from_logs
 from sym2real.experiments.measured import measured
 from sym2real.logs import read_log, write_log
+from sym2real.regression import ENGINES
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 from sym2real.symbolic import load_model
 
@@ -38,17 +40,20 @@ def test_any_car_is_learned_from_its_logs_and_compared(drives: list[str], tmp_pa
     assert json.loads(found.read_text())["one_step"]["errors"]["position"]["skill"] > 0.9
 
 
-def test_what_is_learned_is_what_a_registered_robot_of_the_same_logs_learns(drives: list[str], tmp_path: Path) -> None:
-    for name in ("car", "mushr"):
-        main(["learn", name, "--data", *drives[:2], "--out", str(tmp_path / name)])
-    anonymous, named = load_model(tmp_path / "car"), load_model(tmp_path / "mushr")
+def test_what_is_learned_is_what_a_registered_robot_of_the_same_logs_learns(
+    drives: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(ENGINES._entries, "beam", Linear)
+    logs = [Path(drive) for drive in drives[:2]]
+    anonymous, named = (learn_from_logs(measured(name), logs, None, "beam").equations for name in ("car", "mushr"))
     assert anonymous.next == named.next
     assert anonymous.numbers == {}
     assert named.numbers == MUSHR.numbers
 
 
-def test_the_step_is_that_of_the_logs(drives: list[str], tmp_path: Path) -> None:
+def test_the_step_is_that_of_the_logs(drives: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every second row of a drive at 20 Hz is a log of 10 Hz; a registered robot keeps its own step."""
+    monkeypatch.setitem(ENGINES._entries, "beam", Linear)
     thin = list[Path]()
     for log in drives[:3]:
         header, *rows = Path(log).read_text().splitlines()
@@ -58,12 +63,11 @@ def test_the_step_is_that_of_the_logs(drives: list[str], tmp_path: Path) -> None
     assert dts == {"car": 0.1, "mushr": 0.05}
 
 
-def test_a_quadrotor_of_logs_takes_thrust_and_rates(tmp_path: Path) -> None:
-    log = str(tmp_path / "log.csv")
-    main(["simulate", "crazyflie", "circle", "--seconds", "6", "--out", log])
-    with pytest.raises(SystemExit):  # one circle does not show what the thrust does, which is said
-        main(["learn", "quadrotor", "--data", log, "--out", str(tmp_path / "model")])
-    learned = load_model(tmp_path / "model")
+def test_a_quadrotor_of_logs_takes_thrust_and_rates(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(ENGINES._entries, "beam", Linear)
+    log = tmp_path / "log.csv"
+    main(["simulate", "crazyflie", "circle", "--seconds", "6", "--out", str(log)])
+    learned = learn_from_logs(measured("quadrotor"), [log], None, "beam").equations
     assert learned.layouts.action == CRAZYFLIE.layouts.action
     assert learned.dt == pytest.approx(read_log(log).dt)
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+from forked import forked
 
 from sym2real.cli import VERBS
 
@@ -51,11 +53,11 @@ main(["effects", "wind"])
     assert begun < torch < erased < catalogue
 
 
-def test_without_a_terminal_nothing_is_added() -> None:
-    command = [sys.executable, "-m", "sym2real", "effects", "wind", "--json", "-"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, env=_environment())
-    assert "loading" not in done.stderr
-    assert done.stdout.startswith("{")
+def test_without_a_terminal_nothing_is_added(tmp_path: Path) -> None:
+    ran = forked(["effects", "wind", "--json", "-"], tmp_path)
+    assert ran.status == 0
+    assert "loading" not in ran.err
+    assert ran.out.startswith("{")
 
 
 def _environment() -> dict[str, str]:

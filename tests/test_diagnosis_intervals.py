@@ -15,11 +15,11 @@ from sym2real.diagnosis.estimate import calibrate
 from sym2real.diagnosis.estimate.fit import Fit, Hypothesis, Problems
 from sym2real.diagnosis.estimate.refine import refined
 from sym2real.diagnosis.estimate.significance import half_widths
+from sym2real.diagnosis.estimate.simulator import flown_along
 from sym2real.diagnosis.estimate.weighing import whiten
 from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
-from sym2real.diagnosis.score.cleaning import cleaned
 from sym2real.effects import effect
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.plants import MujocoPlant
@@ -42,7 +42,7 @@ def _fit(base: Equations, data: Dataset, key: str) -> tuple[Problems, Fit, calib
     problems = Problems.of(whitened.problem, whitened.whitening)
     free = tuple((slot,) for slot in range(len(library.slots)))
     (fit,) = problems.fit([Hypothesis(free, library.null)], 4)
-    flown = calibrate.simulated(MujocoPlant(CRAZYFLIE), data)
+    flown, _ = flown_along(base, MujocoPlant(CRAZYFLIE), data)
     assert flown is not None
     return problems, fit, calibrate.calibrated(library, [], flown, whitened.whitening)
 
@@ -54,10 +54,10 @@ def test_a_push_that_the_base_alone_has_is_not_the_robots() -> None:
     values = []
     for base in (right, wrong):
         problems, fit, own = _fit(base, data, "wind")
-        values += [float(fit.values[0]), float(cleaned(problems, fit, own).values[0])]
+        values += [float(fit.values[0]), float(calibrate.cleaned(problems, fit, own).values[0])]
     assert values[2] == pytest.approx(values[0] - OWN, rel=0.01)
     assert values[3] == pytest.approx(values[1], rel=0.005)
-    assert cleaned(problems, fit, None) is fit
+    assert calibrate.cleaned(problems, fit, None) is fit
 
 
 def test_intervals_hold_a_value_that_trim_scatters_from_run_to_run(drives: Dataset) -> None:
@@ -83,7 +83,7 @@ def test_intervals_hold_a_value_that_trim_scatters_from_run_to_run(drives: Datas
 
 def test_a_refined_base_keeps_its_velocities(drives: Dataset) -> None:
     wrong = MUSHR.nominal().substitute({"speed": 0.93 * symbol("speed")})
-    flown = calibrate.simulated(MujocoPlant(MUSHR), drives)
+    flown, _ = flown_along(wrong, MujocoPlant(MUSHR), drives)
     assert flown is not None
     segments, missed = with_velocities(cut(flown)), []
     for base in (wrong, refined(Library.of(wrong, []), flown, drives)):

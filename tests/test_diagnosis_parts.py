@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from sym2real.diagnosis import add, diagnose
 from sym2real.diagnosis.data.segments import WARM_UP
-from sym2real.diagnosis.estimate import calibrate
 from sym2real.diagnosis.estimate.overfit import lower_factor
 from sym2real.diagnosis.estimate.refine import refined
+from sym2real.diagnosis.estimate.simulator import flown_along
 from sym2real.diagnosis.estimate.weighing import whiten
 from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.diagnosis.predict.library import Library
@@ -49,7 +49,7 @@ def test_variances_do_not_depend_on_an_effect_that_is_there() -> None:
 
 def test_a_base_with_a_wrong_constant_is_mended_in_the_plain_simulator() -> None:
     base, plant = CRAZYFLIE.nominal(), MujocoPlant(CRAZYFLIE)
-    flown = calibrate.simulated(plant, flights())
+    flown, _ = flown_along(base, plant, flights())
     assert flown is not None
     assert refined(Library.of(base, []), flown, flights()) is base
     wrong = base.substitute({"thrust": 1.03 * symbol("thrust")})

@@ -10,9 +10,16 @@ from scipy.signal import lfilter
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare, one_step_residuals
-from sym2real.diagnosis.errors.one_step import residual_of, tangent_units
+from sym2real.diagnosis.errors.one_step import (
+    autocorrelation,
+    centred,
+    cross_correlations,
+    cross_deviation,
+    residual_of,
+    summed_lags,
+    tangent_units,
+)
 from sym2real.diagnosis.errors.residuals import Residual, Residuals
-from sym2real.diagnosis.errors.serial import autocorrelation, centred, cross_correlations, cross_deviation, summed_lags
 from sym2real.layout import Layout, Layouts
 from sym2real.robots import ROBOTS
 from sym2real.symbolic import Equations

@@ -44,8 +44,11 @@ def plain() -> Dataset:
     return flights_with("", {})
 
 
-def test_honest_logs_have_no_fault() -> None:
-    assert check(CRAZYFLIE.nominal(), plain()).faults == ()
+def test_honest_logs_have_no_fault_and_are_looked_at_once() -> None:
+    honest = plain()
+    checked = check(CRAZYFLIE.nominal(), honest)
+    assert checked.faults == ()
+    assert check(CRAZYFLIE.nominal(), Dataset(list(honest))) is checked
     assert check(MUSHR.nominal(), simulate_case(Case("mushr", (), seed=4), rows=200)).faults == ()
 
 

@@ -24,9 +24,9 @@ PERIOD = 0.1  # s, of commands and rows; the model's step is half of that
 DELAY = 0.15
 
 
-def diagnosed(folder: Path, *effects: tuple[str, Mapping[str, float]]) -> Diagnosis:
-    """Eight noisy drives commanded and logged at 10 Hz, through files."""
-    data = simulate_case(Case("mushr", effects, seed=41), rows=200, robot=MUSHR.at_period(PERIOD))
+def diagnosed(folder: Path, drives: int, *effects: tuple[str, Mapping[str, float]]) -> Diagnosis:
+    """Noisy drives commanded and logged at 10 Hz, through files."""
+    data = simulate_case(Case("mushr", effects, seed=41), drives, 200, robot=MUSHR.at_period(PERIOD))
     for number, log in enumerate(data):
         write_log(log, folder / f"{number}.csv")
     model = MUSHR.nominal()
@@ -37,11 +37,11 @@ def diagnosed(folder: Path, *effects: tuple[str, Mapping[str, float]]) -> Diagno
 
 
 def test_a_healthy_car_at_half_the_models_rate_misses_nothing(tmp_path: Path) -> None:
-    assert diagnosed(tmp_path).verdict == "NOTHING_MISSING"
+    assert diagnosed(tmp_path, 4).verdict == "NOTHING_MISSING"
 
 
 def test_a_delay_between_two_rows_is_found_to_a_fraction_of_a_row(tmp_path: Path) -> None:
-    found = diagnosed(tmp_path, ("delay:steer", {"value": DELAY}))
+    found = diagnosed(tmp_path, 6, ("delay:steer", {"value": DELAY}))
     assert [finding.effect for finding in found.findings] == ["delay:steer"]
     assert found.findings[0].values["value"] == pytest.approx(DELAY, abs=0.2 * PERIOD)
     before, after = found.ladder[0], found.ladder[-1]
@@ -108,14 +108,14 @@ def every_second_row(data: Dataset, folder: Path) -> Dataset:
 
 def test_a_delay_keeps_its_value_where_half_of_the_commands_are_lost(tmp_path: Path) -> None:
     """Commands that are held over a row are late by half of it, and so much less would be left for the delay."""
-    data = simulate_case(Case("mushr", (("delay", {"value": 0.1}),), seed=42))
+    data = simulate_case(Case("mushr", (("delay", {"value": 0.1}),), seed=42), 4)
     found = diagnose(MUSHR.nominal(), every_second_row(data, tmp_path), MujocoPlant(MUSHR)).findings
     assert [finding.effect for finding in found] == ["delay"]
     assert found[0].values["value"] == pytest.approx(0.1, abs=0.01)
 
 
 def test_commands_that_a_recorder_lost_are_no_effect(tmp_path: Path) -> None:
-    data = simulate_case(Case("mushr", (("yaw_bias", {"value": 0.035}),), seed=41))
+    data = simulate_case(Case("mushr", (("yaw_bias", {"value": 0.035}),), seed=41), 4)
     model, logs = MUSHR.nominal(), every_second_row(data, tmp_path)
     thinned, whole = with_lost_commands(model, logs), with_lost_commands(model, data)
     between = [log.between for log in thinned]

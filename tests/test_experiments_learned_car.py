@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from sym2real.effects import compose, effect
-from sym2real.experiments.learning import learn_from_drives
+from sym2real.experiments.models import cached_base
 from sym2real.plants import MujocoPlant
 from sym2real.robots import MUSHR
 from sym2real.symbolic import Equations, compile_model
@@ -19,7 +19,7 @@ TURNS = [(0.2, 1.0), (-0.2, 1.0), (0.3, 1.0), (0.2, 1.8), (0.1, 1.8)]
 
 @pytest.fixture(scope="module")
 def learned() -> Equations:
-    return learn_from_drives(MUSHR, 5).equations
+    return cached_base(MUSHR)
 
 
 def _forward(state: Array) -> float:

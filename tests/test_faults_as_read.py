@@ -25,7 +25,7 @@ from sym2real.diagnosis.faults.mistakes.transformation import (
     with_columns,
 )
 from sym2real.diagnosis.faults.sanity import check
-from sym2real.diagnosis.unexplained.astray import find_astray
+from sym2real.diagnosis.unexplained.explaining import find_astray
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import LogSpec, read_logs
 from sym2real.logs.differences import rates_on_time

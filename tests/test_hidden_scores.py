@@ -112,20 +112,3 @@ def test_calibration_counts_intervals_of_lower_levels_and_what_is_left_beside_wr
         "crazyflie, finding right where nothing is left over, of 4": 1.0,
         "crazyflie, finding right where something is left over, of 1": 0.0,
     }
-
-
-def test_confidence_counts_findings_by_what_stands_beside_them() -> None:
-    delay = {"delay": {"value": 0.04}}
-    asked = [
-        record(MASS, ("added_mass", 0.005)),
-        record(MASS, ("added_mass", 0.005), ("wind", 0.01)),
-        record(delay, ("motor_lag", 0.04), kind="removed", excluded=["delay"], leftover={"channel": "z"}),
-        record(delay | MASS, ("added_mass", 0.005), kind="half", excluded=["delay"], leftover={"channel": "z"}),
-        record({}, ("lever_arm", 0.002), verdict="CANNOT_TELL"),
-    ]
-    assert scores.confidences(asked) == {
-        "gate not passed, no leftover, first": {"right": 0, "of": 1},
-        "gate passed, leftover, first": {"right": 1, "of": 2},
-        "gate passed, no leftover, first": {"right": 2, "of": 2},
-        "gate passed, no leftover, further": {"right": 0, "of": 1},
-    }

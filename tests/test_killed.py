@@ -6,16 +6,18 @@ import os
 import re
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
 from forked import forked, in_fork, started
+from quick_engines import Given
 
 from sym2real.cli import main
 from sym2real.experiments import learning
+from sym2real.regression import ENGINES
 from sym2real.report import tables
-from sym2real.robots import CRAZYFLIE
+from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic import save_model
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="processes are ended by POSIX signals")
@@ -31,6 +33,14 @@ PLACES = {MADE: 0, WRITTEN: 1}  # which argument the new place is
 @pytest.fixture(scope="module")
 def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return save_model(CRAZYFLIE.nominal(), tmp_path_factory.mktemp("models") / "quadrotor")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _nothing_is_searched() -> Iterator[None]:
+    """Forks have what this process has: it is files that are written and read again, whatever the search finds."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(ENGINES._entries, "beam", Given(MUSHR.nominal()))
+        yield
 
 
 @pytest.fixture(scope="module")

@@ -21,7 +21,7 @@ from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 from sym2real.symbolic import symbol
 from sym2real.tasks import make_task
 
-SHORT = Descent(steps=100)
+SHORT = ResidualTraining(widths=(16,), steps=5, descent=Descent(steps=100))
 SHIFT = (6.0, -3.0)  # m, along x and y
 CHANGES = {CRAZYFLIE: ("added_mass", 0.007), MUSHR: ("offset:steer", 0.1)}
 
@@ -50,7 +50,7 @@ def residual_at(model: Composed, states: np.ndarray, log: Transitions) -> torch.
 def test_a_log_whose_world_is_shifted_teaches_the_same(robot: Robot) -> None:
     base, log = robot.nominal(), logged(robot)
     moved = replace(log, state=elsewhere(log.state), next_state=elsewhere(log.next_state))
-    here, there = (ResidualTraining(descent=SHORT).fit(rows, base) for rows in (log, moved))
+    here, there = (SHORT.fit(rows, base) for rows in (log, moved))
     found = residual_at(here, log.state, log)
     assert float(found.abs().max()) > 0
     torch.testing.assert_close(residual_at(here, elsewhere(log.state), log), found, rtol=0, atol=0)
@@ -60,17 +60,17 @@ def test_a_log_whose_world_is_shifted_teaches_the_same(robot: Robot) -> None:
 
 def test_what_an_earlier_result_knew_of_places_goes() -> None:
     base, log = MUSHR.nominal(), logged(MUSHR)
-    start = ResidualTraining(descent=SHORT).fit(log, base)
+    start = SHORT.fit(log, base)
     with torch.no_grad():
         start.residual.linears[0].weight[:, :2] = 1.0
     assert not torch.equal(residual_at(start, elsewhere(log.state), log), residual_at(start, log.state, log))
-    model = ResidualTraining(descent=SHORT).fit(log, base, start)
+    model = SHORT.fit(log, base, start)
     assert torch.equal(residual_at(model, elsewhere(log.state), log), residual_at(model, log.state, log))
 
 
 def test_past_places_are_not_seen_either() -> None:
     log = logged(MUSHR)
-    model = ResidualTraining(commands=2, states=2, descent=SHORT).fit(log, MUSHR.nominal())
+    model = replace(SHORT, commands=2, states=2).fit(log, MUSHR.nominal())
     found = residual_at(model, log.state, log)  # the past is the present row, repeated
     assert float(found.abs().max()) > 0
     assert torch.equal(residual_at(model, elsewhere(log.state), log), found)

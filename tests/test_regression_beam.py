@@ -16,7 +16,7 @@ from sym2real.layout import Layout, Layouts
 from sym2real.regression import ENGINES, BeamSearch, SearchSettings, fit_quality
 from sym2real.regression.monomials import Monomials
 from sym2real.regression.refit import refit
-from sym2real.regression.search import beam_search
+from sym2real.regression.search import beam_search, support_of, without_each
 from sym2real.symbolic import Equations, compile_model, symbol
 
 a, b, u = symbol("a"), symbol("b"), symbol("u")
@@ -147,6 +147,19 @@ def test_finds_the_best_subset_that_exhaustive_search_finds() -> None:
     for size in (1, 2, 3, 4):
         best = min(map(loss, combinations(range(9), size)))
         assert loss(found[size]) == pytest.approx(best, rel=1e-9)
+
+
+def test_what_is_known_without_a_column_is_what_the_others_say() -> None:
+    rng = np.random.default_rng(6)
+    columns, target = rng.normal(size=(50, 12)) @ rng.normal(size=(12, 12)), rng.normal(size=50)
+    columns /= np.linalg.norm(columns, axis=0)
+    given = columns.T @ columns, columns.T @ target, float(target @ target)
+    chosen = (7, 2, 9, 4)
+    losses, gains = without_each(support_of(chosen, *given), given[1])
+    for place, dropped in enumerate(chosen):
+        rest = support_of(tuple(column for column in chosen if column != dropped), *given)
+        assert losses[place] == pytest.approx(rest.loss, rel=1e-9)
+        np.testing.assert_allclose(gains[place], rest.gains(), atol=1e-9)
 
 
 def test_the_same_data_give_the_same_equations() -> None:

@@ -10,7 +10,7 @@ import sympy
 from regression_data import DT, INERTIA, MASS, QUADROTOR, concatenated, flights
 
 from sym2real.errors import ModelError, UnknownNameError
-from sym2real.regression import BeamSearch, dependence, fit_quality, require_dependence
+from sym2real.regression import BeamSearch, SearchSettings, dependence, fit_quality, require_dependence
 from sym2real.regression.numeric import columns_of, evaluate, resolved
 from sym2real.symbolic import Equations, symbol
 
@@ -44,8 +44,10 @@ def test_pushed_flights_never_seen_are_predicted(learned: Equations) -> None:
         assert errors[column] < 0.05 * blind[column]
 
 
-def test_without_a_wrench_the_equations_are_those_of_the_unpushed_flights(learned: Equations) -> None:
-    alone = BeamSearch().fit(flights(1))
+def test_without_a_wrench_the_equations_are_those_of_the_unpushed_flights() -> None:
+    """Whatever the degree: the wrench is fitted to what the unpushed flights' equations leave."""
+    unpushed, search = flights(1, count=2), BeamSearch(degree=2, search=SearchSettings(growth=3))
+    learned, alone = search.fit(concatenated(unpushed, flights(2, count=2, pushed=True))), search.fit(unpushed)
     rows = columns_of(flights(3))
     for column in QUADROTOR.state:
         stripped = learned.next[column].doit().xreplace(NO_WRENCH_SYMBOLS)

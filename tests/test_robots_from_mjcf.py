@@ -206,7 +206,7 @@ HIDDEN = [
 def test_a_hidden_effect_of_the_cart_pole_is_named(
     key: str, values: dict[str, float], alike: set[str], equations: dict[str, Equations]
 ) -> None:
-    found = diagnose(equations["cart_pole"], to_and_fro([(key, values)], count=8, rows=400))
+    found = diagnose(equations["cart_pole"], to_and_fro([(key, values)], count=6))
     assert found.findings, found.summary
     first = found.findings[0]
     assert {first.effect, *first.group} & {key, *alike}, found.summary
@@ -216,7 +216,7 @@ def test_less_inertia_than_described_is_found_though_predictions_of_a_pole_that_
     equations: dict[str, Equations],
 ) -> None:
     """A lighter pole falls faster, and so does the noise of every start: predictions say nothing, and stop nothing."""
-    found = diagnose(equations["cart_pole"], to_and_fro([("armature:pole", {"value": -0.004})], count=8, rows=400))
+    found = diagnose(equations["cart_pole"], to_and_fro([("armature:pole", {"value": -0.004})], count=6))
     assert (found.verdict, [one.effect for one in found.findings]) == ("EFFECT", ["armature:pole"])
     assert found.findings[0].values["value"] == pytest.approx(-0.004, rel=0.1)
     assert not found.gate.foretold

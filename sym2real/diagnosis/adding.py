@@ -199,18 +199,11 @@ def _fitted(prepared: Prepared, keys: Sequence[str]) -> tuple[Selection, float]:
             first, second = (" and ".join(candidate.name for candidate in some) for some in (left, selection.chosen))
             raise ModelError(f"{first} beside {second}: expected one of what these logs cannot tell apart, found both")
         selection.put([*selection.chosen, ranking[0].candidate], ranking[0].fit)
-    if len(own) > 1:
-        _start_again(selection)
+    if len(own) > 1:  # a delay's error has a kink at every step, which stops fits
+        found = selection.set_of(selection.chosen, selection.fit)
+        best = min((found, *selection.fitted_anew(found)), key=lambda effects: effects.fit.total)
+        selection.put(best.chosen, best.fit)
     return selection, 1.0 - selection.loss / without
-
-
-def _start_again(selection: Selection) -> None:
-    """Fit every effect once more from its other starts: a delay's error has a kink at every step, which stops fits."""
-    for candidate in [candidate for candidate in selection.chosen if candidate.starts]:
-        rest, fit = selection.without(candidate)
-        (again,) = selection.ranked(rest, fit.values, [candidate])
-        if again.fit.total < selection.fit.total and again.loss < selection.loss:
-            selection.put([*rest, candidate], again.fit)
 
 
 def _beside(selection: Selection, candidate: Candidate) -> float:

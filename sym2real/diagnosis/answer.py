@@ -133,7 +133,7 @@ class Diagnosis:
 
 def conclude(explained: Explained) -> Diagnosis:
     """The answer that findings, what is left beside them, and held-out errors make."""
-    scored, findings, leftovers = explained.scored, explained.findings, explained.leftovers
+    scored, findings, leftovers = explained.scored, explained.scored.findings, explained.leftovers
     result, prepared = scored.result, scored.result.prepared
     faults, finished = prepared.checked.faults, result.finished
     answer = verdict(faults, findings, leftovers, scored.gate, prepared.problems, finished=finished)

@@ -85,15 +85,35 @@ def support_of(columns: tuple[int, ...], gram: Array, correlation: Array, energy
     )
 
 
+def without_each(support: Support, correlation: Array) -> tuple[Array, Array]:
+    """Loss without each chosen column ``# (chosen,)``, and what each candidate then saves ``# (chosen, candidates)``.
+
+    With P = G[S, S]⁻¹, weights w = P c[S] and B = P G[S, :], without column j the loss is larger by w_j²/P_jj, the
+    residual correlations are r + B_j w_j/P_jj and the residual energies d + B_j²/P_jj.
+    """
+    chosen = list(support.columns)
+    inverse, _ = dtrtrs(support.rows[:, chosen], np.eye(len(chosen)))  # of Lᵀ
+    own, weights = np.square(inverse).sum(axis=1), inverse @ (inverse.T @ correlation[chosen])
+    fitted = inverse @ support.rows
+    left = support.correlation + (weights / own)[:, None] * fitted
+    energy = support.energy + fitted**2 / own[:, None]
+    gains = np.zeros_like(left)
+    np.divide(left**2, energy, out=gains, where=energy > DEPENDENT)
+    gains[:, chosen] *= np.eye(len(chosen))
+    return support.loss + weights**2 / own, gains
+
+
 def exchanged(support: Support, gram: Array, correlation: Array, energy: float) -> Support:
     """One exchange pass: every column is dropped in turn and the then best one put in its place."""
+    losses, gains = without_each(support, correlation)
     for column in support.columns:
-        rest = tuple(other for other in support.columns if other != column)
-        without = support_of(rest, gram, correlation, energy)
-        gains = without.gains()
-        best = int(np.argmax(gains))
-        if best != column and without.loss - gains[best] < support.loss * (1 - 1e-9) and gains[best] > 0:
-            support = without.with_column(best, gram)
+        place = support.columns.index(column)
+        best = int(np.argmax(gains[place]))
+        saved = gains[place, best]
+        if best != column and losses[place] - saved < support.loss * (1 - 1e-9) and saved > 0:
+            rest = tuple(other for other in support.columns if other != column)
+            support = support_of(rest, gram, correlation, energy).with_column(best, gram)
+            losses, gains = without_each(support, correlation)
     return support
 
 
@@ -140,13 +160,15 @@ def beam_search(
 def _backward(found: list[tuple[int, ...]], gram: Array, correlation: Array, energy: float) -> list[tuple[int, ...]]:
     """At every size the better of what was found and of the next larger set without its least useful column."""
 
-    def loss(columns: tuple[int, ...]) -> float:
-        return support_of(columns, gram, correlation, energy).loss
-
     better = list(found)
+    support = support_of(found[-1], gram, correlation, energy)
     for size in range(len(found) - 1, 0, -1):
-        smaller = [tuple(other for other in better[size] if other != column) for column in better[size]]
-        better[size - 1] = min(better[size - 1], *smaller, key=loss)
+        losses, _ = without_each(support, correlation)
+        least, smaller = int(np.argmin(losses)), support_of(better[size - 1], gram, correlation, energy)
+        if losses[least] < smaller.loss:
+            better[size - 1] = (*support.columns[:least], *support.columns[least + 1 :])
+            smaller = support_of(better[size - 1], gram, correlation, energy)
+        support = smaller
     return better
 
 

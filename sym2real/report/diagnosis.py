@@ -140,8 +140,6 @@ def findings_list(findings: Sequence[Finding]) -> Table:
 def known_of(finding: Finding) -> list[tuple[str, str]]:
     """What is known of a finding beside its values: label and text."""
     facts = []
-    if finding.confidence is not None:
-        facts.append(("reliability", finding.confidence.statement))
     if finding.probability is not None:
         others = "none, or another effect, in its place"
         facts.append(("probability", f"{100 * finding.probability:.0f} % against {others}"))

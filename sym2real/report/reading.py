@@ -13,7 +13,6 @@ import numpy as np
 from sym2real.diagnosis import Diagnosis, Estimate, Fault, Finding, Floor, Gate, Term, Where
 from sym2real.diagnosis.errors.rungs import Stage, StageError
 from sym2real.diagnosis.predict.competitors import NotTried
-from sym2real.diagnosis.score.reliability import Confidence
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.errors import DataError
 from sym2real.experiments.study.outcome import Line, Outcome, Panel
@@ -90,7 +89,6 @@ def _diagnosis(found: Json) -> Diagnosis:
 
 
 def _finding(finding: Json) -> Finding:
-    sure = finding["confidence"]
     return Finding(
         effect=finding["effect"],
         parameters={name: Estimate(**_numbers(values)) for name, values in finding["parameters"].items()},
@@ -101,14 +99,8 @@ def _finding(finding: Json) -> Finding:
         fix=finding["fix"],
         log_spread=_numbers(finding["spread_over_logs"]),
         voltage=finding.get("full_battery"),
-        confidence=None if sure is None else _confidence(sure["value"], sure["cases"]),
         probability=finding.get("probability"),
     )
-
-
-def _confidence(value: float, cases: int) -> Confidence:
-    """The counts behind a share under Jeffreys' prior."""
-    return Confidence(round(value * (cases + 1) - 0.5), cases)
 
 
 def _stage(stage: Json) -> Stage:

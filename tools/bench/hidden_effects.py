@@ -22,7 +22,7 @@ import tyro
 from figures import report
 from hidden_control import control_figures
 from hidden_question import Question, answer
-from hidden_scores import Record, confidences, confusion, figures, right
+from hidden_scores import Record, confusion, figures, right
 from joblib import Parallel, delayed
 from rich.console import Console
 from rich.table import Table
@@ -60,8 +60,6 @@ class Options:
     """Also fly three effects a robot with MPPI: base, what was found, truth."""
     results: Path | None = None
     """Keep every answer in this file, one JSON line each, and go on from what is there."""
-    confidence: Path | None = None
-    """Write how often findings of each kind were right to this file (sym2real/diagnosis/score/confidence.json)."""
     json: Path | None = None
     """Write the figures to this file (- is standard output)."""
 
@@ -154,8 +152,6 @@ def main(options: Options) -> None:
     console = Console(stderr=options.json == Path("-"))
     for robot in options.robots:
         print_confusion(records, robot, console)
-    if options.confidence is not None:
-        write_text(options.confidence, json.dumps(confidences(records), indent=2) + "\n")
     rows = [figure for robot in options.robots for figure in figures(records, robot)]
     if options.control:
         flights = 1 if options.quick else FLIGHTS

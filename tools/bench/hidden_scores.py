@@ -16,7 +16,6 @@ from answers import names
 from figures import Figure
 from scipy import stats
 
-from sym2real.diagnosis.score.reliability import kind
 from sym2real.effects import same_group
 
 Record = dict[str, Any]
@@ -118,22 +117,6 @@ def calibration(records: Sequence[Record], robot: str) -> list[Figure]:
             true(record, name) for record in asked if (record["leftover"] is not None) is left for name in names(record)
         ]
     return [Figure(f"{robot}, {name}, of {len(flags)}", _share(flags), "") for name, flags in answers.items() if flags]
-
-
-def confidences(records: Sequence[Record]) -> dict[str, dict[str, int]]:
-    """Findings that were right, and all, by kind: what ``sym2real.diagnosis.score.reliability`` quotes.
-
-    Nothing that is found in a null case is right, nor anything in the place of an effect that the library lacks.
-    """
-    counts: dict[str, dict[str, int]] = {}
-    for record in records:
-        passed, leftover = record["verdict"] == "EFFECT", record["leftover"] is not None
-        for place, found in enumerate(names(record)):
-            name = kind(passed=passed, leftover=leftover, first=place == 0)
-            count = counts.setdefault(name, {"right": 0, "of": 0})
-            count["right"] += int(true(record, found))
-            count["of"] += 1
-    return dict(sorted(counts.items()))
 
 
 def fall(record: Record) -> list[float]:

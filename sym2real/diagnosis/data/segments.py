@@ -17,8 +17,7 @@ from torch import Tensor
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.lengths import rows_of
-from sym2real.diagnosis.data.start import ROWS, noise_level, start_states
-from sym2real.diagnosis.data.tangent import places_of_fields, tangents
+from sym2real.diagnosis.data.start import ROWS, noise_of, start_states
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout
@@ -144,7 +143,7 @@ def compared_components(layout: Layout, names: Collection[str] = COMPARED) -> tu
     names = there.intersection(names) or there
     compared: list[int] = []
     channel: list[int] = []
-    for number, (field, places) in enumerate(zip(layout.fields, places_of_fields(layout), strict=True)):
+    for number, (field, places) in enumerate(zip(layout.fields, layout.tangent_places, strict=True)):
         if field.name in names and not field.hidden:
             compared += places
             channel += [number] * len(places)
@@ -154,9 +153,9 @@ def compared_components(layout: Layout, names: Collection[str] = COMPARED) -> tu
 def compared_fields(segments: Segments) -> tuple[Layout, list[int], list[int] | None]:
     """Fields that hold what is compared, their columns, and its places in their tangent; None for all of them."""
     layout = segments.layout
-    numbers, places_of = sorted(set(segments.channel)), places_of_fields(layout)
+    numbers = sorted(set(segments.channel))
     part = Layout(tuple(layout.fields[number] for number in numbers))
-    places = [place for number in numbers for place in places_of[number]]
+    places = [place for number in numbers for place in layout.tangent_places[number]]
     chosen = [places.index(component) for component in segments.compared]
     columns = [layout.index(column) for column in part]
     return part, columns, None if chosen == list(range(len(places))) else chosen
@@ -165,7 +164,7 @@ def compared_fields(segments: Segments) -> tuple[Layout, list[int], list[int] | 
 def component_noise(data: Dataset) -> Array:
     """Noise of every tangent component, median over logs ``# (tangent,)``; a few rows among longer logs show none."""
     long_enough = [trajectory for trajectory in data if len(trajectory) > ROWS] or data
-    return np.median([noise_level(tangents(trajectory)) for trajectory in long_enough], axis=0)
+    return np.median([noise_of(trajectory) for trajectory in long_enough], axis=0)
 
 
 def _without_segments(data: Dataset, needed: int) -> ShapeError:

@@ -15,7 +15,6 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from sym2real.diagnosis.data.tangent import places_of_columns, tangents
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.trajectory import Array, Trajectory
 
@@ -42,6 +41,12 @@ def noise_level(values: Array, order: int = 3) -> Array:
     return noise
 
 
+def noise_of(trajectory: Trajectory) -> Array:
+    """The same of a log's states, per tangent component ``# (tangent,)``: of the steps between rows, added up."""
+    states = torch.as_tensor(trajectory.state)
+    return noise_level(trajectory.layouts.state.difference(states[1:], states[:-1]).cumsum(0).numpy())
+
+
 def start_states(trajectory: Trajectory, starts: NDArray[np.int64], method: Start = "smoothed") -> Array:
     """States from which windows start ``# (windows, state)``.
 
@@ -57,10 +62,10 @@ def start_states(trajectory: Trajectory, starts: NDArray[np.int64], method: Star
     states = torch.as_tensor(trajectory.state)
     layout = trajectory.layouts.state
     away = layout.difference(states[history], states[starts][:, None]).numpy()  # (windows, ROWS, tangent)
-    noise = noise_level(tangents(trajectory))
+    noise = noise_of(trajectory)
     ages = trajectory.time[history] - trajectory.time[starts][:, None]
     correction = np.zeros(away.shape[::2])  # (windows, tangent)
-    slots = places_of_columns(layout)
+    slots = layout.vector_places
     pairs = list(layout.rates.items())
     paired = [[slots[name] for name in names] for names in zip(*pairs, strict=True)] if pairs else [[], []]
     if pairs:

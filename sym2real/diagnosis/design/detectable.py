@@ -34,7 +34,7 @@ from sym2real.diagnosis.estimate.significance import least_gain, sizes_beyond_ch
 from sym2real.diagnosis.estimate.weighing import units_said, whiten
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening
 from sym2real.diagnosis.predict.candidate import Candidate, candidates, library_for
-from sym2real.diagnosis.predict.commands import values_for
+from sym2real.diagnosis.predict.competitors import values_for
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS

@@ -15,7 +15,7 @@ import numpy as np
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Hypothesis, Problems
-from sym2real.diagnosis.estimate.flying import fly
+from sym2real.diagnosis.estimate.simulator import fly
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening
 from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.predict.library import Library

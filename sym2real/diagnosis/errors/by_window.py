@@ -12,8 +12,7 @@ from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.conditions import features, over_windows, units_of
 from sym2real.diagnosis.data.lengths import long_enough
 from sym2real.diagnosis.data.preparation import prepared
-from sym2real.diagnosis.data.start import ROWS, noise_level
-from sym2real.diagnosis.data.tangent import places_of_fields, tangents
+from sym2real.diagnosis.data.start import ROWS, noise_of
 from sym2real.diagnosis.data.windows import channel_name, judged, predict_windows
 from sym2real.layout import Layout
 from sym2real.protocols import DynamicsModel
@@ -101,7 +100,7 @@ def named_channels(layout: Layout) -> dict[str, list[int]]:
     """
     wanted = judged(map(channel_name, layout.fields))
     channels: dict[str, list[int]] = {}
-    for field, places in zip(layout.fields, places_of_fields(layout), strict=True):
+    for field, places in zip(layout.fields, layout.tangent_places, strict=True):
         own = list(places)
         if field.name == "position" and VERTICAL in field.columns:
             height = own[field.columns.index(VERTICAL)]
@@ -114,4 +113,4 @@ def named_channels(layout: Layout) -> dict[str, list[int]]:
 def _noise(dataset: Dataset, places: Sequence[int]) -> float:
     """Norm of the noise of some tangent components, median over logs."""
     long_enough = (log for log in dataset if len(log) > ROWS)
-    return float(np.median([np.linalg.norm(noise_level(tangents(log)[:, list(places)])) for log in long_enough]))
+    return float(np.median([np.linalg.norm(noise_of(log)[list(places)]) for log in long_enough]))

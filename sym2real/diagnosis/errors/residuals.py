@@ -3,7 +3,7 @@
 The residual of a row is what was measured less what the model predicts from the measured row before it. White sensor
 noise enters two rows with opposite signs, so a negative correlation between neighbours accuses nobody; any other
 autocorrelation does. A residual that follows a command so many rows earlier shows a gain, a lag or a delay that the
-model lacks. Bands are those of :mod:`sym2real.diagnosis.errors.serial`.
+model lacks. Bands are those of :mod:`sym2real.diagnosis.errors.one_step`.
 """
 
 from __future__ import annotations

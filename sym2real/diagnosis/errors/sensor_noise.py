@@ -10,7 +10,6 @@ import torch
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import component_noise
-from sym2real.diagnosis.data.tangent import places_of_columns
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.layout import Layout
 from sym2real.logs.derive import SHORTEST, slope
@@ -35,7 +34,7 @@ class SensorNoise:
     @classmethod
     def of(cls, data: Dataset) -> SensorNoise:
         """As third differences of the logs show it."""
-        columns = {place: name for name, place in places_of_columns(data.layouts.state).items()}
+        columns = {place: name for name, place in data.layouts.state.vector_places.items()}
         found = {
             velocity: position
             for velocity, position in _velocities(data.layouts.state).items()
@@ -77,7 +76,7 @@ class SensorNoise:
 
 def _velocities(layout: Layout) -> dict[int, int]:
     """Tangent place of each velocity, with that of its position."""
-    places = places_of_columns(layout)
+    places = layout.vector_places
     return {places[f"v{name}"]: place for name, place in places.items() if f"v{name}" in places}
 
 

@@ -59,25 +59,6 @@ class Refined:
 
 
 @dataclass(frozen=True, eq=False)
-class Weighed:
-    """Segments of the data, and the covariance of what a fully explained model leaves of them.
-
-    Args:
-        refined: what hypotheses compete on.
-        checked: the data, with the phase of a force that swings if one was found.
-        tried: what competes.
-        whitened: predictions of all segments, and the covariance.
-        swing: frequency and phases of a force that swings.
-    """
-
-    refined: Refined
-    checked: Checked
-    tried: tuple[Candidate, ...]
-    whitened: Whitened
-    swing: Swing | None = None
-
-
-@dataclass(frozen=True, eq=False)
 class Prepared:
     """A model against checked data, ready for hypotheses.
 
@@ -91,8 +72,9 @@ class Prepared:
         problems: data, whitening, folds.
         spread: what shapes the covariance.
         overfit: parameter set of all effects at once, which misses little ``# (P,)``.
+        flown: the logs' manoeuvres in the plain simulator, where there is one that can fly them.
         origin: parameter set from which effects are counted: null, or what calibration says of the base ``# (P,)``.
-        calibration: the base against the plain simulator; None without one.
+        calibration: the base against the plain simulator; None without one, and before it.
         notes: remarks on data and method.
         plant: the plain simulator with the effects that the model has already, if there is one.
         swing: frequency and phases of a force that swings, if one was found.
@@ -108,12 +90,13 @@ class Prepared:
     problems: Problems
     spread: Spread
     overfit: torch.Tensor
+    flown: Dataset | None
     origin: torch.Tensor
-    calibration: Calibration | None
     notes: tuple[str, ...]
     plant: MujocoPlant | None
     swing: Swing | None
     not_tried: tuple[NotTried, ...]
+    calibration: Calibration | None = None
 
     @property
     def whitening(self) -> Whitening:
@@ -140,15 +123,15 @@ def refine_base(examined: Examined) -> Refined:
     return Refined(examined, model, library, searched, plant, flown, notes)
 
 
-def weigh_errors(base: Refined) -> Weighed:
+def weigh_errors(base: Refined) -> Prepared:
     """Segments, noise and disturbances, and the phase of a force that swings."""
-    checked = base.examined.checked
-    weighed = _whitened(base.searched, checked.data)
+    data = base.examined.checked.data
+    weighed = _whitened(base.searched, data)
     if base.searched is not base.library:
         base, weighed = _likelier(base, weighed)
     base = replace(base, notes=(*base.notes, *unpredicted_said(weighed.problem)))
     searched = base.searched
-    tried, found, logs = candidates(searched, checked.data), weighed, checked.data
+    tried, found, logs = candidates(searched, data), weighed, data
     swinging = [k for k, slot in enumerate(searched.slots) if searched.effects[slot.effect].searching.swings]
     # Disturbances are smaller without what swings, and against these it is held.
     for chance in (PROMISING, SETTINGS.false_alarms / max(1, len(tried))):
@@ -156,35 +139,42 @@ def weigh_errors(base: Refined) -> Weighed:
         still[swinging] = searched.null[swinging]
         swing = find_swing(Problems.of(found.problem, found.whitening), still, chance) if swinging else None
         if swing is None:
-            return Weighed(base, checked, tried, weighed)
-        logs = swing.in_data(checked.data)
+            return _prepared(base, data, weighed, None)
+        logs = swing.in_data(data)
         found = _whitened(searched, logs)
-    return Weighed(base, replace(checked, data=logs), candidates(searched, logs), found, swing)
+    return _prepared(base, logs, found, swing)
 
 
-def calibrate_base(weighed: Weighed) -> Prepared:
-    """What the base itself gets wrong about the plain simulator, from which effects are counted."""
-    base, searched, question = weighed.refined, weighed.refined.searched, weighed.refined.examined.question
-    logs, whitened = weighed.checked.data, weighed.whitened
-    own = None if base.flown is None else calibrated(searched, weighed.tried, base.flown, whitened.whitening)
-    origin = searched.null if own is None else own.origin
+def _prepared(base: Refined, logs: Dataset, weighed: Whitened, swing: Swing | None) -> Prepared:
+    """Hypotheses on these logs, counted from no effect."""
+    question, searched = base.examined.question, base.searched
     return Prepared(
         question=question,
         model=base.model,
-        checked=weighed.checked,
+        checked=replace(base.examined.checked, data=logs),
         scored=logs if question.held_out is None else base.examined.scored,
         library=base.library,
-        tried=weighed.tried,
-        problems=Problems.of(whitened.problem, whitened.whitening, nuisance_of(searched, origin)),
-        spread=whitened.spread,
-        overfit=whitened.values,
-        origin=origin,
-        calibration=own,
+        tried=candidates(searched, logs),
+        problems=Problems.of(weighed.problem, weighed.whitening, nuisance_of(searched, searched.null)),
+        spread=weighed.spread,
+        overfit=weighed.values,
+        flown=base.flown,
+        origin=searched.null,
         notes=base.notes,
         plant=base.plant,
-        swing=weighed.swing,
+        swing=swing,
         not_tried=_not_tried(base.model, logs, question),
     )
+
+
+def calibrate_base(prepared: Prepared) -> Prepared:
+    """Effects counted from what the base itself gets wrong about the plain simulator, where there is one."""
+    if prepared.flown is None:
+        return prepared
+    searched = prepared.problems.problem.library
+    own = calibrated(searched, prepared.tried, prepared.flown, prepared.whitening)
+    problems = replace(prepared.problems, nuisance=nuisance_of(searched, own.origin))
+    return replace(prepared, problems=problems, origin=own.origin, calibration=own)
 
 
 def _not_tried(model: Equations, data: Dataset, question: Question) -> tuple[NotTried, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -39,6 +39,7 @@ from sym2real.logs.differences import rates_on_time
 from sym2real.logs.dropouts import is_unasked
 from sym2real.logs.sources import AsRead
 from sym2real.symbolic import Equations
+from sym2real.trajectory import Trajectory
 from sym2real.vocabulary import HEADING
 
 SAID = {
@@ -80,8 +81,13 @@ def check(model: Equations | None, data: Dataset) -> Checked:
     What the model itself says of its sensors is no fault: the data are judged as its sensors' input. Without a model
     nobody knows what commands do.
     """
+    return _checked(model, tuple(data))
+
+
+@lru_cache(maxsize=2)  # the same logs are reported, diagnosed and drawn, and so are those that were kept aside
+def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
     found: list[Fault] = []
-    data = Dataset(replace(log, between=None) for log in data)
+    data = Dataset(replace(log, between=None) for log in logs)
     sensors = None if model is None else Sensors(model)
     data = data if sensors is None else through(sensors.state, data)
     frames, units, commands = looks_for(model)

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
+import fnmatch
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
-from fnmatch import fnmatch
 from functools import lru_cache
 
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.predict.commands import values_for
-from sym2real.diagnosis.predict.competitors import competing
+from sym2real.diagnosis.predict.competitors import competing, values_for
 from sym2real.diagnosis.predict.library import Library
 from sym2real.effects import applicable, effect
 from sym2real.effects.catalogue import require_patterns
@@ -138,6 +137,6 @@ def swings(data: Dataset) -> bool:
     return any(ANGLE in log.extra for log in data)
 
 
-def _matching(key: str, groups: Iterable[Group], known: Iterable[str]) -> tuple[str, ...]:
-    patterns = others_of(key, groups)
-    return tuple(other for other in known if other != key and any(fnmatch(other, pattern) for pattern in patterns))
+def _matching(key: str, groups: Iterable[Group], known: Sequence[str]) -> tuple[str, ...]:
+    others = {other for pattern in others_of(key, groups) for other in fnmatch.filter(known, pattern)} - {key}
+    return tuple(other for other in known if other in others)

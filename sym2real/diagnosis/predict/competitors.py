@@ -8,19 +8,26 @@ from fnmatch import fnmatch
 from functools import lru_cache
 from itertools import groupby
 
+import numpy as np
+import torch
+
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.predict.commands import still
 from sym2real.diagnosis.predict.library import Library
 from sym2real.effects import Effect, effect
 from sym2real.effects.catalogue import known
+from sym2real.effects.filters import spelled_out
 from sym2real.effects.groups import unnamed
 from sym2real.errors import ModelError
-from sym2real.symbolic import Equations
+from sym2real.symbolic import Equations, compile_function
+from sym2real.symbolic.expressions import names_in
+from sym2real.trajectory import Array, Trajectory
 
 EXCLUDED = "excluded on request"
 QUATERNION = "quaternion"  # kind of a field
 COMPONENT = "a component of a quaternion is no command of its own"
 MOST_BRACED = 4  # columns of a kind that a line names one by one
+# Commands are as sent, without noise: one that varies less shows nothing of its map.
+STILL = 1e-9
 
 
 @dataclass(frozen=True)
@@ -102,3 +109,37 @@ def _keys(kind: str, columns: list[str]) -> str:
     if len(columns) == 1 or not named:
         return f"{kind}:{columns[0]}" if named else kind
     return f"{kind}:{{{','.join(named)}}}" if len(columns) <= MOST_BRACED else f"{kind}:*"
+
+
+def values_for(equations: Equations, effect: Effect, data: Dataset) -> Array:
+    """Values of the command that an effect is bound to in all logs ``# (rows,)``; none for an effect of no column."""
+    if not effect.column or effect.of.columns != "action":
+        return np.zeros(0)
+    return np.concatenate([column_values(equations, effect.column, trajectory) for trajectory in data])
+
+
+def still(equations: Equations, effect: Effect, data: Dataset) -> str:
+    """Which command would have to vary for an effect to show, and never does, for a sentence; "" where it does."""
+    needed = (effect.column,) if effect.column else effect.searching.varying
+    for name in needed:
+        if name in (*data.layouts.action, *equations.quantities) and not _varies(equations, name, data):
+            return f"{name} never varies in these logs"
+    if effect.of.columns == "action" and not any(_varies(equations, name, data) for name in data.layouts.action):
+        return "no command varies in these logs"
+    return ""
+
+
+def _varies(equations: Equations, name: str, data: Dataset) -> bool:
+    values = np.concatenate([column_values(equations, name, trajectory) for trajectory in data])
+    return float(np.std(values)) >= STILL
+
+
+def column_values(equations: Equations, name: str, trajectory: Trajectory) -> Array:
+    """A column of a log, or a quantity that the equations derive from its columns ``# (rows,)``."""
+    if name not in equations.quantities:
+        return trajectory.column(name)
+    expression = spelled_out(equations, equations.quantities[name])
+    columns = sorted(names_in(expression))
+    rows = torch.as_tensor(np.stack([trajectory.column(column) for column in columns], axis=1))
+    derived: Array = compile_function([expression], [columns])(rows)[:, 0].numpy()
+    return derived

@@ -8,13 +8,11 @@ from itertools import accumulate, pairwise
 from typing import Any
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.estimate.calibrate import Calibration
+from sym2real.diagnosis.estimate.calibrate import Calibration, cleaned
 from sym2real.diagnosis.estimate.swing import Swing
 from sym2real.diagnosis.predict.library import Library
-from sym2real.diagnosis.score.cleaning import cleaned
 from sym2real.diagnosis.score.importance import by_importance
 from sym2real.diagnosis.score.intervals import Estimate, about, estimates, spread_over_logs
-from sym2real.diagnosis.score.reliability import Confidence, confidence, kind
 from sym2real.diagnosis.search.near import Near
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
@@ -37,7 +35,6 @@ class Finding:
         fix: what to change on the robot or in the model.
         log_spread: standard deviation of each parameter over logs that are fitted one by one.
         voltage: of the battery where the thrust map holds (V), when the effect goes by the voltage.
-        confidence: how often findings of its kind are right; None where nobody has counted.
         probability: its weight against none, and any other effect, in its place; None where nothing was weighed.
         small: whether no error that is judged is larger by a tenth without it.
     """
@@ -51,7 +48,6 @@ class Finding:
     fix: str = ""
     log_spread: dict[str, float] = field(default_factory=dict)
     voltage: float | None = None
-    confidence: Confidence | None = None
     probability: float | None = None
     small: bool = False
 
@@ -66,7 +62,6 @@ class Finding:
             "provisional": self.provisional,
             "fix": self.fix,
             "spread_over_logs": self.log_spread,
-            "confidence": None if self.confidence is None else self.confidence.to_dict(),
             "probability": self.probability,
         } | ({} if self.voltage is None else {"full_battery": self.voltage})
 
@@ -164,22 +159,6 @@ def with_details(
         parameters = settled | finding.parameters
         result.append(replace(finding, effect=library.key(finding.effect), parameters=parameters, group=group))
     return tuple(result)
-
-
-def rated(findings: Sequence[Finding], *, passed: bool, leftover: bool, calibrated: bool) -> tuple[Finding, ...]:
-    """The findings with their confidence, where their kind has been counted.
-
-    Args:
-        findings: in order of importance.
-        passed: whether the gate on held-out data was.
-        leftover: whether something is left over.
-        calibrated: whether the base was calibrated in its simulator, as wherever findings were counted.
-    """
-    kinds = (kind(passed=passed, leftover=leftover, first=place == 0) for place in range(len(findings)))
-    return tuple(
-        replace(finding, confidence=confidence(name) if calibrated and not finding.provisional else None)
-        for finding, name in zip(findings, kinds, strict=True)
-    )
 
 
 def _voltage(effect: Effect) -> float | None:

@@ -18,7 +18,6 @@ from scipy import stats
 from torch import Tensor
 
 from sym2real.diagnosis.data.parts import summed
-from sym2real.diagnosis.data.tangent import places_of_fields
 from sym2real.diagnosis.estimate.calibrate import Calibration
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening
@@ -138,9 +137,9 @@ def _clusters(problems: Problems) -> NDArray[np.int64]:
 def _offsets(problem: Problem) -> list[tuple[str, str, Tensor]]:
     """Name, unit, and shape in the residual ``# (R,)`` of every measurement that may be off by a constant."""
     segments = problem.segments
-    found, places_of = [], places_of_fields(segments.layout)
+    found = []
     for place, (component, number) in enumerate(zip(segments.compared, segments.channel, strict=True)):
-        owner, places = segments.layout.fields[number], places_of[number]
+        owner, places = segments.layout.fields[number], segments.layout.tangent_places[number]
         if owner.name not in MEASURED:
             continue
         name = f"measured {owner.name}" + (f" {AXES[component - places.start]}" if len(places) > 1 else "")

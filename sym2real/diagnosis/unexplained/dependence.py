@@ -7,7 +7,7 @@ squares on the residuals themselves; so does a constant, because beside a gain t
 of an offset it is only seen where both are fitted. A promising one is taken out of the residuals, the variances are
 estimated anew without it, and under these it must lower held-out errors and differ from none beyond chance, as an
 effect must. What the base itself contributes to its score in the plain simulator does not count (see
-``cleaned.py``).
+``calibrate.py``).
 """
 
 from __future__ import annotations

@@ -2,55 +2,53 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from sym2real.diagnosis.errors.floor import Floor, floor_of_explained
+from sym2real.diagnosis.errors.rungs import Stage
+from sym2real.diagnosis.errors.sensor_noise import SensorNoise
 from sym2real.diagnosis.estimate.weighing import Prepared
-from sym2real.diagnosis.score.finding import Finding, applied, rated
+from sym2real.diagnosis.score.finding import applied
 from sym2real.diagnosis.score.scoring import Scored
 from sym2real.diagnosis.search.select import Selection
-from sym2real.diagnosis.unexplained.astray import worse_than_nothing
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.constant import find_constants
 from sym2real.diagnosis.unexplained.dependence import find_dependence
-from sym2real.diagnosis.unexplained.leftover import Leftover, Rest, find_leftovers, find_misfit
+from sym2real.diagnosis.unexplained.leftover import MISFIT, Leftover, Rest, find_leftovers, find_misfit
 from sym2real.diagnosis.unexplained.motion import part_of_changes
 from sym2real.diagnosis.unexplained.term import Term, propose
 
 
 @dataclass(frozen=True, eq=False)
 class Explained:
-    """Findings, and what is left beside them.
+    """What is left beside the findings.
 
     Args:
         scored: findings and held-out errors.
-        findings: with their confidence, which what is left has a say in.
         leftovers: what no effect explains, the strongest of what matters first.
         proposal: a term that would explain some of the first, unverified.
     """
 
     scored: Scored
-    findings: tuple[Finding, ...]
     leftovers: tuple[Leftover, ...]
     proposal: Term | None
 
 
 def explain_rest(scored: Scored) -> Explained:
-    """What is left, and how sure the findings are in view of it."""
+    """What is left beside what was found."""
     result, prepared = scored.result, scored.result.prepared
-    selection, own, spread = result.selection, prepared.calibration, prepared.spread
-    problems = selection.problems
+    selection, spread, problems = result.selection, prepared.spread, prepared.problems
     rest = Rest.of(problems.problem, spread, problems.whitening, selection.fit.values)
     # Commands that no row tells push the robot, and what they did goes with what it then did.
     leftovers = () if prepared.checked.commands_lost else _leftovers(prepared, selection, rest)
     if not (scored.findings or prepared.checked.commands_lost) and not any(leftover.matters for leftover in leftovers):
         leftovers = (*worse_than_nothing(scored), *leftovers)
     unexplained = any(leftover.matters for leftover in leftovers)
-    calibrated = own is not None and result.finished
-    sure = rated(scored.findings, passed=scored.gate.passed, leftover=unexplained, calibrated=calibrated)
     proposal = None
     if unexplained:
-        informed = applied(prepared.model, sure)
+        informed = applied(prepared.model, scored.findings)
         proposal = propose(informed, prepared.checked.data, rest, leftovers[0], problems.whitening)
-    return Explained(scored, sure, leftovers, proposal)
+    return Explained(scored, leftovers, proposal)
 
 
 def _leftovers(prepared: Prepared, selection: Selection, rest: Rest) -> tuple[Leftover, ...]:
@@ -65,3 +63,33 @@ def _leftovers(prepared: Prepared, selection: Selection, rest: Rest) -> tuple[Le
         motion = part_of_changes(problems.problem.segments, errors)
         leftovers += find_misfit(selection.fit.total / problems.whitening.freedom, motion)
     return tuple(sorted(leftovers, key=lambda leftover: not leftover.matters))
+
+
+def worse_than_nothing(scored: Scored) -> tuple[Leftover, ...]:
+    """Predictions that are worse than none, held against the noise that the logs themselves show."""
+    nearest = min(scored.horizons, default=0.0)
+    if not scored.stages or not scored.stages[-1].worse.get(nearest):
+        return ()
+    prepared, values = scored.result.prepared, scored.result.selection.fit.values
+    still = replace(prepared.whitening, disturbances=dict.fromkeys(prepared.whitening.disturbances, 0.0))
+    own = SensorNoise.of(prepared.scored)
+    noise = floor_of_explained(prepared.library, prepared.scored, values, still, (nearest,), noise=own)
+    return find_astray(scored.stages[-1], noise[0]) if noise else ()
+
+
+def find_astray(stage: Stage, noise: Floor) -> tuple[Leftover, ...]:
+    """What is left of a model that is surely worse than that nothing changes, and not by the sensors' noise.
+
+    Disturbances that are as large as all that a model gets wrong explain every residual, and hide what is wrong.
+
+    Args:
+        stage: errors on held-out logs.
+        noise: the floor that the sensors' noise alone makes, at the shortest horizon: there disturbances did least.
+    """
+    found, nearest = list[tuple[float, str]](), stage.nearest(noise.horizon)
+    for channel in stage.worse.get(nearest, ()):
+        error, (lowest, _) = stage.horizons[nearest][channel], noise.errors[channel]
+        if error.low > SETTINGS.floor_known * lowest:
+            found.append((error.value / max(lowest, 1e-12), channel))
+    words = f"{noise.horizon:g} s ahead, which is worse than if nothing changed"
+    return tuple(Leftover(MISFIT, channel, 1.0 - times**-2, words) for times, channel in sorted(found)[-1:])

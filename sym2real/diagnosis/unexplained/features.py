@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import torch
+from scipy.ndimage import uniform_filter1d
 
 from sym2real import rotation
 from sym2real.diagnosis.data.conditions import HOW_FAST
@@ -72,4 +73,5 @@ def _names(trajectory: Trajectory) -> set[str]:
 
 
 def _smooth(column: Array) -> Array:
-    return np.convolve(np.pad(column, 2, mode="edge"), np.ones(5) / 5, "valid")
+    smooth: Array = uniform_filter1d(column, 5, mode="nearest")
+    return smooth

@@ -21,7 +21,6 @@ from sym2real import rotation
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES
 from sym2real.diagnosis.data.preparation import from_row_to_row, with_filtered_commands
-from sym2real.diagnosis.data.tangent import places_of_fields
 from sym2real.diagnosis.faults.mistakes.transformation import attitude
 from sym2real.effects.inputs import with_inputs
 from sym2real.effects.visible import VisibleModel
@@ -133,7 +132,7 @@ def _rates(log: Trajectory) -> Array:
 def _turned(changes: Array, layout: Layout, sums: Mapping[str, Array]) -> dict[str, tuple[Array, Array]]:
     """Quantity → turn over stretches, and its rate's ``# (stretches, 1)`` each; nothing without both."""
     rates = {ATTITUDE.name: RATES, HEADING.name: RATES[-1:]}
-    fields = zip((field.name for field in layout.fields), places_of_fields(layout), strict=True)
+    fields = zip((field.name for field in layout.fields), layout.tangent_places, strict=True)
     turns = [turn for name, places in fields if name in rates for turn in zip(places, rates[name], strict=True)]
     return {
         TURNED.format(rate[-1]): (changes[:, [place]], sums[rate][:, None]) for place, rate in turns if rate in sums
@@ -159,7 +158,7 @@ def _quantities(layout: Layout) -> dict[str, tuple[str, list[int]]]:
     What has no frame goes by its columns: joints and their rates.
     """
     found: dict[str, tuple[str, list[int]]] = {}
-    for field, places in zip(layout.fields, places_of_fields(layout), strict=True):
+    for field, places in zip(layout.fields, layout.tangent_places, strict=True):
         if field.frame == "world" and field.kind == "vector":
             found[f"level {field.name}"] = field.name, list(places[:LEVEL])
             if len(places) > LEVEL:

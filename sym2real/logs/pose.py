@@ -43,8 +43,9 @@ def attitude(log: Trajectory) -> torch.Tensor:
 
 def turned(log: Trajectory, columns: Sequence[str], *, to_world: bool = True) -> Array:
     """A vector from body to world axes, or the other way ``# (rows, 3)``; a component that no column has is zero."""
-    none = np.zeros(len(log))
-    vector = np.column_stack([log.column(name) if name in log.layouts.state else none for name in columns])
+    vector = np.zeros((len(log), 3))
+    for place, name in enumerate(columns):
+        vector[:, place] = log.column(name) if name in log.layouts.state else 0.0
     turn = attitude(log) if to_world else rotation.conjugate(attitude(log))
     return rotation.rotate(turn, torch.as_tensor(vector)).numpy()
 

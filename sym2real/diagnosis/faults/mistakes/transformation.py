@@ -15,7 +15,7 @@ import torch
 
 from sym2real import rotation
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.agreement import RATES, VELOCITIES
+from sym2real.diagnosis.data.agreement import RATES
 from sym2real.diagnosis.data.changed import with_columns
 from sym2real.logs.pose import attitude, turned
 from sym2real.logs.sources import AsRead
@@ -163,7 +163,7 @@ class OtherAxes:
 
     def undone(self, log: Trajectory) -> Trajectory:
         """Along the axes that are meant."""
-        found = turned(log, VELOCITIES if self.logged == "body" else RATES, to_world=self.logged == "body")
+        found = turned(log, self.columns, to_world=self.logged == "body")
         return with_columns(log, dict(zip(self.columns, found.T, strict=False)))
 
 

@@ -48,10 +48,10 @@ def test_half_the_rate_has_twice_the_step(logs: dict[str, Dataset]) -> None:
     assert halved[0].action[1] == pytest.approx(logs["crazyflie"][0].action[2])
 
 
-def test_there_are_forty_mistakes_of_the_papers_robots_and_none_stands_twice() -> None:
+def test_there_are_forty_mistakes_or_more_of_the_papers_robots_and_none_stands_twice() -> None:
     for robot, listed in MISTAKES.items():
         assert len({one.name for one in listed}) == len(listed)
-        assert len(listed) == 40 or robot in JOINTS
+        assert len(listed) >= 40 or robot in JOINTS
 
 
 @pytest.mark.parametrize(("robot", "name"), [(robot, one.name) for robot, listed in MISTAKES.items() for one in listed])

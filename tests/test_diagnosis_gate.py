@@ -108,6 +108,23 @@ def test_findings_that_improve_no_prediction_are_no_answer() -> None:
     assert "attitude after 0.8 s rises by 20 %" in gate_line(worse, Fall(0.8, "position", 0.5))
 
 
+def test_what_changes_no_prediction_is_not_missing() -> None:
+    """A healthy flight whose delay is truly 5 ms: known beyond chance, and of no use to anybody."""
+    delay = Finding("delay", {"value": about(0.005, 0.001, "s")}, 0.3, small=True)
+    gate, problems = Gate(stage("base", 1.0, 1.0), stage("+ delay", 0.97, 0.99)), problems_of(800)
+    assert verdict((), (delay,), (), gate, problems) == "NOTHING_MISSING"
+    assert summary("NOTHING_MISSING", (), (delay,), (), gate=gate, stages=()) == (
+        "Nothing is missing beyond noise and small disturbances; small: delay (value 0.005 s), beyond chance, and no "
+        "error is larger by a tenth without it."
+    )
+    # One that an error needs, as where two undo each other; an error that rises; too little data; an unfinished search.
+    needed, worse = (delay, Finding("lag", {}, 0.2)), Gate(stage("base", 1.0, 1.0), stage("+ delay", 0.97, 1.2))
+    assert verdict((), needed, (), gate, problems) == "CANNOT_TELL"
+    assert verdict((), (delay,), (), worse, problems) == "CANNOT_TELL"
+    assert verdict((), (delay,), (), gate, problems_of(300)) == "CANNOT_TELL"
+    assert verdict((), (delay,), (), gate, problems, finished=False) == "CANNOT_TELL"
+
+
 def test_where_predictions_judge_nothing_an_effect_is_no_answer_beside_what_is_left() -> None:
     """A thrust that was logged in no unit: the model falls, with a lag of its motors or without."""
     ends = [replace(stage(name, 3.0, 1.0), foretells=False) for name in ("base", "+ motor_lag")]

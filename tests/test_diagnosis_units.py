@@ -12,6 +12,7 @@ import pytest
 from motor_level import motor_level_equations
 from noisy_flights import flights, flights_with
 
+from sym2real import rotation
 from sym2real.data import example_flight
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, compare, diagnose
@@ -19,12 +20,15 @@ from sym2real.diagnosis.data.agreement import thrust_agreement
 from sym2real.diagnosis.faults.command_units import Steps
 from sym2real.diagnosis.faults.conventions import Breach, looks_for, through, undone
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit, foreign_positions, foreign_velocities
+from sym2real.diagnosis.faults.misread_attitudes import other_angles
+from sym2real.diagnosis.faults.mistakes.of_attitude import with_angles
 from sym2real.diagnosis.faults.report import data_report
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.effects.sensors import Sensors
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import read_log, write_log
 from sym2real.logs.differences import rates_on_time
+from sym2real.logs.pose import attitude
 from sym2real.logs.sources import AsRead
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import Equations
@@ -158,6 +162,54 @@ def test_the_scalar_last_is_named_beside_units_and_signs(factors: Factors, said:
     checked = check(CRAZYFLIE.nominal(), scalar_last(times(data, factors)))
     assert [fault.name for fault in checked.faults] == ["quaternions with the scalar last (x y z w)", *said]
     np.testing.assert_allclose(checked.data[0].state, rates_on_time(data)[0].state, rtol=1e-9, atol=1e-12)
+
+
+def angles_times(data: Dataset, factor: float) -> Dataset:
+    """Attitudes, or headings, made of angles in another unit."""
+    logs = []
+    for log in data:
+        angles = np.unwrap(rotation.to_euler(attitude(log)).numpy(), axis=0)
+        logs.append(with_angles(log, factor * (angles if log.layouts.state.has_field("attitude") else angles[:, 2:])))
+    return Dataset(logs)
+
+
+@pytest.mark.parametrize(
+    ("factor", "said"),
+    [
+        (DEGREES, "an attitude in degrees that is read as radians"),
+        (1.0 / DEGREES, "an attitude in radians that is read as degrees"),
+    ],
+)
+@pytest.mark.parametrize("robot", [CRAZYFLIE, MUSHR])
+def test_angles_in_another_unit_are_named_and_the_gyro_is_not(robot: Robot, factor: float, said: str) -> None:
+    """Of angles that are 57 times too large whole turns are lost; rates count them, all but one of the heading."""
+    data = Dataset(flights()[:3]) if robot is CRAZYFLIE else drives()
+    checked = check(robot.nominal(), angles_times(data, factor))
+    assert [fault.name for fault in checked.faults] == [said]
+    for log, right in zip(checked.data, rates_on_time(data), strict=True):
+        off = rotation.logarithm(rotation.multiply(attitude(log), rotation.conjugate(attitude(right)))).numpy()
+        np.testing.assert_allclose(off[:, :2], 0.0, atol=1e-6)
+        np.testing.assert_allclose(off[:, 2], off[0, 2], atol=1e-6)
+        assert abs(off[0, 2]) < (1.01 * 2.0 * np.pi / DEGREES if factor > 1.0 else 1e-6)
+
+
+@pytest.mark.parametrize(
+    ("factors", "said"),
+    [
+        (of("x y z vx vy vz", 1e3) | of("wx wy wz", DEGREES), ["x y z in mm", "vx vy vz in mm/s", "wx wy wz in deg/s"]),
+        (of("x y z vx vy vz", 1e2) | of("wx wy wz", DEGREES), ["x y z in cm", "vx vy vz in cm/s", "wx wy wz in deg/s"]),
+    ],
+)
+def test_positions_and_rates_in_other_units_are_no_angles(factors: Factors, said: list[str]) -> None:
+    checked = check(CRAZYFLIE.nominal(), times(one_flight(), factors))
+    assert [fault.name.partition(" instead")[0] for fault in checked.faults] == said
+
+
+def test_a_specification_says_the_unit_of_its_angles() -> None:
+    read = AsRead({"roll": "Roll", "pitch": "Pitch", "yaw": "Yaw"})
+    (found,) = other_angles(angles_times(drives(), DEGREES))
+    assert found.fix(read) == 'say unit = "deg" of Roll Pitch Yaw in a specification of the log'
+    assert found.fix(AsRead()).endswith("of angles in rad")
 
 
 @pytest.mark.parametrize("factor", [70_000.0, 1.0 / 25.0], ids=["large", "part of the most"])

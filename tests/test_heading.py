@@ -12,7 +12,7 @@ import pytest
 from kinematic_car import car
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.heading import against_the_path
+from sym2real.diagnosis.faults.misread_attitudes import against_the_path
 from sym2real.diagnosis.faults.report import data_report
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.experiments.standard_set import Case, simulate_case
@@ -127,7 +127,7 @@ def mirrored(data: Dataset, change: Callable[[Array], Array]) -> Dataset:
 @pytest.mark.parametrize("zero", [0.0, np.pi / 2])
 def test_a_diagnosis_turns_the_heading_and_leaves_the_steering(zero: float) -> None:
     data = simulate_case(Case("mushr", (), seed=4), rows=200)
-    assert against_the_path(data) is None
+    assert not against_the_path(data)
     broken = mirrored(data, lambda heading: zero - heading)
     assert sum("turns against the path" in line for line in data_report(broken).lines()) == 1
     checked = check(MUSHR.nominal(), broken)
@@ -142,13 +142,13 @@ def test_a_diagnosis_turns_the_heading_and_leaves_the_steering(zero: float) -> N
 def test_what_hides_in_a_car_is_no_turned_heading(effect: str) -> None:
     values = {"tyre_friction": 0.3, "yaw_bias": 0.035, "lateral_slip": 5.0, "offset:steer": 0.1}
     case = Case("mushr", ((effect, {"value": values[effect]}),), seed=1)
-    assert against_the_path(simulate_case(case, rows=200)) is None
+    assert not against_the_path(simulate_case(case, rows=200))
 
 
 def test_measured_drives_turn_with_their_path(shared_data: Path) -> None:
     data = read_logs(shared_data / "mushr_steering_offset", "mushr_steering_offset")
-    assert against_the_path(data) is None
-    assert against_the_path(mirrored(data, lambda heading: -heading)) is not None
+    assert not against_the_path(data)
+    assert against_the_path(mirrored(data, lambda heading: -heading))
     assert inspect_logs(shared_data / "mushr_steering_offset").suspected_flips == ()
 
 

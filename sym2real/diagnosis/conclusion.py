@@ -31,6 +31,7 @@ def verdict(
     Fewer than ten independent blocks leave no test, and an unfinished search cannot say that nothing is missing, or
     that no effect explains what is left. A fault alone is the answer only where nothing is left once it is undone.
     Where predictions judge nothing, an effect is the answer if errors fall all the same or nothing else is missing.
+    Nothing is missing where no error is larger by a tenth without any of the findings, nor without all of them.
     """
     unexplained = any(leftover.matters for leftover in leftovers)
     borne_out = gate.before is None or gate.foretold or gate.fallen
@@ -43,7 +44,7 @@ def verdict(
         return "UNEXPLAINED"
     if faults:
         return "EFFECT"
-    return "CANNOT_TELL" if findings else "NOTHING_MISSING"
+    return "NOTHING_MISSING" if all(finding.small for finding in findings) and not gate.worse else "CANNOT_TELL"
 
 
 def summary(
@@ -63,13 +64,15 @@ def summary(
     parts = ["the data show " + ", ".join(fault.name for fault in faults)] if faults else []
     if answer == "EFFECT":
         # Where predictions do not bear out what was found, the faults are the answer.
-        found = [*_missing(findings, stages), *rest, *_small(findings)]
+        announced = _announced(findings)
+        small = [finding for finding in findings if finding not in announced]
+        found = [*_missing(announced, stages), *rest, *_small(small)]
         parts += found if gate.passed else [*_beside(findings, gate), *rest]
     elif answer == "UNEXPLAINED":
         parts.append(f"something is missing that no effect of the catalogue explains: {' and '.join(left)}")
         parts += [*_beside(findings, gate), *minor]
     elif answer == "NOTHING_MISSING":
-        parts += ["nothing is missing beyond noise and small disturbances", *rest]
+        parts += ["nothing is missing beyond noise and small disturbances", *rest, *_small(findings)]
     else:
         parts += [*_no_answer(findings, gate, interrupted), *rest]
     if interrupted and answer != "CANNOT_TELL":
@@ -78,11 +81,11 @@ def summary(
     return sentence[:1].upper() + sentence[1:] + "."
 
 
-def _missing(findings: Sequence[Finding], stages: Sequence[Stage]) -> list[str]:
+def _missing(announced: Sequence[Finding], stages: Sequence[Stage]) -> list[str]:
     """What is announced, and the error that falls most with all that was found."""
-    if not findings:
+    if not announced:
         return []
-    fall, parts = fall_of_error(stages), ["missing: " + "; ".join(_one(finding) for finding in _announced(findings))]
+    fall, parts = fall_of_error(stages), ["missing: " + "; ".join(map(_one, announced))]
     if fall is not None:
         parts.append(f"with it the {fall[0]} error on held-out pieces changes from {fall[1]:.3g} to {fall[2]:.3g}")
     return parts
@@ -94,9 +97,8 @@ def _announced(findings: Sequence[Finding]) -> list[Finding]:
 
 
 def _small(findings: Sequence[Finding]) -> list[str]:
-    announced = _announced(findings)
-    small = [_alone(finding) for finding in findings if finding not in announced]
-    return [f"small: {', '.join(small)}, beyond chance, and no error is larger by a tenth without it"] if small else []
+    names = ", ".join(map(_alone, findings))
+    return [f"small: {names}, beyond chance, and no error is larger by a tenth without it"] if names else []
 
 
 def _beside(findings: Sequence[Finding], gate: Gate) -> list[str]:

@@ -8,12 +8,13 @@ where one turns against the other, or by another amount. On a straight line it i
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from sym2real.logs import derive
-from sym2real.trajectory import Array
+from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import HEADING, POSITION, SPEED_COLUMN
 
 CREEPING = 0.1  # m/s, below which a car's way has no direction
 FEWEST = 40  # rows that move
@@ -36,9 +37,24 @@ def course(time: Array, x: Array, y: Array, speed: Array | None = None) -> Array
     return found
 
 
-def together(courses: Sequence[Array], headings: Sequence[Array]) -> float:
+def courses(logs: Iterable[Trajectory]) -> list[Array]:
+    """The way that a car moves in every log, in rad ``# (rows,)``."""
+    found = []
+    for log in logs:
+        speed = log.column(SPEED_COLUMN) if SPEED_COLUMN in log.layouts.action else None
+        x, y = (log.column(name) for name in POSITION.columns[:2])
+        found.append(course(log.time, x, y, speed))
+    return found
+
+
+def headings(logs: Iterable[Trajectory]) -> list[Array]:
+    """Where it points in every log, in rad ``# (rows,)``."""
+    return [np.arctan2(*(log.column(name) for name in HEADING.columns)) for log in logs]
+
+
+def together(ways: Sequence[Array], yaws: Sequence[Array]) -> float:
     """How far headings in rad ``# (rows,)`` turn with courses: 1 always, 0 by chance; NaN where too little moves."""
-    apart = _apart(courses, headings)
+    apart = _apart(ways, yaws)
     return float(abs(np.exp(2j * apart).mean())) if len(apart) >= FEWEST else float("nan")
 
 
@@ -47,9 +63,9 @@ def decides(best: float, other: float) -> bool:
     return best > TOGETHER and best - other > AHEAD
 
 
-def between(courses: Sequence[Array], headings: Sequence[Array]) -> float:
+def between(ways: Sequence[Array], yaws: Sequence[Array]) -> float:
     """Mean angle in rad from headings to courses; 0 where slip and noise may be all of it, or nothing moves."""
-    apart = _apart(courses, headings)
+    apart = _apart(ways, yaws)
     if not len(apart):
         return 0.0
     # A command that changes its sign is early: in a few rows the car still goes the other way.
@@ -59,6 +75,6 @@ def between(courses: Sequence[Array], headings: Sequence[Array]) -> float:
     return mean if abs(mean) > APART else 0.0
 
 
-def _apart(courses: Sequence[Array], headings: Sequence[Array]) -> Array:
-    apart = np.concatenate(courses) - np.concatenate(headings)
+def _apart(ways: Sequence[Array], yaws: Sequence[Array]) -> Array:
+    apart = np.concatenate(ways) - np.concatenate(yaws)
     return apart[np.isfinite(apart)]

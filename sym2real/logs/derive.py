@@ -109,6 +109,34 @@ def counted_heading(sine: Array, cosine: Array) -> Array:
     return angle
 
 
+def counted_angles(time: Array, quaternion: Array, rates: Array) -> Array:
+    """Roll, pitch and yaw in rad ``# (rows, 3)``, or yaw alone ``# (rows, 1)``, that count on beyond a turn.
+
+    Each is the one nearest to the last angle and the turn since, of both triples that are one attitude, (φ, θ, ψ) and
+    (φ + π, π - θ, ψ + π): that holds of angles that turn by more than half a turn from row to row. Roll and pitch are
+    level on average, within half a turn.
+
+    Args:
+        time: s ``# (rows,)``.
+        quaternion: attitudes w x y z ``# (rows, 4)``.
+        rates: of the angles in rad/s, about all axes or about the vertical ``# (rows, 3 or 1)``.
+    """
+    angles = rotation.to_euler(torch.from_numpy(quaternion)).numpy()[:, -rates.shape[1] :]
+    counted, turns = [angles[0]], 0.5 * (rates[1:] + rates[:-1]) * np.diff(time)[:, None]
+    for logged, turn in zip(angles[1:], turns, strict=True):
+        near = counted[-1] + turn
+        readings = [reading + 2.0 * np.pi * np.round((near - reading) / (2.0 * np.pi)) for reading in _alike(logged)]
+        counted.append(min(readings, key=lambda reading: float(np.abs(reading - near).sum())))
+    whole = min(_alike(np.stack(counted)), key=lambda reading: float(np.square(np.diff(reading, axis=0) - turns).sum()))
+    whole[:, :-1] -= 2.0 * np.pi * np.round(whole[:, :-1].mean(0) / (2.0 * np.pi))
+    return whole
+
+
+def _alike(angles: Array) -> list[Array]:
+    """Both readings of one attitude ``# (..., 3)``; of a yaw alone there is one."""
+    return [angles] if angles.shape[-1] == 1 else [angles, angles * np.array([1.0, -1.0, 1.0]) + np.pi]
+
+
 def unwrapped(angle: Array) -> Array:
     """An angle in rad ``# (rows,)`` without an encoder's jumps by whole turns; other jumps stay as they are.
 

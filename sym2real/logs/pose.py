@@ -1,12 +1,16 @@
-"""Where a body is and how it is turned, from whatever columns of a state say so; for viewers that draw in space."""
+"""Where a body is and how it is turned, from whatever columns of a state say so."""
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
 
+import numpy as np
+import torch
+
+from sym2real import rotation
 from sym2real.field import Field
 from sym2real.layout import Layout
-from sym2real.trajectory import Array
+from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import ATTITUDE, HEADING, POSITION
 
 
@@ -20,10 +24,30 @@ def poses(layout: Layout, states: Array) -> tuple[Array, Array] | None:
         return None
     rows = len(states)
     position = np.stack([there.get(column, np.zeros(rows)) for column in POSITION.columns], axis=1)
+    return position, attitudes(layout, states)
+
+
+def attitudes(layout: Layout, states: Array) -> Array:
+    """Attitudes w x y z ``# (rows, 4)`` of states ``# (rows, state)``; of a heading alone with roll and pitch zero."""
+    there, rows = dict(zip(layout.columns, states.T, strict=True)), len(states)
     if _whole(ATTITUDE, there):
-        return position, np.stack([there[column] for column in ATTITUDE.columns], axis=1)
+        return np.stack([there[column] for column in ATTITUDE.columns], axis=1)
     yaw = np.arctan2(*(there[column] for column in HEADING.columns)) if _whole(HEADING, there) else np.zeros(rows)
-    return position, np.stack([np.cos(yaw / 2), np.zeros(rows), np.zeros(rows), np.sin(yaw / 2)], axis=1)
+    return np.stack([np.cos(yaw / 2), np.zeros(rows), np.zeros(rows), np.sin(yaw / 2)], axis=1)
+
+
+def attitude(log: Trajectory) -> torch.Tensor:
+    """Those of a log ``# (rows, 4)``."""
+    return torch.as_tensor(attitudes(log.layouts.state, log.state))
+
+
+def turned(log: Trajectory, columns: Sequence[str], *, to_world: bool = True) -> Array:
+    """A vector from body to world axes, or the other way ``# (rows, 3)``; a component that no column has is zero."""
+    vector = np.zeros((len(log), 3))
+    for place, name in enumerate(columns):
+        vector[:, place] = log.column(name) if name in log.layouts.state else 0.0
+    turn = attitude(log) if to_world else rotation.conjugate(attitude(log))
+    return rotation.rotate(turn, torch.as_tensor(vector)).numpy()
 
 
 def _whole(field: Field, there: dict[str, Array]) -> bool:

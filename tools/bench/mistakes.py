@@ -1,6 +1,7 @@
 """Mistakes of a user: what they do to a healthy log, and how an answer names them.
 
-The forty of the quadrotor and of the car are in mistakes_list.py, those of robots of joints in mistakes_of_joints.py.
+Those of the quadrotor and of the car, forty and more, are in mistakes_list.py, those of robots of joints in
+mistakes_of_joints.py.
 
 A mistake is a function of a log's columns and of the seed's generator of random numbers. It is named by an effect of
 :attr:`Mistake.keys` (patterns), or by a sentence that :attr:`Mistake.words` (a regular expression) is found in.
@@ -192,6 +193,16 @@ def in_plane(angle: Callable[[Rng], float], *pairs: tuple[str, str]) -> Apply:
         return found
 
     return turn
+
+
+def angles_times(factor: float) -> Apply:
+    """An attitude made of roll, pitch and yaw in another unit."""
+
+    def change(log: Columns, _: Rng) -> Columns:
+        angles = torch.as_tensor(factor * np.unwrap(rotation.to_euler(quaternion(log)).numpy(), axis=0))
+        return dict(zip(QUATERNION, rotation.from_euler(*angles.unbind(-1)).numpy().T, strict=True))
+
+    return change
 
 
 def attitude_turned(angle: Callable[[Rng], float]) -> Apply:

@@ -1,4 +1,4 @@
-"""The mistakes that are made with each robot; forty of the quadrotor and of the car."""
+"""The mistakes that are made with each robot; of the quadrotor and of the car forty and more."""
 
 from __future__ import annotations
 
@@ -12,9 +12,11 @@ from mistakes import (
     STALE,
     WRITTEN_EARLY,
     WRITTEN_LATE,
+    Apply,
     Columns,
     Mistake,
     Rng,
+    angles_times,
     attitude_turned,
     biased,
     clipped,
@@ -43,6 +45,7 @@ SCALAR_LAST = dict(zip(QUATERNION, ("qx", "qy", "qz", "qw"), strict=True))
 PWM = 132_000.0  # per N
 MASS = 0.027  # kg
 LIMIT = r"\b(limit|clipped|saturated)\b"
+OF_DEGREES, OF_RADIANS = r"(yaw|heading|attitude) in degrees", r"(yaw|heading|attitude) in radians"
 OFF_BY_AN_ANGLE = r"(yaw|heading|attitude|world|frame).*\b(off by|turned by|turned frame|a zero of|180|bias)\b"
 OF_VELOCITY = r"\b(v[xy]|velocity)\b"
 MIRRORED = r"\b(mirrored|left-handed|other hand)\b"
@@ -63,10 +66,14 @@ def some_turn(rng: Rng) -> float:
     return float(rng.choice([-1.0, 1.0]) * rng.uniform(0.3, 1.5))
 
 
-def of_degrees(log: Columns, _: Rng) -> Columns:
-    """Sine and cosine of a yaw in degrees that was taken for radians."""
-    yaw = DEGREES * np.arctan2(log["sin_yaw"], log["cos_yaw"])
-    return {"sin_yaw": np.sin(yaw), "cos_yaw": np.cos(yaw)}
+def yaw_times(factor: float) -> Apply:
+    """Sine and cosine of a yaw in another unit."""
+
+    def change(log: Columns, _: Rng) -> Columns:
+        yaw = factor * np.arctan2(log["sin_yaw"], log["cos_yaw"])
+        return {"sin_yaw": np.sin(yaw), "cos_yaw": np.cos(yaw)}
+
+    return change
 
 
 def along_the_car(log: Columns, _: Rng) -> Columns:
@@ -111,6 +118,8 @@ FLIGHT = (
     Mistake("thrust clipped", clipped("thrust", 0.27, 0.285), rf"thrust.*{LIMIT}", ("limit:thrust",)),
     Mistake("bias of wx", biased("wx", 0.1, 0.3), r"\bwx\b.*(off by|bias)", ("sensor_bias:wx",)),
     Mistake("wz times a factor", gained("wz", 1.15, 1.5), r"\bwz\b.*(times|scale)", ("sensor_scale:wz",)),
+    Mistake("attitude in degrees taken for radians", angles_times(DEGREES), OF_DEGREES),
+    Mistake("attitude in radians taken for degrees", angles_times(1.0 / DEGREES), OF_RADIANS),
 )  # fmt: skip
 
 DRIVE = (
@@ -122,7 +131,7 @@ DRIVE = (
     in_unit("km/h", ("speed",), 3.6),
     in_unit("cm/s", ("speed",), 1e2),
     in_unit("motor rpm", ("speed",), 3500.0),
-    Mistake("yaw in degrees taken for radians", of_degrees, "degrees"),
+    Mistake("yaw in degrees taken for radians", yaw_times(DEGREES), OF_DEGREES),
     *map(reversed_sign, ("wz", "steer", "speed", "vx", "vy")),
     Mistake("yaw reversed", scaled(("sin_yaw",), -1.0), "heading (that )?turns against", ("sensor_sign:sin_yaw",)),
     Mistake("x and y of the position swapped", swapped("x", "y"), rf"\b[xy]\b.*{ORDER}|{ORDER}.*\b[xy]\b"),
@@ -155,6 +164,7 @@ DRIVE = (
     Mistake("spikes in wz", spiked("wz", 5.0), rf"\bwz\b.*{JUMP}|{JUMP}.*\bwz\b"),
     Mistake("bias of wz", biased("wz", 0.1, 0.3), r"\bwz\b.*(off by|bias)", ("sensor_bias:wz",)),
     Mistake("wz times a factor", gained("wz", 1.15, 1.5), r"\bwz\b.*(times|scale)", ("sensor_scale:wz",)),
+    Mistake("yaw in radians taken for degrees", yaw_times(1.0 / DEGREES), OF_RADIANS),
 )
 
 MISTAKES = {"crazyflie": FLIGHT, "mushr": DRIVE, **JOINTS}

@@ -5,7 +5,7 @@ Both are averaged over a few rows before they are compared, so that noise does n
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,9 +14,9 @@ import torch
 from sym2real import rotation
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.body import GRAVITY
-from sym2real.logs.derive import counted_heading
+from sym2real.logs.pose import attitude, turned
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import HEADING, POSITION, RATE, VELOCITY
+from sym2real.vocabulary import POSITION, RATE, VELOCITY
 
 RATES, VELOCITIES = RATE.columns, VELOCITY.columns
 SMOOTHING = 5  # rows
@@ -50,6 +50,15 @@ class Agreement:
             return "reversed"
         return "agrees" if self.correlation >= SETTINGS.agreeing else "unclear"
 
+    @property
+    def concordance(self) -> float:
+        """How nearly both are equal, whatever the sign: 1 always; NaN where there is too little motion.
+
+        L. Lin, "A concordance correlation coefficient", Biometrics 45 (1989).
+        """
+        known = self.correlation is not None and self.ratio > 0.0
+        return 2.0 * abs(self.correlation or 0.0) / (self.ratio + 1.0 / self.ratio) if known else float("nan")
+
 
 def agreements(logs: Sequence[Trajectory]) -> dict[str, Agreement]:
     """Of every rate of a body, a position or a joint."""
@@ -77,40 +86,44 @@ def thrust_agreement(logs: Sequence[Trajectory]) -> Agreement:
     layout = logs[0].layouts.state
     if not layout.has_field("attitude") or not all(name in layout for name in POSITION.columns[:2]):
         return Agreement("attitude", None)
-    moved = [[_pushed(part.column(name), part) for name in POSITION.columns[:2]] for part in logs]
     found = []
     for turn in (lambda q: q, rotation.conjugate):
-        pairs = []
-        for log, pushed in zip(logs, moved, strict=True):
-            attitude = turn(torch.as_tensor(log.state[:, layout.slice("attitude")]))
-            axis = rotation.rotate(attitude, torch.tensor([0.0, 0.0, 1.0], dtype=torch.float64)).numpy()
-            pairs += [(axis[1:-1, place], pushed[place]) for place in (0, 1)]
-        found.append(_compared(pairs, LEAST_TILT))
+        pushes = [level_push(log, turn) for log in logs]
+        found.append(_compared([(axis[:, i], pushed[:, i]) for pushed, axis in pushes for i in (0, 1)], LEAST_TILT))
     (own, ratio), (other, _) = found
     return Agreement("attitude", own, other, 1.0 / ratio if ratio else 0.0)
 
 
-def _pushed(position: Array, log: Trajectory) -> Array:
+def level_push(log: Trajectory, turn: Callable[[torch.Tensor], torch.Tensor] = lambda q: q) -> tuple[Array, Array]:
+    """How a robot is pushed aside, and its thrust axis, level, in units of gravity ``# (rows - 2, 2)`` each.
+
+    Args:
+        turn: what is made of the attitude first.
+    """
+    axis = rotation.rotate(turn(attitude(log)), torch.tensor([0.0, 0.0, 1.0], dtype=torch.float64)).numpy()
+    pushed = [_pushed(log.column(name), log.dt) for name in POSITION.columns[:2]]
+    return np.stack(pushed, axis=1), axis[1:-1, :2]
+
+
+def _pushed(position: Array, dt: float) -> Array:
     """Acceleration in units of gravity between rows that are averaged first ``# (rows - 2,)``."""
     kernel = np.ones(2 * SMOOTHING + 1) / (2 * SMOOTHING + 1)
     smooth = np.convolve(np.pad(position, SMOOTHING, mode="edge"), kernel, "valid")
-    return np.diff(smooth, n=2) / log.dt**2 / GRAVITY
+    return np.diff(smooth, n=2) / dt**2 / GRAVITY
 
 
 def turning(trajectory: Trajectory, column: str) -> Array:
     """Rate between rows about a body axis in rad/s ``# (rows - 1,)``, from the attitude."""
-    layout, steps = trajectory.layouts.state, np.diff(trajectory.time)
-    if layout.has_field("heading"):
-        yaw = counted_heading(*(trajectory.column(name) for name in HEADING.columns))
-        return np.diff(yaw) / steps
-    attitude = torch.as_tensor(trajectory.state[:, layout.slice("attitude")])
-    turn = rotation.logarithm(rotation.multiply(rotation.conjugate(attitude[:-1]), attitude[1:])).numpy()
-    return turn[:, RATES.index(column)] / steps
+    facing = attitude(trajectory)
+    turn = rotation.logarithm(rotation.multiply(rotation.conjugate(facing[:-1]), facing[1:])).numpy()
+    result: Array = turn[:, RATES.index(column)] / np.diff(trajectory.time)
+    return result
 
 
 def velocity_agreement(logs: Sequence[Trajectory]) -> dict[str, Agreement]:
     """Velocities and rates of joints against the change of the coordinate; velocities turned from body axes as well."""
     state, found = logs[0].layouts.state, {}
+    faces = state.has_field("attitude") or state.has_field("heading")
     for coordinate, column in state.rates.items():
         least = LEAST_MOTION.get(state.units[column], 0.0)
         moved = [np.diff(log.column(coordinate)) / np.diff(log.time) for log in logs]
@@ -119,23 +132,9 @@ def velocity_agreement(logs: Sequence[Trajectory]) -> dict[str, Agreement]:
             found[column] = Agreement(coordinate, own, ratio=ratio)
             continue
         place = VELOCITIES.index(column)
-        turned = [to_world(log) for log in logs]
-        other = [(_middle(t[:, place]), m) for t, m in zip(turned, moved, strict=True) if t is not None]
+        other = [(_middle(turned(log, VELOCITIES)[:, place]), m) for log, m in zip(logs, moved, strict=True) if faces]
         found[column] = Agreement(POSITION.name, own, _compared(other, least)[0] if other else None, ratio)
     return found
-
-
-def to_world(trajectory: Trajectory) -> Array | None:
-    """Velocities as if they had been logged in body axes, in world axes ``# (rows, 2 or 3)``."""
-    layout = trajectory.layouts.state
-    velocity = np.column_stack([trajectory.column(name) for name in VELOCITIES if name in layout])
-    if layout.has_field("attitude") and velocity.shape[1] == len(VELOCITIES):
-        attitude = torch.as_tensor(trajectory.state[:, layout.slice("attitude")])
-        return rotation.rotate(attitude, torch.as_tensor(velocity)).numpy()
-    if layout.has_field("heading") and velocity.shape[1] == 2:
-        s, c = (trajectory.column(name) for name in HEADING.columns)
-        return np.column_stack([c * velocity[:, 0] - s * velocity[:, 1], s * velocity[:, 0] + c * velocity[:, 1]])
-    return None
 
 
 def _middle(values: Array) -> Array:

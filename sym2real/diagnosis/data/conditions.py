@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
 from sym2real import rotation
 from sym2real.effects.voltage import VOLTAGE
 from sym2real.layout import Layout
+from sym2real.logs.pose import attitude
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import (
     ATTITUDE,
@@ -74,8 +74,7 @@ def features(trajectory: Trajectory) -> dict[str, Array]:
         if there:
             found[name] = np.linalg.norm(there, axis=0)
     if layouts.state.has_field("attitude"):
-        attitude = torch.as_tensor(trajectory.state[:, layouts.state.slice("attitude")])
-        found["tilt"] = rotation.tilt(attitude).numpy()
+        found["tilt"] = rotation.tilt(attitude(trajectory)).numpy()
     for joint in layouts.state.joints:
         found[joint], rate = trajectory.column(joint), layouts.state.rates[joint]
         found[_pace(rate)] = np.abs(trajectory.column(rate))

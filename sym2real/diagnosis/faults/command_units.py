@@ -15,8 +15,8 @@ import torch
 from scipy.optimize import minimize_scalar
 
 from sym2real.dataset import Dataset
+from sym2real.diagnosis.data.changed import divided
 from sym2real.diagnosis.data.preparation import from_row_to_row
-from sym2real.diagnosis.data.scaled import divided
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit, in_one_log, unit_of
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.filters import filter_commands

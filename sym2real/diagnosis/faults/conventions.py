@@ -12,11 +12,11 @@ from torch import Tensor
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.command_units import foreign_commands
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit, foreign_positions, foreign_rates, foreign_velocities
+from sym2real.diagnosis.faults.misread_attitudes import Misread, against_the_path, other_angles, scalar_last
 from sym2real.diagnosis.faults.mistakes import BadRows, Undoing, bad_rows, mistakes
-from sym2real.diagnosis.faults.quaternion_order import ScalarLast, scalar_last
 from sym2real.symbolic import Equations
 
-Breach = ForeignUnit | ScalarLast | BadRows | Undoing
+Breach = ForeignUnit | Misread | BadRows | Undoing
 Look = Callable[[Dataset], Sequence[Breach]]
 
 
@@ -28,12 +28,12 @@ def looks_for(model: Equations | None) -> tuple[tuple[Look, ...], ...]:
     columns. Then units again, as a turned frame hid them, and again what was done to columns: once those have their
     units and signs, more can be seen.
     """
-    frames = (bad_rows, scalar_last)
+    frames = (bad_rows, scalar_last, other_angles)
     units = (foreign_positions, foreign_velocities, foreign_rates)
     if model is None:
-        return frames, units, ()
+        return (*frames, against_the_path), units, ()
     mistaken, commands = partial(mistakes, model), partial(foreign_commands, model)
-    return (*frames, *units, commands, mistaken), units, (commands, mistaken)
+    return (*frames, *units, commands, mistaken, against_the_path), units, (commands, mistaken)
 
 
 def undone(breaches: Sequence[Breach], data: Dataset) -> Dataset:

@@ -15,7 +15,7 @@ import numpy as np
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import Agreement, rate_agreement, thrust_agreement, velocity_agreement
-from sym2real.diagnosis.data.scaled import divided
+from sym2real.diagnosis.data.changed import divided
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.logs.sources import AsRead
 from sym2real.logs.units import UNITS

@@ -9,7 +9,6 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from sym2real import rotation
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, VELOCITIES
 from sym2real.diagnosis.data.preparation import from_row_to_row
@@ -20,6 +19,7 @@ from sym2real.effects.thrust import MOTOR_TORQUES
 from sym2real.effects.visible import VisibleModel, visible_in_double
 from sym2real.layout import motors_of
 from sym2real.logs.motor_order import ORDERS, MotorOrder, Turning, motor_order
+from sym2real.logs.pose import turned
 from sym2real.symbolic import Equations, compile_function
 from sym2real.symbolic.expressions import names_in
 from sym2real.symbolic.period import at_period
@@ -51,8 +51,7 @@ def _air(log: Trajectory) -> Array:
     layout = log.layouts.state
     if not layout.has_field("attitude") or not all(name in layout for name in VELOCITIES):
         return np.zeros((len(log), 0))
-    inverse = rotation.conjugate(torch.as_tensor(log.state[:, layout.slice("attitude")]))
-    return rotation.rotate(inverse, torch.as_tensor(log.state[:, layout.indices(VELOCITIES)])).numpy()
+    return turned(log, VELOCITIES, to_world=False)
 
 
 def _caused(predict: VisibleModel, log: Trajectory, order: tuple[int, ...]) -> Array:

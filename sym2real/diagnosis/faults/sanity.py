@@ -10,8 +10,7 @@ import numpy as np
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import agreements
-from sym2real.diagnosis.data.heading import against_the_path
-from sym2real.diagnosis.data.scaled import divided
+from sym2real.diagnosis.data.changed import divided
 from sym2real.diagnosis.faults.conventions import Breach, Look, looks_for, through, undone
 from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.faults.foreign_units import ForeignUnit
@@ -40,7 +39,6 @@ from sym2real.logs.dropouts import is_unasked
 from sym2real.logs.sources import AsRead
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Trajectory
-from sym2real.vocabulary import HEADING
 
 SAID = {
     SENSOR_SCALE.name: "the logged {column} is {0:.3g} times what the {other} changes by",
@@ -93,9 +91,7 @@ def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
     frames, units, commands = looks_for(model)
     breached = partial(_breached, dict[Look, Dataset]())
     steps: tuple[Callable[[Dataset], Settled], ...] = (
-        *(partial(breached, look) for look in frames),
-        _heading,
-        *(partial(breached, look) for look in units),
+        *(partial(breached, look) for look in (*frames, *units)),
         _signs,
         *(partial(breached, look) for look in commands),
         _behind_their_rates,
@@ -131,23 +127,6 @@ def _fault(breach: Breach, data: Dataset, read: AsRead) -> Fault:
     if isinstance(breach, ForeignUnit) and len(breach.columns) == 1 and breach.columns[0] in data.layouts.state:
         return Fault(f"{SENSOR_SCALE.name}:{breach.columns[0]}", breach.evidence, breach.fix(read), breach.factor)
     return Fault("", breach.evidence, breach.fix(read))
-
-
-def _heading(data: Dataset) -> Settled:
-    """Headings that turn against the path."""
-    turning = against_the_path(data)
-    if turning is None:
-        return (), data
-    evidence = (
-        f"a heading that turns against the path: with its sign reversed it turns with it ({turning.together:.2f} of 1, "
-        f"as it stands {turning.as_it_stands:.2f})"
-    )
-    read, column = AsRead(data[0].sources), HEADING.columns[0]
-    apart = read.sign(column) * turning.apart
-    zero = f" and give it a zero of {apart:.2f} rad (in its unit)" if apart else ""
-    own = read.column(column) if read.sources else "its column"
-    fix = f"change the sign of yaw: flip {own} in the log's specification{zero}"
-    return [Fault("", evidence, fix)], Dataset(turning.undone(log) for log in data)
 
 
 def _signs(data: Dataset) -> Settled:

@@ -31,7 +31,7 @@ from sym2real.diagnosis.faults.mistakes.transformation import (
 )
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.layout import Layout, motors_of
-from sym2real.logs.course import between, course
+from sym2real.logs.course import between, courses, headings
 from sym2real.logs.sources import ANGLES
 from sym2real.trajectory import Array
 
@@ -185,16 +185,11 @@ def _turned(data: Dataset, balance: Balance, field: str) -> Iterator[Turned]:
     """A frame that is turned about the vertical, by the angle that fits best."""
     if not data.layouts.state.has_field(field):
         return
-    angle = _of_heading(data) if field == "heading" else _of_vectors(data, balance, field)
+    # From the way a car moves to where it says that it points.
+    along = field == "heading"
+    angle = -between(courses(data), headings(data)) if along else _of_vectors(data, balance, field)
     if abs(angle) > SETTINGS.frame_turn:
         yield Turned(field, angle)
-
-
-def _of_heading(data: Dataset) -> float:
-    """From the way a car moves to where it says that it points."""
-    speeds = [log.column("speed") if "speed" in log.layouts.action else None for log in data]
-    ways = [course(log.time, log.column("x"), log.column("y"), speed) for log, speed in zip(data, speeds, strict=True)]
-    return -between(ways, [np.arctan2(log.column("sin_yaw"), log.column("cos_yaw")) for log in data])
 
 
 def _of_vectors(data: Dataset, balance: Balance, field: str) -> float:

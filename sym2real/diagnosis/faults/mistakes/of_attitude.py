@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import torch
 
 from sym2real import rotation
-from sym2real.diagnosis.faults.mistakes.transformation import QUATERNION, Exchanged, with_columns
+from sym2real.diagnosis.data.changed import with_columns
+from sym2real.diagnosis.faults.mistakes.transformation import HEADING, QUATERNION, Exchanged
+from sym2real.logs.derive import continuous
 from sym2real.logs.sources import ANGLES, AsRead
-from sym2real.trajectory import Trajectory
+from sym2real.trajectory import Array, Trajectory
 
 COMMANDED = "_cmd"
 
@@ -44,6 +47,12 @@ class OfAttitude(Exchanged):
         first, places = angles.clone(), [ANGLES.index(own.removesuffix(COMMANDED)) for own in self.columns]
         for place, source, sign in zip(places, self.sources, self.signs, strict=True):
             angles[:, ANGLES.index(source.removesuffix(COMMANDED))] = sign * first[:, place]
-        turned = rotation.from_euler(*angles.unbind(-1)).numpy()
-        signs = np.where((turned * attitude).sum(1, keepdims=True) < 0, -1.0, 1.0)
-        return with_columns(log, dict(zip(self.quaternion, (signs * turned).T, strict=True)))
+        return with_angles(log, angles.numpy(), self.quaternion)
+
+
+def with_angles(log: Trajectory, angles: Array, quaternion: Sequence[str] = QUATERNION) -> Trajectory:
+    """A log with other roll, pitch and yaw of a quaternion, or another yaw, in rad ``# (rows, 3 or 1)``."""
+    if angles.shape[1] == 1:
+        return with_columns(log, dict(zip(HEADING, (np.sin(angles[:, 0]), np.cos(angles[:, 0])), strict=True)))
+    turned = rotation.from_euler(*torch.as_tensor(angles).unbind(-1)).numpy()
+    return with_columns(log, dict(zip(quaternion, continuous(turned).T, strict=True)))

@@ -10,9 +10,10 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from sym2real.dataset import Dataset
+from sym2real.diagnosis.data.changed import with_columns
 from sym2real.diagnosis.faults.foreign_units import factors
 from sym2real.diagnosis.faults.mistakes.balance import Balance, Balances
-from sym2real.diagnosis.faults.mistakes.transformation import POSITIONS, of_all, present, with_columns
+from sym2real.diagnosis.faults.mistakes.transformation import POSITIONS, of_all, present
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.logs.sources import AsRead
 from sym2real.logs.units import UNITS

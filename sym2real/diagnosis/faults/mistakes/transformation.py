@@ -6,7 +6,7 @@ A transformation says what the log holds in place of what is meant: ``undone`` r
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import cos, degrees, sin
 from typing import Protocol
 
@@ -16,8 +16,10 @@ import torch
 from sym2real import rotation
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES
+from sym2real.diagnosis.data.changed import with_columns
+from sym2real.logs.pose import attitude, turned
 from sym2real.logs.sources import AsRead
-from sym2real.trajectory import Array, Trajectory
+from sym2real.trajectory import Trajectory
 
 POSITIONS = ("x", "y", "z")
 QUATERNION, HEADING = ("qw", "qx", "qy", "qz"), ("sin_yaw", "cos_yaw")
@@ -161,12 +163,8 @@ class OtherAxes:
 
     def undone(self, log: Trajectory) -> Trajectory:
         """Along the axes that are meant."""
-        turn = attitude(log) if self.logged == "body" else rotation.conjugate(attitude(log))
-        vector = np.zeros((len(log), 3))
-        for place, name in enumerate(self.columns):
-            vector[:, place] = log.column(name)
-        found = rotation.rotate(turn, torch.as_tensor(vector)).numpy()
-        return with_columns(log, {name: found[:, place] for place, name in enumerate(self.columns)})
+        found = turned(log, self.columns, to_world=self.logged == "body")
+        return with_columns(log, dict(zip(self.columns, found.T, strict=False)))
 
 
 @dataclass(frozen=True)
@@ -223,25 +221,6 @@ class Late:
         """With these columns shifted back; the ends are held."""
         places = np.clip(np.arange(len(log)) + self.rows, 0, len(log) - 1)
         return with_columns(log, {name: log.column(name)[places] for name in self.columns})
-
-
-def attitude(log: Trajectory) -> torch.Tensor:
-    """Attitude, or that of a heading alone ``# (rows, 4)``."""
-    if "sin_yaw" in log.layouts.state:
-        half = 0.5 * np.arctan2(log.column("sin_yaw"), log.column("cos_yaw"))
-        return torch.as_tensor(np.stack([np.cos(half), 0 * half, 0 * half, np.sin(half)], axis=1))
-    return torch.as_tensor(np.stack([log.column(name) for name in QUATERNION], axis=1))
-
-
-def with_columns(log: Trajectory, columns: dict[str, Array]) -> Trajectory:
-    """The log with other values ``# (rows,)`` in columns of its three groups."""
-    changed = {}
-    for group in ("state", "action", "inputs"):
-        layout, values = getattr(log.layouts, group), getattr(log, group).copy()
-        for name in (name for name in columns if name in layout):
-            values[:, layout.index(name)] = columns[name]
-        changed[group] = values
-    return replace(log, **changed)
 
 
 def of_all(transformation: Transformation, data: Dataset) -> Dataset:

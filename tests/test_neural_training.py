@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import torch
 
+from sym2real.adaptation.fine_tuning import FineTuning
 from sym2real.control import RandomCommands, geometric_controller
 from sym2real.dataset import Dataset, Transitions
 from sym2real.diagnosis import add
@@ -146,9 +147,10 @@ def test_noise_of_a_start_is_nothing_that_a_correction_can_take_away() -> None:
         return float((rolled * added).mean() / rolled.square().mean())
 
     seen = noise[:-1]
+    both = torch.stack([seen, seen.roll(1, 0)])  # of what stands still the row before is the prediction
     assert along(rolled_errors(seen, carried, starts, 10)) > 0.4
-    assert abs(along(corrected_errors(0 * error, seen, carried, starts, 10))) < 0.05
-    shifted = corrected_errors(error, 0 * seen + 2.0, carried, starts, 10) - rolled
+    assert abs(along(corrected_errors(0 * error, both, carried, starts, 10))) < 0.05
+    shifted = corrected_errors(error, 0 * both + 2.0, carried, starts, 10) - rolled
     torch.testing.assert_close(shifted[:, 0, 0, 0], 2.0 * torch.arange(1.0, 11.0), atol=1e-4, rtol=0)
 
 
@@ -189,17 +191,20 @@ def test_what_mujoco_pushes_with_is_found(windy: Transitions, base: Equations, s
     assert position_error(doubled(model), elsewhere) < 0.5 * position_error(alone, elsewhere)
 
 
-def test_commands_that_jump_from_row_to_row_are_learned_in_full() -> None:
+@pytest.mark.parametrize("learner", [ResidualTraining(widths=(32,)), FineTuning()])
+def test_commands_that_jump_from_row_to_row_are_learned_in_full(learner: ResidualTraining | FineTuning) -> None:
     """The speed command is too strong: what a row lacks goes by its own command and not by the one before."""
     base = MUSHR.nominal()
     weaker = add(base, "gain:speed", {"value": 0.8})
     plant, random = EquationsPlant(weaker, MUSHR), RandomCommands(MUSHR, hold=MUSHR.dt)
     rows = Dataset([run_episode(plant, random, steps=401)]).transitions()
-    model = ResidualTraining(widths=(32,)).fit(rows, base)
+    model = learner.fit(rows, base)
+    step = compile_model(model) if isinstance(model, Equations) else model
     state, action = torch.tensor(rows.state).float(), torch.tensor(rows.action).float()
     with torch.no_grad():
-        lacking = (torch.tensor(rows.next_state).float() - compile_model(base)(state, action))[:, 4:6]
-        share = (model.residual(state, action)[:, 4:6] * lacking).sum() / lacking.square().sum()
+        before = compile_model(base)(state, action)[:, 4:6]
+        lacking, added = torch.tensor(rows.next_state).float()[:, 4:6] - before, step(state, action)[:, 4:6] - before
+        share = (added * lacking).sum() / lacking.square().sum()
     assert float(share) == pytest.approx(1.0, abs=0.1)
 
 

@@ -115,7 +115,7 @@ class Ridge:
 
     Args:
         constants: as the base has them ``# (P,)``.
-        errors: one-step errors ``# (rows, t, sets)`` under parameter sets ``# (sets, all parameters)``.
+        errors: one-step errors ``# (2, rows, t, sets)`` under parameter sets ``# (sets, all parameters)``.
         values: of all parameters ``# (all parameters,)``.
         places: of the constants among them.
         carried: how errors go on ``# (rows, t, t)``.
@@ -186,7 +186,7 @@ class Ridge:
 
     def _rolled(self, error: Tensor, added: Tensor, block: Run) -> Tensor:
         steps = len(self.scales.error)
-        rolled = corrected_errors(error, added, self.carried, windows_in(block, steps), steps)
+        rolled = corrected_errors(error[0], added, self.carried, windows_in(block, steps), steps)
         return rolled / self.scales.error
 
     def _normal_equations(self, about: Tensor) -> tuple[Tensor, Tensor]:
@@ -208,7 +208,7 @@ class Ridge:
         return mean[:, 1:, 1:], mean[:, 1:, 0]
 
     def _slopes(self, about: Tensor) -> Tensor:
-        """Central differences of one-step errors by relative changes ``# (rows, t, P)``."""
+        """Central differences of one-step errors by relative changes ``# (2, rows, t, P)``."""
         moves = STEP * torch.eye(len(about), dtype=torch.float64)
         pairs = [
             self.errors(self._sets(about + some)) - self.errors(self._sets(about - some))

@@ -48,8 +48,7 @@ class Judged:
     def loss(self, step: int) -> Tensor:
         """Of each network on the next windows that it does not leave out, with its penalty ``# (count,)``."""
         if len(self._order) < self._size:
-            drawn = torch.randperm(len(self._held), generator=self._generator)
-            self._order = torch.cat([self._order, drawn])
+            self._order = torch.cat([self._order, torch.randperm(len(self._held), generator=self._generator)])
         windows, self._order = self._order[: self._size], self._order[self._size :]
         errors, outputs = self._batch.rolled(self._networks, windows)
         taught = (~self._held[windows]).float()
@@ -59,8 +58,7 @@ class Judged:
 
     def descend(self, settings: Descent) -> Tensor:
         """Train, and give the error that validates each λ ``# (λs,)``."""
-        errors = descend(self._networks, self.loss, self.validate, settings)
-        return errors.unflatten(0, (EVERY + 1, -1))[-1]
+        return descend(self._networks, self.loss, self.validate, settings).view(EVERY + 1, -1)[-1]
 
     @torch.no_grad()
     def validate(self) -> Tensor:

@@ -136,15 +136,15 @@ class ResidualTraining:
         normal = Normal.of(rows.seen, seen, scales.residual, cyclic_coordinates(base))
         batch = Batch.of(rows, starts, fold, normal, scales)
         networks = Networks((len(normal.mean), *self.widths, len(layouts.state)), (EVERY + 1) * len(self.penalties))
-        normal.begin_with(networks, self._residual(layouts, self.widths).layers(), torch.arange(networks.count))
+        numbers = torch.arange(networks.count)
+        normal.begin_with(networks, self._residual(layouts, self.widths).layers(), numbers)
         if start is not None:
-            whole = torch.arange(networks.count)[-len(self.penalties) :]
-            normal.begin_with(networks, self._layers_of(start, layouts), whole)
+            normal.begin_with(networks, self._layers_of(start, layouts), numbers[-len(self.penalties) :])
         penalties, descent = torch.tensor(self.penalties), self.descent
         looking = replace(descent, steps=round(LOOKING * descent.steps))
         errors = Judged(networks, batch, penalties, descent.rows, self.seed).descend(looking)
         best = int(errors.argmin())
-        networks = networks.only(torch.arange(best, networks.count, len(penalties)))
+        networks = networks.only(numbers[best :: len(penalties)])
         judged = Judged(networks, batch, penalties[best : best + 1], descent.rows, self.seed)
         judged.descend(replace(descent, steps=descent.steps - looking.steps))
         share, error = judged.shares(layouts.state)

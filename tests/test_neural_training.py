@@ -8,15 +8,17 @@ import numpy as np
 import pytest
 import torch
 
-from sym2real.control import geometric_controller
+from sym2real.adaptation.fine_tuning import FineTuning
+from sym2real.control import RandomCommands, geometric_controller
 from sym2real.dataset import Dataset, Transitions
+from sym2real.diagnosis import add
 from sym2real.effects import effect
 from sym2real.errors import ModelError, ShapeError
 from sym2real.experiments.standard_conditions import sensors
 from sym2real.layout import Layout
 from sym2real.neural import Composed, Descent, ResidualMLP, ResidualTraining
 from sym2real.neural.batch import Batch
-from sym2real.neural.blocks import windows_of
+from sym2real.neural.blocks import EVERY, blocks_of, windows_of
 from sym2real.neural.leftover import leftover
 from sym2real.neural.multi_step import Scales, corrected_errors, rolled_errors
 from sym2real.neural.networks import Networks
@@ -107,11 +109,30 @@ def test_rollouts_see_what_they_predict(windy: Transitions, base: Equations) -> 
     predicted, measured = multi_step(Composed(base, residual, torch.float64), windy, 8)
     expected = layouts.state.difference(predicted, measured)[starts]
     error = (found * scales.error)[-1, ..., 1]
-    # A first row is corrected as the row before it.
+    # In a first row they see what they predict of it.
     assert float((error - expected).norm() / expected.norm()) < 0.05
     alone, parts = batch.parts(outputs[..., 1], windows)
     torch.testing.assert_close((alone + parts.sum(-1, keepdim=True))[..., 0], found[..., 1], atol=1e-3, rtol=1e-3)
     assert float(alone.square().mean()) == pytest.approx(1.0, rel=1e-4)  # the base's is 1
+
+
+def test_windows_of_a_fold_share_no_row_with_those_of_another() -> None:
+    runs, steps = ((0, 103), (103, 230)), 10
+    blocks, folds = blocks_of(runs, steps, seed=3)
+    assert [row for block in blocks for row in range(*block)] == list(range(230))
+    assert min(end - first for first, end in blocks) >= 2 * steps
+    assert set(folds) == set(range(EVERY))
+    of_row = {row: fold for block, fold in zip(blocks, folds, strict=True) for row in range(*block)}
+    starts, fold = windows_of(runs, steps, seed=3)
+    for start, mine in zip(starts.tolist(), fold.tolist(), strict=True):
+        assert {of_row[row] for row in range(start - 1, start + steps)} == {mine}
+    assert blocks_of(((0, 40),), steps, seed=3)[1] == [1, 0]  # two blocks are two folds
+
+
+def test_some_of_the_networks_are_what_they_were() -> None:
+    networks, which = Networks((3, 8, 2), 4, seed=1), torch.tensor([3, 1])
+    seen = torch.randn(5, 3, generator=torch.Generator().manual_seed(0))
+    torch.testing.assert_close(networks.only(which)(seen), networks(seen)[which])
 
 
 def test_noise_of_a_start_is_nothing_that_a_correction_can_take_away() -> None:
@@ -126,9 +147,10 @@ def test_noise_of_a_start_is_nothing_that_a_correction_can_take_away() -> None:
         return float((rolled * added).mean() / rolled.square().mean())
 
     seen = noise[:-1]
+    both = torch.stack([seen, seen.roll(1, 0)])  # of what stands still the row before is the prediction
     assert along(rolled_errors(seen, carried, starts, 10)) > 0.4
-    assert abs(along(corrected_errors(0 * error, seen, carried, starts, 10))) < 0.05
-    shifted = corrected_errors(error, 0 * seen + 2.0, carried, starts, 10) - rolled
+    assert abs(along(corrected_errors(0 * error, both, carried, starts, 10))) < 0.05
+    shifted = corrected_errors(error, 0 * both + 2.0, carried, starts, 10) - rolled
     torch.testing.assert_close(shifted[:, 0, 0, 0], 2.0 * torch.arange(1.0, 11.0), atol=1e-4, rtol=0)
 
 
@@ -152,7 +174,7 @@ def test_a_noisy_log_of_one_task_helps_on_another(base: Equations) -> None:
 
 @pytest.mark.parametrize("steps", [1, 10])
 def test_what_mujoco_pushes_with_is_found(windy: Transitions, base: Equations, steps: int) -> None:
-    model, report = ResidualTraining(steps=steps, descent=QUICK).fit_reported(windy, base)
+    model, report = ResidualTraining(steps=steps).fit_reported(windy, base)
     state, action = torch.tensor(windy.state).float(), torch.tensor(windy.action).float()
     with torch.no_grad():
         found = model.residual(state, action).mean(0)
@@ -166,6 +188,23 @@ def test_what_mujoco_pushes_with_is_found(windy: Transitions, base: Equations, s
     )
     alone = Composed(base, ResidualMLP(CRAZYFLIE.layouts), torch.float64)
     assert position_error(doubled(model), elsewhere) < 0.5 * position_error(alone, elsewhere)
+
+
+@pytest.mark.parametrize("learner", [ResidualTraining(widths=(32,)), FineTuning()])
+def test_commands_that_jump_from_row_to_row_are_learned_in_full(learner: ResidualTraining | FineTuning) -> None:
+    """The speed command is too strong: what a row lacks goes by its own command and not by the one before."""
+    base = MUSHR.nominal()
+    weaker = add(base, "gain:speed", {"value": 0.8})
+    plant, random = EquationsPlant(weaker, MUSHR), RandomCommands(MUSHR, hold=MUSHR.dt)
+    rows = Dataset([run_episode(plant, random, steps=401)]).transitions()
+    model = learner.fit(rows, base)
+    step = compile_model(model) if isinstance(model, Equations) else model
+    state, action = torch.tensor(rows.state).float(), torch.tensor(rows.action).float()
+    with torch.no_grad():
+        before = compile_model(base)(state, action)[:, 4:6]
+        lacking, added = torch.tensor(rows.next_state).float()[:, 4:6] - before, step(state, action)[:, 4:6] - before
+        share = (added * lacking).sum() / lacking.square().sum()
+    assert float(share) == pytest.approx(1.0, abs=0.1)
 
 
 def test_a_frozen_base_stays_and_the_same_seed_gives_the_same_bits(windy: Transitions, base: Equations) -> None:
@@ -211,7 +250,7 @@ def trained(windy: Transitions, base: Equations) -> Composed:
 
 
 def test_training_goes_on_from_an_earlier_result(windy: Transitions, base: Equations, trained: Composed) -> None:
-    short = ResidualTraining(descent=Descent(steps=10, learning_rate=1e-3))
+    short = ResidualTraining(descent=Descent(steps=20, learning_rate=1e-3))
     again = short.fit(windy, base, trained)
     assert position_error(doubled(again), windy) < 0.7 * position_error(doubled(short.fit(windy, base)), windy)
     with pytest.raises(ShapeError, match=r"widths \(8, 26\).*found \(64, 64, 26\)"):

@@ -223,18 +223,14 @@ class _Loop:
         for number in range(int(min(self.settings.rounds + 1, self.target.logs))):
             model, how = self.rounds.model(number, partial(self.training.learn, self.base, models, reports, logs))
             models.append(model)
-            logs.append(self._log(number, model))
+            fly = partial(self.target.log, number, model)
+            logs.append(fly() if self.target.recorded else self.rounds.log(number, fly))
             reports.append(self.rounds.report(number, partial(self._score, models, logs, reports, how)))
             self.rounds.put_on_top(models[best_of(reports)], reports)
             self.on_progress(Progress("rounds", number + 1, self.settings.rounds + 1, reports[-1]))
             if self.settings.until_settled and settled(reports):
                 break
         return Adaptation(tuple(models), tuple(logs), tuple(reports))
-
-    def _log(self, number: int, model: Model) -> Dataset:
-        if self.target.recorded:
-            return self.target.log(number, model)
-        return self.rounds.log(number, partial(self.target.log, number, model))
 
     def _score(
         self, models: Sequence[Model], logs: Sequence[Dataset], reports: Sequence[RoundReport], how: Learned

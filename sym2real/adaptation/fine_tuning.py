@@ -6,9 +6,9 @@
 
 e and σ are those of :mod:`sym2real.neural.residual_training`. By the recursion of :mod:`sym2real.neural.leftover` the
 errors of whole rollouts are linear in small changes of constants, so every λ is one linear ridge regression; where
-constants multiply each other, Gauss–Newton steps linearise anew. λ is the largest whose validation is within a standard
-error of the best (T. Hastie, R. Tibshirani, J. Friedman, "The Elements of Statistical Learning", section 7.10), and the
-base stays as it is where validation does not improve beyond chance.
+constants multiply each other, Gauss–Newton steps linearise anew. λ is the largest whose error on the blocks of time
+that each of five fits left out is within a standard error of the best (T. Hastie, R. Tibshirani, J. Friedman, "The
+Elements of Statistical Learning", section 7.10), and the base stays as it is where that does not improve beyond chance.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from torch import Tensor
 
 from sym2real.dataset import Transitions
 from sym2real.neural import Ensemble, EnsembleTraining, TrainingReport
-from sym2real.neural.blocks import Blocks, Run, windows_in
+from sym2real.neural.blocks import Run, blocks_of, windows_in
 from sym2real.neural.composed import Base
 from sym2real.neural.leftover import errors_by_parameters, leftover
 from sym2real.neural.multi_step import Scales, corrected_errors
@@ -47,7 +47,7 @@ class FineTuning:
         penalties: λ to choose from. On 400 rows the smallest takes constants beforehand to be right within a half
             (standard deviation), the largest within half a percent.
         passes: Gauss–Newton steps.
-        seed: of the validation blocks; of an ensemble's rows.
+        seed: of the folds; of an ensemble's rows.
     """
 
     steps: int = 10
@@ -92,17 +92,17 @@ class FineTuning:
         if not names:
             return base, None, 1.0
         problem = Ridge.of(transitions, lifted, names, self.steps, self.seed)
-        change, penalty = torch.zeros(len(names), dtype=torch.float64), 0.0
+        change, penalty = torch.zeros(problem.fits, len(names), dtype=torch.float64), 0.0
         before = error = problem.validated(change)
         for _ in range(self.passes):
-            following, penalty_now = problem.chosen(change, self.penalties)
+            following, penalty_now = problem.chosen(change[-1], self.penalties)
             now = problem.validated(following)
             if now.mean() >= error.mean():
                 break
             change, penalty, error = following, penalty_now, now
         if not sureness(before - error) > SURE:
             return base, None, 1.0
-        values = problem.constants * (1.0 + change)
+        values = problem.constants * (1.0 + change[-1])
         tuned = lifted.at(**dict(zip(names, values.tolist(), strict=True)))
         return tuned, penalty, float(error.mean() / before.mean())
 
@@ -111,13 +111,16 @@ class FineTuning:
 class Ridge:
     """Errors of rollouts as functions of the relative changes of P constants, and their regression.
 
+    There are as many fits as folds, each of which leaves out its own, and at last the one to all rows.
+
     Args:
         constants: as the base has them ``# (P,)``.
-        errors: one-step errors ``# (rows, t, sets)`` under parameter sets ``# (sets, all parameters)``.
+        errors: one-step errors ``# (2, rows, t, sets)`` under parameter sets ``# (sets, all parameters)``.
         values: of all parameters ``# (all parameters,)``.
         places: of the constants among them.
         carried: how errors go on ``# (rows, t, t)``.
         blocks: of time.
+        fold: of each.
         scales: of errors.
     """
 
@@ -126,26 +129,42 @@ class Ridge:
     values: Tensor
     places: list[int]
     carried: Tensor
-    blocks: Blocks
+    blocks: list[Run]
+    fold: list[int]
     scales: Scales
 
     @classmethod
     def of(cls, transitions: Transitions, lifted: Equations, names: Sequence[str], steps: int, seed: int) -> Ridge:
         """For the named parameters of equations."""
         rows = leftover(transitions, lifted)
-        blocks = Blocks.of(rows.runs, steps, seed)
-        scales = Scales.of(rows, blocks.starts((*blocks.training, *blocks.validation)), steps)
+        blocks, fold = blocks_of(rows.runs, steps, seed)
+        scales = Scales.of(rows, torch.cat([windows_in(block, steps) for block in blocks]), steps)
         values = torch.tensor(list(lifted.parameters.values()), dtype=torch.float64)
         places = [list(lifted.parameters).index(name) for name in names]
         errors = errors_by_parameters(transitions, lifted)
-        return cls(values[places], errors, values, places, rows.carried, blocks, scales)
+        return cls(values[places], errors, values, places, rows.carried, blocks, fold, scales)
+
+    @property
+    def fits(self) -> int:
+        """How many there are."""
+        return max(self.fold) + 2
 
     def validated(self, change: Tensor) -> Tensor:
-        """Mean squared error of every validation block at a change ``# (blocks,)``, about 1 at none."""
-        return self._validated(change[None])[0]
+        """Mean squared error of every block at the changes of who left it out ``# (blocks,)``, about 1 at none.
+
+        Args:
+            change: ``# (fits, P)``.
+        """
+        base = self.errors(self.values[None])
+        added = self.errors(self._sets(change)) - base
+        rolled = [
+            self._rolled(base, added[..., fold : fold + 1], block).square().mean()
+            for fold, block in zip(self.fold, self.blocks, strict=True)
+        ]
+        return torch.stack(rolled).nan_to_num(nan=torch.inf)
 
     def chosen(self, about: Tensor, penalties: Sequence[float]) -> tuple[Tensor, float]:
-        """Changes for the largest λ that validates within a standard error of the best, and that λ.
+        """Changes ``# (fits, P)`` for the largest λ that validates within a standard error of the best, and that λ.
 
         Args:
             about: the change at which errors are linearised ``# (P,)``.
@@ -154,9 +173,9 @@ class Ridge:
         curvature, gradient = self._normal_equations(about)
         ordered = sorted(penalties, reverse=True)
         unit = torch.eye(len(about), dtype=torch.float64)
-        found = torch.stack([torch.linalg.solve(curvature + penalty * unit, -gradient) for penalty in ordered])
-        errors = self._validated(found)
-        best = errors[int(errors.mean(-1).argmin())]
+        found = [torch.linalg.solve(curvature + penalty * unit, -gradient) for penalty in ordered]
+        errors = [self.validated(change) for change in found]
+        best = min(errors, key=lambda error: float(error.mean()))
         place = next(place for place, error in enumerate(errors) if sureness(error - best) <= 1.0)
         return found[place], ordered[place]
 
@@ -165,34 +184,31 @@ class Ridge:
         sets[:, self.places] = self.constants * (1.0 + changes)
         return sets
 
-    def _validated(self, changes: Tensor) -> Tensor:
-        """``# (sets, blocks)``."""
-        base = self.errors(self.values[None])
-        added = self.errors(self._sets(changes)) - base
-        rolled = [self._rolled(base, added, block).square().mean((0, 1, 2)) for block in self.blocks.validation]
-        return torch.stack(rolled, dim=-1).nan_to_num(nan=torch.inf)
-
     def _rolled(self, error: Tensor, added: Tensor, block: Run) -> Tensor:
         steps = len(self.scales.error)
-        rolled = corrected_errors(error, added, self.carried, windows_in(block, steps), steps)
+        rolled = corrected_errors(error[0], added, self.carried, windows_in(block, steps), steps)
         return rolled / self.scales.error
 
     def _normal_equations(self, about: Tensor) -> tuple[Tensor, Tensor]:
-        """Curvature ``# (P, P)`` and gradient ``# (P,)`` of half the mean squared error, at no change."""
+        """Curvature ``# (fits, P, P)`` and gradient ``# (fits, P)`` of half the mean squared error, at no change."""
         base, slopes = self.errors(self.values[None]), self._slopes(about)
         # What the linearisation says that no change would add.
         added = self.errors(self._sets(about[None])) - base - (slopes @ about.float())[..., None]
         both = torch.cat([added, slopes], dim=-1)
-        zero, total, count = torch.zeros_like(base), torch.zeros(both.shape[-1], both.shape[-1]).double(), 0
-        for block in self.blocks.training:
+        zero, size = torch.zeros_like(base), both.shape[-1]
+        total, count = torch.zeros(self.fits, size, size, dtype=torch.float64), torch.zeros(self.fits, 1, 1)
+        for fold, block in zip(self.fold, self.blocks, strict=True):
             rolled = self._rolled(zero, both, block)
             rolled[..., :1] += self._rolled(base, zero, block)
             flat = rolled.flatten(0, 2).double()
-            total, count = total + flat.mT @ flat, count + len(flat)
-        return total[1:, 1:] / count, total[1:, 0] / count
+            others = torch.arange(self.fits) != fold
+            total[others] += flat.mT @ flat
+            count[others] += len(flat)
+        mean = total / count
+        return mean[:, 1:, 1:], mean[:, 1:, 0]
 
     def _slopes(self, about: Tensor) -> Tensor:
-        """Central differences of one-step errors by relative changes ``# (rows, t, P)``."""
+        """Central differences of one-step errors by relative changes ``# (2, rows, t, P)``."""
         moves = STEP * torch.eye(len(about), dtype=torch.float64)
         pairs = [
             self.errors(self._sets(about + some)) - self.errors(self._sets(about - some))

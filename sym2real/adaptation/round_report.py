@@ -103,8 +103,8 @@ def best_of(reports: Sequence[RoundReport]) -> int:
     """
     best = 0
     for report in reports[1:]:
-        crashed = report.crashed and not reports[best].crashed
-        if report.gain.value > 0.0 and not crashed and not report.tracking.surely_worse:
+        worse = report.tracking.surely_worse or (report.crashed and not reports[best].crashed)
+        if report.gain.value > 0.0 and not worse:
             best = report.number
     return best
 

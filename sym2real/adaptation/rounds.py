@@ -18,7 +18,6 @@ from sym2real.dataset import Dataset
 from sym2real.errors import DataError, ModelError
 from sym2real.files import make_folder, read_as, whole, write_text
 from sym2real.layout import Layouts
-from sym2real.logs import read_log, write_log
 from sym2real.neural.model_folder import Model, open_model, save_model
 from sym2real.symbolic.storage import ENSEMBLE, EQUATIONS
 
@@ -72,12 +71,8 @@ class Rounds:
 
     def log(self, number: int, fly: Callable[[], Dataset]) -> Dataset:
         """The log of a round: as kept, or flown and kept."""
-        if self.folder is None:
-            return fly()
-        path = round_folder(self.folder, number) / LOG
-        if not path.exists():
-            write_log(fly()[0], path)
-        return Dataset([read_log(path, layouts=self.layouts)])
+        place = None if self.folder is None else round_folder(self.folder, number)
+        return Dataset([Record(place, self.layouts).episode(Path(LOG).stem, lambda: fly()[0])])
 
     def report(self, number: int, score: Callable[[], RoundReport]) -> RoundReport:
         """What a round showed: as kept, or scored and kept."""

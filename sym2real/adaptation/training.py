@@ -87,9 +87,7 @@ class Training:
                 penalty = float("nan") if report.penalty is None else report.penalty
         except ModelError as error:
             return None, penalty, str(error)
-        if self.robot is None:
-            return model, penalty, ""
-        refused = beyond_limits(model, base, list(data), self.robot, self.seed)
+        refused = "" if self.robot is None else beyond_limits(model, base, list(data), self.robot, self.seed)
         return None if refused else model, penalty, refused
 
 

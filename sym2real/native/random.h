@@ -23,7 +23,7 @@ INLINE words next_words(struct stream *s) {
 }
 INLINE struct stream stream_of(words sample, word seed, word call) {
     struct stream s;
-    s.a = mixed(sample + seed);
+    s.a = mixed(sample + mixed((sample ^ sample) + seed)); /* sample + seed: neighbours would share all but one */
     s.b = mixed(s.a ^ call);
     s.c = mixed(s.b + 0x9e3779b9u);
     s.counter = (sample ^ sample) + 1;

@@ -5,8 +5,9 @@
     e_0 = 0,   e_k+1 = A_k e_k + d_k + G_k r(s_k ⊕ e_k, a_k)
 
 The network sees the state that the rollout has reached and not the measured one, so that a model which leads itself
-astray is seen to do so, in training as in validation. A window's first row is corrected as by
-:func:`~sym2real.neural.multi_step.corrected_errors`.
+astray is seen to do so, in training as in validation. In a window's first row it sees the state that it predicts from
+the row before: noise of the measured one is an error of all that follows, and who sees it would learn to take it away
+instead of what the base lacks (errors in variables; the prediction is the instrument). Commands are known, and its own.
 """
 
 from __future__ import annotations
@@ -70,14 +71,14 @@ class Batch:
             networks: count of them.
             windows: numbers of the windows.
         """
-        row = self.starts[windows]
-        output = networks(self.seen[row - 1]).permute(1, 2, 0)
-        at = self.error[row] + self.moved[row - 1] @ output
-        errors, outputs = [at], [output]
-        for step in range(1, len(self.scale)):
-            row = self.starts[windows] + step
+        first, errors, outputs = self.starts[windows], list[Tensor](), list[Tensor]()
+        with torch.no_grad():
+            at = self.error[first - 1] + self.moved[first - 1] @ networks(self.seen[first - 1]).permute(1, 2, 0)
+        for step in range(len(self.scale)):
+            row = first + step
             output = networks(self.seen[row] + (self.felt[row] @ at).permute(2, 0, 1)).permute(1, 2, 0)
-            at = torch.baddbmm(self.error[row] + self.moved[row] @ output, self.carried[row], at)
+            error = self.error[row] + self.moved[row] @ output
+            at = torch.baddbmm(error, self.carried[row], at) if step else error
             errors.append(at)
             outputs.append(output)
         return torch.stack(errors) / self.scale, torch.stack(outputs)
@@ -95,7 +96,7 @@ class Batch:
         found = list[Tensor]()
         for step, output in enumerate(outputs):
             row = self.starts[windows] + step
-            moved = self.moved[row if step else row - 1] * output[:, None, :]
+            moved = self.moved[row] * output[:, None, :]
             own = torch.cat([self.error[row], moved], dim=-1)
             found.append(own + self.carried[row] @ found[-1] if step else own)
         both = torch.stack(found) / self.scale

@@ -1,4 +1,4 @@
-"""Rows of a log in blocks of time, every fifth of which validates what the others teach.
+"""Rows of a log in blocks of time, and the fold that each belongs to: what a fold validates, the others have taught.
 
 Neighbouring rows are nearly alike, and windows overlap: rows drawn at random would validate themselves.
 """
@@ -6,7 +6,6 @@ Neighbouring rows are nearly alike, and windows overlap: rows drawn at random wo
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import torch
@@ -19,42 +18,13 @@ SHORTEST = 20  # rows of a block
 Run = tuple[int, int]
 
 
-@dataclass(frozen=True, eq=False)
-class Blocks:
-    """Stretches of consecutive rows, ``(first, end)``, and what they are for.
+def blocks_of(runs: Sequence[Run], steps: int, seed: int) -> tuple[list[Run], list[int]]:
+    """Stretches of consecutive rows, ``(first, end)``, of at least 20 rows and two windows, and the fold of each.
 
     Args:
-        training, validation: the blocks.
+        runs: consecutive rows.
         steps: rows of a window.
-    """
-
-    training: tuple[Run, ...]
-    validation: tuple[Run, ...]
-    steps: int
-
-    @classmethod
-    def of(cls, runs: Sequence[Run], steps: int, seed: int) -> Blocks:
-        """Blocks of at least 20 rows and two windows; ``seed`` says which of the first five validates.
-
-        Raises:
-            ModelError: when there are fewer than two blocks.
-        """
-        blocks = blocks_of(runs, steps)
-        mine = min(EVERY, len(blocks))
-        held = {place for place in range(len(blocks)) if place % mine == (seed + mine // 2) % mine}
-        return cls(
-            tuple(block for place, block in enumerate(blocks) if place not in held),
-            tuple(blocks[place] for place in sorted(held)),
-            steps,
-        )
-
-    def starts(self, blocks: Sequence[Run]) -> Tensor:
-        """First rows of all windows that lie within blocks, a row of the block before each ``# (windows,)``."""
-        return torch.cat([windows_in(block, self.steps) for block in blocks])
-
-
-def blocks_of(runs: Sequence[Run], steps: int) -> list[Run]:
-    """All blocks, of at least 20 rows and two windows.
+        seed: says which blocks are of which fold: every fifth is of one, and with fewer blocks each is one.
 
     Raises:
         ModelError: when there are fewer than two blocks.
@@ -64,7 +34,7 @@ def blocks_of(runs: Sequence[Run], steps: int) -> list[Run]:
     if len(blocks) < 2:
         rows = sum(end - first for first, end in runs)
         raise ModelError(f"training needs at least {2 * size} consecutive transitions, found {rows}")
-    return blocks
+    return blocks, [(place + seed) % min(EVERY, len(blocks)) for place in range(len(blocks))]
 
 
 def windows_in(block: Run, steps: int) -> Tensor:
@@ -73,23 +43,13 @@ def windows_in(block: Run, steps: int) -> Tensor:
 
 
 def windows_of(runs: Sequence[Run], steps: int, seed: int) -> tuple[Tensor, Tensor]:
-    """First rows of all windows that lie within blocks, and the fold of each: every fifth block is of one fold.
+    """First rows of all windows that lie within blocks ``# (windows,)``, and the fold of each ``# (windows,)``.
 
-    Returns:
-        ``# (windows,)`` and ``# (windows,)``, from 0 to :data:`EVERY`, or fewer where there are fewer blocks.
-
-    Raises:
-        ModelError: when there are fewer than two blocks.
+    Arguments and errors are those of :func:`blocks_of`.
     """
-    blocks = blocks_of(runs, steps)
+    blocks, folds = blocks_of(runs, steps, seed)
     windows = [windows_in(block, steps) for block in blocks]
-    folds = [torch.full_like(found, (place + seed) % EVERY) for place, found in enumerate(windows)]
-    return torch.cat(windows), torch.cat(folds)
-
-
-def rows_in(blocks: Sequence[Run]) -> Tensor:
-    """All rows of blocks ``# (rows,)``."""
-    return torch.cat([torch.arange(*block) for block in blocks])
+    return torch.cat(windows), torch.cat([torch.full_like(w, fold) for w, fold in zip(windows, folds, strict=True)])
 
 
 def _divided(run: Run, size: int) -> list[Run]:

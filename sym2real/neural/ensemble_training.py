@@ -1,8 +1,9 @@
 """Training of an ensemble on transitions alone: the paper's neural base, from scratch or further from where it stands.
 
-Each member sees rows of its own, drawn with replacement (bootstrap), so that members differ where data are few. A
-deterministic ensemble minimises the squared error of the state's change, a probabilistic one the Gaussian negative
-log-likelihood with learned bounds of the variance. Source: K. Chua et al. (PETS), NeurIPS 2018, section 4 and A.1.
+Each member sees rows of its own, drawn with replacement (bootstrap), so that members differ where data are few, and
+leaves out a fold, by which it ends early. A deterministic ensemble minimises the squared error of the state's change, a
+probabilistic one the Gaussian negative log-likelihood with learned bounds of the variance. Source: K. Chua et al.
+(PETS), NeurIPS 2018, section 4 and A.1.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from torch import Tensor
 from sym2real.dataset import Transitions
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout, Layouts
-from sym2real.neural.blocks import Blocks, rows_in
+from sym2real.neural.blocks import blocks_of
 from sym2real.neural.descent import Descent, descend
 from sym2real.neural.ensemble import Ensemble
 from sym2real.neural.leftover import runs_of
@@ -37,7 +38,7 @@ class EnsembleTraining:
         widths: of their hidden layers; the paper's by default.
         probabilistic: predict variances too.
         robot: name to note in the ensemble.
-        seed: of the first weights, the validation blocks and the rows that each member sees.
+        seed: of the first weights and the rows that each member sees.
         descent: how weights are found.
     """
 
@@ -101,10 +102,9 @@ class EnsembleTraining:
 
 @dataclass(frozen=True, eq=False)
 class _Rows:
-    """State, action and the change that followed; which rows of them each member sees, and which validate."""
+    """What is seen and the change that followed; which rows each member draws from, and which validate it."""
 
-    state: Tensor
-    action: Tensor
+    seen: Tensor
     change: Tensor
     drawn: Tensor
     held: Tensor
@@ -112,27 +112,34 @@ class _Rows:
 
     @classmethod
     def of(cls, transitions: Transitions, ensemble: Ensemble, seed: int) -> _Rows:
-        """Blocks of time for training and validation, and the bootstrap of every member."""
-        blocks = Blocks.of(runs_of(transitions), 1, seed)
+        """The bootstrap of every member over all folds but one, of which as many rows validate each."""
+        blocks, folds = blocks_of(runs_of(transitions), 1, 0)
         generator = torch.Generator().manual_seed(seed)
-        own = rows_in(blocks.training)
-        drawn = own[torch.randint(len(own), (ensemble.networks.count, len(own)), generator=generator)]
-        state, action = (torch.as_tensor(v).float() for v in (transitions.state, transitions.action))
+        rows = torch.cat([torch.arange(*block) for block in blocks])
+        fold = torch.cat([torch.full((end - first,), at) for (first, end), at in zip(blocks, folds, strict=True)])
+        count = max(folds) + 1  # the middle of a log first: of its beginning the rest tells least
+        out = [fold == (member + count // 2) % count for member in range(ensemble.networks.count)]
+        fewest = min(int(mine.sum()) for mine in out)
+        drawn = [
+            rows[~mine][torch.randint(int((~mine).sum()), (len(rows) - fewest,), generator=generator)] for mine in out
+        ]
+        held = [rows[mine][torch.randperm(int(mine.sum()), generator=generator)[:fewest]] for mine in out]
+        seen = torch.cat([torch.as_tensor(v).float() for v in (transitions.state, transitions.action)], dim=-1)
+        seen = (seen - ensemble.input_mean) / ensemble.input_scale
         change = _change(transitions) / ensemble.output_scale
-        return cls(state, action, change, drawn, rows_in(blocks.validation), generator)
+        return cls(seen, change, torch.stack(drawn), torch.stack(held), generator)
 
     def loss(self, ensemble: Ensemble, size: int) -> Tensor:
         """Of each member on rows of its own ``# (members,)``."""
         count = self.drawn.shape[1]
-        chosen = self.drawn[:, torch.randint(count, (min(size, count),), generator=self.generator)]
-        seen = torch.cat([self.state, self.action], dim=-1)[chosen]
-        outputs = ensemble.networks((seen - ensemble.input_mean) / ensemble.input_scale)
-        return _misfit(ensemble, outputs, self.change[chosen])
+        return self._of(ensemble, self.drawn[:, torch.randint(count, (min(size, count),), generator=self.generator)])
 
     def validation(self, ensemble: Ensemble) -> Tensor:
-        """Of each member on the rows that validate ``# (members,)``."""
-        outputs = ensemble.outputs(self.state[self.held], self.action[self.held])
-        return _misfit(ensemble, outputs, self.change[self.held])
+        """Of each member on rows that it leaves out ``# (members,)``."""
+        return self._of(ensemble, self.held)
+
+    def _of(self, ensemble: Ensemble, chosen: Tensor) -> Tensor:
+        return _misfit(ensemble, ensemble.networks(self.seen[chosen]), self.change[chosen])
 
 
 def _misfit(ensemble: Ensemble, outputs: Tensor, change: Tensor) -> Tensor:

@@ -15,6 +15,7 @@ from torch import Tensor
 from sym2real.layout import Layout
 from sym2real.neural.batch import Batch
 from sym2real.neural.blocks import EVERY
+from sym2real.neural.descent import Descent, descend
 from sym2real.neural.networks import Networks
 from sym2real.neural.stacking import shares
 
@@ -47,14 +48,17 @@ class Judged:
     def loss(self, step: int) -> Tensor:
         """Of each network on the next windows that it does not leave out, with its penalty ``# (count,)``."""
         if len(self._order) < self._size:
-            drawn = torch.randperm(len(self._held), generator=self._generator)
-            self._order = torch.cat([self._order, drawn])
+            self._order = torch.cat([self._order, torch.randperm(len(self._held), generator=self._generator)])
         windows, self._order = self._order[: self._size], self._order[self._size :]
         errors, outputs = self._batch.rolled(self._networks, windows)
         taught = (~self._held[windows]).float()
         error = (errors.square().mean((0, 2)) * taught).sum(0) / taught.sum(0).clamp(min=1.0)
         size: Tensor = self._penalties * outputs.square().mean((0, 1, 2))
         return error + size
+
+    def descend(self, settings: Descent) -> Tensor:
+        """Train, and give the error that validates each λ ``# (λs,)``."""
+        return descend(self._networks, self.loss, self.validate, settings).view(EVERY + 1, -1)[-1]
 
     @torch.no_grad()
     def validate(self) -> Tensor:
@@ -64,11 +68,11 @@ class Judged:
         return own.mean(0).repeat(EVERY + 1)
 
     @torch.no_grad()
-    def shares(self, best: int, layout: Layout) -> tuple[Tensor, float]:
-        """Shares of the columns ``# (n,)`` with the λ of this number, and the error that they leave over the base's."""
+    def shares(self, layout: Layout) -> tuple[Tensor, float]:
+        """Shares of the columns ``# (n,)``, and the error that they leave over the base's; of networks with one λ."""
         windows = torch.arange(len(self._held))
         _, outputs = self._batch.rolled(self._networks, windows)
-        own = self._own(outputs.permute(1, 0, 2, 3), windows)[..., best]
+        own = self._own(outputs.permute(1, 0, 2, 3), windows)[..., 0]
         root = self._weight.sqrt()[:, None, None]
         base, parts = (errors * root for errors in self._batch.parts(own.permute(1, 0, 2), windows))
         found = shares(base, parts, layout)

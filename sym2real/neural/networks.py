@@ -57,3 +57,14 @@ class Networks(nn.Module):
         for place, layer in enumerate(self.layers):
             values = layer(values if place == 0 else torch.relu(values))
         return values
+
+    def only(self, which: Tensor) -> Networks:
+        """Some of them, with the weights that they have.
+
+        Args:
+            which: their numbers ``# (some,)``.
+        """
+        pairs = self.pairs()
+        found = Networks([pairs[0][0].shape[1], *(bias.shape[-1] for _, bias in pairs)], len(which))
+        found.load_state_dict({name: weight[which] for name, weight in self.state_dict().items()})
+        return found

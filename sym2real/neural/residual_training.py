@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import torch
@@ -28,7 +28,7 @@ from sym2real.neural.blocks import EVERY, windows_of
 from sym2real.neural.bounded import bounded, unbounded
 from sym2real.neural.composed import Base, Composed, state_of
 from sym2real.neural.cyclic import cyclic_coordinates
-from sym2real.neural.descent import Descent, descend
+from sym2real.neural.descent import Descent
 from sym2real.neural.judged import Judged
 from sym2real.neural.leftover import leftover
 from sym2real.neural.multi_step import Scales
@@ -38,6 +38,7 @@ from sym2real.neural.residual_mlp import ResidualMLP
 from sym2real.threads import one_thread
 
 PAPER = (200, 200, 200, 200)
+LOOKING = 0.25  # share of the steps with every λ; the rest is spent on the best one
 
 
 @dataclass(frozen=True)
@@ -135,16 +136,21 @@ class ResidualTraining:
         normal = Normal.of(rows.seen, seen, scales.residual, cyclic_coordinates(base))
         batch = Batch.of(rows, starts, fold, normal, scales)
         networks = Networks((len(normal.mean), *self.widths, len(layouts.state)), (EVERY + 1) * len(self.penalties))
-        whole = torch.arange(networks.count)[-len(self.penalties) :]
-        normal.begin_with(networks, self._residual(layouts, self.widths).layers(), torch.arange(networks.count))
+        numbers = torch.arange(networks.count)
+        normal.begin_with(networks, self._residual(layouts, self.widths).layers(), numbers)
         if start is not None:
-            normal.begin_with(networks, self._layers_of(start, layouts), whole)
-        judged = Judged(networks, batch, torch.tensor(self.penalties), self.descent.rows, self.seed)
-        best = int(descend(networks, judged.loss, judged.validate, self.descent)[whole].argmin())
-        share, error = judged.shares(best, layouts.state)
+            normal.begin_with(networks, self._layers_of(start, layouts), numbers[-len(self.penalties) :])
+        penalties, descent = torch.tensor(self.penalties), self.descent
+        looking = replace(descent, steps=round(LOOKING * descent.steps))
+        errors = Judged(networks, batch, penalties, descent.rows, self.seed).descend(looking)
+        best = int(errors.argmin())
+        networks = networks.only(numbers[best :: len(penalties)])
+        judged = Judged(networks, batch, penalties[best : best + 1], descent.rows, self.seed)
+        judged.descend(replace(descent, steps=descent.steps - looking.steps))
+        share, error = judged.shares(layouts.state)
         with torch.no_grad():
-            layers = [(weight[whole[best]], bias[whole[best], 0]) for weight, bias in networks.pairs()]
-            layers = bounded(layers, networks(batch.seen)[whole[best]])
+            layers = [(weight[-1], bias[-1, 0]) for weight, bias in networks.pairs()]
+            layers = bounded(layers, networks(batch.seen)[-1])
         residual = self._residual(layouts, (*self.widths, 2 * len(share)))
         normal.write(layers, residual, share)
         return residual, self.penalties[best], error

@@ -42,6 +42,8 @@ class Options:
 
     seeds: tuple[int, ...] = SEEDS
     """Of the networks."""
+    counts: tuple[int, ...] = ()
+    """Only after so many logs; after 1, 2, … by default."""
     leave_one_out: bool = False
     """Instead, each log but the last is left out once and predicted after the others: what a choice is judged by."""
     json: Path | None = None
@@ -53,7 +55,9 @@ def say(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-def log_figures(seeds: Sequence[int] = SEEDS, *, leave_one_out: bool = False) -> list[Figure]:
+def log_figures(
+    seeds: Sequence[int] = SEEDS, *, counts: Sequence[int] = (), leave_one_out: bool = False
+) -> list[Figure]:
     """A figure per contestant and number of logs, or log left out; none, and why, without the logs."""
     folder = Path(os.environ.get("SYM2REAL_DATA", BESIDE)) / FOLDER
     paths = sorted(folder.glob("*.csv"))
@@ -67,7 +71,7 @@ def log_figures(seeds: Sequence[int] = SEEDS, *, leave_one_out: bool = False) ->
     if leave_one_out:
         return [figure for out in range(len(logs) - 1) for figure in _left_out(base, logs[:-1], out, seeds)]
     figures = [Figure(f"MuSHR logs, base alone on {paths[-1].stem}", error_of(base, logs[-1]), "m")]
-    for count in range(1, len(logs)):
+    for count in counts or range(1, len(logs)):
         data = Dataset(piece for log in logs[:count] for piece in log)
         figures += answers(
             base, data, logs[-1], seeds, f"MuSHR logs, {count} learned from", last=count + 1 == len(logs)
@@ -115,7 +119,8 @@ def error_of(model: Model, log: Dataset) -> float:
 def main(options: Options) -> None:
     """Predict, print, write."""
     torch.set_num_threads(1)
-    report("MuSHR logs", log_figures(options.seeds, leave_one_out=options.leave_one_out), options.seeds, options.json)
+    figures = log_figures(options.seeds, counts=options.counts, leave_one_out=options.leave_one_out)
+    report("MuSHR logs", figures, options.seeds, options.json)
 
 
 if __name__ == "__main__":

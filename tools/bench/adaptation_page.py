@@ -23,11 +23,12 @@ PAGE = """# Results of the adaptation study
 Written by `python tools/bench/adaptation.py --page docs/adaptation_figures.md`; what the words mean stands in
 [adaptation.md](adaptation.md). Seeds {seeds}; {processor}, {cores} cores.
 
-Mean position error of five evaluation episodes in m, mean over seeds, for the model that was given, after one and after
-five trajectories, and of rounds 8 to 10. "MuJoCo" is MPPI that plans with the target's own simulator.
+Mean position error of five evaluation episodes in m, mean over as many seeds as were run, for the model that was
+given, after one and after five trajectories, and of rounds 8 to 10. "MuJoCo" is MPPI that plans with the target's own
+simulator; – where that was not run.
 
-| case | contestant | zero-shot | after 1 | after 5 | rounds 8–10 | MuJoCo |
-|---|---|---:|---:|---:|---:|---:|
+| case | contestant | seeds | zero-shot | after 1 | after 5 | rounds 8–10 | MuJoCo |
+|---|---|---:|---:|---:|---:|---:|---:|
 {errors}
 
 | figure | value | unit | bar | |
@@ -61,7 +62,7 @@ def _rows(bars: Bars, suite: Suite) -> list[str]:
         level = "–" if best is None else f"{best.mean():.4f}"
         for name, words in CONTESTANTS.items():
             if (curve := bars.curve(case, name)) is not None:
-                rows.append(f"| {case.title} | {words} | {_errors(curve)} | {level} |")
+                rows.append(f"| {case.title} | {words} | {len(curve.errors)} | {_errors(curve)} | {level} |")
     return rows
 
 

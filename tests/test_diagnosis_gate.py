@@ -174,6 +174,10 @@ def test_the_sentence_begins_with_the_verdict() -> None:
     assert "position after 0.8 s rises by 1 %" in gate_line(gate, Fall(0.8, "position", -0.01))
     minor = summary("NOTHING_MISSING", (), (), left[1:], gate=Gate(), stages=())
     assert minor.startswith("Nothing is missing beyond noise and small disturbances; a disturbance along fx")
+    fallen = Gate(stage("base", 1.0, 1.0), stage("+ lag", 0.5, 1.0))
+    said = summary("EFFECT", (), (lag,), left[:1], gate=fallen, stages=())
+    assert "depends on wz_cmd is left (R² 0.11); what was found may stand for a part of that" in said
+    assert "may stand" not in summary("EFFECT", (), (lag,), left[1:], gate=fallen, stages=())
 
 
 def test_beside_a_fault_what_predictions_do_not_bear_out_is_not_missing() -> None:

@@ -61,12 +61,14 @@ def summary(
     left = [f"{leftover.statement} ({leftover.measure})" for leftover in leftovers if leftover.matters]
     rest = [f"{leftover.statement} is left ({leftover.measure})" for leftover in leftovers]
     minor = [said for said, leftover in zip(rest, leftovers, strict=True) if not leftover.matters]
+    # An effect outside the catalogue pulls at those inside.
+    doubt = ["what was found may stand for a part of that"] if left and findings else []
     parts = ["the data show " + ", ".join(fault.name for fault in faults)] if faults else []
     if answer == "EFFECT":
         # Where predictions do not bear out what was found, the faults are the answer.
         announced = _announced(findings)
         small = [finding for finding in findings if finding not in announced]
-        found = [*_missing(announced, stages), *rest, *_small(small)]
+        found = [*_missing(announced, stages), *rest, *doubt, *_small(small)]
         parts += found if gate.passed else [*_beside(findings, gate), *rest]
     elif answer == "UNEXPLAINED":
         parts.append(f"something is missing that no effect of the catalogue explains: {' and '.join(left)}")

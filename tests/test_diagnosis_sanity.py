@@ -45,10 +45,10 @@ def plain() -> Dataset:
 
 
 def test_honest_logs_have_no_fault_and_are_looked_at_once() -> None:
-    honest = plain()
-    checked = check(CRAZYFLIE.nominal(), honest)
+    model, honest = CRAZYFLIE.nominal(), plain()
+    checked = check(model, honest)
     assert checked.faults == ()
-    assert check(CRAZYFLIE.nominal(), Dataset(list(honest))) is checked
+    assert check(model, Dataset(list(honest))) is checked
     assert check(MUSHR.nominal(), simulate_case(Case("mushr", (), seed=4), rows=200)).faults == ()
 
 

@@ -279,14 +279,11 @@ def test_logs_that_agree_are_judged_together_even_if_one_alone_is_unclear() -> N
 EFFECTS = [
     (CRAZYFLIE, "gain:thrust", {"value": 0.6}),
     (CRAZYFLIE, "gain:wx_cmd", {"value": 0.2}),
-    (CRAZYFLIE, "gain:wz_cmd", {"value": 0.1}),
     (CRAZYFLIE, "delay", {"value": 0.1}),
     (CRAZYFLIE, "added_mass", {"value": 0.015}),
     (CRAZYFLIE, "wind", {"fx": 0.08}),
-    (MUSHR, "limit:speed", {"upper": 0.5}),
     (MUSHR, "limit:speed", {"upper": 0.2}),
     (MUSHR, "gain:speed", {"value": 0.3}),
-    (MUSHR, "gain:steer", {"value": 0.3}),
     (MUSHR, "lag:speed", {"value": 1.0}),
 ]
 
@@ -329,7 +326,7 @@ def test_what_the_model_says_of_its_sensors_is_no_breach() -> None:
     assert not any("instead of" in line for line in data_report(broken, model).lines())
 
 
-@pytest.mark.parametrize(("noise", "columns"), [(1.6, "vx vy vz"), (1.0, "wx wy wz"), (3.0, "vx vy vz")])
+@pytest.mark.parametrize(("noise", "columns"), [(1.0, "wx wy wz"), (3.0, "vx vy vz")])
 def test_a_noisy_sensor_is_in_no_other_unit(noise: float, columns: str) -> None:
     rng, noisy = np.random.default_rng(0), []
     for log in flights():

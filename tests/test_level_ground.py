@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import tempfile
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +25,7 @@ from sym2real.field import Field
 from sym2real.layout import Layout, Layouts
 from sym2real.level_ground import HEADINGS, Turn, any_heading_alike, at_many_headings
 from sym2real.logs import write_log
-from sym2real.regression import ENGINES
+from sym2real.regression import ENGINES, BeamSearch
 from sym2real.robots import ROBOTS
 from sym2real.robots.mushr import SPEED_TIME_CONSTANT
 from sym2real.robots.robot import GRAVITY
@@ -117,8 +117,9 @@ def test_half_a_vector_and_unknown_ones_are_not_turned(state: Layout, can: bool)
 
 @cache
 def learned(robot: str) -> Equations:
-    """Equations of four noisy runs, as ``learn --data`` finds them."""
-    with tempfile.TemporaryDirectory() as folder:
+    """Equations of four noisy runs, as ``learn --data`` finds them, but that it begins with products of two."""
+    with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
+        patch.setitem(ENGINES._entries, "beam", partial(BeamSearch, degree=2))
         paths = [Path(folder) / f"{number}.csv" for number in range(4)]
         for log, path in zip(simulate_case(Case(robot, seed=6_900_100), trajectories=4), paths, strict=True):
             write_log(log, path)

@@ -11,7 +11,7 @@ from sym2real.dataset import Dataset, Transitions
 from sym2real.diagnosis import compare
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.layout import Layout, Layouts
-from sym2real.regression import ENGINES
+from sym2real.regression import SearchSettings
 from sym2real.regression.beam import BeamSearch
 from sym2real.regression.features import Variables
 from sym2real.regression.free_run import FreeRuns, plainest
@@ -37,8 +37,7 @@ def test_noisy_logs_give_equations_that_predict() -> None:
 
     What a car's logs give is in ``test_level_ground.py``.
     """
-    search = ENGINES["beam"](angles=CRAZYFLIE.recipe.angles)
-    assert isinstance(search, BeamSearch)
+    search = BeamSearch(degree=2, search=SearchSettings(growth=3))
     learned, other = runs(CRAZYFLIE, 5).transitions(), runs(CRAZYFLIE, 6)
     by_step, by_windows = (
         compare(replace(search, windows=windows).fit(learned), other).at(0.8).errors["position"].value

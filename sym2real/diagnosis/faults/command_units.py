@@ -25,7 +25,7 @@ from sym2real.symbolic import Equations
 
 THAN = "what moves the robot as the model says"
 FAR = 3.0  # times
-GRID = np.geomspace(1e-5, 1e7, 240)
+GRID = np.geomspace(1e-5, 1e7, 120)
 MOST_ROWS = 500
 
 

@@ -216,11 +216,16 @@ def opened(mjcf: str) -> tuple[mujoco.MjModel, Any]:
     except (ValueError, OSError, mujoco.FatalError) as error:
         name = "the robot's description" if is_text(mjcf) else mjcf
         raise ModelError(f"{name}: expected an MJCF that MuJoCo opens, found: {' '.join(str(error).split())}") from None
+    return model, data_at_start(model)
+
+
+def data_at_start(model: mujoco.MjModel) -> Any:
+    """Data of a compiled file at its first keyframe, or where it starts without one."""
     data = mujoco.MjData(model)
     if model.nkey:
         mujoco.mj_resetDataKeyframe(model, data, 0)
     mujoco.mj_forward(model, data)
-    return model, data
+    return data
 
 
 def inertias(model: mujoco.MjModel, data: Any) -> Array:

@@ -27,7 +27,8 @@ from sym2real.plants import MujocoPlant
 from sym2real.trajectory import Array, Trajectory
 
 # A car's figure of eight takes 300 rows: of its first half alone the base's own errors look like an arm to one side.
-MOST_LOGS, MOST_ROWS = 8, 400
+# Of fast logs as long as of a quadrotor's at 50 Hz.
+MOST_LOGS, MOST_ROWS, MOST_SECONDS = 8, 400, 8.0
 # Number of effects of the base's own, and Gauss–Newton steps.
 MOST_EFFECTS, STEPS = 8, 2
 # Rows over which a path is smoothed, and over which changes of a command count as quick.
@@ -49,7 +50,7 @@ def simulated(plant: MujocoPlant, data: Dataset) -> Dataset | None:
 
 def _flight(plant: MujocoPlant, log: Trajectory) -> Trajectory:
     robot, path = plant.robot, reference_of(log)
-    steps = min(len(log), MOST_ROWS)
+    steps = min(len(log), max(MOST_ROWS, round(MOST_SECONDS / log.dt)))
 
     def reference(time: Tensor) -> Tensor:
         rows = (time / log.dt).clamp(0, len(path) - 1)

@@ -164,6 +164,13 @@ GEARED = """
 """
 
 
+def test_a_servo_is_told_no_place_beyond_its_joints_range() -> None:
+    """MuJoCo converts a joint's range from degrees, and not what its servo is told."""
+    text = GEARED.replace('axis="0 0 1"', 'axis="0 0 1" range="-90 60"').replace('"-2 2"', '"-90 60"')
+    robot = Robot.from_mjcf(text.replace("<option", '<compiler angle="degree" autolimits="true"/><option'), name="d")
+    np.testing.assert_allclose(np.rad2deg([robot.low[0], robot.high[0]]), [-90.0, 60.0])
+
+
 @pytest.mark.parametrize(
     ("key", "value", "armature"), [("joint_friction:q", 0.05, 2e-3), ("joint_damping:q", 0.1, 0.0)]
 )

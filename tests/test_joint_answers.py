@@ -6,6 +6,7 @@ import io
 from dataclasses import replace
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 import torch
@@ -15,7 +16,7 @@ from rich.console import Console
 
 from sym2real.cli import main
 from sym2real.dataset import Dataset
-from sym2real.diagnosis import Diagnosis, Plan, diagnose, locate, window_errors
+from sym2real.diagnosis import Diagnosis, Plan, diagnose, locate, try_effect, window_errors
 from sym2real.diagnosis.design.visible import Visible
 from sym2real.effects import applicable, effect
 from sym2real.logs import read_logs
@@ -23,6 +24,7 @@ from sym2real.report.error_figures import where_figure
 from sym2real.report.plan import plan_report
 from sym2real.robots import Robot
 from sym2real.symbolic import compile_model, rollout, save_model
+from sym2real.trajectory import Trajectory
 
 LINKS = Robot.from_mjcf(two_links.MJCF, name="links", dt=two_links.STEP)
 BASE = LINKS.nominal()
@@ -146,3 +148,47 @@ def test_a_figure_has_as_many_axes_as_it_shows(logs: Dataset) -> None:
     assert shown == ["q1 in rad", "q2 in rad", "|q1_rate| in rad/s", "|q2_rate| in rad/s", "time in s"]
     alone = where_figure({"base": replace(errors, features={"time": errors.features["time"]})}, ())
     assert len(alone.axes) == 1
+
+
+GEARED = """
+<mujoco model="geared">
+  <option timestep="0.001" integrator="implicitfast"/>
+  <worldbody>
+    <body name="wrist">
+      <joint name="q" axis="0 0 1" damping="0.02"/>
+      <geom type="capsule" fromto="0 0 0 0.05 0 0" size="0.01" mass="0.05" contype="0" conaffinity="0"/>
+    </body>
+  </worldbody>
+  <actuator><position name="servo" joint="q" kp="3" kv="0.1" ctrlrange="-2 2"/></actuator>
+</mujoco>
+"""
+
+
+def test_a_servo_is_told_no_place_beyond_its_joints_range() -> None:
+    """MuJoCo converts a joint's range from degrees, and not what its servo is told."""
+    text = GEARED.replace('axis="0 0 1"', 'axis="0 0 1" range="-90 60"').replace('"-2 2"', '"-90 60"')
+    robot = Robot.from_mjcf(text.replace("<option", '<compiler angle="degree" autolimits="true"/><option'), name="d")
+    np.testing.assert_allclose(np.rad2deg([robot.low[0], robot.high[0]]), [-90.0, 60.0])
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "armature"), [("joint_friction:q", 0.05, 2e-3), ("joint_damping:q", 0.1, 0.0)]
+)
+def test_what_brakes_a_light_joint_may_be_large_beside_its_inertia(key: str, value: float, armature: float) -> None:
+    """A servo drives 2 g m², or 0.04 without a gear: rates decay within a millisecond, of a period of ten."""
+    text = GEARED.replace("damping=", f'armature="{armature}" damping=')
+    spec, robot = mujoco.MjSpec.from_string(text), Robot.from_mjcf(text, name="geared", dt=0.01)
+    joint = spec.joint("q")
+    joint.frictionloss, joint.damping[0] = (value, 0.02) if "friction" in key else (0.0, 0.02 + value)
+    model, rng = spec.compile(), np.random.default_rng(0)
+    data, rows = mujoco.MjData(model), []
+    for step in range(3000):
+        told = 1.2 * np.sin(0.02 * step) * np.sin(0.0031 * step)
+        rows.append([0.01 * step, data.qpos[0] + rng.normal(0.0, 5e-4), data.qvel[0] + rng.normal(0.0, 0.02), told])
+        data.ctrl[:] = told
+        mujoco.mj_step(model, data, 10)
+    time, *columns = np.array(rows).T
+    log = Trajectory(time, np.stack(columns[:2], 1), columns[2][:, None], np.zeros((len(time), 1)), robot.layouts)
+    tried = try_effect(robot.nominal(), key, log, exclude=["*"])
+    assert tried.supported, tried.summary
+    assert tried.finding.values["value"] == pytest.approx(value, rel=0.1)

@@ -33,6 +33,8 @@ OWN = two_links.COLUMNS[1:]
         ("q_0 q_1 qd_0 qd_1 tau_0 tau_1", ""),
         ("q1_deg q2_deg qd1 qd2 tau1_meas tau2_meas tau1_cmd tau2_cmd", "q1_deg q2_deg qd1 qd2 tau1_cmd tau2_cmd"),
         ("q1 q2 q1_des q2_des ddq1 ddq2 dq1 dq2 current1 current2", "q1 q2 dq1 dq2 - -"),
+        ("ax1_pos_deg ax2_pos_deg ax1_vel_dps ax2_vel_dps ax1_torque ax2_torque", ""),
+        ("A1_pos A2_pos A1_vel A2_vel a1 a2", "A1_pos A2_pos A1_vel A2_vel - -"),
         ("q1 q2 q3 dq1 dq2 dq3 tau1 tau2 tau3", "q1 q2 dq1 dq2 tau1 tau2"),
         ("shoulder elbow shoulder_vel elbow_vel tau_a tau_b", "- - - - - -"),
         ("position[0] position[1] position[2] velocity[0] velocity[1] velocity[2]", "- - - - - -"),
@@ -57,6 +59,7 @@ def test_joints_go_by_their_names_and_servos_by_what_is_wanted() -> None:
     }  # fmt: skip
     servo = '<position name="target" joint="q1" kp="8" ctrlrange="-2 2"/>'
     told = Robot.from_mjcf(two_links.MJCF.replace("<actuator>", f"<actuator>{servo}"), actions=["target"], name="l")
+    assert match_own(["ax1_pos", "ax1_target"], told.layouts, {"target": "q1"}).found["target"].source == "ax1_target"
     found = {c: m.source for c, m in match_own(["q1", "q1_ref", "tau1"], told.layouts, {"target": "q1"}).found.items()}
     assert found == {"q1": "q1", "target": "q1_ref"}
 

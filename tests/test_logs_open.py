@@ -13,7 +13,10 @@ import pytest
 
 from sym2real.cli import main
 from sym2real.errors import DataError
+from sym2real.field import Field
+from sym2real.layout import Layout, Layouts
 from sym2real.logs import LogSpec, inspect_logs, read_log, read_logs
+from sym2real.logs.parts import Source
 from sym2real.symbolic import load_model
 from sym2real.trajectory import Array
 
@@ -168,6 +171,22 @@ def test_parts_with_stamps_of_their_own_meet_at_the_faster(tmp_path: Path) -> No
     (log,) = read_logs(files, found.spec)
     np.testing.assert_allclose(log.time, states[:, 0], atol=1e-12)
     np.testing.assert_allclose(log.column("steer"), np.repeat(0.01 * np.arange(30), 4))
+
+
+def test_what_a_specification_makes_a_command_holds_whatever_its_name(tmp_path: Path) -> None:
+    """A slower part's columns say nothing here of commands: the specification does."""
+    states, _ = drive()
+    late = np.column_stack([states[::4, 0], 0.01 * np.arange(30), np.ones(30)])
+    files = (
+        written(tmp_path / "states.csv", states, STATES),
+        written(tmp_path / "wheels.csv", late, ["t", "left_rpm", "right_rpm"]),
+    )
+    listed = [row.column for row in inspect_logs(files).rows]
+    assert {"left_rpm", "right_rpm"} <= {*listed}
+    layouts = Layouts(Layout.of(["x", "y"]), Layout((Field("rate target", ("left", "right"), "rad/s", "body"),)))
+    columns = {"x": Source("x"), "y": Source("y"), "left": Source("left_rpm"), "right": Source("right_rpm")}
+    (log,) = read_logs(files, LogSpec(columns=columns), layouts)
+    np.testing.assert_allclose(log.column("left"), np.repeat(0.01 * np.arange(30), 4))
 
 
 def test_parts_that_do_not_belong_together_are_refused(tmp_path: Path) -> None:

@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 class NominalMjcf(OfLogs):
     """Equations of motion of a robot's own MJCF, by its bodies: nothing is simulated or fitted.
 
-    For trees of hinges and slides with actuators on joints (arms, pendulums, cart-poles), and for robots of the plane
-    on wheels of one axle. The joint J becomes the states J (rad or m) and J_rate, every actuator an action in its unit,
-    a site S of a moving body a place where load:S may hang. The folder holds the robot too: simulate, plan and effects
-    take it in the place of a robot's name, the other verbs as a model. Give --log where you have logs: a model with
-    their time step uses all of their rows.
+    For trees of hinges and slides with actuators on joints (arms, pendulums, cart-poles), robots of the plane on
+    wheels of one axle, and free bodies with rotors at sites (actuators motor1, motor2 and so on). The joint J becomes
+    the states J (rad or m) and J_rate, every actuator an action in its unit, a site S of a moving body a place where
+    load:S may hang. The folder holds the robot too: simulate, plan and effects take it in the place of a robot's name,
+    the other verbs as a model. Give --log where you have logs: a model with their time step uses all of their rows.
 
     For example:
       sym2real nominal mjcf arm.xml --log swing1.csv swing2.csv --out runs/arm
@@ -61,6 +61,8 @@ class NominalMjcf(OfLogs):
         save_model(equations, self.out)
         console.print(f"a log of it holds the time in s, in steps of about {robot.dt:g} s, and")
         console.print(columns_table(robot))
+        for note in equations.notes:
+            console.print(f"note: {note}", markup=False)
         if robot_of(equations) is None:
             console.print(
                 "note: the file needs others beside it (a field of heights), so no simulator goes with the model"

@@ -52,7 +52,8 @@ class Body:
             rate loop ``kx ky kz``; rotors: ``arm``, ``torque_per_thrust`` (m), ``rotor_thrust`` (N s²/rad²); car:
             ``wheelbase``, ``track``, ``centre`` (of mass, ahead of the rear axle), ``wheel_drive`` (N s/m); joint J:
             ``J_inertia`` (what a force along it moves, kg or kg m²), ``J_alone`` (the same while no other joint is
-            held: the least); action A of an MJCF: ``A_range``, in its unit;
+            held: the least), ``J_braking`` (its damping and its servos', N s/m or N m s), ``J_strength`` (what its
+            actuators can push, N or N m); action A of an MJCF: ``A_range``, in its unit;
             rate A of a wheel that rolls: ``A_per_speed`` (rad/m), ``A_per_turn`` (rad per rad of heading).
         quantities: names that equations derive (thrust of four motors).
         column: that an effect is bound to, or "".

@@ -14,9 +14,9 @@ from sym2real.vocabulary import damping_quantity, rate_column
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     unit = "N m s" if body.unit == "rad" else "N s/m"
-    # One that brakes in 3 s.
-    scale = inertia(body) / 3.0
-    return (Parameter("value", unit, null=0.0, low=0.0, high=30 * scale, scale=scale),)
+    # One that brakes in 3 s; at most in a tenth of one, or as much again as brakes the joint by its description.
+    scale, described = inertia(body) / 3.0, body.numbers.get(f"{body.column}_braking", 0.0)
+    return (Parameter("value", unit, null=0.0, low=0.0, high=30 * scale + described, scale=scale),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:

@@ -15,7 +15,9 @@ from sym2real.vocabulary import friction_quantity, rate_column
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     scale = USUAL_DECELERATION * inertia(body)
-    return (Parameter("value", unit_of_push(body)[0], null=0.0, low=0.0, high=30 * scale, scale=scale),)
+    # A gear's may be large beside what a light link weighs, and not beside what drives it.
+    most = max(30 * scale, body.numbers.get(f"{body.column}_strength", 0.0))
+    return (Parameter("value", unit_of_push(body)[0], null=0.0, low=0.0, high=most, scale=scale),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:

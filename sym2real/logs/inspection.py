@@ -103,7 +103,8 @@ def inspect_logs(
     if layouts is not None:
         inspect_joints(draft, matching, layouts)
     inspect_columns(draft, of_model=layouts is not None)
-    return _finished(tuple(file for files in logs for file in files), draft, tuple(columns))
+    what = "a robot" if layouts is not None else _kind(draft)
+    return _finished(tuple(file for files in logs for file in files), draft, tuple(columns), what)
 
 
 def _assigned(names: Sequence[str], layouts: Layouts | None, moved: Mapping[str, str]) -> tuple[Assignment, Matching]:
@@ -151,7 +152,11 @@ def _check_alike(tables: list[Table]) -> None:
             raise DataError(table.path, expected, f"a difference in {', '.join(sorted(different))}")
 
 
-def _finished(files: tuple[Path, ...], draft: Draft, header: tuple[str, ...]) -> Inspection:
+def _kind(draft: Draft) -> str:
+    return "a car" if draft.assignment.is_car else "a flying robot" if "attitude" in draft.attitudes else "a robot"
+
+
+def _finished(files: tuple[Path, ...], draft: Draft, header: tuple[str, ...], what: str) -> Inspection:
     comments = {key: tuple(lines) for key, lines in draft.comments.items()}
     if draft.flips:
         lines = [f"suspected: {column}: {evidence}" for column, evidence in draft.flips.items()]
@@ -161,7 +166,6 @@ def _finished(files: tuple[Path, ...], draft: Draft, header: tuple[str, ...]) ->
         "Signs are as recorded. Lines that start with '# key =' are suspicions: take the # away to accept one.",
     )
     spec = draft.specification()
-    title = "a car" if draft.assignment.is_car else "a flying robot" if "attitude" in draft.attitudes else "a robot"
     order = {name: i for i, name in enumerate(draft.tables[0].columns)}
     rows = sorted(draft.findings, key=lambda finding: order.get(finding.column, -1))
-    return Inspection(files, replace(spec, title=f"log of {title}", header=header), tuple(rows), comments)
+    return Inspection(files, replace(spec, title=f"log of {what}", header=header), tuple(rows), comments)

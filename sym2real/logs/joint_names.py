@@ -22,7 +22,7 @@ PLACE = known.POSITION | {
 }  # fmt: skip
 RATE = known.VELOCITY | {"rate", "rates", "w", "omega", "dq", "qd", "qdot", "qvel", "dtheta", "thetadot", "angvel"}
 FORCE = TORQUE | {"f", "force", "forces", "motor", "motors", "m", "u"}
-OTHERS = known.ACCELERATION | {"ddq", "qdd", "ddot", "current", "temperature"}
+OTHERS = (known.ACCELERATION - {"a"}) | {"ddq", "qdd", "ddot", "current", "temperature"}
 # What a name may say beside the joint, and says nothing about which.
 NEUTRAL = frozenset({
     "joint", "joints", "jnt", "j", "state", "states", "real", "raw", "data", "robot", "of", *MEASURED,
@@ -77,8 +77,10 @@ class _Name:
 
     @property
     def quantity(self) -> str:
-        kinds = {"other": OTHERS, "rate": RATE, "force": FORCE, "place": PLACE}
-        return next((kind for kind, words in kinds.items() if words.intersection(self.words)), "")
+        kinds = (("other", OTHERS), ("rate", RATE), ("force", FORCE), ("place", PLACE))
+        found = (kind for kind, words in kinds if words.intersection(self.words))
+        # Beside a quantity, or told, an a counts axes (KUKA's A1, ax1); measured alone it is an acceleration.
+        return next(found, "other" if "a" in self.words and not self.wanted else "")
 
     @property
     def joint(self) -> frozenset[str]:

@@ -11,7 +11,8 @@ from sym2real.errors import DataError
 from sym2real.layout import Layouts
 from sym2real.logs.opened import Opened, in_step
 from sym2real.logs.recordings import is_bag_folder
-from sym2real.logs.resample import GAP_INTERVALS
+from sym2real.logs.recordings.recording import is_command
+from sym2real.logs.resample import COMMANDS, GAP_INTERVALS
 from sym2real.logs.several_files import LogFiles, one_log_each, read_parts
 from sym2real.logs.specification import LogSpec, load_spec
 from sym2real.logs.standard import with_header
@@ -57,7 +58,7 @@ def read_log(
     """
     files = (Path(path),) if isinstance(path, str | Path) else tuple(Path(part) for part in path)
     known = with_header(_loaded(spec), columns)
-    return log_of_table(_read(files, known), known, layouts, dt, upsample=upsample)
+    return log_of_table(_read(files, known, layouts), known, layouts, dt, upsample=upsample)
 
 
 def log_of_table(
@@ -117,7 +118,7 @@ def read_each(
     """The trajectories of every log of :func:`logs_of`; arguments and errors as of :func:`read_logs`."""
     found: list[list[Trajectory]] = []
     known = with_header(_loaded(spec), columns)
-    opened = [Opened.open(_read(files, known), known, layouts, dt) for files in logs_of(paths, known)]
+    opened = [Opened.open(_read(files, known, layouts), known, layouts, dt) for files in logs_of(paths, known)]
     for log in in_step(opened, upsample):
         bounds = [0, *log.gaps, len(log.table)]
         pieces = [(a, b) for a, b in pairwise(bounds) if b - a >= SHORTEST or len(bounds) == 2]
@@ -162,5 +163,9 @@ def _loaded(spec: LogSpec | str | Path | None) -> LogSpec | None:
     return None if spec is None else load_spec(spec)
 
 
-def _read(files: LogFiles, spec: LogSpec | None) -> Table:
-    return read_parts(files, spec.sources if spec else None, spec.header if spec else ())
+def _read(files: LogFiles, spec: LogSpec | None, layouts: Layouts | None) -> Table:
+    if spec is None:
+        return read_parts(files)
+    actions = COMMANDS.union(layouts.action if layouts else ())
+    sent = {source.column: name in actions for name, source in spec.columns.items() if not name.startswith("ref_")}
+    return read_parts(files, spec.sources, spec.header, lambda name: sent.get(name, is_command(name)))

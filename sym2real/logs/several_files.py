@@ -16,7 +16,7 @@ import numpy as np
 from sym2real.errors import DataError
 from sym2real.logs import csv_file, parquet_file
 from sym2real.logs.names import read_name
-from sym2real.logs.recordings.recording import TIME, Recording, Topic
+from sym2real.logs.recordings.recording import TIME, Recording, Sent, Topic
 from sym2real.logs.table import TABLES, TEXTS, Table, file_type, read_table
 from sym2real.trajectory import Array
 
@@ -50,7 +50,9 @@ def one_log_each(files: Sequence[Path], header: Sequence[str] = ()) -> list[LogF
     return [*zip(*parts, strict=True)]
 
 
-def read_parts(files: LogFiles, wanted: Sequence[str] | None = None, header: Sequence[str] = ()) -> Table:
+def read_parts(
+    files: LogFiles, wanted: Sequence[str] | None = None, header: Sequence[str] = (), sent: Sent | None = None
+) -> Table:
     """The one table of a log's files; arguments and errors as of :func:`~sym2real.logs.table.read_table`.
 
     Raises:
@@ -60,13 +62,13 @@ def read_parts(files: LogFiles, wanted: Sequence[str] | None = None, header: Seq
     for file in files:
         own = rest[: len(_names(file))] if header and len(files) > 1 else rest
         rest = rest[len(own) :]
-        tables.append(read_table(file, wanted, own))
+        tables.append(read_table(file, wanted, own, sent))
     if len(tables) == 1:
         return tables[0]
     shared = set.intersection(*({*table.columns} for table in tables))
     clock = next((name for name in tables[0].columns if name in shared and _is_time(name)), "")
     if clock and not _same_stamps(tables, clock):
-        return _by_stamps(tables, clock)
+        return _by_stamps(tables, clock, sent)
     return _row_by_row(tables)
 
 
@@ -105,7 +107,7 @@ def _same_stamps(tables: Sequence[Table], clock: str) -> bool:
     return alike and max(len(table) for table in tables) <= fewest + 1
 
 
-def _by_stamps(tables: Sequence[Table], clock: str) -> Table:
+def _by_stamps(tables: Sequence[Table], clock: str, sent: Sent | None) -> Table:
     """Rows of the fastest, the others interpolated or held."""
     topics = tuple(
         Topic(
@@ -115,7 +117,8 @@ def _by_stamps(tables: Sequence[Table], clock: str) -> Table:
         )
         for table in tables
     )
-    columns = Recording(topics).together()
+    recording = Recording(topics)
+    columns = recording.together(recording.columns, sent)
     how = f"by {clock!r}: measurements interpolated, commands held"
     return _named(tables, {clock: columns.pop(TIME), **columns}, 1, how)
 

@@ -15,7 +15,7 @@ from sym2real.errors import DataError
 from sym2real.files import require_file
 from sym2real.logs import arrow_file, csv_file, parquet_file
 from sym2real.logs.missing import listed
-from sym2real.logs.recordings import RECORDINGS, Recording, is_bag_folder, is_card_log
+from sym2real.logs.recordings import RECORDINGS, Recording, Sent, is_bag_folder, is_card_log
 from sym2real.registry import Registry
 from sym2real.trajectory import Array
 
@@ -118,7 +118,9 @@ class Table:
         return DataError(self.path, expected, found, self.line(position), column)
 
 
-def read_table(path: str | Path, wanted: Collection[str] | None = None, header: Sequence[str] = ()) -> Table:
+def read_table(
+    path: str | Path, wanted: Collection[str] | None = None, header: Sequence[str] = (), sent: Sent | None = None
+) -> Table:
     """Read a CSV or Parquet file, an Arrow stream, or a recording.
 
     Args:
@@ -126,6 +128,7 @@ def read_table(path: str | Path, wanted: Collection[str] | None = None, header: 
         wanted: columns that a specification names, which decide which topics of a recording are taken; None for those
             whose names are known.
         header: names of the columns of a text file that has none.
+        sent: whether a column of a recording holds commands, by its name, where that does not say so.
 
     Raises:
         DataError: naming the file and, where it applies, row, column, what was expected and what was found.
@@ -139,7 +142,7 @@ def read_table(path: str | Path, wanted: Collection[str] | None = None, header: 
         require_file(file)
     try:
         if kind in RECORDINGS:
-            return _of_recording(file, RECORDINGS[kind](file), wanted)
+            return _of_recording(file, RECORDINGS[kind](file), wanted, sent)
         if header and kind not in TEXTS:
             raise DataError(file, "a text file, where names of the columns are given", f"{kind}, which has names")
         names, cells, first_row, metadata = csv_file.read(file, header) if kind in TEXTS else GROWING[kind](file)
@@ -163,13 +166,13 @@ def file_type(file: Path) -> str:
     return ".usd" if is_card_log(file) else file.suffix.lower()
 
 
-def _of_recording(file: Path, recording: Recording, wanted: Collection[str] | None) -> Table:
+def _of_recording(file: Path, recording: Recording, wanted: Collection[str] | None, sent: Sent | None) -> Table:
     if not recording.topics:
         raise DataError(file, "a topic with numbers", "none")
     if recording.metadata is not None:
         columns = {name: values for topic in recording.topics for name, values in topic.columns.items()}
         return Table(file, columns, first_row=1, metadata=recording.metadata)
-    return Table(file, recording.together(wanted), first_row=1)
+    return Table(file, recording.together(wanted, sent), first_row=1)
 
 
 def numbers(table: Table, name: str, cells: Array | Sequence[str]) -> Array | None:

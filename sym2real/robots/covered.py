@@ -11,6 +11,8 @@ from sym2real.robots import mjcf_columns as columns
 from sym2real.robots.planar import Wheels
 from sym2real.vocabulary import rate_column
 
+LEARN = "in Python, ROBOTS.register(name, robot) and then `learn` finds equations in the simulator"
+
 
 def against_tree(model: mujoco.MjModel, state: Layout) -> list[str]:
     """What keeps a robot with this state from being a tree of hinges and slides; empty for one that is."""
@@ -26,8 +28,11 @@ def against_tree(model: mujoco.MjModel, state: Layout) -> list[str]:
 
 def against_rolling(model: mujoco.MjModel, wheels: Wheels) -> list[str]:
     """What keeps a robot of the plane from rolling on wheels of one axle; empty for one that does."""
+    forward, aside, turning = wheels.moves
+    drags = " and ".join(way for way, free in (("as it goes ahead", forward), ("as it turns", turning)) if not free)
     wrong = {
-        "wheels that do not leave it a way ahead and a turn alone": not wheels.steers_by_itself,
+        f'contacts with friction that drag {drags} (a caster without friction has condim="1")': bool(drags),
+        "no wheel that keeps it from going aside": aside,
         "joints that do not roll with it": not wheels.ways.any(axis=1).all(),
         "springs or servos of position on wheels": model.jnt_stiffness.any() or model.actuator_biasprm[:, 1].any(),
     }

@@ -17,6 +17,8 @@ from sym2real.robots import mjcf_columns as columns
 from sym2real.robots import planar
 from sym2real.robots.covered import against_rolling, against_tree
 from sym2real.robots.description import Crash, Description, is_text
+from sym2real.robots.driven import braking, strengths
+from sym2real.robots.flying import Rotorcraft, against_flying, flying
 from sym2real.robots.recipe import Recipe
 from sym2real.robots.robot import GRAVITY, Limits, MPPISettings, Robot
 from sym2real.trajectory import Array
@@ -67,8 +69,9 @@ def from_mjcf(
         mppi: sampling; by default a horizon of 40 periods.
         numbers: further ones, SI units.
         rigid_body: makes the first-principles equations; by default those of
-            :func:`sym2real.robots.multibody.multibody`, for robots of hinges and slides, or of
-            :func:`sym2real.robots.rolling.rolling`, for robots of the plane on wheels of one axle.
+            :func:`sym2real.robots.multibody.multibody`, for robots of hinges and slides, of
+            :func:`sym2real.robots.rolling.rolling`, for robots of the plane on wheels of one axle, or of
+            :func:`sym2real.robots.flying.flying`, for a free body with rotors.
         title: what people call it.
 
     Raises:
@@ -89,12 +92,18 @@ def from_mjcf(
     coordinates: columns.Coordinates | planar.PlanarCoordinates = simulated
     low, high = columns.ranges_of(model, actuators)
     own = {"mass": float(model.body_subtreemass[0])} | _joint_numbers(model, columns.inertias(model, data))
-    own |= _ranges(layouts.action, low, high)
+    own |= _ranges(layouts.action, low, high) | strengths(model, actuators, np.maximum(-low, high))
     if wheels is not None:
         layouts = replace(layouts, inputs=planar.inputs_of(model))
         coordinates = planar.PlanarCoordinates(wheels, data.qpos.copy(), model.nv)
         own |= wheels.numbers(model, data, wanted)
-    against = against_tree(model, layouts.state) if wheels is None else against_rolling(model, wheels)
+    if wheels is not None:
+        against = against_rolling(model, wheels)
+    elif columns.FREE in model.jnt_type:
+        against = against_flying(model, data, wanted)
+        own |= {} if against else Rotorcraft.of(model, data, actuators).numbers
+    else:
+        against = against_tree(model, layouts.state)
     described = rigid_body is not None or not against
     return Robot(
         name=name or Path(file).stem,
@@ -175,12 +184,18 @@ def _period(model: mujoco.MjModel, dt: float | None) -> float:
 
 
 def _joint_numbers(model: mujoco.MjModel, masses: Array) -> dict[str, float]:
-    """What a force along each joint moves while all others are held, and while none is, of masses ``# (nv, nv)``."""
+    """Of each joint what a force moves while all others are held, and while none is, and what brakes it by the file.
+
+    Args:
+        masses: ``# (nv, nv)``.
+    """
     single = [joint for joint in range(model.njnt) if model.jnt_type[joint] != columns.FREE]
     places = {model.joint(joint).name: model.jnt_dofadr[joint] for joint in single}
     held, free = masses.diagonal(), 1.0 / np.linalg.pinv(masses, hermitian=True).diagonal()
     found = {f"{name}_inertia": float(held[place]) for name, place in places.items()}
-    return found | {f"{name}_alone": float(free[place]) for name, place in places.items()}
+    found |= {f"{name}_alone": float(free[place]) for name, place in places.items()}
+    brakes = braking(model)
+    return found | {f"{name}_braking": float(brakes[place]) for name, place in places.items()}
 
 
 def _ranges(action: Layout, low: Array, high: Array) -> dict[str, float]:
@@ -219,4 +234,6 @@ def _equations(file: str, layouts: Layouts, actions: Mapping[str, str], dt: floa
     model, data = columns.opened(file)
     if planar.asked(layouts.state):
         return rolling(model, data, layouts, actions, dt)
+    if columns.FREE in model.jnt_type:
+        return flying(model, data, actions, dt)
     return multibody(model, layouts, actions, dt)

@@ -185,6 +185,8 @@ def actions_of(model: mujoco.MjModel, wanted: Mapping[str, str]) -> Layout:
 def ranges_of(model: mujoco.MjModel, actuators: Sequence[int]) -> tuple[Array, Array]:
     """Least and largest control of each: its ctrlrange, the forcerange of a motor, the joint's range of a position.
 
+    A position beyond the joint's range (a ctrlrange in degrees, which MuJoCo takes for rad) is no place to go to.
+
     Raises:
         ModelError: for one that has none.
     """
@@ -192,11 +194,14 @@ def ranges_of(model: mujoco.MjModel, actuators: Sequence[int]) -> tuple[Array, A
     for index in actuators:
         joint, gain = int(model.actuator_trnid[index, 0]), model.actuator_gainprm[index, 0]
         on_joint = model.actuator_trntype[index] == BY_JOINT
+        placed = told(model, index) == "position" and on_joint and model.jnt_limited[joint]
         if model.actuator_ctrllimited[index]:
-            found.append(model.actuator_ctrlrange[index])
+            within = model.jnt_range[joint] / model.actuator_gear[index, 0] if placed else (-np.inf, np.inf)
+            both = np.clip(model.actuator_ctrlrange[index], *sorted(within))
+            found.append(both if both[0] < both[1] else model.actuator_ctrlrange[index])
         elif told(model, index) == "force" and model.actuator_forcelimited[index]:
             found.append(model.actuator_forcerange[index] / gain)
-        elif told(model, index) == "position" and on_joint and model.jnt_limited[joint]:
+        elif placed:
             found.append(model.jnt_range[joint])
         else:
             name = model.actuator(index).name
@@ -216,11 +221,16 @@ def opened(mjcf: str) -> tuple[mujoco.MjModel, Any]:
     except (ValueError, OSError, mujoco.FatalError) as error:
         name = "the robot's description" if is_text(mjcf) else mjcf
         raise ModelError(f"{name}: expected an MJCF that MuJoCo opens, found: {' '.join(str(error).split())}") from None
+    return model, data_at_start(model)
+
+
+def data_at_start(model: mujoco.MjModel) -> Any:
+    """Data of a compiled file at its first keyframe, or where it starts without one."""
     data = mujoco.MjData(model)
     if model.nkey:
         mujoco.mj_resetDataKeyframe(model, data, 0)
     mujoco.mj_forward(model, data)
-    return model, data
+    return data
 
 
 def inertias(model: mujoco.MjModel, data: Any) -> Array:

@@ -31,7 +31,7 @@ class Motors:
         unit: "command" for numbers 0–1, "rad/s" for speeds.
         thrust: N per unit of command, or N s² per rad² (k_f in k_f ω²), of one rotor.
         torque_per_thrust: reaction torque per thrust in m (k_m / k_f).
-        arm: centre to rotor in m.
+        arm: centre to rotor in m, one for all or one each.
         spin: sign of the reaction torque about body z, motor1 first; a rotor that turns counter-clockwise seen from
             above has -1.
         angles: direction of every rotor from the centre, in degrees from x towards y.
@@ -43,18 +43,18 @@ class Motors:
     thrust: float
     unit: MotorUnit = "command"
     torque_per_thrust: float = 0.00596  # m: Crazyflie firmware, thrustToTorque
-    arm: float = 0.046  # m: Crazyflie 2.1
+    arm: float | tuple[float, ...] = 0.046  # m: Crazyflie 2.1
     spin: tuple[int, ...] = (-1, 1, -1, 1)
     angles: tuple[float, ...] = (-45.0, -135.0, 135.0, 45.0)
 
     def __post_init__(self) -> None:
-        if min(self.thrust, self.torque_per_thrust) < 0 or not self.arm > 0:
+        if min(self.thrust, self.torque_per_thrust) < 0 or not min(self.arms) > 0:
             raise ModelError(
                 f"thrust and torque of rotors must not be negative and their arm in m positive, found {self}"
             )
         if {abs(sign) for sign in self.spin} != {1}:
             raise ModelError(f"the spin of a rotor must be 1 or -1, found {self.spin}")
-        if not 0 < len(self.spin) == len(self.angles) <= len(MOTOR_COLUMNS):
+        if not 0 < len(self.spin) == len(self.angles) == len(self.arms) <= len(MOTOR_COLUMNS):
             raise ModelError(
                 f"expected a spin and an angle of each of at most {len(MOTOR_COLUMNS)} rotors, "
                 f"found {len(self.spin)} and {len(self.angles)}"
@@ -65,6 +65,11 @@ class Motors:
         """Their columns, motor1 first."""
         return MOTOR_COLUMNS[: len(self.spin)]
 
+    @property
+    def arms(self) -> tuple[float, ...]:
+        """Centre to every rotor in m."""
+        return self.arm if isinstance(self.arm, tuple) else (self.arm,) * len(self.spin)
+
     def forces(self, motors: Sequence[Expr]) -> list[Expr]:
         """Thrust of each rotor in N."""
         power = 2 if self.unit == "rad/s" else 1
@@ -72,9 +77,10 @@ class Motors:
 
     def torques(self, forces: Sequence[Expr]) -> tuple[Expr, ...]:
         """Torque about the body axes in N m from the rotors' thrusts in N."""
+        places = [*zip(self.arms, self.angles, forces, strict=True)]
         return (
-            self.arm * sum(_sine(angle) * force for angle, force in zip(self.angles, forces, strict=True)),
-            -self.arm * sum(_sine(angle + 90.0) * force for angle, force in zip(self.angles, forces, strict=True)),
+            sum(arm * _sine(angle) * force for arm, angle, force in places),
+            -sum(arm * _sine(angle + 90.0) * force for arm, angle, force in places),
             self.torque_per_thrust * sum(sign * force for sign, force in zip(self.spin, forces, strict=True)),
         )
 

@@ -6,7 +6,7 @@ Continuous time, for coordinates q and their rates::
 
 M by the composite-rigid-body algorithm, c by recursive Newton–Euler (:mod:`sym2real.robots.spatial`), q̈ by
 elimination. Discrete time: the classical Runge–Kutta method, actions and pushes held over the step: local error fifth
-order.
+order; in as many parts of a period as the joint needs that brakes fastest (a servo's gain of the rate on a light link).
 Every lengthy intermediate result has a name, so that equations stay short.
 
 Effects bind to these quantities: ``gravity_x``, ``gravity_y``, ``gravity_z`` (m/s², world axes); of joint J
@@ -16,6 +16,7 @@ Effects bind to these quantities: ``gravity_x``, ``gravity_y``, ``gravity_z`` (m
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -26,7 +27,8 @@ from sympy import Expr, Integer, Rational, count_ops
 from sym2real.errors import ModelError
 from sym2real.layout import Layouts
 from sym2real.robots import mjcf_columns as columns
-from sym2real.robots.covered import against_tree
+from sym2real.robots.covered import LEARN, against_tree
+from sym2real.robots.driven import braking
 from sym2real.robots.joint_forces import Forces
 from sym2real.robots.joint_tree import Link, as_expression, links_of
 from sym2real.robots.spatial import (
@@ -49,6 +51,8 @@ from sym2real.vocabulary import (
     rate_column,
 )
 
+# Decay in a part of a period; Runge–Kutta steps swing up beyond 2.8, and a joint may brake twice as much as described.
+DECAY = 1.4
 STAGES = (Rational(1, 2), Rational(1, 2), 1)  # parts of the period behind which the rates are asked again
 LONGEST = 4  # operations of an expression that needs no name
 
@@ -90,7 +94,7 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     if found := against_tree(model, layouts.state):
         raise ModelError(
             "expected a robot of hinges and slides that the state holds, with actuators on joints, found "
-            f"{' and '.join(found)}: learn its equations from the simulator"
+            f"{' and '.join(found)}: {LEARN}"
         )
     links = links_of(model)
     build = _Build()
@@ -101,7 +105,8 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     build.quantities |= {load_quantity(model.site(site).name): Integer(0) for site in columns.loaded_sites(model)}
     build.quantities |= {damping_quantity(link.joint): as_expression(link.damping) for link in links}
     build.quantities |= {friction_quantity(link.joint): as_expression(link.friction) for link in links}
-    forces = Forces(model, links, actions, dt)
+    parts = _parts(model, dt)
+    forces = Forces(model, links, actions, dt / parts)
     names = [link.joint for link in links]
     place = np.array([symbol(name) for name in names], dtype=object)
     rate = np.array([symbol(rate_column(name)) for name in names], dtype=object)
@@ -109,22 +114,33 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     def accelerations(place: Values, rate: Values) -> Values:
         return _accelerations(build, links, place, rate, forces.at(place, rate))
 
-    moved, gained = _stepped(build, accelerations, place, rate, dt)
-    following = {name: p + change for name, p, change in zip(names, place, moved, strict=True)}
-    following |= {rate_column(n): r + change for n, r, change in zip(names, rate, gained, strict=True)}
+    for part in range(parts):
+        build.prefix = f"part{part + 1}_" if part else ""
+        if part:
+            place, rate = build.each("place", place), build.each("rate", rate)
+        moved, gained = _stepped(build, accelerations, place, rate, dt / parts)
+        place, rate = place + moved, rate + gained
+    following = dict(zip(names, place, strict=True)) | dict(zip(map(rate_column, names), rate, strict=True))
     following = {column: following[column] for column in layouts.state}
     return Equations(
         following, layouts, dt, quantities=_used(build.quantities, following, columns.quantities_of(model))
     )
 
 
+def _parts(model: mujoco.MjModel, dt: float) -> int:
+    """Runge–Kutta steps in a period, by how fast rates decay at the start."""
+    data = columns.data_at_start(model)
+    fastest = np.linalg.eigvals(np.linalg.solve(columns.inertias(model, data), np.diag(braking(model))))
+    return max(1, math.ceil(float(fastest.real.max()) * dt / DECAY))
+
+
 def _stepped(
     build: _Build, accelerations: Callable[[Values, Values], Values], place: Values, rate: Values, dt: float
 ) -> tuple[Values, Values]:
     """Change of coordinates and of rates over a period, by the classical Runge–Kutta method."""
-    rates, found = [rate], [accelerations(place, rate)]
+    before, rates, found = build.prefix, [rate], [accelerations(place, rate)]
     for stage, part in enumerate(STAGES, 2):
-        build.prefix = f"stage{stage}_"
+        build.prefix = f"{before}stage{stage}_"
         there = build.each("place", place + part * dt * rates[-1])
         rates.append(build.each("rate", rate + part * dt * found[-1]))
         found.append(accelerations(there, rates[-1]))

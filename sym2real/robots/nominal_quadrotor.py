@@ -145,7 +145,7 @@ def _motors(build: _Build, motors: Motors | None, mass: float, attitude: Attitud
     if motors is None:
         motors = _scaled_motors(mass)
         build.notes.append("motors in scaled Crazyflie geometry that hover at command 0.5: fit the thrust per unit")
-    build.numbers |= {"arm": motors.arm, "torque_per_thrust": motors.torque_per_thrust}
+    build.numbers |= {"arm": sum(motors.arms) / len(motors.arms), "torque_per_thrust": motors.torque_per_thrust}
     if motors.unit == "rad/s":
         build.numbers["rotor_thrust"] = motors.thrust
     forces = motors.forces(symbols(motors.columns))

@@ -8,6 +8,7 @@ q̇ = W v for every v that they leave. So a state of pose and velocity alone is 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +25,7 @@ STATE = ("x", "y", "sin_yaw", "cos_yaw", "vx", "vy", "wz")
 PUSHES = ("fx", "fy", "tz")
 OF_FREE = (0, 1, 5)  # degrees of freedom of a free joint that lie in the plane
 SLIP = 1e-3  # m/s at a contact per m/s or rad/s of the body: it may stand a little askew
+AT_REST = 0.5  # s
 NO_FRICTION = 1  # dimension of a contact that only pushes
 
 
@@ -124,18 +126,40 @@ class Wheels:
 
 
 def _sliding(model: mujoco.MjModel, data: Any) -> Array:
-    """Velocity across every contact with friction per degree of freedom ``# (2 contacts, nv)``."""
-    rows = [np.zeros((0, model.nv))]
+    """Velocity across what touches with friction per degree of freedom, m/s ``# (3 bodies, nv)``.
+
+    Where a body touches at several points (a wheel's width on a floor), the mean of theirs: it drills about the middle.
+    """
+    patches: dict[tuple[int, ...], list[Array]] = {}
     for contact in (data.contact[number] for number in range(data.ncon)):
         if contact.dim == NO_FRICTION:
             continue
-        across = np.zeros((2, model.nv))
-        for geom, side in zip(contact.geom, (-1.0, 1.0), strict=True):
+        bodies = tuple(model.geom_bodyid[contact.geom].tolist())
+        across = np.zeros((3, model.nv))
+        for body, side in zip(bodies, (-1.0, 1.0), strict=True):
             moved = np.zeros((3, model.nv))
-            mujoco.mj_jac(model, data, moved, None, contact.pos, model.geom_bodyid[geom])
-            across += side * contact.frame.reshape(3, 3)[1:] @ moved
-        rows.append(across)
-    return np.concatenate(rows)
+            mujoco.mj_jac(model, data, moved, None, contact.pos, body)
+            across += side * moved
+        normal = contact.frame[:3]
+        patches.setdefault(bodies, []).append(across - np.outer(normal, normal @ across))
+    means = [np.mean(points, axis=0) for points in patches.values()]
+    return np.concatenate([np.zeros((0, model.nv)), *means])
+
+
+def drilling(model: mujoco.MjModel, data: Any) -> float:
+    """Torque in N m that brakes a turn: dry friction of bodies that touch at several points, each about their middle.
+
+    The points carry what they do once the robot has come to rest.
+    """
+    resting, force = copy(data), np.zeros(6)
+    mujoco.mj_step(model, resting, round(AT_REST / model.opt.timestep))
+    patches: dict[tuple[int, ...], list[Array]] = {}
+    for number, contact in enumerate(resting.contact):
+        mujoco.mj_contactForce(model, resting, number, force)
+        held = (contact.friction[0] if contact.dim > NO_FRICTION else 0.0) * force[0]
+        patches.setdefault(tuple(model.geom_bodyid[contact.geom]), []).append(np.append(contact.pos, held))
+    points = (np.array(patch) for patch in patches.values())
+    return float(sum(np.linalg.norm(p[:, :2] - p[:, :2].mean(axis=0), axis=1) @ p[:, 3] for p in points))
 
 
 def inputs_of(model: mujoco.MjModel) -> Layout:

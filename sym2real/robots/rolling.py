@@ -15,27 +15,30 @@ as of :mod:`sym2real.robots.multibody`, and to the pushes.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import mujoco
 import numpy as np
-from sympy import Expr
+from sympy import Expr, Float, Integer
 
 from sym2real.errors import ModelError
 from sym2real.layout import Layouts
 from sym2real.robots import mjcf_columns as columns
-from sym2real.robots.covered import against_rolling
+from sym2real.robots.covered import LEARN, against_rolling
 from sym2real.robots.joint_forces import Forces
 from sym2real.robots.joint_tree import Link, as_expression, links_of
 from sym2real.robots.nominal_car import along_the_arc
-from sym2real.robots.planar import OF_FREE, Wheels
+from sym2real.robots.planar import OF_FREE, Wheels, drilling
 from sym2real.robots.spatial import exact
 from sym2real.symbolic import Equations, symbol
+from sym2real.symbolic.dry_friction import dry_friction
 from sym2real.trajectory import Array
 from sym2real.vocabulary import armature_quantity, damping_quantity, friction_quantity, rate_column
 
+WIDE = "wide wheels brake a turn by {:.3g} N m where they drill on the floor; how they creep then is not described"
 MASSES = ("mass_ahead", "mass_both", "mass_turning")  # kg, kg m, kg m²
 
 
@@ -48,12 +51,14 @@ class _Body:
         forces: along their joints.
         moment: m c_x in kg m.
         lever: where pushes act, in the body's axes, m ``# (2,)``.
+        drilling: of wheels with a width, as a torque that depends on the turning rate.
     """
 
     wheels: Wheels
     forces: Forces
     moment: float
     lever: Sequence[float]
+    drilling: Callable[[Expr], Expr]
 
     def accelerations(self, prefix: str, speed: Expr, turning: Expr) -> dict[str, Expr]:
         """Quantities that lead to ``ahead`` (m/s²) and ``turning`` (rad/s²), each name with its prefix."""
@@ -68,6 +73,7 @@ class _Body:
         ahead, turn = symbol(f"{prefix}force"), symbol(f"{prefix}moment")
         found[str(ahead)] = by_wheels[0] + pushed + self.moment * turning**2
         found[str(turn)] = by_wheels[1] + symbol("tz") + x * aside - y * pushed - self.moment * speed * turning
+        found[str(turn)] += self.drilling(turning)
         whole, mixed, spun = (symbol(name) for name in MASSES)
         span = whole * spun - mixed**2
         found[f"{prefix}ahead"] = (spun * ahead - mixed * turn) / span
@@ -90,17 +96,16 @@ def rolling(model: mujoco.MjModel, data: Any, layouts: Layouts, actions: Mapping
     """
     wheels = Wheels.of(model, data)
     if found := against_rolling(model, wheels):
-        raise ModelError(
-            f"expected wheels of one axle that roll with the robot, found {' and '.join(found)}: "
-            "learn its equations from the simulator"
-        )
+        raise ModelError(f"expected wheels of one axle that roll with the robot, found {' and '.join(found)}: {LEARN}")
     links = [link for link in links_of(model) if link.joint in wheels.names]
     aside, turn = (wheels.first + dof for dof in OF_FREE[1:])
     moment, lever = float(columns.inertias(model, data)[aside, turn]), model.body_ipos[wheels.body, :2].tolist()
-    described = _Body(wheels, Forces(model, links, actions, dt), moment, lever)
+    inertia, brakes = wheels.inertia(model, data), drilling(model, data)
+    drills = partial(dry_friction, Float(brakes), dt=dt, inertia=inertia[1, 1]) if brakes else lambda _: Integer(0)
+    described = _Body(wheels, Forces(model, links, actions, dt), moment, lever, drills)
     sine, cosine, turning = symbol("sin_yaw"), symbol("cos_yaw"), symbol("wz")
     speed = symbol("speed_ahead")
-    quantities = _numbers(links, wheels, wheels.inertia(model, data)) | {
+    quantities = _numbers(links, wheels, inertia) | {
         "speed_ahead": symbol("vx") * cosine + symbol("vy") * sine,
         "push_ahead": symbol("fx") * cosine + symbol("fy") * sine,
         "push_left": symbol("fy") * cosine - symbol("fx") * sine,
@@ -122,7 +127,8 @@ def rolling(model: mujoco.MjModel, data: Any, layouts: Layouts, actions: Mapping
         # sin(h)/h by its series, as of a car.
         "chord": dt * mean_speed * (1 - symbol("half_turn") ** 2 / 6),
     }
-    return Equations(along_the_arc(turning + dt * symbol("mid_turning")), layouts, dt, quantities=quantities)
+    following = along_the_arc(turning + dt * symbol("mid_turning"))
+    return Equations(following, layouts, dt, quantities=quantities, notes=(WIDE.format(brakes),) if brakes else ())
 
 
 def _numbers(links: Sequence[Link], wheels: Wheels, inertia: Array) -> dict[str, Expr]:

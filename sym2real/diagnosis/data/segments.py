@@ -24,9 +24,10 @@ from sym2real.layout import Layout
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import JOINT_ANGLE, JOINT_DISPLACEMENT
 
-# Rows of a segment, and rows of a log before the first one: filters and smoothers settle in them.
+# Rows of a segment, more of a faster log: in a tenth of a second noise hides what moves a robot by metres in a second.
 LENGTH = {"attitude": 25, "heading": 20}
-OTHER_LENGTH = 25
+OTHER_LENGTH, SECONDS = 25, 0.5
+# Rows of a log before the first segment: filters and smoothers settle in them.
 SETTLING = 12
 # Rows before a segment from which hidden states are brought to its start.
 WARM_UP = 8
@@ -87,9 +88,10 @@ class Segments:
         return self.row[:, None] + np.arange(self.length - 1)
 
 
-def segment_length(layout: Layout) -> int:
-    """Rows of a segment for a robot with these state columns."""
-    return next((LENGTH[field] for field in LENGTH if layout.has_field(field)), OTHER_LENGTH)
+def segment_length(layout: Layout, dt: float) -> int:
+    """Rows of a segment for a robot with these state columns, a time step in s apart."""
+    fewest = next((LENGTH[field] for field in LENGTH if layout.has_field(field)), OTHER_LENGTH)
+    return max(fewest, round(SECONDS / dt))
 
 
 def cut(data: Dataset) -> Segments:
@@ -98,7 +100,7 @@ def cut(data: Dataset) -> Segments:
     Raises:
         ShapeError: when no log is long enough for one.
     """
-    length = segment_length(data.layouts.state)
+    length = segment_length(data.layouts.state, data.dt)
     logs, rows = [], []
     for index, trajectory in enumerate(data):
         for first in range(SETTLING + WARM_UP, len(trajectory) - length, length):

@@ -119,7 +119,7 @@ def floor_of_explained(
     deviations = _start_deviations(data, windows, noise, np.random.default_rng(SEED))  # (W, D, n)
     started = torch.einsum("wri,wdi->wrd", problem.start_jacobian(values), deviations).square().mean(-1)
     kinds = disturbances(library.equations)
-    pieces = max(1, round(max(steps) * PIECES / segment_length(layout)))
+    pieces = max(1, round(max(steps) * PIECES / segment_length(layout, data.dt)))
     power = torch.tensor([whitening.disturbances[name] / size for name, size in kinds], dtype=torch.float64)
     pushed = (problem.disturbance_jacobian(values, kinds, pieces) * power[:, None]).square().sum((-1, -2))
     square = (started + pushed).mean(0).reshape(windows.length, -1) + torch.as_tensor(noise.of_a_row).square()

@@ -8,7 +8,7 @@ Where a topic is silent for longer than :data:`SILENCE` of its periods, its meas
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +17,7 @@ from sym2real.logs.assignment import assign
 from sym2real.logs.names import read_name
 from sym2real.trajectory import Array
 
+Sent = Callable[[str], bool]
 TIME = "t"  # name of the column of stamps, s since the first message
 # Up to so many periods between messages are a short hole, as between rows of a file (docs/specification.md).
 SILENCE = 3.5
@@ -47,11 +48,6 @@ class Topic:
         return Topic(self.name, stamps[last], columns)
 
     @property
-    def measured(self) -> bool:
-        """Whether a column is no command."""
-        return not all(is_command(name) for name in self.columns)
-
-    @property
     def rate(self) -> float:
         """Messages per second."""
         lasts = self.stamps[-1] - self.stamps[0]
@@ -76,22 +72,24 @@ class Recording:
         """Names of all columns."""
         return [name for topic in self.topics for name in topic.columns]
 
-    def together(self, wanted: Collection[str] | None = None) -> dict[str, Array]:
+    def together(self, wanted: Collection[str] | None = None, sent: Sent | None = None) -> dict[str, Array]:
         """Columns ``# (rows,)`` of the topics that hold one of the wanted columns, and :data:`TIME`.
 
         Args:
             wanted: names of columns; None for those whose names say that they belong to a robot's log. Where no topic
                 holds one, all topics are taken.
+            sent: whether a column of that name holds commands; by default its name says so.
         """
+        sent = sent or is_command
         asked = set(_recognised(self.columns) if wanted is None else wanted)
         used = [topic.in_order() for topic in self.topics if asked & topic.columns.keys()]
         used = used or [topic.in_order() for topic in self.topics]
-        rows = max(used, key=lambda topic: (topic.measured, topic.rate))
+        rows = max(used, key=lambda topic: (not all(map(sent, topic.columns)), topic.rate))
         start = min(topic.stamps[0] for topic in used)
         table = {TIME: rows.stamps - start, **rows.columns}
         for topic in used:
             if topic is not rows:
-                table |= _at(topic, rows.stamps)
+                table |= _at(topic, rows.stamps, sent)
         return table
 
 
@@ -107,14 +105,14 @@ def _recognised(columns: list[str]) -> list[str]:
     return [column for part in parts for column in part.values()]
 
 
-def _at(topic: Topic, stamps: Array) -> dict[str, Array]:
+def _at(topic: Topic, stamps: Array, sent: Sent) -> dict[str, Array]:
     """A topic's columns at other stamps ``# (rows,)``."""
     before = np.searchsorted(topic.stamps, stamps, side="right") - 1
     begun = before >= 0
     held = {
         name: np.where(begun, values[np.maximum(before, 0)], np.nan)
         for name, values in topic.columns.items()
-        if is_command(name)
+        if sent(name)
     }
     heard = _heard(topic.stamps, stamps)
     measured = _without_jumps({name: values for name, values in topic.columns.items() if name not in held})

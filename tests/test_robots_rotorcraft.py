@@ -1,0 +1,98 @@
+"""A rotorcraft of a user's own, from its MJCF alone: equations, what is refused, and the way to a finding."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from sym2real.cli import main
+from sym2real.diagnosis import try_effect
+from sym2real.errors import ModelError
+from sym2real.experiments.noisy_runs import noisy_runs
+from sym2real.plants import MujocoPlant
+from sym2real.robots import ROBOTS, Robot
+from sym2real.symbolic import compile_model, load_model
+from sym2real.tasks import make_task
+
+# Front rotors stand wider than those behind, on arms that are bodies of their own; the battery hangs below.
+MJCF = """
+<mujoco model="wide">
+  <option timestep="0.002" integrator="RK4"/>
+  <default>
+    <geom contype="0" conaffinity="0"/>
+    <motor ctrlrange="0 1" ctrllimited="true"/>
+  </default>
+  <worldbody>
+    <body name="frame" pos="0 0 1">
+      <freejoint/>
+      <geom type="box" size="0.09 0.06 0.03" mass="1.1"/>
+      <geom type="box" size="0.06 0.02 0.01" pos="0 0 -0.04" mass="0.2"/>
+      <body pos="0.13 -0.22 0.02"><geom type="sphere" size="0.02" mass="0.05"/><site name="s1"/></body>
+      <body pos="-0.13 -0.2 0.02"><geom type="sphere" size="0.02" mass="0.05"/><site name="s2"/></body>
+      <body pos="-0.13 0.2 0.02"><geom type="sphere" size="0.02" mass="0.05"/><site name="s3"/></body>
+      <body pos="0.13 0.22 0.02"><geom type="sphere" size="0.02" mass="0.05"/><site name="s4"/></body>
+    </body>
+  </worldbody>
+  <actuator>
+    <motor name="motor1" site="s1" gear="0 0 8 0 0 -0.13"/>
+    <motor name="motor2" site="s2" gear="0 0 8 0 0 0.13"/>
+    <motor name="motor3" site="s3" gear="0 0 8 0 0 -0.13"/>
+    <motor name="motor4" site="s4" gear="0 0 8 0 0 0.13"/>
+  </actuator>
+  <keyframe><key qpos="0 0 1 1 0 0 0" ctrl="0.46 0.46 0.46 0.46"/></keyframe>
+</mujoco>
+"""
+
+
+def test_equations_are_the_simulator() -> None:
+    robot, rng = Robot.from_mjcf(MJCF, name="wide"), np.random.default_rng(0)
+    assert robot.recipe.base == "nominal"
+    assert robot.numbers["arm"] == pytest.approx(np.hypot([0.13] * 2, [0.22, 0.2]).mean())
+    model, plant = compile_model(robot.nominal(), dtype=torch.float64), MujocoPlant(robot)
+    for _ in range(5):
+        state, action = robot.start.copy(), robot.rest + rng.uniform(-0.1, 0.1, 4)
+        state[7:] = rng.uniform(-0.5, 0.5, 6)
+        plant.reset(state)
+        after = plant.step(action)
+        found = model(*map(torch.as_tensor, (state, action, np.zeros(6)))).numpy()
+        assert np.abs(found - after).max() < 5e-3 * np.abs(after - state).max()
+
+
+@pytest.mark.parametrize(
+    ("part", "instead", "match"),
+    [
+        ('name="motor1"', 'name="front"', "actuators that are not called motor1, motor2"),
+        ('gear="0 0 8 0 0 0.13"', 'gear="0 0 7 0 0 0.13"', "rotors that do not push alike"),
+        ('gear="0 0 8 0 0 0.13"', 'gear="0 0 8 0 0 0.3"', "rotors whose torques are not alike"),
+        ('pos="0 0 -0.04" mass="0.2"', 'pos="0.1 0 -0.04" mass="0.2"', "m from the body's origin"),
+        ('pos="0 0 -0.04" mass="0.2"', 'pos="0 0 -0.04" euler="0 0 30" mass="0.2"', "principal axes"),
+        ("<freejoint/>", '<joint name="up" type="slide" axis="0 0 1"/>', "an actuator with a filter, or on no joint"),
+    ],
+)
+def test_what_these_equations_do_not_cover_is_refused(part: str, instead: str, match: str) -> None:
+    assert part in MJCF
+    text = MJCF.replace(part, instead)
+    with pytest.raises(ModelError, match=match):
+        Robot.from_mjcf(text if "free" in text else text.replace("0 0 1 1 0 0 0", "0"), name="wide").nominal()
+
+
+def test_one_command_makes_a_model_that_knows_its_robot(tmp_path: Path) -> None:
+    (tmp_path / "wide.xml").write_text(MJCF)
+    main(["nominal", "mjcf", str(tmp_path / "wide.xml"), "--out", str(tmp_path / "wide")])
+    known = load_model(tmp_path / "wide")
+    assert known.layouts.action.columns == ("motor1", "motor2", "motor3", "motor4")
+    main(["simulate", str(tmp_path / "wide"), "hover", "--seconds", "0.4", "--out", str(tmp_path / "log.csv")])
+
+
+def test_what_takes_half_a_second_to_show_is_seen_in_fast_logs() -> None:
+    """At 100 Hz as at 50: noise hides what a drag does in a quarter of a second, 0.3 % of the squares."""
+    robot = Robot.from_mjcf(ROBOTS["hexarotor"].description.mjcf, name="fast", dt=0.01)
+    tasks = [make_task(name, robot) for name in ("circle", "lemniscate")]
+    drag = {"cx": 0.05, "cy": 0.05, "cz": 0.05}
+    logs = noisy_runs(robot, tasks, [("linear_drag", drag)], count=4, rows=1000, seed=5)
+    tried = try_effect(robot.nominal(), "linear_drag", logs, exclude=["*"])
+    assert tried.gain > 0.015
+    assert tried.finding.values["cx"] == pytest.approx(0.05, rel=0.2)

@@ -325,6 +325,9 @@ def test_the_best_model_predicts_better_and_flies_no_worse() -> None:
     assert best_of([replace(first, crashed=True), round_of(1, crashed=True)]) == 1
     assert best_of([first, round_of(1, tracking=Improvement(-0.5, -0.8, -0.2))]) == 0
     assert best_of([first, round_of(1, gain=Improvement())]) == 0  # nothing to compare
+    flies = round_of(1, gain=Improvement(-0.3, -0.6, -0.1), tracking=Improvement(0.5, 0.4, 0.6))
+    assert best_of([first, flies]) == 1
+    assert not flies.surely_worse
 
 
 def test_the_loop_stops_when_nothing_gets_better() -> None:

@@ -320,11 +320,12 @@ def test_the_best_model_predicts_better_and_flies_no_worse() -> None:
     first = round_of(0, gain=Improvement(), tracking=Improvement())
     assert best_of([first]) == 0
     assert best_of([first, round_of(1)]) == 1
-    assert best_of([first, round_of(1), round_of(2, gain=Improvement(-0.1, -0.3, 0.1))]) == 1
+    alike = Improvement(0.1, -0.05, 0.2)
+    assert best_of([first, round_of(1), round_of(2, gain=Improvement(-0.1, -0.3, 0.1), tracking=alike)]) == 1
     assert best_of([first, round_of(1, crashed=True)]) == 0
     assert best_of([replace(first, crashed=True), round_of(1, crashed=True)]) == 1
     assert best_of([first, round_of(1, tracking=Improvement(-0.5, -0.8, -0.2))]) == 0
-    assert best_of([first, round_of(1, gain=Improvement())]) == 0  # nothing to compare
+    assert best_of([first, round_of(1, gain=Improvement(), tracking=alike)]) == 0  # nothing to compare
     flies = round_of(1, gain=Improvement(-0.3, -0.6, -0.1), tracking=Improvement(0.5, 0.4, 0.6))
     assert best_of([first, flies]) == 1
     assert not flies.surely_worse

@@ -321,11 +321,15 @@ def test_the_best_model_predicts_better_and_flies_no_worse() -> None:
     first = round_of(0, gain=Improvement(), tracking=Improvement())
     assert best_of([first]) == 0
     assert best_of([first, round_of(1)]) == 1
-    assert best_of([first, round_of(1), round_of(2, gain=Improvement(-0.1, -0.3, 0.1))]) == 1
+    alike = Improvement(0.1, -0.05, 0.2)
+    assert best_of([first, round_of(1), round_of(2, gain=Improvement(-0.1, -0.3, 0.1), tracking=alike)]) == 1
     assert best_of([first, round_of(1, crashed=True)]) == 0
     assert best_of([replace(first, crashed=True), round_of(1, crashed=True)]) == 1
     assert best_of([first, round_of(1, tracking=Improvement(-0.5, -0.8, -0.2))]) == 0
-    assert best_of([first, round_of(1, gain=Improvement())]) == 0  # nothing to compare
+    assert best_of([first, round_of(1, gain=Improvement(), tracking=alike)]) == 0  # nothing to compare
+    flies = round_of(1, gain=Improvement(-0.3, -0.6, -0.1), tracking=Improvement(0.5, 0.4, 0.6))
+    assert best_of([first, flies]) == 1
+    assert not flies.surely_worse
 
 
 def test_the_loop_stops_when_nothing_gets_better() -> None:
@@ -385,9 +389,10 @@ def test_the_true_equations_predict_what_is_measured_through_their_sensors() -> 
 
 def test_what_led_astray_twice_does_not_fly_again() -> None:
     worse, base, wild = Improvement(-0.5, -0.8, -0.2), CRAZYFLIE.nominal(), MUSHR.nominal()
-    rounds = [round_of(0), round_of(1, gain=worse), round_of(2, tracking=worse)]
+    alike = Improvement(0.1, -0.05, 0.2)
+    rounds = [round_of(0), round_of(1, gain=worse, tracking=alike), round_of(2, tracking=worse)]
     assert settled(rounds)
-    assert not settled([*rounds[:2], round_of(2), round_of(3, gain=worse)])
+    assert not settled([*rounds[:2], round_of(2), round_of(3, gain=worse, tracking=alike)])
     training = Training(NARROW, None, CRAZYFLIE, 0, silent)
     model, how = training.learn(base, [base, wild, wild], rounds, recordings(1))
     assert model is base

@@ -75,7 +75,7 @@ def test_a_right_base_stays(base: Equations) -> None:
 def test_errors_by_parameters_are_those_of_the_equations_with_them(base: Equations) -> None:
     heavy, lifted = flown(HEAVY, rows=60), lift_constants(base)
     values = torch.tensor(list(lifted.parameters.values()), dtype=torch.float64)
-    found, _ = errors_by_parameters(heavy, lifted)(torch.stack([values, 1.1 * values]))
+    found = errors_by_parameters(heavy, lifted)(torch.stack([values, 1.1 * values]))
     changed = lifted.at(**{name: 1.1 * value for name, value in lifted.parameters.items()})
     torch.testing.assert_close(found[..., 0], leftover(heavy, base).error)
     torch.testing.assert_close(found[..., 1], leftover(heavy, changed).error)

@@ -26,7 +26,7 @@ from sym2real.neural import Ensemble, EnsembleTraining, TrainingReport
 from sym2real.neural.blocks import Run, blocks_of, windows_in
 from sym2real.neural.composed import Base
 from sym2real.neural.leftover import errors_by_parameters, leftover
-from sym2real.neural.multi_step import Scales, corrected_errors
+from sym2real.neural.multi_step import Scales, rolled_errors
 from sym2real.neural.paired import SURE, sureness
 from sym2real.symbolic import Equations, lift_constants
 from sym2real.threads import one_thread
@@ -115,7 +115,7 @@ class Ridge:
 
     Args:
         constants: as the base has them ``# (P,)``.
-        errors: one-step errors ``# (2, rows, t, sets)`` under parameter sets ``# (sets, all parameters)``.
+        errors: one-step errors ``# (rows, t, sets)`` under parameter sets ``# (sets, all parameters)``.
         values: of all parameters ``# (all parameters,)``.
         places: of the constants among them.
         carried: how errors go on ``# (rows, t, t)``.
@@ -150,18 +150,24 @@ class Ridge:
         return max(self.fold) + 2
 
     def validated(self, change: Tensor) -> Tensor:
-        """Mean squared error of every block at the changes of who left it out ``# (blocks,)``, about 1 at none.
+        """Mean squared error of every block at the changes of who left it out ``# (blocks,)``.
+
+        Where the base is worse than in the mean, in units of its own there: else the first second of a flight, of which
+        no other block tells anything, would decide alone.
 
         Args:
             change: ``# (fits, P)``.
         """
-        base = self.errors(self.values[None])
-        added = self.errors(self._sets(change)) - base
+        own = self._of_blocks(torch.zeros_like(change)).clamp(min=1.0)
+        return (self._of_blocks(change) / own).nan_to_num(nan=torch.inf)
+
+    def _of_blocks(self, change: Tensor) -> Tensor:
+        errors = self.errors(self._sets(change))
         rolled = [
-            self._rolled(base, added[..., fold : fold + 1], block).square().mean()
+            self._rolled(errors[..., fold : fold + 1], block).square().mean()
             for fold, block in zip(self.fold, self.blocks, strict=True)
         ]
-        return torch.stack(rolled).nan_to_num(nan=torch.inf)
+        return torch.stack(rolled)
 
     def chosen(self, about: Tensor, penalties: Sequence[float]) -> tuple[Tensor, float]:
         """Changes ``# (fits, P)`` for the largest λ that validates within a standard error of the best, and that λ.
@@ -184,31 +190,32 @@ class Ridge:
         sets[:, self.places] = self.constants * (1.0 + changes)
         return sets
 
-    def _rolled(self, error: Tensor, added: Tensor, block: Run) -> Tensor:
+    def _rolled(self, error: Tensor, block: Run, first: Tensor | None = None) -> Tensor:
+        """By the scale; arguments as of :func:`~sym2real.neural.multi_step.rolled_errors`."""
         steps = len(self.scales.error)
-        rolled = corrected_errors(error[0], added, self.carried, windows_in(block, steps), steps)
-        return rolled / self.scales.error
+        return rolled_errors(error, self.carried, windows_in(block, steps), steps, first) / self.scales.error
 
     def _normal_equations(self, about: Tensor) -> tuple[Tensor, Tensor]:
-        """Curvature ``# (fits, P, P)`` and gradient ``# (fits, P)`` of half the mean squared error, at no change."""
-        base, slopes = self.errors(self.values[None]), self._slopes(about)
-        # What the linearisation says that no change would add.
-        added = self.errors(self._sets(about[None])) - base - (slopes @ about.float())[..., None]
-        both = torch.cat([added, slopes], dim=-1)
-        zero, size = torch.zeros_like(base), both.shape[-1]
-        total, count = torch.zeros(self.fits, size, size, dtype=torch.float64), torch.zeros(self.fits, 1, 1)
+        """Of the instrumental variables: what is solved for changes ``# (fits, P, P)`` and at none ``# (fits, P)``.
+
+        In a window's first row the instruments are the slopes of the row before, which know nothing of the noise that
+        the window starts with and a controller answers.
+        """
+        slopes = self._slopes(about)
+        # What the linearisation says of no change.
+        error = self.errors(self._sets(about[None])) - (slopes @ about.float())[..., None]
+        both, size = torch.cat([error, slopes], dim=-1), slopes.shape[-1]
+        total, count = torch.zeros(self.fits, size, size + 1, dtype=torch.float64), torch.zeros(self.fits, 1, 1)
         for fold, block in zip(self.fold, self.blocks, strict=True):
-            rolled = self._rolled(zero, both, block)
-            rolled[..., :1] += self._rolled(base, zero, block)
-            flat = rolled.flatten(0, 2).double()
+            instruments = self._rolled(slopes, block, slopes[windows_in(block, len(self.scales.error)) - 1])
             others = torch.arange(self.fits) != fold
-            total[others] += flat.mT @ flat
-            count[others] += len(flat)
+            total[others] += instruments.flatten(0, 2).double().mT @ self._rolled(both, block).flatten(0, 2).double()
+            count[others] += instruments[..., 0].numel()
         mean = total / count
-        return mean[:, 1:, 1:], mean[:, 1:, 0]
+        return mean[..., 1:], mean[..., 0]
 
     def _slopes(self, about: Tensor) -> Tensor:
-        """Central differences of one-step errors by relative changes ``# (2, rows, t, P)``."""
+        """Central differences of one-step errors by relative changes ``# (rows, t, P)``."""
         moves = STEP * torch.eye(len(about), dtype=torch.float64)
         pairs = [
             self.errors(self._sets(about + some)) - self.errors(self._sets(about - some))

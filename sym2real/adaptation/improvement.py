@@ -38,6 +38,11 @@ class Improvement:
         return math.isfinite(self.low) and self.low <= 0.0
 
     @property
+    def surely_better(self) -> bool:
+        """Whether errors have shrunk beyond the interval."""
+        return self.low > 0.0
+
+    @property
     def surely_worse(self) -> bool:
         """Whether errors have grown beyond the interval."""
         return self.high < 0.0

@@ -77,8 +77,11 @@ class RoundReport:
 
     @property
     def surely_worse(self) -> bool:
-        """Whether its model flew or predicted this log worse than the best one before, beyond the interval."""
-        return self.tracking.surely_worse or self.gain.surely_worse
+        """Whether its model flew this log worse than the best one before, beyond the interval, or predicted it so.
+
+        A model that flew surely better may predict what it likes: flying is what it is for.
+        """
+        return self.tracking.surely_worse or (self.gain.surely_worse and not self.tracking.surely_better)
 
     def to_dict(self) -> dict[str, Any]:
         """As JSON holds it; numbers that JSON lacks become null."""
@@ -98,13 +101,13 @@ def plain(value: Any) -> Any:
 def best_of(reports: Sequence[RoundReport]) -> int:
     """Number of the round whose model is the best so far.
 
-    A model takes the place of the best one where it predicts a log that neither was trained on better, unless it flew
-    that log worse beyond the interval, or crashed where the best did not.
+    A model takes the place of the best one where it flew better beyond the interval, or not worse beyond it and
+    predicts a log better that neither was trained on; never where it crashed and the best did not.
     """
     best = 0
     for report in reports[1:]:
-        worse = report.tracking.surely_worse or (report.crashed and not reports[best].crashed)
-        if report.gain.value > 0.0 and not worse:
+        crashed, tracking = report.crashed and not reports[best].crashed, report.tracking
+        if not crashed and (tracking.surely_better or (report.gain.value > 0.0 and not tracking.surely_worse)):
             best = report.number
     return best
 

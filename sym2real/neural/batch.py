@@ -5,9 +5,10 @@
     e_0 = 0,   e_k+1 = A_k e_k + d_k + G_k r(s_k ⊕ e_k, a_k)
 
 The network sees the state that the rollout has reached and not the measured one, so that a model which leads itself
-astray is seen to do so, in training as in validation. In a window's first row it sees the state that it predicts from
-the row before: noise of the measured one is an error of all that follows, and who sees it would learn to take it away
-instead of what the base lacks (errors in variables; the prediction is the instrument). Commands are known, and its own.
+astray is seen to do so, in training as in validation. A window starts from a measured row, whose noise is an error of
+all that follows, and a controller has answered it: who sees the row would learn to take its noise away instead of what
+the base lacks. So the value of the first residual is that of its row, its gradient that of the row before, which knows
+nothing of this noise (errors in variables; instrumental variables: L. Ljung, System Identification, 2nd ed., 7.6).
 """
 
 from __future__ import annotations
@@ -71,14 +72,15 @@ class Batch:
             networks: count of them.
             windows: numbers of the windows.
         """
-        first, errors, outputs = self.starts[windows], list[Tensor](), list[Tensor]()
-        with torch.no_grad():
-            at = self.error[first - 1] + self.moved[first - 1] @ networks(self.seen[first - 1]).permute(1, 2, 0)
-        for step in range(len(self.scale)):
-            row = first + step
+        row = self.starts[windows]
+        instrument = networks(self.seen[row - 1])
+        output = (instrument + (networks(self.seen[row]) - instrument).detach()).permute(1, 2, 0)
+        at = self.error[row] + self.moved[row] @ output
+        errors, outputs = [at], [output]
+        for step in range(1, len(self.scale)):
+            row = self.starts[windows] + step
             output = networks(self.seen[row] + (self.felt[row] @ at).permute(2, 0, 1)).permute(1, 2, 0)
-            error = self.error[row] + self.moved[row] @ output
-            at = torch.baddbmm(error, self.carried[row], at) if step else error
+            at = torch.baddbmm(self.error[row] + self.moved[row] @ output, self.carried[row], at)
             errors.append(at)
             outputs.append(output)
         return torch.stack(errors) / self.scale, torch.stack(outputs)

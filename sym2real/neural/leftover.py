@@ -110,9 +110,8 @@ def leftover(transitions: Transitions, base: Base, commands: int = 0, states: in
 
 
 def errors_by_parameters(transitions: Transitions, base: Equations) -> Callable[[Tensor], Tensor]:
-    """One-step errors of equations ``# (2, rows, t, sets)``, float32, under parameter sets ``# (sets, P)``.
+    """One-step errors of equations ``# (rows, t, sets)``, float32, under parameter sets ``# (sets, P)``.
 
-    The first from the measured states, the second from those that are predicted of each row from the row before.
     Measured states, filtered commands and hidden states are taken as of :func:`leftover`, at the values that the
     parameters have. Errors as of :func:`leftover`.
     """
@@ -123,13 +122,10 @@ def errors_by_parameters(transitions: Transitions, base: Equations) -> Callable[
     action = _reached(transitions, base, runs)
     hidden = _hidden_along(base, state, action, inputs, runs) if base.start else state[:, :0]
     module, whole = build_module(base).double(), torch.cat([state, hidden], dim=-1)
-    begun = whole.clone()
-    begun[1:, : len(layout)] = layout.normalise(module(whole, action, inputs)[:-1, : len(layout)])
-    starts = torch.stack([whole, begun])[:, None]
 
     def errors(sets: Tensor) -> Tensor:
-        predicted = module(starts, action, inputs, sets[:, None])[..., : len(layout)].expand(-1, len(sets), -1, -1)
-        return layout.difference(layout.normalise(predicted), following).permute(0, 2, 3, 1).float()
+        predicted = module(whole, action, inputs, sets[:, None])[..., : len(layout)].expand(len(sets), -1, -1)
+        return layout.difference(layout.normalise(predicted), following).permute(1, 2, 0).float()
 
     return errors
 

@@ -31,22 +31,6 @@ def rolled_errors(error: Tensor, carried: Tensor, starts: Tensor, steps: int, fi
     return torch.stack(errors)
 
 
-def corrected_errors(error: Tensor, added: Tensor, carried: Tensor, starts: Tensor, steps: int) -> Tensor:
-    """Errors of rollouts whose every step is corrected; arguments and result as of :func:`rolled_errors`.
-
-    The correction of a window's first row is that of the state which is predicted of it from the row before. A window
-    starts from a measured row, and the noise of that row is an error of all that follows; a correction that sees the
-    row sees this noise too, and would learn to take it away instead of what the base lacks (errors in variables; what
-    is predicted is the instrument).
-
-    Args:
-        error: of the base ``# (rows, t, 1)``.
-        added: what a correction adds to it, of the measured state and of the predicted one ``# (2, rows, t, count)``.
-        carried, starts, steps: of the windows; a row of the same log lies before each.
-    """
-    return rolled_errors(error + added[0], carried, starts, steps, error[starts] + added[1, starts])
-
-
 @dataclass(frozen=True, eq=False)
 class Scales:
     """What errors and residuals are divided by.

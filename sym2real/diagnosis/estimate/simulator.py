@@ -30,7 +30,8 @@ SWITCHED_OFF = f"calibration was switched off: {UNCALIBRATED}"
 NO_SIMULATOR = f"no plain simulator: {UNCALIBRATED}; diagnose healthy logs first, and add --fit what they show"
 NOT_FLOWN = "the logs' manoeuvres cannot be flown in the plain simulator: the base is not calibrated"
 # A car's figure of eight takes 300 rows: of its first half alone the base's own errors look like an arm to one side.
-MOST_LOGS, MOST_ROWS = 8, 400
+# Of fast logs as long as of a quadrotor's at 50 Hz.
+MOST_LOGS, MOST_ROWS, MOST_SECONDS = 8, 400, 8.0
 # Rows over which a path is smoothed, and over which changes of a command count as quick.
 SMOOTHING, QUICK = 9, 15
 
@@ -92,7 +93,8 @@ def _flight(plant: MujocoPlant, log: Trajectory) -> Trajectory:
         return log.layouts.state.normalise(torch.lerp(path[low], path[low + 1], (rows - low)[..., None]))
 
     dither = log.action - uniform_filter1d(log.action, QUICK, axis=0, mode="nearest")
-    return fly(plant, reference, dither[:MOST_ROWS], start=log.state[0], name=log.name)
+    rows = max(MOST_ROWS, round(MOST_SECONDS / log.dt))
+    return fly(plant, reference, dither[:rows], start=log.state[0], name=log.name)
 
 
 def _path_of(log: Trajectory) -> Tensor:

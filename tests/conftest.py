@@ -16,7 +16,7 @@ sys.path.append(str(Path(__file__).resolve().parents[1] / "tools" / "bench"))  #
 LONG = {
     *("test_site", "test_level_ground", "test_experiments_study", "test_cli_found"),
     *("test_diagnosis_slow_logs", "test_diagnosis_units", "test_faults_as_read", "test_neural_training"),
-    "test_robots_from_mjcf",
+    *("test_robots_from_mjcf", "test_diagnosis_mistakes"),
 }
 BESIDE_THE_CHECKOUT = Path(__file__).resolve().parents[2] / "shared" / "data"
 

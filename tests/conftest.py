@@ -14,9 +14,9 @@ os.environ.setdefault("SYM2REAL_TRACEBACK", "1")  # an error that nobody foresaw
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tools" / "bench"))  # what tests and benches share
 # Files that take a processor for half a minute or more.
 LONG = {
-    *("test_site", "test_level_ground", "test_experiments_study", "test_face", "test_cli_found"),
+    *("test_site", "test_level_ground", "test_experiments_study", "test_cli_found"),
     *("test_diagnosis_slow_logs", "test_diagnosis_units", "test_faults_as_read", "test_neural_training"),
-    "test_robots_from_mjcf",
+    *("test_robots_from_mjcf", "test_diagnosis_mistakes"),
 }
 BESIDE_THE_CHECKOUT = Path(__file__).resolve().parents[2] / "shared" / "data"
 

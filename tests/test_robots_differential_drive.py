@@ -166,6 +166,11 @@ def test_a_robot_that_does_not_roll_like_that_is_refused(part: str, instead: str
         Robot.from_mjcf(file, state=STATE).nominal()
 
 
+def test_wheels_without_the_state_of_the_plane_are_told_which_it_is() -> None:
+    with pytest.raises(ModelError, match="on wheels its state is x y sin_yaw cos_yaw vx vy wz"):
+        Robot.from_mjcf(DRIVE.description.mjcf).nominal()
+
+
 def test_a_heading_beside_other_columns_is_refused() -> None:
     with pytest.raises(ModelError, match="of a robot in a plane, found x, sin_yaw"):
         Robot.from_mjcf(DRIVE.description.mjcf, state=["x", "sin_yaw"])

@@ -16,6 +16,7 @@ import numpy as np
 from sym2real.errors import ModelError
 from sym2real.robots import mjcf_columns as columns
 from sym2real.robots.covered import LEARN
+from sym2real.robots.planar import STATE
 from sym2real.trajectory import Array
 from sym2real.vocabulary import MOTOR_COLUMNS
 
@@ -99,7 +100,7 @@ def against_flying(model: mujoco.MjModel, data: Any, actions: Mapping[str, str])
     found = [model.actuator(name).id for name in actions]
     at_sites = bool(found) and (model.actuator_trntype[found] == mujoco.mjtTrn.mjTRN_SITE).all()
     wrong = {
-        "joints beside the free one": model.njnt > 1,
+        f"joints beside the free one (on wheels its state is {' '.join(STATE)})": model.njnt > 1,
         "actuators that are not at sites": not at_sites,
         "an actuator that is told more than a force": bool(
             model.actuator_biastype.any() or model.actuator_dyntype.any()

@@ -185,7 +185,7 @@ def actions_of(model: mujoco.MjModel, wanted: Mapping[str, str]) -> Layout:
 def ranges_of(model: mujoco.MjModel, actuators: Sequence[int]) -> tuple[Array, Array]:
     """Least and largest control of each: its ctrlrange, the forcerange of a motor, the joint's range of a position.
 
-    A position beyond the joint's range (a ctrlrange in degrees, which MuJoCo takes for rad) is no place to go to.
+    A ctrlrange in degrees, which MuJoCo takes for rad, ends where the joint's range does.
 
     Raises:
         ModelError: for one that has none.

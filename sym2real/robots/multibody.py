@@ -5,9 +5,8 @@ Continuous time, for coordinates q and their rates::
     M(q) q̈ + c(q, q̇) = τ        τ = actuators + springs and dampers of the joints + pushes
 
 M by the composite-rigid-body algorithm, c by recursive Newton–Euler (:mod:`sym2real.robots.spatial`), q̈ by
-elimination. Discrete time: the classical Runge–Kutta method, actions and pushes held over the step: local error fifth
-order; in as many parts of a period as the joint needs that brakes fastest (a servo's gain of the rate on a light link).
-Every lengthy intermediate result has a name, so that equations stay short.
+elimination. Discrete time: the classical Runge–Kutta method in as many parts of a period as the joint needs that brakes
+fastest, actions and pushes held: local error fifth order. Every lengthy intermediate result has a name.
 
 Effects bind to these quantities: ``gravity_x``, ``gravity_y``, ``gravity_z`` (m/s², world axes); of joint J
 ``armature_J`` (kg or kg m², inertia that turns with its motor), ``damping_J`` and ``friction_J`` (dry, N or N m); and
@@ -120,8 +119,8 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
             place, rate = build.each("place", place), build.each("rate", rate)
         moved, gained = _stepped(build, accelerations, place, rate, dt / parts)
         place, rate = place + moved, rate + gained
-    following = dict(zip(names, place, strict=True)) | dict(zip(map(rate_column, names), rate, strict=True))
-    following = {column: following[column] for column in layouts.state}
+    changed = dict(zip(names, place, strict=True)) | dict(zip(map(rate_column, names), rate, strict=True))
+    following = {column: changed[column] for column in layouts.state}
     return Equations(
         following, layouts, dt, quantities=_used(build.quantities, following, columns.quantities_of(model))
     )

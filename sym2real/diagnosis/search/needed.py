@@ -88,11 +88,11 @@ class Predicted:
         return _small(self.selection.chosen, *self.without_each())
 
     def bears_out(self, larger: EffectSet) -> bool:
-        """Whether predictions need, or whole logs establish, one effect more, and no error is larger with it."""
+        """Whether predictions need, and whole logs establish, one effect more, and no error is larger with it."""
         if not self.horizons:
             return True
         whole, other = self._by([(larger.chosen, larger.fit), (self.selection.chosen, self.selection.fit)])
-        needed = largest_rise(whole, other) > 1.0 or self.established(larger.fit, larger.candidate)
+        needed = largest_rise(whole, other) > 1.0 and self.established(larger.fit, larger.candidate)
         return needed and _no_worse(whole, other)
 
     def established(self, fit: Fit, candidate: Candidate) -> bool:

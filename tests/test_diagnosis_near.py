@@ -16,7 +16,7 @@ from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.near import Near
-from sym2real.diagnosis.search.needed import keep_needed
+from sym2real.diagnosis.search.needed import Predicted, keep_needed
 from sym2real.diagnosis.search.select import Selection
 from sym2real.effects import effect
 from sym2real.robots import CRAZYFLIE
@@ -61,7 +61,7 @@ def test_equal_losses_weigh_alike_and_a_lower_one_more() -> None:
 def test_what_no_prediction_needs_is_dropped_and_what_it_needs_stays() -> None:
     selection = chosen(("wind", "linear_drag"), "wind", "linear_drag")
     problem = selection.problems.problem
-    needed = keep_needed(selection, problem.library, problem.data)
+    needed = keep_needed(Predicted(selection, problem.library, problem.data))
     (dropped,) = needed.dropped
     assert dropped.name == "linear_drag"
     assert [one.name for one in selection.chosen] == ["wind"]
@@ -76,7 +76,7 @@ def test_what_whole_logs_establish_stays_beside_what_predictions_need(logs: int,
     flights = flights_with_all({"wind": WIND, "added_mass": {"value": 8e-5}}, count=logs)
     selection = chosen(("wind", "added_mass"), "wind", "added_mass", flights=flights)
     problem = selection.problems.problem
-    needed = keep_needed(selection, problem.library, problem.data)
+    needed = keep_needed(Predicted(selection, problem.library, problem.data))
     assert [one.name for one in selection.chosen] == ["wind", "added_mass"][: 1 + stays]
     assert [one.name for one in needed.small] == ["added_mass"][:stays]
 
@@ -91,7 +91,7 @@ def test_what_is_not_needed_goes_where_few_logs_show_it_or_predictions_are_worse
     values[selection.chosen[0].slots] = value
     selection.put(selection.chosen, replace(selection.fit, values=values, gradient=0 * selection.fit.gradient))
     problem = selection.problems.problem
-    keep_needed(selection, problem.library, problem.data)
+    keep_needed(Predicted(selection, problem.library, problem.data))
     assert not selection.chosen
 
 

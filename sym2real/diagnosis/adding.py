@@ -29,7 +29,7 @@ from sym2real.diagnosis.score.held_out import Steps
 from sym2real.diagnosis.score.tried import Rival, Tried
 from sym2real.diagnosis.search.groups import as_good
 from sym2real.diagnosis.search.near import Near
-from sym2real.diagnosis.search.needed import keep_needed
+from sym2real.diagnosis.search.needed import Predicted, keep_needed
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.stages import OnProgress, Stages
@@ -158,7 +158,10 @@ def _supported(
     gaining = [candidate for candidate in selection.chosen if beside[candidate.name] > needed(candidate)]
     shown = {candidate.name for candidate in gaining if selection.significant(selection.fit, candidate)}
     # As in a search, on a copy: what is not supported is reported with its values, too.
-    small = {member.name for member in keep_needed(copy(selection), prepared.library, prepared.checked.data).dropped}
+    small = {
+        member.name
+        for member in keep_needed(Predicted(copy(selection), prepared.library, prepared.checked.data)).dropped
+    }
     return tuple(key for key in keys if key in shown - small), tuple(key for key in keys if key in shown & small)
 
 

@@ -27,7 +27,7 @@ from sym2real.diagnosis.estimate.weighing import Prepared
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.narrow import join_narrow
-from sym2real.diagnosis.search.needed import Needed, keep_needed
+from sym2real.diagnosis.search.needed import Needed, Predicted, keep_needed
 from sym2real.diagnosis.search.pairs import hidden_pairs
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
@@ -70,10 +70,12 @@ def search(prepared: Prepared, stages: Stages) -> SearchResult:
     selection = Selection(prepared.problems, tried, prepared.origin)
     beam = Beam(selection, stages.on_progress, prepared.problems.total(prepared.overfit))
     stages.try_to(f"searching among {len(tried)} effects", Beam.search, beam)
-    stages.try_to("searching for what moves little of what is measured", join_narrow, selection)
-    needed = partial(keep_needed, library=prepared.library, logs=prepared.checked.data)
-    held = stages.try_to("holding effects against predictions", needed, selection)
-    return SearchResult(prepared, selection, not stages.interrupted, held or Needed())
+    predicted = Predicted(selection, prepared.library, prepared.checked.data)
+    needed = stages.try_to("holding effects against predictions", keep_needed, predicted)
+    if needed is not None:
+        joined = partial(join_narrow, needed)
+        needed = stages.try_to("searching for what moves little of what is measured", joined, predicted) or needed
+    return SearchResult(prepared, selection, not stages.interrupted, needed or Needed())
 
 
 @dataclass(eq=False)

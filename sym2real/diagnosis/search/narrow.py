@@ -3,18 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from sym2real.diagnosis.estimate.significance import least_gain
 from sym2real.diagnosis.search.deviations import parameter_set
 from sym2real.diagnosis.search.effect_set import EffectSet
+from sym2real.diagnosis.search.needed import Needed, Predicted
 from sym2real.diagnosis.search.select import PROMISING, REFITTED, Selection
 from sym2real.diagnosis.settings import SETTINGS
 
 
-def join_narrow(selection: Selection) -> None:
-    """Put effects that move few of the measured directions beside what was chosen, where logs are not few."""
-    while (larger := next(_narrow(selection), None)) is not None:
-        selection.put(larger.chosen, larger.fit)
+def join_narrow(needed: Needed, predicted: Predicted) -> Needed:
+    """Put effects that move few of the measured directions beside what was chosen, where logs are not few.
+
+    Such an effect pays less than any other, so predictions and whole logs must both bear it out, and no error may be
+    larger with it: it could push another one out.
+
+    Args:
+        needed: what became of the choice without them.
+        predicted: logs, and what was chosen.
+    """
+    before = len(predicted.selection.chosen)
+    while (larger := next(filter(predicted.bears_out, _narrow(predicted.selection)), None)) is not None:
+        predicted.selection.put(larger.chosen, larger.fit)
+    joined = len(predicted.selection.chosen) > before
+    return replace(needed, small=predicted.small()) if joined else needed
 
 
 def _narrow(selection: Selection) -> Iterator[EffectSet]:

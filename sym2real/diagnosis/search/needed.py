@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import torch
@@ -32,6 +33,7 @@ from sym2real.diagnosis.estimate.significance import beyond_trim
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.search.deviations import parameter_set
+from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
 
@@ -52,33 +54,80 @@ class Needed:
     small: tuple[Candidate, ...] = ()
 
 
-def keep_needed(selection: Selection, library: Library, logs: Dataset) -> Needed:
-    """Drop effects until predictions need, or whole logs establish, all of them.
+@dataclass(frozen=True)
+class Predicted:
+    """Logs, each predicted by the fit of the others.
 
     Args:
         selection: what was chosen.
         library: effects in the equations that predict.
-        logs: of the fit, each predicted by the fit of the others.
+        logs: of the fit.
     """
-    after, before = scored_after(selection), tuple(selection.chosen)
-    horizons, small = judged_horizons(logs, after), tuple[Candidate, ...]()
-    while horizons and selection.chosen:
-        without = [selection.without(candidate) for candidate in selection.chosen]
-        models = [(selection.chosen, selection.fit), *without]
+
+    selection: Selection
+    library: Library
+    logs: Dataset
+
+    @cached_property
+    def horizons(self) -> tuple[float, ...]:
+        """At which findings are judged, s; none where logs are too short."""
+        return judged_horizons(self.logs, scored_after(self.selection))
+
+    def without_each(self) -> tuple[Stage, list[Stage]]:
+        """Errors with all that was chosen, and without each of it."""
+        selection = self.selection
+        whole, *others = self._by(
+            [(selection.chosen, selection.fit), *(selection.without(candidate) for candidate in selection.chosen)]
+        )
+        return whole, others
+
+    def small(self) -> tuple[Candidate, ...]:
+        """Effects without which no error that is judged is larger by a tenth."""
+        if not (self.horizons and self.selection.chosen):
+            return ()
+        return _small(self.selection.chosen, *self.without_each())
+
+    def bears_out(self, larger: EffectSet) -> bool:
+        """Whether predictions need, and whole logs establish, one effect more, and no error is larger with it."""
+        if not self.horizons:
+            return True
+        whole, other = self._by([(larger.chosen, larger.fit), (self.selection.chosen, self.selection.fit)])
+        needed = largest_rise(whole, other) > 1.0 and self.established(larger.fit, larger.candidate)
+        return needed and _no_worse(whole, other)
+
+    def established(self, fit: Fit, candidate: Candidate) -> bool:
+        """Whether whole logs tell an effect of a fit from trim."""
+        selection = self.selection
+        return beyond_trim(selection.problems, fit, candidate, selection.origin, selection.tried)
+
+    def _by(self, models: Sequence[tuple[Sequence[Candidate], Fit]]) -> list[Stage]:
+        selection, after = self.selection, scored_after(self.selection)
         stages = [("", left_out_sets(selection, chosen, fit)) for chosen, fit in models]
-        whole, *others = ladder(library, logs, stages, fold_of_log(selection), horizons=horizons, after=after)
+        folds = fold_of_log(selection)
+        return ladder(self.library, self.logs, stages, folds, horizons=self.horizons, after=after)
+
+
+def keep_needed(predicted: Predicted) -> Needed:
+    """Drop effects until predictions need, or whole logs establish, all of them."""
+    selection, before, small = predicted.selection, tuple(predicted.selection.chosen), tuple[Candidate, ...]()
+    while predicted.horizons and selection.chosen:
+        whole, others = predicted.without_each()
         rises = {
             place: rise
-            for place, other in enumerate(others)
+            for place, (candidate, other) in enumerate(zip(selection.chosen, others, strict=True))
             if (rise := largest_rise(whole, other)) <= 1.0
-            and not (_established(selection, selection.chosen[place]) and _no_worse(whole, other))
+            and not (predicted.established(selection.fit, candidate) and _no_worse(whole, other))
         }
         if not rises:
-            pairs = zip(selection.chosen, others, strict=True)
-            small = tuple(candidate for candidate, other in pairs if _changes_little(whole, other))
+            small = _small(selection.chosen, whole, others)
             break
-        selection.put(*without[min(rises, key=rises.__getitem__)])
+        selection.put(*selection.without(selection.chosen[min(rises, key=rises.__getitem__)]))
     return Needed(tuple(candidate for candidate in before if candidate not in selection.chosen), small)
+
+
+def _small(chosen: Sequence[Candidate], whole: Stage, others: Sequence[Stage]) -> tuple[Candidate, ...]:
+    pairs = zip(chosen, others, strict=True)
+    return tuple(candidate for candidate, other in pairs if _changes_little(whole, other))
 
 
 def _changes_little(whole: Stage, without: Stage) -> bool:
@@ -89,10 +138,6 @@ def _changes_little(whole: Stage, without: Stage) -> bool:
         for name in judged(errors)
     )
     return (whole.foretells or without.foretells) and max(parts) < SETTINGS.error_fall
-
-
-def _established(selection: Selection, candidate: Candidate) -> bool:
-    return beyond_trim(selection.problems, selection.fit, candidate, selection.origin, selection.tried)
 
 
 def _no_worse(whole: Stage, without: Stage) -> bool:

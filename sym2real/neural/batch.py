@@ -8,7 +8,8 @@ The network sees the state that the rollout has reached and not the measured one
 astray is seen to do so, in training as in validation. A window starts from a measured row, whose noise is an error of
 all that follows, and a controller has answered it: who sees the row would learn to take its noise away instead of what
 the base lacks. So the value of the first residual is that of its row, its gradient that of the row before, which knows
-nothing of this noise (errors in variables; instrumental variables: L. Ljung, System Identification, 2nd ed., 7.6).
+nothing of this noise (errors in variables; instrumental variables: L. Ljung, System Identification, 2nd ed., 7.6). Such
+a step need not descend; further rows make it do so, and a window of one row takes the row before for both.
 """
 
 from __future__ import annotations
@@ -74,7 +75,8 @@ class Batch:
         """
         row = self.starts[windows]
         instrument = networks(self.seen[row - 1])
-        output = (instrument + (networks(self.seen[row]) - instrument).detach()).permute(1, 2, 0)
+        own = networks(self.seen[row]) if len(self.scale) > 1 else instrument
+        output = (instrument + (own - instrument).detach()).permute(1, 2, 0)
         at = self.error[row] + self.moved[row] @ output
         errors, outputs = [at], [output]
         for step in range(1, len(self.scale)):

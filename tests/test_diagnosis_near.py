@@ -81,6 +81,23 @@ def test_what_whole_logs_establish_stays_beside_what_predictions_need(logs: int,
     assert [one.name for one in needed.small] == ["added_mass"][:stays]
 
 
+@pytest.mark.parametrize(
+    ("added", "late", "borne_out"),
+    [(0.003, "added_mass", True), (8e-5, "added_mass", False), (0.0, "linear_drag", False)],
+    ids=["3 g", "80 mg", "nothing"],
+)
+def test_what_joins_late_is_needed_by_predictions_and_established_by_whole_logs(
+    added: float, late: str, borne_out: bool
+) -> None:
+    """80 mg are established, and needed by no prediction."""
+    flights = flights_with_all({"wind": WIND, "added_mass": {"value": added}}, count=8)
+    selection = chosen(("wind", late), "wind", flights=flights)
+    problem = selection.problems.problem
+    rivals = [one for one in selection.candidates if one.name == late]
+    (larger,) = selection.ranked(selection.chosen, selection.fit.values, rivals)
+    assert Predicted(selection, problem.library, problem.data).bears_out(larger) is borne_out
+
+
 @pytest.mark.parametrize(("value", "times"), [(1e-6, 1), (-0.02, 2)], ids=["tiny, in few logs", "wrong"])
 def test_what_is_not_needed_goes_where_few_logs_show_it_or_predictions_are_worse(value: float, times: int) -> None:
     """A wind at a value that no fit corrects."""

@@ -210,7 +210,7 @@ def test_a_suite_becomes_a_table_and_a_figure(tmp_path: Path) -> None:
 
 
 def test_from_scratch_every_trajectory_is_judged() -> None:
-    errors = np.array(FromScratch("crazyflie", "sr", 1, replace(SMALL, rows=60)).run(silent)["errors"])
+    errors = np.array(FromScratch("crazyflie", "sr", 1, SMALL).run(silent)["errors"])
     assert errors.shape == (3, 6)
     assert errors[-1].mean() < errors[0].mean()
 

@@ -13,7 +13,8 @@ import pytest
 import torch
 from noisy_flights import flights_with_all
 
-from sym2real.diagnosis.estimate.fit import Hypothesis, Problems
+from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.estimate.significance import standard_error
 from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.candidate import Candidate, candidates

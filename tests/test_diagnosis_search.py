@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 import torch
 
-from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Hypothesis, solve
+from sym2real.diagnosis.estimate.fit import REFIT_STEPS
+from sym2real.diagnosis.estimate.quadratic import Hypothesis, solve
 from sym2real.diagnosis.faults.checking import Question
 from sym2real.diagnosis.pipeline import prepare
 from sym2real.diagnosis.search.beam import Beam

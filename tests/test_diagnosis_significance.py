@@ -9,7 +9,8 @@ import pytest
 import torch
 from noisy_flights import flights_with_all
 
-from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Hypothesis, Problems
+from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Problems
+from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.estimate.significance import Distance
 from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.candidate import candidates

@@ -18,7 +18,6 @@ from sym2real.errors import ModelError
 Given = Mapping[str, Tensor]
 Begin = Callable[[Tensor, float, Given], Tensor]
 Run = Callable[[Tensor, Tensor, float, Given], tuple[Tensor, Tensor]]
-Step = Callable[[Tensor, Tensor, float, Given], tuple[Tensor, Tensor]]
 
 
 @dataclass(frozen=True)
@@ -38,19 +37,6 @@ def first_row(row: Tensor, dt: float, values: Given) -> Tensor:
     """Memory that is the row itself, in the shape it has with the values."""
     shape = torch.broadcast_shapes(row.shape, *(value.shape for value in values.values()))
     return row.expand(shape)
-
-
-def stepping(step: Step, begin: Begin = first_row) -> Memory:
-    """The recursion of one row's rule: (memory, row ``# (..., C)``, dt, values) → memory, output."""
-
-    def run(memory: Tensor, rows: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
-        outputs = []
-        for row in rows.unbind(-2):
-            memory, output = step(memory, row, dt, values)
-            outputs.append(output)
-        return memory, torch.stack(torch.broadcast_tensors(*outputs), dim=-2)
-
-    return Memory(begin, run)
 
 
 def series(
@@ -182,15 +168,24 @@ def zero_band() -> Memory:
     return Memory(first_row, run)
 
 
-def sampled_begin(row: Tensor, dt: float, values: Given) -> Tensor:
-    """Memory of :func:`sampled_lag_step`: the filtered row, and the row before."""
-    row = first_row(row, dt, values)
-    return torch.cat([row, row], dim=-1)
+def sampled_lag() -> Memory:
+    """First-order lag of a signal that moves in straight lines between its samples, sampled.
 
+    Its memory is the filtered row, and the row before.
+    """
 
-def sampled_lag_step(memory: Tensor, row: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
-    """First-order lag of a signal that moves in straight lines between its samples, sampled."""
-    filtered, before = memory.chunk(2, dim=-1)
-    left, mean = kept(values["value"], dt)
-    after = row - (row - before) * mean + (filtered - before) * left
-    return torch.cat(torch.broadcast_tensors(after, row), dim=-1), after
+    def begin(row: Tensor, dt: float, values: Given) -> Tensor:
+        row = first_row(row, dt, values)
+        return torch.cat([row, row], dim=-1)
+
+    def run(memory: Tensor, rows: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
+        left, mean = kept(values["value"], dt)
+        batch = torch.broadcast_shapes(memory.shape[:-1], rows.shape[:-2], left.shape[:-1])
+        rows = rows.expand(*batch, *rows.shape[-2:])
+        filtered, before = memory.expand(*batch, memory.shape[-1]).chunk(2, dim=-1)
+        earlier = torch.cat([before[..., None, :], rows[..., :-1, :]], dim=-2)
+        driven = rows - (rows - earlier) * mean[..., None, :] - earlier * left[..., None, :]
+        after = _passed(filtered, lambda now, row: row + left * now, driven)[..., 1:, :]
+        return torch.cat([after[..., -1, :], rows[..., -1, :]], dim=-1), after
+
+    return Memory(begin, run)

@@ -7,7 +7,7 @@ import numpy as np
 from sym2real.effects.body import Body
 from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter
-from sym2real.effects.memory import Memory, sampled_begin, sampled_lag_step, stepping
+from sym2real.effects.memory import sampled_lag
 from sym2real.effects.searching import Searching
 from sym2real.protocols import Change, Filter
 from sym2real.trajectory import Array
@@ -17,10 +17,6 @@ PIECES = 200  # in which the truth integrates a period
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     return (Parameter("value", "s", null=0.0, low=0.0, high=1.0, scale=2 * body.dt, domain=NOT_NEGATIVE),)
-
-
-def _memory(body: Body) -> Memory:
-    return stepping(sampled_lag_step, sampled_begin)
 
 
 def _inject(body: Body, values: Numbers) -> Change:
@@ -58,7 +54,7 @@ SENSOR_LAG = Kind(
     shown_by="fast motion that another channel measures too",
     fix="lower the filter's time constant in the driver or estimator, or log the raw signal",
     inject=_inject,
-    memory=_memory,
+    memory=lambda body: sampled_lag(),
     columns="state",
     searching=Searching(why_not=lambda _: "not searched for: the checks of the data see it as a time shift"),
 )

@@ -97,7 +97,6 @@ def from_mjcf(
         layouts = replace(layouts, inputs=planar.inputs_of(model))
         coordinates = planar.PlanarCoordinates(wheels, data.qpos.copy(), model.nv)
         own |= wheels.numbers(model, data, wanted)
-    if wheels is not None:
         against = against_rolling(model, wheels)
     elif columns.FREE in model.jnt_type:
         against = against_flying(model, data, wanted)

@@ -29,7 +29,8 @@ from sym2real.diagnosis.data.preparation import with_filtered_commands
 from sym2real.diagnosis.design.mattering import Predictions
 from sym2real.diagnosis.design.visible import AssumedNoise, Plan, Visible
 from sym2real.diagnosis.errors.sensor_noise import SensorNoise
-from sym2real.diagnosis.estimate.fit import Hypothesis, Problems, solve
+from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.quadratic import Hypothesis, solve
 from sym2real.diagnosis.estimate.significance import least_gain, sizes_beyond_chance
 from sym2real.diagnosis.estimate.weighing import units_said, whiten
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening

@@ -12,7 +12,8 @@ from scipy import stats
 from torch import Tensor
 
 from sym2real.diagnosis.data.parts import summed
-from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Fit, Hypothesis, Problems, solve
+from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Problems
+from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis, solve
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.settings import SETTINGS
 

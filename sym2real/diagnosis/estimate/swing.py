@@ -28,7 +28,8 @@ from torch import Tensor
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.parts import summed
-from sym2real.diagnosis.estimate.fit import Problems, solve
+from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.quadratic import solve
 from sym2real.diagnosis.estimate.whitening import PIECES, disturbances
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS

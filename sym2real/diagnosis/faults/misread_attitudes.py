@@ -113,13 +113,12 @@ def _divided(times: float, data: Dataset) -> Dataset:
     """Logs whose angles are so many times too large, as they are meant."""
     logs, lost = [], 2.0 * np.pi / times
     for log in data:
-        rates = np.stack([log.column(name) for name in present(data, RATES)], axis=1)
-        logged = attitude(log)
-        if times < 1.0:  # no turn is lost
-            logs.append(with_angles(log, rotation.to_euler(logged).numpy()[:, -rates.shape[1] :] / times))
-            continue
-        angles = counted_angles(log.time, logged.numpy(), times * rates) / times
-        angles[:, -1] += lost * np.round(_off(with_angles(log, angles)) / lost)
+        rates, logged = np.stack([log.column(name) for name in present(data, RATES)], axis=1), attitude(log)
+        if times > 1.0:
+            angles = counted_angles(log.time, logged.numpy(), times * rates) / times
+            angles[:, -1] += lost * np.round(_off(with_angles(log, angles)) / lost)
+        else:  # no turn is lost
+            angles = rotation.to_euler(logged).numpy()[:, -rates.shape[1] :] / times
         logs.append(with_angles(log, angles))
     return Dataset(logs)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import torch
 
-from sym2real.diagnosis.estimate.fit import Fit
+from sym2real.diagnosis.estimate.quadratic import Fit
 from sym2real.diagnosis.estimate.significance import half_widths
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library

@@ -95,7 +95,6 @@ class Beam:
     looked_around: set[Names] = field(default_factory=set)
     fitted_anew: set[Names] = field(default_factory=set)
     _left_out: set[tuple[Names, Names]] = field(default_factory=set)
-    _significant: dict[Names, bool] = field(default_factory=dict)
 
     def search(self) -> None:
         """Look around until there is nothing left to; whoever ends it by Ctrl-C keeps the best set so far."""
@@ -163,10 +162,7 @@ class Beam:
 
     def _holds(self, effects: EffectSet) -> bool:
         """Whether every effect of a set is beyond chance."""
-        if effects.names not in self._significant:
-            held = (self.selection.significant(effects.fit, member) for member in effects.chosen)
-            self._significant[effects.names] = all(held)
-        return self._significant[effects.names]
+        return all(self.selection.significant(effects.fit, member) for member in effects.chosen)
 
     def _best(self) -> EffectSet:
         """The cheapest set that is beyond chance; of a search that has just begun with others, the cheapest.
@@ -226,6 +222,5 @@ class Beam:
         known = self.sets.get(effects.names)
         if known is None or effects.fit.total < (1 - BETTER) * known.fit.total:
             self.sets[effects.names] = effects
-            self._significant.pop(effects.names, None)
             self.selection.forget(effects.names)
             self._left_out = {asked for asked in self._left_out if asked[0] != effects.names}

@@ -7,7 +7,7 @@ from functools import cached_property
 
 from torch import Tensor
 
-from sym2real.diagnosis.estimate.fit import Fit
+from sym2real.diagnosis.estimate.quadratic import Fit
 from sym2real.diagnosis.predict.candidate import Candidate
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from sym2real.diagnosis.estimate.fit import Fit
+from sym2real.diagnosis.estimate.quadratic import Fit
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.select import Selection

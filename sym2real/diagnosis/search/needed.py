@@ -28,7 +28,7 @@ from torch import Tensor
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.windows import JUDGED_AT, free_run_seconds, judged
 from sym2real.diagnosis.errors.rungs import Stage, StageError, horizons_for, ladder
-from sym2real.diagnosis.estimate.fit import Fit
+from sym2real.diagnosis.estimate.quadratic import Fit
 from sym2real.diagnosis.estimate.significance import beyond_trim
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library
@@ -88,7 +88,10 @@ class Predicted:
         return _small(self.selection.chosen, *self.without_each())
 
     def bears_out(self, larger: EffectSet) -> bool:
-        """Whether predictions need, and whole logs establish, one effect more, and no error is larger with it."""
+        """Whether predictions need, and whole logs establish, one effect more, and no error is larger with it.
+
+        Logs that are too short to predict bear out whatever was chosen.
+        """
         if not self.horizons:
             return True
         whole, other = self._by([(larger.chosen, larger.fit), (self.selection.chosen, self.selection.fit)])

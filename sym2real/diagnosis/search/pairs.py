@@ -13,7 +13,8 @@ from itertools import combinations
 
 from torch import Tensor
 
-from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Fit, Hypothesis
+from sym2real.diagnosis.estimate.fit import REFIT_STEPS
+from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.search.select import Selection
 

@@ -1,0 +1,104 @@
+"""What is fitted, and the quadratic model about it: losses and derivatives of every segment."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import torch
+from torch import Tensor
+
+Free = tuple[tuple[int, ...], ...]
+
+RIDGE = 1e-9
+# Far above the smallest normal number, also after the ridge: below it 0/0 is no zero.
+LEAST_SCALE = 1e-200
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """Parameters that are free, and where a fit of them starts.
+
+    Args:
+        free: slots, those that move together in one tuple.
+        values: a whole parameter set ``# (P,)``.
+    """
+
+    free: Free
+    values: Tensor
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A hypothesis with its quadratic model per segment, in units of the parameters' scales.
+
+    Args:
+        free, values: as of a hypothesis.
+        held: nuisance parameters, free within bounds of their own, behind the others.
+        loss: whitened squares ``# (S,)``.
+        gradient: half its derivative ``# (S, A)``.
+        curvature: half its second derivative ``# (S, A, A)``.
+    """
+
+    free: Free
+    held: Free
+    values: Tensor
+    loss: Tensor
+    gradient: Tensor
+    curvature: Tensor
+
+    @property
+    def total(self) -> float:
+        """Whitened squares of all segments."""
+        return float(self.loss.sum())
+
+    @property
+    def whole(self) -> Free:
+        """All that is free."""
+        return (*self.free, *self.held)
+
+    def part(self, places: Sequence[int]) -> Fit:
+        """The same with some of the free parameters only, and the nuisance."""
+        index = [*places, *range(len(self.free), len(self.whole))]
+        return replace(
+            self,
+            free=tuple(self.free[i] for i in places),
+            gradient=self.gradient[:, index],
+            curvature=self.curvature[:, index][:, :, index],
+        )
+
+    def without(self, places: Sequence[int], step: Tensor) -> Fit:
+        """The same with some of the free parameters moved by a step ``# (len(places),)`` and no longer free."""
+        rest = [place for place in range(len(self.whole)) if place not in places]
+        gone, across = self.curvature[:, places][:, :, places], self.curvature[:, rest][:, :, places]
+        gradient = self.gradient[:, places]
+        return replace(
+            self,
+            free=tuple(tied for place, tied in enumerate(self.free) if place not in places),
+            loss=self.loss + 2 * gradient @ step + torch.einsum("a,sab,b->s", step, gone, step),
+            gradient=self.gradient[:, rest] + across @ step,
+            curvature=self.curvature[:, rest][:, :, rest],
+        )
+
+    def after(self, step: Tensor) -> Tensor:
+        """Loss of every segment, or fold, by its quadratic model after a step of its own ``# (S, A) -> (S,)``."""
+        quadratic = torch.einsum("sa,sab,sb->s", step, self.curvature, step)
+        return self.loss + 2 * (self.gradient * step).sum(1) + quadratic
+
+    def of_segments(self, which: Tensor) -> Fit:
+        """The same for some segments only."""
+        parts = (self.loss[which], self.gradient[which], self.curvature[which])
+        return Fit(self.free, self.held, self.values, *parts)
+
+
+def solve(matrix: Tensor, vector: Tensor) -> Tensor:
+    """Solutions with a hair of ridge, so that directions without weight stay put ``# (..., A, A), (..., A)``.
+
+    A robot of which nothing is found and nothing is free has no unknown, and so none to solve for.
+    """
+    if vector.shape[-1] == 0:
+        return vector
+    scale = matrix.diagonal(dim1=-2, dim2=-1).clamp_min(LEAST_SCALE)
+    ridge = torch.diag_embed(RIDGE * scale + 1e-12 * scale.amax(-1, keepdim=True))
+    result: Tensor = torch.linalg.solve(matrix + ridge, vector)
+    return result

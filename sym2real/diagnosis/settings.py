@@ -116,7 +116,6 @@ class Settings:
         0.015, "tuned", "fall of the loss by a term of whole logs: null sets 0.008, grip leaves 0.012"
     )
     term_by_logs: float = _of(0.05, "theory", "chance of a false alarm of a term by whole logs: few degrees of freedom")
-    monomial_gain: float = _of(0.02, "tuned", "R² on unseen groups that one monomial more must add: null sets")
     motion: float = _of(0.01, "theory", "part of the motion that what is left must make to matter: a fit of 99 %")
     statement_r2: float = _of(0.15, "tuned", "R² on unseen logs of a statement where errors are large: simulated logs")
     statement_alike: float = _of(0.05, "tuned", "R² by which a plainer feature may be worse: simulated logs")

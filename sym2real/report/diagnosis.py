@@ -81,7 +81,7 @@ def gate_line(gate: Gate, best: Fall) -> str:
 def proposal_line(term: Term) -> str:
     """A proposed term."""
     fall = f"lowers the whitened loss of pieces left out by {100 * term.gain:.1f} %"
-    return f"[yellow]proposed, unverified[/] {escape(term.channel)} + {escape(term.expression)}: {fall}"
+    return f"[yellow]proposed, unverified[/] {escape(term.expression)} beside {escape(term.channel)}: {fall}"
 
 
 def term_command(term: Term, model: str) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import groupby
+
 from rich.markup import escape
 from rich.table import Table
 
@@ -12,11 +14,14 @@ STYLE = {"certain": "green", "likely": "cyan", "guess": "yellow", "unknown": "re
 
 
 def inspection_table(inspection: Inspection) -> Table:
-    """One row per column with the evidence, and rows on the whole."""
+    """A row for neighbouring columns that share unit and evidence, and rows on the whole."""
     headings = ("column", "what it seems to be", "unit", "evidence", "confidence")
     title = ", ".join(path.name for path in inspection.paths)
     table = table_of(title, *headings, left=headings, show_lines=True)
-    for row in inspection.rows:
-        confidence = f"[{STYLE[row.confidence]}]{row.confidence}[/]"
-        table.add_row(*(escape(text) for text in (row.column, row.meaning, row.unit, row.evidence)), confidence)
+    for (unit, evidence, confidence), same in groupby(
+        inspection.rows, lambda row: (row.unit, row.evidence, row.confidence)
+    ):
+        columns, meanings = zip(*((row.column, row.meaning) for row in same), strict=True)
+        texts = (", ".join(columns), ", ".join(dict.fromkeys(meanings)), unit, evidence)
+        table.add_row(*map(escape, texts), f"[{STYLE[confidence]}]{confidence}[/]")
     return table

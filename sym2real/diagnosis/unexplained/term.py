@@ -1,18 +1,18 @@
-"""A term of its own for what no effect explains: proposed by sparse regression, scored on logs left out, unverified.
+"""A term of its own for what no effect explains: proposed by regression, scored on logs left out, unverified.
 
-The disturbances that residuals still ask for are regressed on monomials up to degree two of what the equations know,
-one monomial after the other, while grouped cross-validation gains. Most likely disturbances are shrunk towards zero, so
-the sum is then scaled by least squares on the whitened residuals themselves, which also give its held-out gain.
+The disturbance that residuals still ask for is regressed on a polynomial in what it depends on. Most likely
+disturbances are shrunk towards zero, so the polynomial is then scaled by least squares on the whitened residuals
+themselves, which also give its held-out gain.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import combinations_with_replacement
 
 import numpy as np
 import sympy
 import torch
+from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 from sympy import Expr
 
@@ -21,7 +21,6 @@ from sym2real.diagnosis.data.preparation import with_filtered_commands
 from sym2real.diagnosis.estimate.whitening import Whitening
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
-from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.leftover import Leftover, Rest
 from sym2real.effects.body import Body
 from sym2real.effects.clock import with_time
@@ -36,7 +35,7 @@ from sym2real.symbolic.parsing import parse_expression
 from sym2real.trajectory import Array
 from sym2real.vocabulary import FORCE, HEIGHT, VELOCITY
 
-MOST_MONOMIALS = 3
+DEGREE = 2  # the lowest that can be even in a variable, or odd
 DIGITS = 4
 
 
@@ -94,14 +93,14 @@ def propose(informed: Equations, data: Dataset, rest: Rest, leftover: Leftover, 
     channel = leftover.channel
     if channel not in rest.names:  # a measurement that is off is no disturbance
         return None
-    known = {name: value for name, value in _symbols(informed).items() if name in rest.features}
-    columns = {value: rest.values[:, rest.features.index(name)] for name, value in known.items()}
     if leftover.size is None:
-        found = _regressed(columns, rest.disturbances[:, rest.names.index(channel)], rest.groups)
+        variable = _symbols(informed).get(leftover.explained_by)
+        if variable is None:  # a change, an angle's lag: no quantity that the equations hold
+            return None
+        values = rest.values[:, rest.features.index(leftover.explained_by)]
+        found = _polynomial(variable, values, rest.disturbances[:, rest.names.index(channel)])
     else:
         found = sympy.Float(leftover.size)
-    if found is None:
-        return None
     scale, gain = _scaled(informed, data, channel, found, whitening)
     rounded = canonical(found * scale)
     short = {atom: sympy.Float(float(f"{float(atom):.{DIGITS}g}")) for atom in rounded.atoms(sympy.Float)}
@@ -124,36 +123,10 @@ def _symbols(equations: Equations) -> dict[str, Expr]:
     return found
 
 
-def _regressed(columns: dict[Expr, Array], target: Array, groups: NDArray[np.int64]) -> Expr | None:
-    """Sum of few monomials with coefficients, less its mean."""
-    bases = [(*pair,) for count in (1, 2) for pair in combinations_with_replacement(columns, count)]
-    values = {base: np.prod([columns[factor] for factor in base], axis=0) for base in bases}
-    chosen: list[tuple[Expr, ...]] = []
-    reached = 0.0
-    while len(chosen) < MOST_MONOMIALS:
-        scored = [(_unseen_r2([values[factor] for factor in (*chosen, base)], target, groups), base) for base in bases]
-        best, base = max(scored, key=lambda factor: factor[0])
-        if best < reached + SETTINGS.monomial_gain:
-            break
-        chosen, reached = [*chosen, base], best
-    if not chosen:
-        return None
-    design = np.column_stack([*(values[factor] for factor in chosen), np.ones(len(target))])
-    coefficients = np.linalg.lstsq(design, target, rcond=None)[0]
-    return sympy.Add(
-        *(float(c) * sympy.Mul(*factor) for c, factor in zip(coefficients, chosen, strict=False)),
-        float(coefficients[-1]),
-    )
-
-
-def _unseen_r2(columns: list[Array], target: Array, groups: NDArray[np.int64]) -> float:
-    design = np.column_stack([*columns, np.ones(len(target))])
-    predicted = np.empty_like(target)
-    for group in np.unique(groups):
-        unseen = groups == group
-        solution = np.linalg.lstsq(design[~unseen], target[~unseen], rcond=None)[0]
-        predicted[unseen] = design[unseen] @ solution
-    return float(1.0 - np.square(target - predicted).sum() / max(np.square(target - target.mean()).sum(), 1e-300))
+def _polynomial(variable: Expr, values: Array, target: Array) -> Expr:
+    """The polynomial in a variable that is nearest to a target in the least squares."""
+    coefficients = Polynomial.fit(values, target, DEGREE).convert().coef
+    return sympy.Add(*(float(factor) * variable**power for power, factor in enumerate(coefficients)))
 
 
 def _scaled(

@@ -114,8 +114,8 @@ def test_what_changes_no_prediction_is_not_missing() -> None:
     gate, problems = Gate(stage("base", 1.0, 1.0), stage("+ delay", 0.97, 0.99)), problems_of(800)
     assert verdict((), (delay,), (), gate, problems) == "NOTHING_MISSING"
     assert summary("NOTHING_MISSING", (), (delay,), (), gate=gate, stages=()) == (
-        "Nothing is missing beyond noise and small disturbances; small: delay (value 0.005 s), beyond chance, and no "
-        "error is larger by a tenth without it."
+        "Nothing is missing beyond noise and small disturbances; small: delay (value 0.0050 ± 0.0020 s), beyond "
+        "chance, and no error is larger by a tenth without it."
     )
     # One that an error needs, as where two undo each other; an error that rises; too little data; an unfinished search.
     needed, worse = (delay, Finding("lag", {}, 0.2)), Gate(stage("base", 1.0, 1.0), stage("+ delay", 0.97, 1.2))
@@ -168,7 +168,7 @@ def test_the_sentence_begins_with_the_verdict() -> None:
     said = summary("UNEXPLAINED", (), (lag,), left, gate=gate, stages=())
     assert said.startswith(
         "Something is missing that no effect of the catalogue explains: a disturbance along tz that depends on wz_cmd "
-        "(R² 0.11); beside it lag (value 0.0044 s) is beyond chance, but no held-out error falls by 10 %: "
+        "(R² 0.11); beside it lag (value 0.0044 ± 0.0020 s) is beyond chance, but no held-out error falls by 10 %: "
         "that of position after 0.8 s rises by 1 %; a disturbance along fx that depends on time is left"
     )
     assert "position after 0.8 s rises by 1 %" in gate_line(gate, Fall(0.8, "position", -0.01))
@@ -196,10 +196,10 @@ def test_what_changes_no_prediction_stands_behind_what_does() -> None:
     found = (lag, Finding("wind", {}, 0.5, group=("wind", "mounting_tilt")))
     gate = Gate(stage("base", 1.0, 1.0), stage("+ wind", 0.5, 1.0))
     said = summary("EFFECT", (), found, (), gate=gate, stages=())
-    assert said.startswith("Missing: wind (), or mounting_tilt; small: lag (value 0.0044 s), beyond chance")
+    assert said.startswith("Missing: wind (), or mounting_tilt; small: lag (value 0.0044 ± 0.0020 s), beyond chance")
     assert "or lag:wx_cmd" not in said
     alone = summary("EFFECT", (), (lag,), (), gate=gate, stages=())
-    assert alone == "Missing: lag (value 0.0044 s), or lag:wx_cmd."
+    assert alone == "Missing: lag (value 0.0044 ± 0.0020 s), or lag:wx_cmd."
 
 
 @pytest.mark.parametrize(("misfit", "answer"), [(975.0, "UNEXPLAINED"), (1.02, "EFFECT")])

@@ -139,7 +139,7 @@ def _not_borne_out(gate: Gate) -> str:
 
 def _alone(finding: Finding) -> str:
     """An effect with its values, without those that it cannot be told from."""
-    values = ", ".join(f"{name} {estimate.said}" for name, estimate in finding.parameters.items())
+    values = ", ".join(f"{name} {estimate.with_half_width}" for name, estimate in finding.parameters.items())
     return f"{finding.effect} ({values})"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -34,8 +35,17 @@ class Estimate:
 
     @property
     def said(self) -> str:
-        """Value and unit for a sentence."""
+        """Value and unit, beside an interval."""
         return with_unit(self.value, self.unit)
+
+    @property
+    def with_half_width(self) -> str:
+        """Value, half the interval and unit for a sentence, to two digits of what is unsure."""
+        half = (self.high - self.low) / 2
+        if not 0.0 < half < math.inf:
+            return self.said
+        places = max(0, 1 - math.floor(math.log10(half)))
+        return f"{self.value:.{places}f} ± {half:.{places}f} {'' if self.unit == '1' else self.unit}".rstrip()
 
 
 def about(value: float, deviation: float, unit: str) -> Estimate:

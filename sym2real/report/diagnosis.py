@@ -10,7 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from sym2real.diagnosis import Diagnosis, Fall, Fault, Finding, Gate, Term, Tried, Where
-from sym2real.diagnosis.predict.competitors import not_tried_said
+from sym2real.diagnosis.predict.competitors import not_tried_names
 from sym2real.diagnosis.unexplained.leftover import MISFIT, Leftover
 from sym2real.report.ladder import ladder_table
 from sym2real.report.tables import number, table_of
@@ -43,7 +43,7 @@ def diagnosis_report(diagnosis: Diagnosis, shown_before: Collection[str] = ()) -
     base, explained = diagnosis.misfit
     misfit = f"misfit per degree of freedom {number(base)} → {number(explained)}; 1 is fully explained"
     parts += _remarks([note for note in diagnosis.notes if note not in shown_before])
-    parts += [f"[dim]not tested: {escape(line)}[/]" for line in not_tried_said(diagnosis.not_tried)]
+    parts += [f"[dim]{escape(line)}[/]" for line in untried_lines(diagnosis)]
     parts.append(f"[dim]{misfit}; {diagnosis.tried} hypotheses tested; {diagnosis.seconds:.0f} s[/]")
     return Group(*parts)
 
@@ -55,8 +55,13 @@ def diagnosis_in_short(diagnosis: Diagnosis) -> RenderableType:
     if diagnosis.findings:
         parts.append(findings_list(diagnosis.findings))
     parts += leftover_lines(diagnosis.leftovers)
-    parts += [f"not tested: {escape(line)}" for line in not_tried_said(diagnosis.not_tried)]
-    return Group(*parts)
+    return Group(*parts, *map(escape, untried_lines(diagnosis)))
+
+
+def untried_lines(diagnosis: Diagnosis) -> list[str]:
+    """The effects that were not tested, if there are any; a page and ``diagnosis.json`` have every reason."""
+    names = not_tried_names(diagnosis.not_tried)
+    return [f"not tested: {names}; why stands in not_tried, and on the page of --report"] if names else []
 
 
 def leftover_lines(leftovers: Sequence[Leftover]) -> list[str]:

@@ -97,11 +97,16 @@ def not_tried_said(left_out: Iterable[NotTried]) -> Iterator[str]:
     """A line for every reason, with the effects that it holds for."""
     ordered = sorted(left_out, key=lambda entry: entry.reason)
     for reason, same in groupby(ordered, key=lambda entry: entry.reason):
-        kinds: dict[str, list[str]] = {}
-        for entry in same:
-            kind, _, column = entry.effect.partition(":")
-            kinds.setdefault(kind, []).append(column)
-        yield f"{', '.join(_keys(kind, columns) for kind, columns in kinds.items())}: {reason}"
+        yield f"{not_tried_names(same)}: {reason}"
+
+
+def not_tried_names(left_out: Iterable[NotTried]) -> str:
+    """The effects in few words: those of one kind together."""
+    kinds: dict[str, list[str]] = {}
+    for entry in left_out:
+        kind, _, column = entry.effect.partition(":")
+        kinds.setdefault(kind, []).append(column)
+    return ", ".join(_keys(kind, columns) for kind, columns in kinds.items())
 
 
 def _keys(kind: str, columns: list[str]) -> str:

@@ -60,8 +60,9 @@ class SearchResult:
     @property
     def notes(self) -> tuple[str, ...]:
         """Remarks on the data and the method, and effects beyond chance that predictions do not need."""
-        small = "{}: beyond chance, but predictions do not need it, and whole logs do not establish it"
-        return (*self.prepared.notes, *(small.format(candidate.name) for candidate in self.needed.dropped))
+        names = ", ".join(candidate.name for candidate in self.needed.dropped)
+        small = f"beyond chance, but no prediction needs it, and whole logs do not establish it: {names}"
+        return (*self.prepared.notes, *([small] if names else []))
 
 
 def search(prepared: Prepared, stages: Stages) -> SearchResult:

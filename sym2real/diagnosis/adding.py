@@ -166,7 +166,7 @@ def _supported(
 
 
 def _worth_a_line(rivals: Sequence[Rival], beside: float) -> Sequence[Rival]:
-    return [rival for rival in rivals if rival.gain > max(SETTINGS.gain, SETTINGS.worth_a_line * beside)][:MOST_RIVALS]
+    return [rival for rival in rivals if rival.gain > max(SETTINGS.gain, SETTINGS.mostly * beside)][:MOST_RIVALS]
 
 
 def _check_fittable(wanted: Effect, equations: Equations) -> None:

@@ -38,7 +38,7 @@ def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[Dynami
         raise ShapeError(f"the model's columns are {wanted}, the log's are {dataset.layouts}")
     whole = None if isinstance(model, Equations) else model
     longer = dataset.dt / equations.dt - 1.0
-    if longer < -SETTINGS.time_step or (whole is not None and longer > SETTINGS.time_step):
+    if longer < -SETTINGS.same or (whole is not None and longer > SETTINGS.same):
         raise ShapeError(
             f"the model's time step is {equations.dt:g} s, the log's is {dataset.dt:g} s: read it with "
             f"dt={equations.dt:g}{', upsample=True' if longer > 0.0 else ''}"

@@ -171,7 +171,7 @@ def _smooth_rows(candidate: Candidate, library: Library, seen: Tensor, mattering
     rows, always = [], always_alike(candidate.name, library.equations)
     for tied, *sizes in zip(candidate.free, seen.tolist(), mattering.tolist(), strict=True):
         of, slot = library.slots[tied[0]].effect, library.slots[tied[0]].parameter
-        largest = SETTINGS.largest * max(slot.high - slot.null, slot.null - slot.low)
+        largest = SETTINGS.nearly * max(slot.high - slot.null, slot.null - slot.low)
         smallest, matters = (slot.scale * size if slot.scale * size < largest else None for size in sizes)
         shown_by = library.effects[of].shown_by
         rows.append(Visible(candidate.name, slot.name, slot.unit, smallest, matters, (), always, shown_by))

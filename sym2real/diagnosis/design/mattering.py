@@ -25,7 +25,7 @@ from sym2real.diagnosis.search.needed import judged_horizons
 from sym2real.diagnosis.settings import SETTINGS
 
 # Mean square of what an effect changes, over the floor's, of which a tenth of the error goes with the effect.
-MATTERS = 1 / (1 - SETTINGS.error_fall) ** 2 - 1
+MATTERS = 1 / (1 - SETTINGS.worth_saying) ** 2 - 1
 
 
 @dataclass(frozen=True, eq=False)

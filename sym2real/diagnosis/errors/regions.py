@@ -177,7 +177,7 @@ def _statement(errors: WindowErrors, channel: str, feature: str, target: Array, 
     if inside.all():
         return None
     ratio = float(np.sqrt(np.square(size[inside]).mean() / max(np.square(size[~inside]).mean(), 1e-300)))
-    if ratio < SETTINGS.statement_ratio:
+    if ratio < SETTINGS.gap:
         return None
     low, high = float(values[inside].min()), float(values[inside].max())
     known = None if region is None else training_range(feature, region)

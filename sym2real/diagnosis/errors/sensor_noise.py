@@ -83,4 +83,4 @@ def _velocities(layout: Layout) -> dict[int, int]:
 def _is_slope(trajectory: Trajectory, position: str, velocity: str) -> bool:
     logged = trajectory.column(velocity)
     missed = slope(trajectory.time, trajectory.column(position), SHORTEST) - logged
-    return bool(np.std(missed[1:-1]) <= SETTINGS.of_positions * max(float(np.std(logged)), 1e-9))
+    return bool(np.std(missed[1:-1]) <= SETTINGS.same * max(float(np.std(logged)), 1e-9))

@@ -41,7 +41,7 @@ def refined(library: Library, flown: Dataset, logs: Dataset) -> Equations:
         logs: whose sensors' noise says what matters.
     """
     noise, segments = component_noise(logs), cut(flown)
-    if _misfit(_weighed(library, segments, flown, noise), library.null) < SETTINGS.good_base:
+    if _misfit(_weighed(library, segments, flown, noise), library.null) < SETTINGS.worth_saying:
         return library.base
     constants = _of_constants(library.base)
     problems, start = _weighed(constants, with_velocities(segments), flown, noise), constants.null

@@ -155,5 +155,5 @@ def _most_foreign(steps: Steps, settled: Sequence[str]) -> ForeignUnit | None:
 
 def _mended(now: torch.Tensor, then: torch.Tensor) -> bool:
     """Whether a column that is missed by more than it changes is missed far less, and no other becomes one."""
-    better, worse = now > SETTINGS.mistake_fewer * then, then > SETTINGS.unit_near * now
+    better, worse = now > SETTINGS.far * then, then > SETTINGS.unit_near * now
     return bool((better & (now > 1.0)).any() and not (worse & (then > 1.0)).any())

@@ -73,7 +73,7 @@ class ForeignUnit:
 
 
 def unit_of(
-    meant: str, ratio: float, least: float, unheard_of: float = SETTINGS.unit_unheard_of, mass: float | None = None
+    meant: str, ratio: float, least: float, unheard_of: float = SETTINGS.unheard_of, mass: float | None = None
 ) -> tuple[str, float] | None:
     """Unit and factor of numbers that are so many times what is meant; "" and the ratio where it has no name.
 
@@ -122,7 +122,7 @@ def foreign_rates(data: Dataset) -> list[ForeignUnit]:
 
 def _positions(data: Dataset) -> Judged:
     pushed = _ratio(thrust_agreement(list(data)))
-    if pushed is not None and abs(log(pushed)) >= log(SETTINGS.unit_unheard_of):  # nearer, thrust is of a fast turn
+    if pushed is not None and abs(log(pushed)) >= log(SETTINGS.unheard_of):  # nearer, thrust is of a fast turn
         columns = (name for name in POSITIONS if name in data.layouts.state)
         return dict.fromkeys(columns, pushed), "how far thrust moves the robot"
     moved, rates = _ratios(velocity_agreement(list(data))), data.layouts.state.rates.items()
@@ -145,9 +145,7 @@ def _by_log(judge: Callable[[Dataset], Judged], data: Dataset) -> list[ForeignUn
     meant = data.layouts.state.units
     alone = [judge(Dataset([log])) for log in data] if len(data) > 1 else []
     judged = [{name: ratio for name, ratio in ratios.items() if ratio is not None} for ratios, _ in alone]
-    large = [
-        {name for name, ratio in own.items() if unit_of(meant[name], ratio, SETTINGS.unit_large)} for own in judged
-    ]
+    large = [{name for name, ratio in own.items() if unit_of(meant[name], ratio, SETTINGS.far)} for own in judged]
     if any(set[str]().union(*large) & own.keys() - here for own, here in zip(judged, large, strict=True)):
         return [
             in_one_log(foreign, data, place) for place, own in enumerate(alone) for foreign in _foreign(*own, meant)
@@ -163,7 +161,7 @@ def in_one_log(foreign: ForeignUnit, data: Dataset, place: int) -> ForeignUnit:
 def _foreign(ratios: Mapping[str, float | None], than: str, meant: Mapping[str, str]) -> list[ForeignUnit]:
     """One entry for each unit that columns are in; what cannot be judged is in the one that all others are in."""
     judged = {name: ratio for name, ratio in ratios.items() if ratio is not None}
-    units = {name: (meant[name], unit_of(meant[name], ratio, SETTINGS.unit_large)) for name, ratio in judged.items()}
+    units = {name: (meant[name], unit_of(meant[name], ratio, SETTINGS.far)) for name, ratio in judged.items()}
     entries = []
     for wanted, found in sorted({(wanted, found[0]) for wanted, found in units.values() if found is not None}):
         own = [name for name, (unit, known) in units.items() if unit == wanted and known and known[0] == found]
@@ -177,7 +175,7 @@ def _foreign(ratios: Mapping[str, float | None], than: str, meant: Mapping[str, 
 
 def _ratio(agreement: Agreement) -> float | None:
     """How many times as large as the derivative a column is; None where nobody can tell, or in another frame."""
-    if agreement.correlation is None or abs(agreement.correlation) < SETTINGS.unit_correlation or not agreement.ratio:
+    if agreement.correlation is None or abs(agreement.correlation) < SETTINGS.nearly or not agreement.ratio:
         return None
     elsewhere = agreement.in_other_frame
     return None if elsewhere is not None and elsewhere > agreement.correlation else agreement.ratio

@@ -51,7 +51,7 @@ def scalar_last(data: Dataset) -> list[Misread]:
     if present(data, QUATERNION) != QUATERNION:
         return []
     now, then = _correlation(data), _correlation(of_all(SHIFTED, data))
-    if not (now <= SETTINGS.agreeing and then >= SETTINGS.scalar_last):
+    if not (now <= SETTINGS.mostly and then >= SETTINGS.scalar_last):
         return []
     evidence = (
         "quaternions with the scalar last (x y z w): rates and accelerations correlate with the attitude by "
@@ -78,12 +78,12 @@ def other_angles(data: Dataset) -> list[Misread]:
     columns = present(data, RATES), present(data, (*QUATERNION, *HEADING))
     placed = present(data, LEVEL) == LEVEL and columns in ((RATES, QUATERNION), (RATES[-1:], HEADING))
     now = _concordance(data) if placed else ()
-    if not now or max(now) > SETTINGS.agreeing:
+    if not now or max(now) > SETTINGS.mostly:
         return []
     for times, unit, what in ((DEGREES, "deg", READ), (1.0 / DEGREES, "rad", READ[::-1])):
         undone = partial(_divided, times)
         then = min(_concordance(undone(data)), default=0.0)
-        if then >= SETTINGS.agreeing and (times > 1.0 or columns[1] == HEADING or _pushed_as_turned(data)):
+        if then >= SETTINGS.mostly and (times > 1.0 or columns[1] == HEADING or _pushed_as_turned(data)):
             shown = f"what moves the robot agrees with it by {then:.2f} of 1 then, by {max(now):.2f} as it stands"
             return [Misread(f"an attitude in {' that is read as '.join(what)}: {shown}", partial(_unit, unit), undone)]
     return []

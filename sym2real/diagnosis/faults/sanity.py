@@ -198,7 +198,7 @@ def _lost(data: Dataset) -> list[str]:
 
 
 def slow_said(model: Equations | None, data: Dataset) -> list[str]:
-    if model is None or data.dt <= (1.0 + SETTINGS.time_step) * model.dt:
+    if model is None or data.dt <= (1.0 + SETTINGS.same) * model.dt:
         return []
     lost = "commands between rows are not in the logs, and what they did is not judged"
     held = "commands are taken as held" if data[0].between is None else lost

@@ -93,11 +93,11 @@ class OfWheel(Reading):
         return with_along(log, self.honest(log.time, along(log)))
 
 
-def readings(data: Dataset, honest: float = SETTINGS.sensor_shift) -> tuple[Reading, ...]:
+def readings(data: Dataset, honest: float = 1.0) -> tuple[Reading, ...]:
     """Columns whose sensor is wrong in scale, bias or time; the others are left out, and logs too short to judge by.
 
     Args:
-        honest: rows that a sensor may be late.
+        honest: rows that a sensor may be late: differences are by half of one, filters by one.
     """
     layout, readings = data.layouts.state, list[Reading | None]()
     logs = [log for log in data if len(log) > ROWS]
@@ -153,7 +153,7 @@ def _reading(told: Sequence[Told], column: str, of: str, honest: float) -> Readi
     least, most = _slopes(tables[rows])
     sure = {
         "scale": abs(inverse - 1.0) > SETTINGS.sensor_deviations * spread[0] + weakened
-        and abs(np.log(scale)) > SETTINGS.sensor_scale
+        and abs(np.log(scale)) > SETTINGS.uneven
         and inverse > SETTINGS.sensor_deviations * spread[0]
         and not least <= 1.0 <= most,
         "bias": abs(constant) > SETTINGS.sensor_deviations * spread[1] + turned_by

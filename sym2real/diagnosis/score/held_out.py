@@ -70,7 +70,7 @@ class Gate:
     @property
     def fallen(self) -> bool:
         """Whether a tenth of an error goes and none rises beyond chance."""
-        return self.best is not None and self.best.part >= SETTINGS.error_fall and not self.worse
+        return self.best is not None and self.best.part >= SETTINGS.worth_saying and not self.worse
 
     @property
     def passed(self) -> bool:
@@ -90,7 +90,7 @@ class Gate:
             for name in judged(errors):
                 error, after = errors[name], self.after.horizons[horizon][name]
                 part = 1.0 - after.value / max(error.value, 1e-12)
-                apart = error.low < error.high or part <= -SETTINGS.error_fall
+                apart = error.low < error.high or part <= -SETTINGS.worth_saying
                 yield Fall(horizon, name, part), apart and after.low > error.high
 
     def to_dict(self) -> dict[str, Any] | None:

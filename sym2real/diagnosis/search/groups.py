@@ -37,8 +37,8 @@ def as_good(near: Near, without: Tensor, rival: Tensor) -> bool:
         without, rival: loss per fold without the finding, and with the rival in its place ``# (folds,)``.
     """
     chosen, count, price = near.selection.held_out, len(near.selection.chosen), near.selection.price
-    nearly = float((without - rival).sum()) >= SETTINGS.nearly_as_good * float((without - chosen).sum())
+    nearly = float((without - rival).sum()) >= SETTINGS.nearly * float((without - chosen).sum())
     if price(float(rival.sum()), count) >= price(float(without.sum()), count - 1) and not nearly:
         return False
     beyond = 1.0 - float(chosen.sum()) / float(rival.sum())
-    return beyond < SETTINGS.gain_beside or float(near.weights(torch.stack([chosen, rival]))[1]) > SETTINGS.odds
+    return beyond < SETTINGS.gain_beside or float(near.weights(torch.stack([chosen, rival]))[1]) > SETTINGS.level

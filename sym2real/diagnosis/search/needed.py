@@ -140,7 +140,7 @@ def _changes_little(whole: Stage, without: Stage) -> bool:
         for horizon, errors in whole.horizons.items()
         for name in judged(errors)
     )
-    return (whole.foretells or without.foretells) and max(parts) < SETTINGS.error_fall
+    return (whole.foretells or without.foretells) and max(parts) < SETTINGS.worth_saying
 
 
 def _no_worse(whole: Stage, without: Stage) -> bool:
@@ -161,7 +161,7 @@ def _rise(whole: StageError, without: StageError) -> float:
     effect, also the lower end of their ratio, which is known better: where a robot is hard to predict, both are large.
     """
     rise = without.low / max(whole.value, 1e-12)
-    if whole.value > (1 - SETTINGS.error_fall) * without.value:
+    if whole.value > (1 - SETTINGS.worth_saying) * without.value:
         return rise
     return max(rise, float(np.quantile(without.resampled / np.maximum(whole.resampled, 1e-12), 0.025)))
 

@@ -116,7 +116,7 @@ def find_constants(
         fall, most = constants.held_out(problems.folds)
         counts = waiting & (fall > least) & (constants.p_values(_clusters(problems)) < chances)
         if of_base is not None:
-            counts &= of_base.abs() <= SETTINGS.of_the_base * constants.sizes.abs()
+            counts &= of_base.abs() <= SETTINGS.mostly * constants.sizes.abs()
         if not bool(counts.any()):
             return tuple(leftovers)
         place = int(torch.where(counts, fall, -torch.inf).argmax())

@@ -114,9 +114,7 @@ class Terms:
         tried = len(self.side.terms) * len(self.side.spread.names)
         if judged.chance(self.problems.blocks) >= SETTINGS.false_alarms / tried:
             return False
-        return (
-            self.problems.log_count < SETTINGS.fewest_logs or judged.chance(self.problems.logs) <= SETTINGS.term_by_logs
-        )
+        return self.problems.log_count < SETTINGS.fewest_logs or judged.chance(self.problems.logs) <= SETTINGS.level
 
     def accepted(self, judged: Judged) -> Accepted | None:
         """A term that lowers held-out errors by enough and is beyond chance; None otherwise."""
@@ -165,6 +163,6 @@ def find_dependence(selection: Selection, spread: Spread, own: Calibration | Non
     accepted = [term for term in judged if term is not None]
     if not accepted:
         return ()
-    enough = SETTINGS.nearly_as_good * max(term.gain for term in accepted)
+    enough = SETTINGS.nearly * max(term.gain for term in accepted)
     best = next(term for term in accepted if term.gain >= enough)
     return (terms.leftover(best, unit_of(selection.problems.problem, spread.names[best.term.channel])),)

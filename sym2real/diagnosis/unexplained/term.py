@@ -133,7 +133,7 @@ def _regressed(columns: dict[Expr, Array], target: Array, groups: NDArray[np.int
     while len(chosen) < MOST_MONOMIALS:
         scored = [(_unseen_r2([values[factor] for factor in (*chosen, base)], target, groups), base) for base in bases]
         best, base = max(scored, key=lambda factor: factor[0])
-        if best < reached + SETTINGS.monomial_gain:
+        if best < reached + SETTINGS.one_more:
             break
         chosen, reached = [*chosen, base], best
     if not chosen:

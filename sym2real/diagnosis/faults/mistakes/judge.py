@@ -96,7 +96,7 @@ def _best(balances: Balances, data: Dataset) -> Undoing | None:
     judged = [_judged(balances, now, transformation, data, len(tried)) for transformation in tried]
     held = [undoing for undoing in judged if undoing is not None]
     best = {type(undoing.transformation): undoing for undoing in sorted(held, key=lambda undoing: undoing.gain)}
-    least = SETTINGS.nearly_as_good * max((undoing.gain for undoing in held), default=0.0)
+    least = SETTINGS.nearly * max((undoing.gain for undoing in held), default=0.0)
     found = next((best[kind] for kind in map(type, tried) if kind in best and best[kind].gain >= least), None)
     if found is None:
         return None
@@ -110,20 +110,20 @@ def _late_commands(balances: Balances, data: Dataset) -> Undoing | None:
     Commands that change from row to row tell rows apart step by step; over a stretch their changes sum to little. What
     takes effect later than it is sent must not say as much.
     """
-    if data.dt < (1.0 - SETTINGS.time_step) * balances.model.dt:  # such rows are no steps of the model
+    if data.dt < (1.0 - SETTINGS.same) * balances.model.dt:  # such rows are no steps of the model
         return None
     tried = [Late("commands", data.layouts.action.columns, rows, data.dt) for rows in COMMAND_ROWS]
     likely = [step_likelihood(balances.model, of_all(late, data)) for late in tried]
     best = int(np.argmax(likely))
     beside = max(value for late, value in zip(tried, likely, strict=True) if late.rows <= 0)
     left = np.exp(2.0 * (beside - likely[best]) / sum(map(len, data)))
-    if not left < SETTINGS.mistake_left:  # or no number
+    if not left < SETTINGS.mostly:  # or no number
         return None
     now, then = (balances(logs) for logs in (data, of_all(tried[best], data)))
     old, new = now.losses.mean(0), then.losses.mean(0)
     most = int(np.argmax(old - new))
     undoing = Undoing(tried[best], now.names[most], float(old[most]), float(new[most]), float(sum(old - new)))
-    return undoing if undoing.after < SETTINGS.mistake_left else None
+    return undoing if undoing.after < SETTINGS.mostly else None
 
 
 def _apart(one: Transformation, other: Transformation) -> bool:
@@ -140,19 +140,19 @@ def _judged(
     then = balances(of_all(transformation, data))
     old, new = now.losses.mean(0), then.losses.mean(0)
     better = old - new
-    clear = (old > SETTINGS.mistake_fewer * new) & (new < SETTINGS.mistake_left)
+    clear = (old > SETTINGS.far * new) & (new < SETTINGS.mostly)
     if not clear.any() or -better.min() > SETTINGS.others_worse * better.max() or _in_all(new) > _in_all(old):
         return None
     if isinstance(transformation, Turned) and transformation.field == "attitude":
-        clear &= without_drag(now) > SETTINGS.mistake_fewer * new
+        clear &= without_drag(now) > SETTINGS.far * new
     if isinstance(transformation, Exchanged | Scaled | Turned):  # it must mend a part of what it does
         does = 1.0 - np.cos(transformation.angle) if isinstance(transformation, Turned) else 1.0
-        clear &= better > SETTINGS.error_fall * does
+        clear &= better > SETTINGS.worth_saying * does
     if isinstance(transformation, Late | Turned):
-        clear &= without_arm(now) > SETTINGS.mistake_fewer * new
+        clear &= without_arm(now) > SETTINGS.far * new
     for other in mimics(transformation, data.layouts.action.columns):
         mimicked = balances(of_all(other, data)).losses.mean(0)
-        clear &= (mimicked > SETTINGS.mistake_fewer * new) & (_in_all(mimicked) > _in_all(new))
+        clear &= (mimicked > SETTINGS.far * new) & (_in_all(mimicked) > _in_all(new))
     chance = [_chance(now.missed(place), then.missed(place)) if clear[place] else 1.0 for place in range(len(old))]
     most = int(np.argmin(chance))
     if chance[most] > SETTINGS.false_alarms / tried:

@@ -110,7 +110,7 @@ def _of_attitudes(data: Dataset, balance: Balance) -> Iterator[OfAttitude]:
     """Roll and pitch in every order and sign, of what was measured or commanded, where that is badly foretold."""
     losses = dict(zip(balance.names, balance.losses.mean(0), strict=True))
     missed = max(losses.get(name, 0.0) for name in TILTED)
-    if missed <= SETTINGS.mistake_left:
+    if missed <= SETTINGS.mostly:
         return
     for ending in ("", COMMANDED):
         quaternion = tuple(f"{name}{ending}" for name in QUATERNION)

@@ -56,10 +56,10 @@ def fitting_scales(balances: Balances, data: Dataset, now: Balance) -> Iterator[
     """For what the model foretells badly, joints and commands or the position, the factor that fits best."""
     state, action = data.layouts.state, data.layouts.action
     losses = dict(zip(now.names, now.losses.mean(0), strict=True))
-    if losses.get("level velocity", 0.0) > SETTINGS.mistake_left:
+    if losses.get("level velocity", 0.0) > SETTINGS.mostly:
         position = present(data, POSITIONS)
         yield _best(balances, data, (*position, *(state.rates[place] for place in position)), "m")
-    bad = [joint for joint in state.joints if losses[state.rates[joint]] > SETTINGS.mistake_left]
+    bad = [joint for joint in state.joints if losses[state.rates[joint]] > SETTINGS.mostly]
     if not bad:
         return
     units = state.units | action.units
@@ -83,5 +83,5 @@ def _best(balances: Balances, data: Dataset, columns: Sequence[str], meant: str)
     unit = min(named, key=lambda unit: missed(named[unit]), default="")
     known = {named[unit]: unit} if unit else {}
     known.setdefault(10.0 ** round(math.log10(factor)), "")
-    alike = [value for value in known if missed(value) * SETTINGS.nearly_as_good < missed(factor)]
+    alike = [value for value in known if missed(value) * SETTINGS.nearly < missed(factor)]
     return Scaled(tuple(columns), *((alike[0], known[alike[0]]) if alike else (factor, "")))

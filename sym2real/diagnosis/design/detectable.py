@@ -24,11 +24,10 @@ from scipy import stats
 from torch import Tensor
 
 from sym2real.dataset import Logs
-from sym2real.diagnosis.data.lengths import long_enough
-from sym2real.diagnosis.data.preparation import with_filtered_commands
+from sym2real.diagnosis.data.preparation import long_enough, with_filtered_commands
 from sym2real.diagnosis.design.mattering import Predictions
 from sym2real.diagnosis.design.visible import AssumedNoise, Plan, Visible
-from sym2real.diagnosis.errors.sensor_noise import SensorNoise
+from sym2real.diagnosis.errors.floor import SensorNoise
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Hypothesis, solve
 from sym2real.diagnosis.estimate.significance import least_gain, sizes_beyond_chance

@@ -15,9 +15,8 @@ import torch
 from torch import Tensor
 
 from sym2real.diagnosis.data.windows import channel_name, judged
-from sym2real.diagnosis.errors.floor import MOST_WINDOWS, Floor, floor_of_explained
+from sym2real.diagnosis.errors.floor import MOST_WINDOWS, Floor, SensorNoise, floor_of_explained
 from sym2real.diagnosis.errors.rungs import windows_of
-from sym2real.diagnosis.errors.sensor_noise import SensorNoise
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Free
 from sym2real.diagnosis.predict.sensitivity import Problem

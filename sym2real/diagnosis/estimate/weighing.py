@@ -7,15 +7,13 @@ from dataclasses import dataclass, replace
 import torch
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.estimate.calibrate import Calibration, calibrated
+from sym2real.diagnosis.estimate.calibrate import Calibration, calibrated, lifted, refined
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.overfit import overfitted
-from sym2real.diagnosis.estimate.refine import lifted, refined
 from sym2real.diagnosis.estimate.simulator import SWITCHED_OFF, flown_along, with_effects_of
 from sym2real.diagnosis.estimate.swing import Swing, find_swing
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate, free_start
-from sym2real.diagnosis.faults.checking import Examined, Question
-from sym2real.diagnosis.faults.sanity import Checked
+from sym2real.diagnosis.faults.sanity import Checked, Examined, Question
 from sym2real.diagnosis.predict.candidate import Candidate, candidates, library_for, swings, with_inputs_of
 from sym2real.diagnosis.predict.competitors import NotTried, competing
 from sym2real.diagnosis.predict.library import Library

@@ -12,6 +12,7 @@ from torch import Tensor
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, VELOCITIES
 from sym2real.diagnosis.data.preparation import from_row_to_row
+from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, of_all
 from sym2real.effects.filters import spelled_out
 from sym2real.effects.inputs import with_inputs
@@ -147,3 +148,19 @@ def spin_said(model: Equations, data: Dataset) -> tuple[str, str]:
         "rotors that turn the other way than the model says: yaw answers the motors with the opposite sign",
         f"make the model with these rotors: `sym2real nominal quadrotor --interface motors --spin {signs} …`",
     )
+
+
+def motors(model: Equations, data: Dataset) -> Settled:
+    """Motor columns in another order than the model's, and rotors that turn the other way."""
+    order, faults = order_of_motors(model, data), []
+    if order is None:
+        return (), data
+    if order.moved:
+        faults.append(Fault("", *order_said(order)))
+        if not order.certain:
+            return faults, data
+        data = in_order(order, data)
+    if order.reversed:
+        faults.append(Fault("", *spin_said(model, data)))
+        data = turned_the_other_way(model, data) or data
+    return faults, data

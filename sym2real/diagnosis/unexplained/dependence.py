@@ -21,8 +21,7 @@ from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.diagnosis.unexplained.constant import CONSTANT
-from sym2real.diagnosis.unexplained.disturbance_terms import Feature, Judged, Side, features_in
+from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, Feature, Judged, Side, features_in
 from sym2real.diagnosis.unexplained.leftover import Leftover, split_in_words, unit_of
 from sym2real.diagnosis.unexplained.motion import part_of_disturbance
 

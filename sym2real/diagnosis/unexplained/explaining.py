@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from sym2real.diagnosis.errors.floor import Floor, floor_of_explained
+from sym2real.diagnosis.errors.floor import Floor, SensorNoise, floor_of_explained
 from sym2real.diagnosis.errors.rungs import Stage
-from sym2real.diagnosis.errors.sensor_noise import SensorNoise
 from sym2real.diagnosis.estimate.weighing import Prepared
 from sym2real.diagnosis.score.finding import applied
 from sym2real.diagnosis.score.scoring import Scored

@@ -14,15 +14,15 @@ from scipy.optimize import linear_sum_assignment
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, VELOCITIES
+from sym2real.diagnosis.faults.misread_attitudes import COMMANDED, OfAttitude
 from sym2real.diagnosis.faults.mistakes.balance import Balance
-from sym2real.diagnosis.faults.mistakes.of_attitude import COMMANDED, OfAttitude
 from sym2real.diagnosis.faults.mistakes.transformation import (
+    FROM_WORLD,
     HEADING,
     POSITIONS,
     QUATERNION,
     RATE_COMMANDS,
     Exchanged,
-    FromWorld,
     Late,
     OtherAxes,
     Transformation,
@@ -76,7 +76,7 @@ def _axes(data: Dataset) -> Iterator[Transformation]:
     if velocity and (attitude or present(data, HEADING) == HEADING):
         yield OtherAxes(velocity, "body")
     if attitude:
-        yield FromWorld()
+        yield FROM_WORLD
         if rates == RATES:
             yield OtherAxes(rates, "world")
 

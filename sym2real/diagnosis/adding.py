@@ -27,8 +27,7 @@ from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.score.finding import Finding, findings
 from sym2real.diagnosis.score.held_out import Steps
 from sym2real.diagnosis.score.tried import Rival, Tried
-from sym2real.diagnosis.search.groups import as_good
-from sym2real.diagnosis.search.near import Near
+from sym2real.diagnosis.search.near import Near, as_good
 from sym2real.diagnosis.search.needed import Predicted, keep_needed
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS

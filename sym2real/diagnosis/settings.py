@@ -62,9 +62,7 @@ class Settings:
     scalar_last: float = _of(0.8, "tuned", "correlation of attitudes whose scalar is last: the list of mistakes")
     command_unit: float = _of(10.0, "tuned", "times: a command's other unit, and what it mends: the list of mistakes")
     command_sides: float = _of(2.0, "tuned", "times more that far factors of that unit must miss: the list of mistakes")
-    others_worse: float = _of(
-        0.25, "tuned", "of what a mistake mends, what another quantity may lose: the list of mistakes"
-    )
+    others_worse: float = _of(0.25, "tuned", "part of what is mended that another may lose: the list of mistakes")
     frame_turn: float = _of(float(np.deg2rad(25.0)), "sensor", "a smaller turn is a sensor that is mounted askew")
     jump_beyond: float = _of(4.0, "sensor", "times the 95th percentile of changes by which a value jumps")
     jump_metres: float = _of(0.1, "sensor", "m; estimators of position correct themselves by centimetres")
@@ -72,14 +70,10 @@ class Settings:
     spike_rows: int = _of(2, "sensor", "rows after which any other value that jumped is back")
     bridged_rows: int = _of(3, "sensor", "bad rows that are bridged, as the reader of logs does; more part a log")
 
-    misfit: float = _of(
-        1.2, "tuned", "whitened squares per degree of freedom that leave something out: null sets, 1.06"
-    )
+    misfit: float = _of(1.2, "tuned", "reduced χ² that leaves something out: null sets, 1.06")
     suspect: float = _of(0.03, "tuned", "R² on unseen pieces from which a disturbance is looked at: null sets")
     disturbance_pieces: int = _of(60, "theory", "pieces that a dependence is looked for in")
-    term_gain: float = _of(
-        0.015, "tuned", "fall of the loss by a term of whole logs: null sets 0.008, grip leaves 0.012"
-    )
+    term_gain: float = _of(0.015, "tuned", "fall of the loss by a term of whole logs: null sets 0.008, grip 0.012")
     statement_r2: float = _of(0.15, "tuned", "R² on unseen logs of a statement where errors are large: simulated logs")
     statement_alike: float = _of(0.05, "tuned", "R² by which a plainer feature may be worse: simulated logs")
 

@@ -5,7 +5,7 @@ An effect of size β changes the residuals of a log by r(β); what the free star
 Hotelling's test on blocks, which is Student's t for one parameter, also where blocks, or whole logs, of measured ones
 differ by more than their noise does. Near zero λ = β²F with the sensitivity matrix F =
 JᵀC⁻¹J; effects that begin at a threshold (limits, grip, dead bands) are tried at rising sizes instead. From which size
-on an effect matters for predictions is another number (see ``mattering.py``).
+on an effect matters for predictions is another number (see ``visible.py``).
 
 Two effects cannot be told apart where one's residuals are the other's: the part of F that fitting the other removes,
 tr(F_ab F_bb⁻¹ F_ba) / tr F_aa in units of the parameters' scales, is above 0.96 (a correlation of 0.98). A delay and
@@ -25,8 +25,7 @@ from torch import Tensor
 
 from sym2real.dataset import Logs
 from sym2real.diagnosis.data.preparation import long_enough, with_filtered_commands
-from sym2real.diagnosis.design.mattering import Predictions
-from sym2real.diagnosis.design.visible import AssumedNoise, Plan, Visible
+from sym2real.diagnosis.design.visible import AssumedNoise, Plan, Predictions, Visible
 from sym2real.diagnosis.errors.floor import SensorNoise
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Hypothesis, solve

@@ -31,10 +31,90 @@ from sym2real.effects.visible import VisibleModel
 from sym2real.symbolic import Equations
 from sym2real.vocabulary import POSITION
 
+POSITIONS = POSITION.columns
+Judged = tuple[Mapping[str, float | None], str]  # column → logged over meant, and over what
 THAN = "what moves the robot as the model says"
-FAR = 3.0  # times
 GRID = np.geomspace(1e-5, 1e7, 120)
 MOST_ROWS = 500
+
+
+def foreign_positions(data: Dataset) -> list[Breach]:
+    """Position and joints, by a quadrotor's pushes or by the rates that they should have."""
+    return _by_log(_positions, data)
+
+
+def foreign_velocities(data: Dataset) -> list[Breach]:
+    """The velocity, by how the position changes."""
+    than = "what the position or joint changes by"
+    return _by_log(lambda logs: (_ratios(velocity_agreement(list(logs))), than), data)
+
+
+def foreign_rates(data: Dataset) -> list[Breach]:
+    """The body rates, by how the attitude or heading turns."""
+    return _by_log(lambda logs: (_ratios(rate_agreement(list(logs))), "what the robot turns by"), data)
+
+
+BY_SENSORS = (foreign_positions, foreign_velocities, foreign_rates)
+
+
+def _positions(data: Dataset) -> Judged:
+    pushed = _ratio(thrust_agreement(list(data)))
+    if pushed is not None and abs(log(pushed)) >= log(SETTINGS.unheard_of):  # nearer, thrust is of a fast turn
+        columns = (name for name in POSITIONS if name in data.layouts.state)
+        return dict.fromkeys(columns, pushed), "how far thrust moves the robot"
+    moved, rates = _ratios(velocity_agreement(list(data))), data.layouts.state.rates.items()
+    inverse = {place: None if (ratio := moved[rate]) is None else 1.0 / ratio for place, rate in rates}
+    level = [ratio for place in POSITIONS[:2] if (ratio := inverse.get(place)) is not None]
+    small = [ratio for ratio in level if pushed is not None and abs(log(ratio / pushed)) > abs(log(pushed))]
+    for place, ratio in inverse.items():
+        # Of a coordinate and its rate the larger numbers are wrong, but where thrust says that the smaller are.
+        if ratio and (ratio < 1.0 or any(abs(log(ratio / other)) < log(SETTINGS.unit_near) for other in small)):
+            inverse[place] = 1.0
+    return inverse, "how far its rate moves it"
+
+
+def _ratios(found: Mapping[str, Agreement]) -> dict[str, float | None]:
+    return {name: _ratio(agreement) for name, agreement in found.items()}
+
+
+def _by_log(judge: Callable[[Dataset], Judged], data: Dataset) -> list[Breach]:
+    """What is so in all logs, or, where logs that can be judged contradict each other, what is so in each."""
+    meant = data.layouts.state.units
+    alone = [judge(Dataset([log])) for log in data] if len(data) > 1 else []
+    judged = [{name: ratio for name, ratio in ratios.items() if ratio is not None} for ratios, _ in alone]
+    large = [{name for name, ratio in own.items() if in_unit((name,), meant[name], ratio)} for own in judged]
+    if any(set[str]().union(*large) & own.keys() - here for own, here in zip(judged, large, strict=True)):
+        return [foreign.in_one(data, place) for place, own in enumerate(alone) for foreign in _foreign(*own, meant)]
+    return _foreign(*judge(data), meant)
+
+
+def _foreign(ratios: Mapping[str, float | None], than: str, meant: Mapping[str, str]) -> list[Breach]:
+    """One entry for each unit that columns are in; what cannot be judged is in the one that all others are in."""
+    judged = {name: ratio for name, ratio in ratios.items() if ratio is not None}
+    units = {name: in_unit((name,), meant[name], ratio) for name, ratio in judged.items()}
+    entries = []
+    for wanted, found in sorted({(meant[name], scaled.unit) for name, scaled in units.items() if scaled is not None}):
+        own = [name for name, scaled in units.items() if scaled and (meant[name], scaled.unit) == (wanted, found)]
+        alike = [name for name in ratios if meant[name] == wanted]
+        columns = alike if all(name in own or ratios[name] is None for name in alike) else own
+        ratio = float(np.exp(np.mean(np.log([judged[name] for name in own]))))
+        factor = float(factors(wanted)[found] ** np.sign(log(ratio))) if found else ratio
+        entries.append(Breach(Scaled(tuple(columns), factor, found), times_said(ratio, than)))
+    return entries
+
+
+def times_said(ratio: float, than: str) -> str:
+    """What shows a scale, one clause."""
+    times = np.format_float_positional(ratio, precision=3, fractional=False, trim="-")
+    return f"the logged numbers are {times} times {than}"
+
+
+def _ratio(agreement: Agreement) -> float | None:
+    """How many times as large as the derivative a column is; None where nobody can tell, or in another frame."""
+    if agreement.correlation is None or abs(agreement.correlation) < SETTINGS.nearly or not agreement.ratio:
+        return None
+    elsewhere = agreement.in_other_frame
+    return None if elsewhere is not None and elsewhere > agreement.correlation else agreement.ratio
 
 
 class Steps:
@@ -81,7 +161,7 @@ class Steps:
 
     def rise(self, columns: Sequence[str], factor: float) -> float:
         """How many times more is missed, in the column where most is, with columns divided by far more and far less."""
-        here, *beside = self.errors(columns, [factor * by for by in (1.0, FAR, 1.0 / FAR)])
+        here, *beside = self.errors(columns, [factor * by for by in (1.0, SETTINGS.far, 1.0 / SETTINGS.far)])
         return float((torch.minimum(*beside) / here).max())
 
     def missed(self, columns: Sequence[str], factor: float) -> float:
@@ -144,7 +224,7 @@ def _most_foreign(steps: Steps, settled: Sequence[str]) -> tuple[Scaled, float] 
         ratio = best_factor(partial(steps.missed, columns), between)
         missed, meant = steps.missed(columns, ratio), steps.data.layouts.action.units[columns[0]]
         if missed < best[0] and steps.rise(columns, ratio) > SETTINGS.command_sides:
-            found = in_unit(columns, meant, ratio, least=least, unheard_of=least, mass=mass)
+            found = in_unit(columns, meant, ratio, (least, least), mass)
             if found is not None and _mended(now, steps.errors(columns, [ratio])[0]):
                 best = missed, (found, ratio)
     return best[1]
@@ -154,84 +234,3 @@ def _mended(now: torch.Tensor, then: torch.Tensor) -> bool:
     """Whether a column that is missed by more than it changes is missed far less, and no other becomes one."""
     better, worse = now > SETTINGS.far * then, then > SETTINGS.unit_near * now
     return bool((better & (now > 1.0)).any() and not (worse & (then > 1.0)).any())
-
-
-POSITIONS = POSITION.columns
-Judged = tuple[Mapping[str, float | None], str]  # column → logged over meant, and over what
-
-
-def foreign_positions(data: Dataset) -> list[Breach]:
-    """Position and joints, by a quadrotor's pushes or by the rates that they should have."""
-    return _by_log(_positions, data)
-
-
-def foreign_velocities(data: Dataset) -> list[Breach]:
-    """The velocity, by how the position changes."""
-    return _by_log(
-        lambda logs: (_ratios(velocity_agreement(list(logs))), "what the position or joint changes by"), data
-    )
-
-
-def foreign_rates(data: Dataset) -> list[Breach]:
-    """The body rates, by how the attitude or heading turns."""
-    return _by_log(lambda logs: (_ratios(rate_agreement(list(logs))), "what the robot turns by"), data)
-
-
-def _positions(data: Dataset) -> Judged:
-    pushed = _ratio(thrust_agreement(list(data)))
-    if pushed is not None and abs(log(pushed)) >= log(SETTINGS.unheard_of):  # nearer, thrust is of a fast turn
-        columns = (name for name in POSITIONS if name in data.layouts.state)
-        return dict.fromkeys(columns, pushed), "how far thrust moves the robot"
-    moved, rates = _ratios(velocity_agreement(list(data))), data.layouts.state.rates.items()
-    inverse = {place: None if (ratio := moved[rate]) is None else 1.0 / ratio for place, rate in rates}
-    level = [ratio for place in POSITIONS[:2] if (ratio := inverse.get(place)) is not None]
-    small = [ratio for ratio in level if pushed is not None and abs(log(ratio / pushed)) > abs(log(pushed))]
-    for place, ratio in inverse.items():
-        # Of a coordinate and its rate the larger numbers are wrong, but where thrust says that the smaller are.
-        if ratio and (ratio < 1.0 or any(abs(log(ratio / other)) < log(SETTINGS.unit_near) for other in small)):
-            inverse[place] = 1.0
-    return inverse, "how far its rate moves it"
-
-
-def _ratios(found: Mapping[str, Agreement]) -> dict[str, float | None]:
-    return {name: _ratio(agreement) for name, agreement in found.items()}
-
-
-def _by_log(judge: Callable[[Dataset], Judged], data: Dataset) -> list[Breach]:
-    """What is so in all logs, or, where logs that can be judged contradict each other, what is so in each."""
-    meant = data.layouts.state.units
-    alone = [judge(Dataset([log])) for log in data] if len(data) > 1 else []
-    judged = [{name: ratio for name, ratio in ratios.items() if ratio is not None} for ratios, _ in alone]
-    large = [{name for name, ratio in own.items() if in_unit((name,), meant[name], ratio)} for own in judged]
-    if any(set[str]().union(*large) & own.keys() - here for own, here in zip(judged, large, strict=True)):
-        return [foreign.in_one(data, place) for place, own in enumerate(alone) for foreign in _foreign(*own, meant)]
-    return _foreign(*judge(data), meant)
-
-
-def _foreign(ratios: Mapping[str, float | None], than: str, meant: Mapping[str, str]) -> list[Breach]:
-    """One entry for each unit that columns are in; what cannot be judged is in the one that all others are in."""
-    judged = {name: ratio for name, ratio in ratios.items() if ratio is not None}
-    units = {name: in_unit((name,), meant[name], ratio) for name, ratio in judged.items()}
-    entries = []
-    for wanted, found in sorted({(meant[name], scaled.unit) for name, scaled in units.items() if scaled is not None}):
-        own = [name for name, scaled in units.items() if scaled and (meant[name], scaled.unit) == (wanted, found)]
-        alike = [name for name in ratios if meant[name] == wanted]
-        columns = alike if all(name in own or ratios[name] is None for name in alike) else own
-        ratio = float(np.exp(np.mean(np.log([judged[name] for name in own]))))
-        factor = float(factors(wanted)[found] ** np.sign(log(ratio))) if found else ratio
-        entries.append(Breach(Scaled(tuple(columns), factor, found), times_said(ratio, than)))
-    return entries
-
-
-def times_said(ratio: float, than: str) -> str:
-    """What shows a scale, one clause."""
-    times = np.format_float_positional(ratio, precision=3, fractional=False, trim="-")
-    return f"the logged numbers are {times} times {than}"
-
-
-def _ratio(agreement: Agreement) -> float | None:
-    """How many times as large as the derivative a column is; None where nobody can tell, or in another frame."""
-    if agreement.correlation is None or abs(agreement.correlation) < SETTINGS.nearly or not agreement.ratio:
-        return None
-    elsewhere = agreement.in_other_frame
-    return None if elsewhere is not None and elsewhere > agreement.correlation else agreement.ratio

@@ -67,12 +67,6 @@ def _caused(predict: VisibleModel, log: Trajectory, order: tuple[int, ...]) -> A
     return apart[:, rates].numpy() / log.dt
 
 
-def in_order(motor_order: MotorOrder, data: Dataset) -> Dataset:
-    """The logs with their motor columns in the model's order."""
-    acting = tuple(MOTORS[column] for column in motor_order.columns)
-    return of_all(Exchanged(acting, MOTORS, (1, 1, 1, 1)), data)
-
-
 def turned_the_other_way(model: Equations, data: Dataset) -> Dataset | None:
     """The logs with motors that give the same thrust, roll and pitch, and the opposite of their yaw torque.
 
@@ -159,7 +153,7 @@ def motors(model: Equations, data: Dataset) -> Settled:
         faults.append(Fault("", *order_said(order)))
         if not order.certain:
             return faults, data
-        data = in_order(order, data)
+        data = of_all(Exchanged(tuple(MOTORS[column] for column in order.columns), MOTORS, (1, 1, 1, 1)), data)
     if order.reversed:
         faults.append(Fault("", *spin_said(model, data)))
         data = turned_the_other_way(model, data) or data

@@ -15,12 +15,7 @@ from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.agreement import agreements
 from sym2real.diagnosis.data.preparation import long_enough, with_filtered_commands
 from sym2real.diagnosis.faults.fault import Breach, Fault, Settled
-from sym2real.diagnosis.faults.foreign_units import (
-    foreign_commands,
-    foreign_positions,
-    foreign_rates,
-    foreign_velocities,
-)
+from sym2real.diagnosis.faults.foreign_units import BY_SENSORS, foreign_commands
 from sym2real.diagnosis.faults.misread_attitudes import against_the_path, other_angles, scalar_last
 from sym2real.diagnosis.faults.mistakes.judge import mistakes
 from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
@@ -97,9 +92,9 @@ def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
     data = rates_on_time(data if sensors is None else through(sensors.measured, data))
     data = with_one_clock(data if model is None else with_lost_commands(model, data))
     notes = (
-        *_lost(data),
+        *(f"{log.name}: {note}" for log in data for note in log.notes if is_unasked(note)),  # what was lost in reading
         *slow_said(model, data),
-        *_saturation(data),
+        *(line for name, command in excitation(list(data)).items() for line in command.limits_said(name)),
         *exactness(sum(exact(log) for log in data), len(data)),
     )
     return Checked(data, tuple(found), notes, any(log.between is not None for log in data))
@@ -114,11 +109,10 @@ def looks_for(model: Equations | None) -> tuple[tuple[Look, ...], ...]:
     units and signs, more can be seen.
     """
     frames = (bad_rows, scalar_last, other_angles)
-    units = (foreign_positions, foreign_velocities, foreign_rates)
     if model is None:
-        return (*frames, against_the_path), units, ()
+        return (*frames, against_the_path), BY_SENSORS, ()
     mistaken, commands = partial(mistakes, model), partial(foreign_commands, model)
-    return (*frames, *units, commands, mistaken, against_the_path), units, (commands, mistaken)
+    return (*frames, *BY_SENSORS, commands, mistaken, against_the_path), BY_SENSORS, (commands, mistaken)
 
 
 def through(sensors: Callable[[Tensor], Tensor], data: Dataset) -> Dataset:
@@ -180,21 +174,12 @@ def _behind_their_rates(data: Dataset) -> Settled:
     return faults, data
 
 
-def _lost(data: Dataset) -> list[str]:
-    """What was lost or changed of the logs when they were read."""
-    return [f"{log.name}: {note}" for log in data for note in log.notes if is_unasked(note)]
-
-
 def slow_said(model: Equations | None, data: Dataset) -> list[str]:
     if model is None or data.dt <= (1.0 + SETTINGS.same) * model.dt:
         return []
     lost = "commands between rows are not in the logs, and what they did is not judged"
     held = "commands are taken as held" if data[0].between is None else lost
     return [f"rows are {data.dt:.4g} s apart, the model's steps {model.dt:g} s: {held}"]
-
-
-def _saturation(data: Dataset) -> tuple[str, ...]:
-    return tuple(line for name, command in excitation(list(data)).items() for line in command.limits_said(name))
 
 
 @dataclass(frozen=True, eq=False)

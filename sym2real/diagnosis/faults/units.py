@@ -15,10 +15,11 @@ from sym2real.diagnosis.faults.mistakes.balance import Balance, Balances
 from sym2real.diagnosis.faults.mistakes.transformation import POSITIONS, of_all, present
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.logs.sources import AsRead
-from sym2real.logs.units import UNITS
+from sym2real.logs.units import UNITS, standard_unit
 from sym2real.trajectory import Trajectory
 
 STEP, LARGEST = 1.5, 1e5  # of factors that are tried, and of their inverses
+SENSED = SETTINGS.far, SETTINGS.unheard_of
 
 
 @dataclass(frozen=True)
@@ -48,16 +49,16 @@ class Scaled:
         names = " ".join(self.columns)
         if not self.unit:
             return f"{names} in no unit of that size, or before a gear, {self.factor:.4g} times what is meant"
-        if self.factor > 1.0:
-            return f"{names} in {self.unit} instead of {self._meant}"
-        return f"{names} in {self._meant} that are read as {self.unit}"
+        large = f"{self.unit} instead of {self._meant}"
+        return f"{names} in {large if self.factor > 1.0 else f'{self._meant} that are read as {self.unit}'}"
 
     def fix(self, read: AsRead) -> str:
         """What to change, in the columns of the log."""
-        named = self.unit if not self.unit or self.factor > 1.0 else self._meant
-        value = f'unit = "{named}", or '.removeprefix('unit = "", or ') + read.scale(1.0 / self.factor)
+        one_unit = self.unit and len({standard_unit(name) for name in self.columns}) == 1
+        unit = one_unit and (self.unit if self.factor > 1.0 else self._meant)
+        value = f'unit = "{unit}"' if unit else read.scale(1.0 / self.factor)
         change = f"give {' and '.join(read.columns(self.columns))} {value} in a specification of the log"
-        return change if self.mass is None else f"{change}, and mass = {self.mass:g} at its top"
+        return f"{change}, and mass = {self.mass:g} at its top" if self.mass and self.factor > 1.0 else change
 
     def undone(self, log: Trajectory) -> Trajectory:
         """In the unit that is meant."""
@@ -81,9 +82,7 @@ def in_unit(
     columns: tuple[str, ...],
     meant: str,
     ratio: float,
-    *,
-    least: float = SETTINGS.far,
-    unheard_of: float = SETTINGS.unheard_of,
+    from_on: tuple[float, float] = SENSED,
     mass: float | None = None,
 ) -> Scaled | None:
     """Columns that are so many times what is meant; None where that is no unit, and not so far off that it must be one.
@@ -92,16 +91,16 @@ def in_unit(
         columns: in question.
         meant: their unit.
         ratio: what is logged over what is meant, as found.
-        least: factor of a unit, or its inverse, below which nobody tells it from what a robot does.
-        unheard_of: from which a ratio, or its inverse, is another unit even if it has no name.
+        from_on: factor of a unit, or its inverse, below which nobody tells it from what a robot does; and from which a
+            ratio, or its inverse, is another unit even if it has no name.
         mass: as of :func:`factors`.
     """
     sign = 1.0 if ratio > 1.0 else -1.0
-    known = {unit: factor**sign for unit, factor in factors(meant, mass).items() if factor >= least}
+    known = {unit: factor**sign for unit, factor in factors(meant, mass).items() if factor >= from_on[0]}
     unit = min(known, key=lambda name: abs(log(known[name] / ratio)), default="")
     if unit and abs(log(known[unit] / ratio)) <= log(SETTINGS.unit_near):
         return Scaled(columns, known[unit], unit, None if UNITS[unit][0] == meant else mass)
-    return Scaled(columns, ratio) if abs(log(ratio)) >= log(unheard_of) else None
+    return Scaled(columns, ratio) if abs(log(ratio)) >= log(from_on[1]) else None
 
 
 def best_factor(missed: Callable[[float], float], between: tuple[float, float]) -> float:

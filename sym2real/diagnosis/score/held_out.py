@@ -22,9 +22,8 @@ from sym2real.diagnosis.errors.rungs import Stage, horizons_for, ladder
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.score.importance import by_importance
-from sym2real.diagnosis.search.deviations import parameter_set
 from sym2real.diagnosis.search.needed import fold_of_log, judged_horizons, left_out_sets, scored_after
-from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.search.select import Selection, parameter_set
 from sym2real.diagnosis.settings import SETTINGS
 
 

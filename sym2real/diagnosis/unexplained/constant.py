@@ -23,8 +23,8 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, Judged
+from sym2real.diagnosis.unexplained.features import part_of_disturbance
 from sym2real.diagnosis.unexplained.leftover import Leftover, unit_of
-from sym2real.diagnosis.unexplained.motion import part_of_disturbance
 from sym2real.effects.wrench import AXES
 
 # Measurements that may be off by a constant which the free start does not take up, and their unit.

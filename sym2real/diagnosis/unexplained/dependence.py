@@ -22,8 +22,8 @@ from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, Feature, Judged, Side, features_in
+from sym2real.diagnosis.unexplained.features import part_of_disturbance
 from sym2real.diagnosis.unexplained.leftover import Leftover, split_in_words, unit_of
-from sym2real.diagnosis.unexplained.motion import part_of_disturbance
 
 # Part of the loss that a term must save before variances are estimated without it, and how many get that far.
 PROMISING, MOST_TERMS = 0.003, 3

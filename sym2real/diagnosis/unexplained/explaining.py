@@ -7,14 +7,13 @@ from dataclasses import dataclass, replace
 from sym2real.diagnosis.errors.floor import Floor, SensorNoise, floor_of_explained
 from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.diagnosis.estimate.weighing import Prepared
-from sym2real.diagnosis.score.finding import applied
-from sym2real.diagnosis.score.scoring import Scored
+from sym2real.diagnosis.score.finding import Scored, applied
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.constant import find_constants
 from sym2real.diagnosis.unexplained.dependence import find_dependence
+from sym2real.diagnosis.unexplained.features import part_of_changes
 from sym2real.diagnosis.unexplained.leftover import MISFIT, Leftover, Rest, find_leftovers, find_misfit
-from sym2real.diagnosis.unexplained.motion import part_of_changes
 from sym2real.diagnosis.unexplained.term import Term, propose
 
 

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.diagnosis.unexplained.features import features_of
-from sym2real.diagnosis.unexplained.motion import part_of_disturbance
+from sym2real.diagnosis.unexplained.features import features_of, part_of_disturbance
 from sym2real.symbolic.mass_normalised import unit_for
 from sym2real.trajectory import Array
 from sym2real.vocabulary import is_push

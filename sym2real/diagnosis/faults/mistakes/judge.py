@@ -29,8 +29,6 @@ from sym2real.trajectory import Array
 MOST = 3  # mistakes in one set of logs
 COMMAND_ROWS = range(-6, 3)  # that commands may be written late by; as many as a delay may take where less than none
 ROUNDING = 1e-6  # of the squares
-
-
 Gain = tuple[float, Breach]  # by how much the squares missed fall over all quantities, and what is undone
 
 
@@ -87,18 +85,14 @@ def _late_commands(balances: Balances, data: Dataset) -> Breach | None:
         return None
     old, new = (balances(logs).losses.mean(0) for logs in (data, of_all(tried[best], data)))
     most = int(np.argmax(old - new))
-    return (
-        Breach(tried[best], _said(balances(data).names[most], old[most], new[most]))
-        if new[most] < SETTINGS.mostly
-        else None
-    )
+    shown = _said(balances(data).names[most], old[most], new[most])
+    return Breach(tried[best], shown) if new[most] < SETTINGS.mostly else None
 
 
 def _said(quantity: str, before: float, after: float) -> str:
     """What shows a transformation: in which quantity how much less is missed."""
-    return (
-        f"as it stands the logs miss {before:.2g} of the squares by which the {quantity} changes, {after:.2g} without"
-    )
+    missed = f"{before:.2g} of the squares by which the {quantity} changes"
+    return f"as it stands the logs miss {missed}, {after:.2g} without"
 
 
 def _apart(one: Transformation, other: Transformation) -> bool:

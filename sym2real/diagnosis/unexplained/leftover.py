@@ -39,7 +39,7 @@ class Leftover:
             squares that noise and disturbances do not make.
         term: where the disturbance changes, in words.
         size, unit: of a constant disturbance, as the model lacks it.
-        motion: part of the robot's motion that it makes (``motion.py``); None of a measurement that is off.
+        motion: part of the robot's motion that it makes (``features.py``); None of a measurement that is off.
     """
 
     explained_by: str

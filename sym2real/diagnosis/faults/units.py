@@ -79,11 +79,7 @@ def factors(meant: str, mass: float | None = None) -> dict[str, float]:
 
 
 def in_unit(
-    columns: tuple[str, ...],
-    meant: str,
-    ratio: float,
-    from_on: tuple[float, float] = SENSED,
-    mass: float | None = None,
+    columns: tuple[str, ...], meant: str, ratio: float, from_on: tuple[float, float] = SENSED, mass: float | None = None
 ) -> Scaled | None:
     """Columns that are so many times what is meant; None where that is no unit, and not so far off that it must be one.
 

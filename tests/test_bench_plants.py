@@ -19,7 +19,7 @@ from short_drives import at_rate, drives
 from sysid_parameters import FREE
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.faults.mistakes import mistakes
+from sym2real.diagnosis.faults.mistakes.judge import mistakes
 from sym2real.errors import ModelError
 from sym2real.experiments.standard_set import standard_run
 from sym2real.plants import MujocoPlant

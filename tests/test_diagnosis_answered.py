@@ -53,7 +53,7 @@ def test_a_push_that_a_controller_answers_depends_on_nothing(memory: float, gain
     rng = np.random.default_rng(1)
     pushes = np.stack([first_order(rng, memory) for _ in range(LOGS)])
     rest = rest_of(pushes, np.stack([answers(own, gain, lag) for own in pushes]))
-    assert rest.explained("tz")[0] > SETTINGS.depends  # the command tells of the push all the same
+    assert rest.explained("tz")[0] > SETTINGS.worth_saying  # the command tells of the push all the same
     assert find_leftovers(rest) == ()
 
 
@@ -63,4 +63,4 @@ def test_a_disturbance_that_depends_on_a_command_is_left(memory: float) -> None:
     commands = np.stack([first_order(rng, memory) for _ in range(LOGS)])
     (found,) = find_leftovers(rest_of(-0.8 * commands, commands))
     assert found.explained_by == "wz_cmd"
-    assert found.r2 > SETTINGS.depends
+    assert found.r2 > SETTINGS.worth_saying

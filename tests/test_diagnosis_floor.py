@@ -8,9 +8,8 @@ import torch
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare
-from sym2real.diagnosis.errors.floor import Floor, floor_of_explained, no_higher_than_reached
+from sym2real.diagnosis.errors.floor import Floor, SensorNoise, floor_of_explained, no_higher_than_reached
 from sym2real.diagnosis.errors.rungs import Stage, StageError, horizons_for, ladder
-from sym2real.diagnosis.errors.sensor_noise import SensorNoise
 from sym2real.diagnosis.estimate.whitening import Spread, estimate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem

@@ -12,9 +12,9 @@ from sym2real.diagnosis import Estimate
 from sym2real.diagnosis.adding import try_effect
 from sym2real.diagnosis.data.segments import cut, with_velocities
 from sym2real.diagnosis.estimate import calibrate
+from sym2real.diagnosis.estimate.calibrate import refined
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
-from sym2real.diagnosis.estimate.refine import refined
 from sym2real.diagnosis.estimate.significance import half_widths
 from sym2real.diagnosis.estimate.simulator import flown_along
 from sym2real.diagnosis.estimate.weighing import whiten

@@ -66,7 +66,7 @@ def test_a_cars_constants_are_those_that_were_put_in(key: str, channel: str, val
     assert plain.units[place] == "rad"
     assert float(changed.sizes[place] - plain.sizes[place]) == pytest.approx(value, rel=0.1)
     logs = np.arange(len(changed.gradient)) // (len(changed.gradient) // 8)
-    assert float(changed.p_values(logs)[place]) < 1e-6
+    assert changed.alone(place).chance(logs) < 1e-6
 
 
 def test_what_one_constant_explains_is_not_counted_again() -> None:

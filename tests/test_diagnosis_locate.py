@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -63,7 +63,7 @@ def test_the_training_region_is_compared() -> None:
 
 def test_the_object_has_the_names_of_the_design() -> None:
     names = ["statement", "channel", "feature", "low", "high", "ratio", "coverage", "inside_training"]
-    entry = where_of(planted())[0].to_dict()
+    entry = asdict(where_of(planted())[0])
     assert list(entry) == names
     json.dumps(entry)
 

@@ -15,16 +15,17 @@ from paper_robots import PAPER_ROBOTS
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, data_report
-from sym2real.diagnosis.faults import conventions
-from sym2real.diagnosis.faults.mistakes import Undoing, bad_rows, mistakes
-from sym2real.diagnosis.faults.mistakes.of_attitude import OfAttitude
-from sym2real.diagnosis.faults.mistakes.scales import Scaled
+from sym2real.diagnosis.faults import sanity
+from sym2real.diagnosis.faults.fault import Breach
+from sym2real.diagnosis.faults.misread_attitudes import OfAttitude
+from sym2real.diagnosis.faults.mistakes.judge import mistakes
+from sym2real.diagnosis.faults.mistakes.rows import bad_rows
 from sym2real.diagnosis.faults.mistakes.transformation import (
+    FROM_WORLD,
     HEADING,
     QUATERNION,
     RATE_COMMANDS,
     Exchanged,
-    FromWorld,
     Late,
     OtherAxes,
     Transformation,
@@ -34,6 +35,7 @@ from sym2real.diagnosis.faults.mistakes.transformation import (
 )
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.diagnosis.faults.sensor_faults import readings
+from sym2real.diagnosis.faults.units import Scaled
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs.differences import rates_on_time
 from sym2real.robots import CRAZYFLIE, ROBOTS
@@ -65,7 +67,7 @@ def listed(robot: str) -> Iterator[Transformation]:
         yield Scaled((*P, *V), 0.1)
         yield exchanged((P, V), *MIRRORED)
         yield exchanged((P, V), *DOWN)
-        yield from (OtherAxes(V, "body"), OtherAxes(W, "world"), FromWorld())
+        yield from (OtherAxes(V, "body"), OtherAxes(W, "world"), FROM_WORLD)
         yield OfAttitude(("roll", "pitch"), ("pitch", "roll"), (1, 1), QUATERNION)
         yield from (Turned(field, angle) for field in ("attitude", "position", "velocity"))
         yield Turned("attitude", np.pi)
@@ -108,26 +110,26 @@ def test_a_mistake_is_named_and_undone(robot: str, one: Transformation, monkeypa
         original, inside = whole.rows(10, len(whole) - 10), slice(10, -10)
         np.testing.assert_allclose(log.state[inside], original.state[inside], atol=1e-9)
         np.testing.assert_allclose(log.action[inside], original.action[inside], atol=1e-12)
-    asked = list[Undoing]()
+    asked = list[Breach]()
 
-    def noted(*given: Any) -> list[Undoing]:
+    def noted(*given: Any) -> list[Breach]:
         answer = mistakes(*given)
         asked.extend(answer)
         return answer
 
-    monkeypatch.setattr(conventions, "mistakes", noted)
+    monkeypatch.setattr(sanity, "mistakes", noted)
     faults = check(model, broken).faults
     (found,) = asked
-    assert type(found.transformation) is type(one)
-    assert getattr(found.transformation, "columns", None) == getattr(one, "columns", None)
-    if isinstance(one, Turned):
-        assert found.transformation.field == one.field
-        away = found.transformation.angle - one.angle
-        assert abs(np.angle(np.exp(1j * away))) < np.deg2rad(6.0)
-    elif isinstance(one, Late):
-        assert abs(found.transformation.rows - one.rows) <= 1  # velocities by differences are half a row late
+    named = found.transformation
+    assert type(named) is type(one)
+    if isinstance(one, Turned) and isinstance(named, Turned):
+        assert named.field == one.field
+        assert abs(np.angle(np.exp(1j * (named.angle - one.angle)))) < np.deg2rad(6.0)
+    elif isinstance(one, Late) and isinstance(named, Late):
+        # Velocities by differences are half a row late.
+        assert (named.what, named.columns, abs(named.rows - one.rows) <= 1) == (one.what, one.columns, True)
     else:
-        assert found.transformation == one
+        assert named == one
     assert [fault.evidence for fault in faults] == [found.evidence]
     if isinstance(one, OtherAxes):  # of each robot one or two: compare has the same list of looks
         assert data_report(broken, model).faults[0].evidence == found.evidence

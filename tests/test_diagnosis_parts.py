@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from sym2real.diagnosis import add, diagnose
 from sym2real.diagnosis.data.segments import WARM_UP
+from sym2real.diagnosis.estimate.calibrate import refined
 from sym2real.diagnosis.estimate.overfit import lower_factor
-from sym2real.diagnosis.estimate.refine import refined
 from sym2real.diagnosis.estimate.simulator import flown_along
 from sym2real.diagnosis.estimate.weighing import whiten
 from sym2real.diagnosis.predict.candidate import candidates, library_for

@@ -7,7 +7,7 @@ import torch
 
 from sym2real.diagnosis.estimate.fit import REFIT_STEPS
 from sym2real.diagnosis.estimate.quadratic import Hypothesis, solve
-from sym2real.diagnosis.faults.checking import Question
+from sym2real.diagnosis.faults.sanity import Question
 from sym2real.diagnosis.pipeline import prepare
 from sym2real.diagnosis.search.beam import Beam
 from sym2real.diagnosis.search.select import Selection

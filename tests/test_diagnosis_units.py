@@ -17,13 +17,13 @@ from sym2real.data import example_flight
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, compare, diagnose
 from sym2real.diagnosis.data.agreement import thrust_agreement
-from sym2real.diagnosis.faults.command_units import Steps
-from sym2real.diagnosis.faults.conventions import Breach, looks_for, through, undone
-from sym2real.diagnosis.faults.foreign_units import ForeignUnit, foreign_positions, foreign_velocities
-from sym2real.diagnosis.faults.misread_attitudes import other_angles
-from sym2real.diagnosis.faults.mistakes.of_attitude import with_angles
+from sym2real.diagnosis.faults.fault import Breach
+from sym2real.diagnosis.faults.foreign_units import Steps, foreign_positions, foreign_velocities
+from sym2real.diagnosis.faults.misread_attitudes import other_angles, with_angles
+from sym2real.diagnosis.faults.mistakes.rows import BadRows
 from sym2real.diagnosis.faults.report import data_report
-from sym2real.diagnosis.faults.sanity import check
+from sym2real.diagnosis.faults.sanity import check, looks_for, through
+from sym2real.diagnosis.faults.units import Scaled
 from sym2real.effects.sensors import Sensors
 from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import read_log, write_log
@@ -37,14 +37,22 @@ DEGREES = 180.0 / np.pi
 Factors = dict[str, float]
 
 
-def breaches(data: Dataset, model: Equations | None = None) -> tuple[list[Breach], Dataset]:
+def breaches(data: Dataset, model: Equations | None = None) -> tuple[list[Breach | BadRows], Dataset]:
     """What stands against the conventions alone, and the logs without it."""
     data = data if model is None else through(Sensors(model).state, data)
-    found: list[Breach] = []
+    found: list[Breach | BadRows] = []
     for look in chain.from_iterable(looks_for(model)):
-        more = look(data)
-        data, found = undone(more, data), [*found, *more]
+        for breach in look(data):
+            data = breach.undone(data)
+            found.append(breach)
     return found, data
+
+
+def scaled(breach: Breach | BadRows) -> Scaled:
+    """What a breach says of a scale."""
+    assert isinstance(breach, Breach)
+    assert isinstance(breach.transformation, Scaled)
+    return breach.transformation
 
 
 def one_flight() -> Dataset:
@@ -216,10 +224,9 @@ def test_a_specification_says_the_unit_of_its_angles() -> None:
 def test_a_factor_of_no_unit_is_told_with_the_scale_that_undoes_it(factor: float) -> None:
     data = one_flight()
     (found,), mended = breaches(times(data, {"thrust": factor}), CRAZYFLIE.nominal())
-    assert isinstance(found, ForeignUnit)
-    assert found.unit == ""
-    assert found.factor == pytest.approx(factor, rel=0.05)
-    assert f"scale = {1.0 / found.factor:.4g}" in found.fix(AsRead())
+    assert scaled(found).unit == ""
+    assert scaled(found).factor == pytest.approx(factor, rel=0.05)
+    assert f"scale = {1.0 / scaled(found).factor:.4g}" in found.fix(AsRead())
     np.testing.assert_allclose(mended[0].action, data[0].action, rtol=0.05)
 
 
@@ -250,8 +257,7 @@ def test_motors_in_percent_or_16_bits_are_named_on_a_measured_flight(factor: flo
     motors = "motor1 motor2 motor3 motor4"
     assert breaches(data, model)[0] == []
     (found,), mended = breaches(times(data, of(motors, factor)), model)
-    assert isinstance(found, ForeignUnit)
-    assert (" ".join(found.columns), found.unit) == (motors, unit)
+    assert (" ".join(scaled(found).columns), scaled(found).unit) == (motors, unit)
     np.testing.assert_allclose(mended[0].action, data[0].action, rtol=1e-9)
 
 
@@ -309,8 +315,7 @@ def test_commands_of_a_model_with_filters_are_judged_behind_them() -> None:
     late = ("delay", {"value": 0.1})
     data, model = simulate_case(Case("mushr", (late,), seed=4), 2, 150), add(MUSHR.nominal(), *late)
     (found,), _ = breaches(times(data, {"steer": DEGREES}), model)
-    assert isinstance(found, ForeignUnit)
-    assert (found.columns, found.unit) == (("steer",), "deg")
+    assert (scaled(found).columns, scaled(found).unit) == (("steer",), "deg")
     behind, before = Steps.of(model, data), Steps.of(MUSHR.nominal(), data)
     assert behind is not None
     assert before is not None
@@ -390,8 +395,7 @@ def test_a_robot_at_rest_has_no_commands_in_another_unit() -> None:
 )
 def test_one_column_of_several_is_named_alone(column: str, factor: float, unit: str) -> None:
     (found,), mended = breaches(times(flights(), {column: factor}))
-    assert isinstance(found, ForeignUnit)
-    assert (found.columns, found.unit) == ((column,), unit)
+    assert (scaled(found).columns, scaled(found).unit) == ((column,), unit)
     np.testing.assert_allclose(mended[0].state, flights()[0].state, rtol=1e-9, atol=1e-12)
 
 

@@ -16,7 +16,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.errors.floor import Floor
 from sym2real.diagnosis.errors.rungs import Stage, StageError
 from sym2real.diagnosis.faults.fault import Fault
-from sym2real.diagnosis.faults.mistakes.of_attitude import OfAttitude
+from sym2real.diagnosis.faults.misread_attitudes import OfAttitude
 from sym2real.diagnosis.faults.mistakes.transformation import (
     HEADING,
     QUATERNION,

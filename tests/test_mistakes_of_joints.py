@@ -80,7 +80,7 @@ CASES: Sequence[tuple[Spoil, Sequence[str]]] = (
     (times(DEGREES, "q1", "q1_rate"), ["q1 q1_rate in deg instead of rad"]),
     (times(DEGREES, "q1", "q2"), ["q1 q2 in deg instead of rad"]),
     (times(DEGREES, "q2_rate"), ["sensor_scale:q2_rate"]),
-    (times(30.0, "q2", "q2_rate"), ["q2 q2_rate in another unit, or before a gear, 30"]),
+    (times(30.0, "q2", "q2_rate"), ["q2 q2_rate in no unit of that size, or before a gear, 30"]),
     (times(1e3, "tau1", "tau2"), ["tau1 tau2 in mN m instead of N m"]),
     (swapped("q1", "q2", "q1_rate", "q2_rate"), ["q1 q2 q1_rate q2_rate swapped"]),
     (swapped("q1", "q2"), ["q1 q2 swapped"]),

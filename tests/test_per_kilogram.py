@@ -8,7 +8,7 @@ import pytest
 
 from sym2real.cli import main
 from sym2real.data import example_flight
-from sym2real.diagnosis.faults.checking import Question
+from sym2real.diagnosis.faults.sanity import Question
 from sym2real.diagnosis.pipeline import prepare
 from sym2real.diagnosis.stages import Stages
 from sym2real.effects import applicable, effect

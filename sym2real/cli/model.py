@@ -12,7 +12,7 @@ from rich.console import Console
 
 from sym2real.cli.progress import stage_one_progress
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.lengths import long_enough
+from sym2real.diagnosis.data.preparation import long_enough
 from sym2real.diagnosis.data.start import ROWS
 from sym2real.errors import DataError, ModelError
 from sym2real.experiments.models import base_folder, open_model

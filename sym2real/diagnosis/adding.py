@@ -20,15 +20,14 @@ from sym2real.diagnosis.errors.rungs import cut_said
 from sym2real.diagnosis.estimate.calibrate import Calibration
 from sym2real.diagnosis.estimate.significance import least_gain
 from sym2real.diagnosis.estimate.weighing import Prepared
-from sym2real.diagnosis.faults.checking import Question
+from sym2real.diagnosis.faults.sanity import Question
 from sym2real.diagnosis.pipeline import prepare
 from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.score.finding import Finding, findings
 from sym2real.diagnosis.score.held_out import Steps
 from sym2real.diagnosis.score.tried import Rival, Tried
-from sym2real.diagnosis.search.groups import as_good
-from sym2real.diagnosis.search.near import Near
+from sym2real.diagnosis.search.near import Near, as_good
 from sym2real.diagnosis.search.needed import Predicted, keep_needed
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
@@ -166,7 +165,7 @@ def _supported(
 
 
 def _worth_a_line(rivals: Sequence[Rival], beside: float) -> Sequence[Rival]:
-    return [rival for rival in rivals if rival.gain > max(SETTINGS.gain, SETTINGS.worth_a_line * beside)][:MOST_RIVALS]
+    return [rival for rival in rivals if rival.gain > max(SETTINGS.gain, SETTINGS.mostly * beside)][:MOST_RIVALS]
 
 
 def _check_fittable(wanted: Effect, equations: Equations) -> None:

@@ -14,9 +14,8 @@ from sym2real.diagnosis.errors.rungs import Stage, cut_said
 from sym2real.diagnosis.faults.fault import Fault, with_sensors_of
 from sym2real.diagnosis.json_objects import fields_of
 from sym2real.diagnosis.predict.competitors import NotTried
-from sym2real.diagnosis.score.finding import Finding, applied
+from sym2real.diagnosis.score.finding import Finding, applied, findings_of
 from sym2real.diagnosis.score.held_out import Gate
-from sym2real.diagnosis.score.scoring import findings_of
 from sym2real.diagnosis.search.beam import SearchResult
 from sym2real.diagnosis.unexplained.explaining import Explained
 from sym2real.diagnosis.unexplained.leftover import Leftover

@@ -134,7 +134,7 @@ def _not_borne_out(gate: Gate) -> str:
         return f"the held-out error {gate.worse[0].said}"
     if gate.best is None or not gate.foretold:
         return "predictions judge nothing here"
-    return f"no held-out error falls by {100 * SETTINGS.error_fall:.0f} %: that {gate.best.said}"
+    return f"no held-out error falls by {100 * SETTINGS.worth_saying:.0f} %: that {gate.best.said}"
 
 
 def _alone(finding: Finding) -> str:

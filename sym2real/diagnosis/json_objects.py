@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import is_dataclass
 from typing import Any
 
 
 def plain(value: Any) -> Any:
-    """Lists for tuples, dictionaries for mappings, and what objects that have a ``to_dict`` make of themselves."""
+    """Lists for tuples, dictionaries for mappings and plain objects, and what a ``to_dict`` makes of others."""
     if hasattr(value, "to_dict"):
         return value.to_dict()
+    if is_dataclass(value):
+        return fields_of(value)
     if isinstance(value, Mapping):
         return {name: plain(part) for name, part in value.items()}
     return [plain(part) for part in value] if isinstance(value, tuple | list) else value

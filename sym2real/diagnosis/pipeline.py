@@ -13,8 +13,8 @@ from sym2real.diagnosis.data.conditions import Region
 from sym2real.diagnosis.design.separation import untried_said, with_advice
 from sym2real.diagnosis.errors.regions import locate
 from sym2real.diagnosis.estimate.weighing import Prepared, calibrate_base, refine_base, weigh_errors
-from sym2real.diagnosis.faults.checking import Question, check_data
-from sym2real.diagnosis.score.scoring import score
+from sym2real.diagnosis.faults.sanity import Question, check_data
+from sym2real.diagnosis.score.finding import score
 from sym2real.diagnosis.search.beam import search
 from sym2real.diagnosis.stages import OnProgress, Stages
 from sym2real.diagnosis.unexplained.explaining import explain_rest

@@ -46,9 +46,9 @@ class Agreement:
         """agrees, reversed, unclear or too little motion."""
         if self.correlation is None:
             return "too little motion"
-        if self.correlation <= -SETTINGS.agreeing:
+        if self.correlation <= -SETTINGS.mostly:
             return "reversed"
-        return "agrees" if self.correlation >= SETTINGS.agreeing else "unclear"
+        return "agrees" if self.correlation >= SETTINGS.mostly else "unclear"
 
     @property
     def concordance(self) -> float:

@@ -1,4 +1,4 @@
-"""Equations and logs made ready for predictions: hidden states start by themselves, filters act on the commands.
+"""Logs long enough, and equations made ready for predictions: hidden states start by themselves, filters act.
 
 What is predicted is what is measured, so that a model with a tilted sensor board is held against its log fairly.
 """
@@ -10,17 +10,53 @@ from typing import cast
 
 import torch
 
-from sym2real.dataset import Dataset
+from sym2real.dataset import Dataset, Logs
+from sym2real.diagnosis.data.start import ROWS
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.filters import command_filters, filter_commands
 from sym2real.effects.inputs import with_inputs
 from sym2real.effects.sensors import MeasuredModel
 from sym2real.effects.visible import VisibleModel, visible_in_double, visible_state
 from sym2real.errors import ShapeError
+from sym2real.logs.dropouts import LEFT_OUT
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
 from sym2real.symbolic.period import at_period, steps_within
-from sym2real.trajectory import Trajectory
+from sym2real.trajectory import Array, Trajectory
+
+
+def with_columns(log: Trajectory, columns: dict[str, Array]) -> Trajectory:
+    """The log with other values ``# (rows,)`` in columns of its three groups."""
+    changed = {}
+    for group in ("state", "action", "inputs"):
+        layout, values = getattr(log.layouts, group), getattr(log, group).copy()
+        for name in (name for name in columns if name in layout):
+            values[:, layout.index(name)] = columns[name]
+        changed[group] = values
+    return replace(log, **changed)
+
+
+def long_enough(data: Logs) -> Dataset:
+    """The logs that are longer than a window's history; the first of them notes which others were left out.
+
+    Pieces between two gaps may be short; a noise or a time step cannot be told of a few rows.
+
+    Raises:
+        ShapeError: naming the logs, when none is long enough.
+    """
+    logs = [data] if isinstance(data, Trajectory) else list(data)
+    kept, short = [log for log in logs if len(log) > ROWS], [log for log in logs if len(log) <= ROWS]
+    if not kept:
+        raise ShapeError(f"expected a log of more than {ROWS} rows without a gap, found {rows_of(short)}")
+    if short:
+        note = f"{LEFT_OUT}: {rows_of(short)}, where more than {ROWS} are needed"
+        kept[0] = replace(kept[0], notes=(*kept[0].notes, note))
+    return Dataset(kept)
+
+
+def rows_of(logs: list[Trajectory]) -> str:
+    """Every log with its number of rows, for a sentence."""
+    return ", ".join(f"{len(log)} row{'s' if len(log) != 1 else ''} in {log.name or 'a log'}" for log in logs)
 
 
 def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[DynamicsModel, Dataset]:
@@ -38,7 +74,7 @@ def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[Dynami
         raise ShapeError(f"the model's columns are {wanted}, the log's are {dataset.layouts}")
     whole = None if isinstance(model, Equations) else model
     longer = dataset.dt / equations.dt - 1.0
-    if longer < -SETTINGS.time_step or (whole is not None and longer > SETTINGS.time_step):
+    if longer < -SETTINGS.same or (whole is not None and longer > SETTINGS.same):
         raise ShapeError(
             f"the model's time step is {equations.dt:g} s, the log's is {dataset.dt:g} s: read it with "
             f"dt={equations.dt:g}{', upsample=True' if longer > 0.0 else ''}"

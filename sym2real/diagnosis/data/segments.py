@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.lengths import rows_of
+from sym2real.diagnosis.data.preparation import rows_of
 from sym2real.diagnosis.data.start import ROWS, noise_of, start_states
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.errors import ShapeError

@@ -127,7 +127,7 @@ def _simplest_adequate(design: Array, target: Array, sizes: tuple[int, ...]) -> 
         solution = np.linalg.solve(upper, orthogonal.swapaxes(-1, -2) @ target[..., None])
         residual = target - (part @ solution)[..., 0]
         spread = np.sqrt((residual**2).sum(axis=-1) / (target.shape[-1] - size))
-        fits = waiting & (spread <= SETTINGS.adequate_start)
+        fits = waiting & (spread <= SETTINGS.above_noise)
         chosen[fits] = solution[fits, : sizes[0], 0]
         waiting &= ~fits
     return chosen

@@ -38,7 +38,7 @@ UNIT_OF_KIND = {"quaternion": "rad", "circle": "rad"}
 def horizons_in_rows(dt: float) -> list[float]:
     """Those of :data:`HORIZONS` (s) that are whole rows of ``dt`` s, or nearly so."""
     missed = {horizon: abs(max(1, round(horizon / dt)) * dt - horizon) for horizon in HORIZONS}
-    return [horizon for horizon, by in missed.items() if by <= SETTINGS.missed_horizon * horizon]
+    return [horizon for horizon, by in missed.items() if by <= SETTINGS.worth_saying * horizon]
 
 
 @dataclass(frozen=True, eq=False)

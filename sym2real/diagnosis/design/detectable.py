@@ -5,7 +5,7 @@ An effect of size β changes the residuals of a log by r(β); what the free star
 Hotelling's test on blocks, which is Student's t for one parameter, also where blocks, or whole logs, of measured ones
 differ by more than their noise does. Near zero λ = β²F with the sensitivity matrix F =
 JᵀC⁻¹J; effects that begin at a threshold (limits, grip, dead bands) are tried at rising sizes instead. From which size
-on an effect matters for predictions is another number (see ``mattering.py``).
+on an effect matters for predictions is another number (see ``visible.py``).
 
 Two effects cannot be told apart where one's residuals are the other's: the part of F that fitting the other removes,
 tr(F_ab F_bb⁻¹ F_ba) / tr F_aa in units of the parameters' scales, is above 0.96 (a correlation of 0.98). A delay and
@@ -24,11 +24,9 @@ from scipy import stats
 from torch import Tensor
 
 from sym2real.dataset import Logs
-from sym2real.diagnosis.data.lengths import long_enough
-from sym2real.diagnosis.data.preparation import with_filtered_commands
-from sym2real.diagnosis.design.mattering import Predictions
-from sym2real.diagnosis.design.visible import AssumedNoise, Plan, Visible
-from sym2real.diagnosis.errors.sensor_noise import SensorNoise
+from sym2real.diagnosis.data.preparation import long_enough, with_filtered_commands
+from sym2real.diagnosis.design.visible import AssumedNoise, Plan, Predictions, Visible
+from sym2real.diagnosis.errors.floor import SensorNoise
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Hypothesis, solve
 from sym2real.diagnosis.estimate.significance import least_gain, sizes_beyond_chance
@@ -171,7 +169,7 @@ def _smooth_rows(candidate: Candidate, library: Library, seen: Tensor, mattering
     rows, always = [], always_alike(candidate.name, library.equations)
     for tied, *sizes in zip(candidate.free, seen.tolist(), mattering.tolist(), strict=True):
         of, slot = library.slots[tied[0]].effect, library.slots[tied[0]].parameter
-        largest = SETTINGS.largest * max(slot.high - slot.null, slot.null - slot.low)
+        largest = SETTINGS.nearly * max(slot.high - slot.null, slot.null - slot.low)
         smallest, matters = (slot.scale * size if slot.scale * size < largest else None for size in sizes)
         shown_by = library.effects[of].shown_by
         rows.append(Visible(candidate.name, slot.name, slot.unit, smallest, matters, (), always, shown_by))

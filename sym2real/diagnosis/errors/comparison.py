@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.conditions import Region
-from sym2real.diagnosis.data.lengths import long_enough
-from sym2real.diagnosis.data.preparation import prepared
+from sym2real.diagnosis.data.preparation import long_enough, prepared
 from sym2real.diagnosis.data.start import ROWS, Start
 from sym2real.diagnosis.data.windows import JUDGED_AT, free_run_seconds, horizons_in_rows
 from sym2real.diagnosis.errors.by_window import window_errors

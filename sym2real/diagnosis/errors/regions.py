@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from sym2real.dataset import Logs
 from sym2real.diagnosis.data.conditions import Region, training_range
-from sym2real.diagnosis.errors.by_window import HORIZON, WindowErrors, window_errors
+from sym2real.diagnosis.errors.by_window import WindowErrors, window_errors
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
@@ -55,10 +55,6 @@ class Where:
     ratio: float
     coverage: float
     inside_training: bool | None = None
-
-    def to_dict(self) -> dict[str, Any]:
-        """The entry of ``where`` in docs/method.md, "Answers as files"."""
-        return asdict(self)
 
 
 @dataclass(frozen=True)
@@ -102,21 +98,18 @@ def training_region(folder: Path) -> dict[str, tuple[float, float]] | None:
     return training_of(folder, Trained).region or None
 
 
-def locate(
-    model: Equations | DynamicsModel, data: Logs, region: Region | None = None, horizon: float = HORIZON
-) -> tuple[Where, ...]:
+def locate(model: Equations | DynamicsModel, data: Logs, region: Region | None = None) -> tuple[Where, ...]:
     """At most three statements on where the errors are larger, the clearest first.
 
     Args:
         model: predicts in float64, with the data's columns.
         data: logs.
         region: range of every column in training (:func:`training_region`).
-        horizon: length of the windows in s; the longest that the logs allow if that is shorter.
 
     Raises:
         ShapeError: when no log is long enough for a window.
     """
-    return where_of(window_errors(model, data, horizon), region)
+    return where_of(window_errors(model, data), region)
 
 
 def where_of(errors: WindowErrors, region: Region | None = None) -> tuple[Where, ...]:
@@ -177,7 +170,7 @@ def _statement(errors: WindowErrors, channel: str, feature: str, target: Array, 
     if inside.all():
         return None
     ratio = float(np.sqrt(np.square(size[inside]).mean() / max(np.square(size[~inside]).mean(), 1e-300)))
-    if ratio < SETTINGS.statement_ratio:
+    if ratio < SETTINGS.gap:
         return None
     low, high = float(values[inside].min()), float(values[inside].max())
     known = None if region is None else training_range(feature, region)

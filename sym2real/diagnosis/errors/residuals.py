@@ -175,7 +175,7 @@ class Residuals:
 
 @cache
 def _bar(tests: int) -> float:
-    return float(norm.isf(SETTINGS.residual_chance / 2 / max(tests, 1)))
+    return float(norm.isf(SETTINGS.level / 2 / max(tests, 1)))
 
 
 def _rows(count: int) -> str:

@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 from torch import Tensor
 
 from sym2real.dataset import Dataset, Logs
-from sym2real.diagnosis.data.lengths import long_enough
-from sym2real.diagnosis.data.preparation import prepared
+from sym2real.diagnosis.data.preparation import long_enough, prepared
 from sym2real.diagnosis.data.start import ROWS, start_states
 from sym2real.diagnosis.errors.skill import prediction_errors
 from sym2real.effects.sensors import MeasuredModel

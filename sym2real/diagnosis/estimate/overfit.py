@@ -70,7 +70,7 @@ def _with_a_start(problems: Problems, rivals: Sequence[Candidate], values: Tenso
         sets[row, list(candidate.free[0])] = level
     losses = problems.whitening.loss(problems.problem.residuals(sets)).sum(1)
     best = int(losses[1:].argmin())
-    if float(losses[best + 1]) > (1 - SETTINGS.started) * float(losses[0]):
+    if float(losses[best + 1]) > (1 - SETTINGS.one_more) * float(losses[0]):
         return values, []
     return sets[best + 1], [trials[best][0]]
 

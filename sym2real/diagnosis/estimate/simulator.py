@@ -44,7 +44,7 @@ def with_effects_of(model: Equations, plant: MujocoPlant | None, dt: float) -> t
     if plant is None:
         return None, NO_SIMULATOR
     try:
-        slow = dt > (1.0 + SETTINGS.time_step) * plant.dt
+        slow = dt > (1.0 + SETTINGS.same) * plant.dt
         robot = plant.robot.at_period(dt) if slow else plant.robot
         changes = (*plant.changes, *injected(model, robot))
         return MujocoPlant(robot, changes, description=plant.description), ""

@@ -209,7 +209,7 @@ def _own_motion(data: Dataset, omega: float, mass: float, force: float) -> bool:
         # A window, because slow motion is large beside this one and its side lobes would hide it.
         window = np.hanning(len(time))[:, None]
         squares.append(np.square(np.linalg.lstsq(window * shapes, window * path, rcond=None)[0][:2]).sum())
-    return float(omega**2 * np.sqrt(np.median(squares)) * mass) > SETTINGS.own_motion * force
+    return float(omega**2 * np.sqrt(np.median(squares)) * mass) > SETTINGS.far * force
 
 
 def _chance(rows: _Rows, problems: Problems, omega: float) -> float:

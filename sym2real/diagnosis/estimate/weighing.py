@@ -7,23 +7,21 @@ from dataclasses import dataclass, replace
 import torch
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.estimate.calibrate import Calibration, calibrated
+from sym2real.diagnosis.estimate.calibrate import Calibration, calibrated, lifted, refined
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.overfit import overfitted
-from sym2real.diagnosis.estimate.refine import lifted, refined
 from sym2real.diagnosis.estimate.simulator import SWITCHED_OFF, flown_along, with_effects_of
 from sym2real.diagnosis.estimate.swing import Swing, find_swing
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate, free_start
-from sym2real.diagnosis.faults.checking import Examined, Question
-from sym2real.diagnosis.faults.sanity import Checked
+from sym2real.diagnosis.faults.sanity import Checked, Examined, Question
 from sym2real.diagnosis.predict.candidate import Candidate, candidates, library_for, swings, with_inputs_of
 from sym2real.diagnosis.predict.competitors import NotTried, competing
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.nuisance import nuisance_of
 from sym2real.diagnosis.predict.sensitivity import Problem
-from sym2real.diagnosis.predict.unpredicted import unpredicted_said
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import effect
+from sym2real.errors import ModelError
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
 from sym2real.symbolic.mass_normalised import PER_KILOGRAM
@@ -33,6 +31,9 @@ NO_SWING = "nothing in these logs swings at a frequency that is not the path's"
 
 # Times that variances are estimated from over-fitted residuals, each over-fit weighed by the last estimate.
 ROUNDS = 3
+
+
+ADVICE = "check the units of its commands and its parameters"
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,44 +60,37 @@ class Refined:
 
 
 @dataclass(frozen=True, eq=False)
-class Prepared:
+class Prepared(Refined):
     """A model against checked data, ready for hypotheses.
 
     Args:
-        question: what was asked.
-        model: the base without its command filters, which have acted on the data.
         checked: the data, faults undone.
         scored: the logs that score what is found.
-        library: the model's equations with every candidate in them; hypotheses compete on a refined base.
         tried: what competes.
         problems: data, whitening, folds.
         spread: what shapes the covariance.
         overfit: parameter set of all effects at once, which misses little ``# (P,)``.
-        flown: the logs' manoeuvres in the plain simulator, where there is one that can fly them.
         origin: parameter set from which effects are counted: null, or what calibration says of the base ``# (P,)``.
         calibration: the base against the plain simulator; None without one, and before it.
-        notes: remarks on data and method.
-        plant: the plain simulator with the effects that the model has already, if there is one.
         swing: frequency and phases of a force that swings, if one was found.
         not_tried: effects that do not compete, and why.
     """
 
-    question: Question
-    model: Equations
     checked: Checked
     scored: Dataset
-    library: Library
     tried: tuple[Candidate, ...]
     problems: Problems
     spread: Spread
     overfit: torch.Tensor
-    flown: Dataset | None
     origin: torch.Tensor
-    notes: tuple[str, ...]
-    plant: MujocoPlant | None
     swing: Swing | None
     not_tried: tuple[NotTried, ...]
     calibration: Calibration | None = None
+
+    @property
+    def question(self) -> Question:
+        """What was asked."""
+        return self.examined.question
 
     @property
     def whitening(self) -> Whitening:
@@ -149,19 +143,14 @@ def _prepared(base: Refined, logs: Dataset, weighed: Whitened, swing: Swing | No
     """Hypotheses on these logs, counted from no effect."""
     question, searched = base.examined.question, base.searched
     return Prepared(
-        question=question,
-        model=base.model,
+        **vars(base),
         checked=replace(base.examined.checked, data=logs),
         scored=logs if question.held_out is None else base.examined.scored,
-        library=base.library,
         tried=candidates(searched, logs),
         problems=Problems.of(weighed.problem, weighed.whitening, nuisance_of(searched, searched.null)),
         spread=weighed.spread,
         overfit=weighed.values,
-        flown=base.flown,
         origin=searched.null,
-        notes=base.notes,
-        plant=base.plant,
         swing=swing,
         not_tried=_not_tried(base.model, logs, question),
     )
@@ -255,3 +244,18 @@ def _with_likely_starts(problem: Problem, spread: Spread, whitening: Whitening, 
     )
     kept = torch.where((after < before)[:, None], starts, segments.start)
     return Problem(problem.library, problem.data, replace(segments, start=kept))
+
+
+def unpredicted_said(problem: Problem) -> tuple[str, ...]:
+    """A sentence where the model without any effect predicts some segments and not others; none where it does all.
+
+    Raises:
+        ModelError: when it predicts no segment.
+    """
+    states = problem.states(problem.library.null[None])[0]
+    lost = ~states.isfinite().flatten(1).all(1)
+    if lost.all():
+        raise ModelError(f"expected a model that predicts finite states along these logs, found none; {ADVICE}")
+    if not lost.any():
+        return ()
+    return (f"the model predicts no number in {int(lost.sum())} of {len(lost)} segments of the logs: {ADVICE}",)

@@ -1,13 +1,15 @@
-"""Something wrong with the data, and the equations that predict what such sensors report."""
+"""Something wrong with the data: a transformation of its columns, what is said of it, and sensors that report so."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sym2real.dataset import Dataset
+from sym2real.diagnosis.faults.mistakes.transformation import Transformation
 from sym2real.effects import compose, effect
 from sym2real.effects.sensor_sign import SENSOR_SIGN
+from sym2real.logs.sources import AsRead
 from sym2real.symbolic import Equations
 
 
@@ -45,6 +47,44 @@ class Fault:
     def to_dict(self) -> dict[str, str | float | bool | None]:
         """The entry of ``faults`` in docs/method.md, "Answers as files"."""
         return dict(vars(self))
+
+
+@dataclass(frozen=True)
+class Breach:
+    """A transformation that logs ask for.
+
+    Args:
+        transformation: what was done.
+        shown: what shows it, one clause.
+        others: names of what would mend the logs as well, of other columns.
+        log: place and name of the one log in which it is so; None where it is so in all.
+    """
+
+    transformation: Transformation
+    shown: str
+    others: tuple[str, ...] = ()
+    log: tuple[int, str] | None = None
+
+    @property
+    def evidence(self) -> str:
+        """What is wrong: what shows it."""
+        where = "" if self.log is None else f" in {self.log[1]}, other than in other logs"
+        return f"{', or '.join((self.transformation.name, *self.others))}{where}: {self.shown}"
+
+    def fix(self, read: AsRead) -> str:
+        """What to change, in the columns of the log."""
+        return self.transformation.fix(read)
+
+    def undone(self, data: Dataset) -> Dataset:
+        """The logs as they are meant."""
+        here = None if self.log is None else self.log[0]
+        return Dataset(
+            self.transformation.undone(log) if here in (None, place) else log for place, log in enumerate(data)
+        )
+
+    def in_one(self, data: Dataset, place: int) -> Breach:
+        """As found in the log at this place alone."""
+        return replace(self, log=(place, data[place].name))
 
 
 Settled = tuple[Sequence[Fault], Dataset]  # what was wrong, and the logs without it

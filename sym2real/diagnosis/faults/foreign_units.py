@@ -1,128 +1,65 @@
-"""Columns in another unit than the vocabulary's, known by how many times too large or small they are: deg/s, mm.
+"""Columns in another unit than the vocabulary's, known by how many times too large or small they are: deg/s, mm, mN.
 
 What is measured twice tells: rates against the attitude that they turn, velocities against the position that they move,
 and how a quadrotor is pushed aside against where its thrust points. A column is judged alone, and only where both
 go together so well that noise cannot make one seem larger; those that hardly move go with the others.
+
+Of commands the model tells. With a thrust in mN, rates in deg/s or motors in percent it predicts worse by far than that
+nothing changes: each is divided by every factor on a grid, and belongs to the unit whose factor is nearest to the one
+by which a step ahead is foretold. A gain or a limit of a few times is an effect; so units that are less than ten times
+apart are not told here.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from math import log
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from math import inf, log
 
 import numpy as np
+import torch
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import Agreement, rate_agreement, thrust_agreement, velocity_agreement
-from sym2real.diagnosis.data.changed import divided
+from sym2real.diagnosis.data.preparation import from_row_to_row
+from sym2real.diagnosis.faults.fault import Breach
+from sym2real.diagnosis.faults.mistakes.transformation import of_all
+from sym2real.diagnosis.faults.units import Scaled, best_factor, factors, in_unit
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.logs.sources import AsRead
-from sym2real.logs.units import UNITS
+from sym2real.effects.filters import filter_commands
+from sym2real.effects.visible import VisibleModel
+from sym2real.symbolic import Equations
 from sym2real.vocabulary import POSITION
 
 POSITIONS = POSITION.columns
 Judged = tuple[Mapping[str, float | None], str]  # column → logged over meant, and over what
+THAN = "what moves the robot as the model says"
+GRID = np.geomspace(1e-5, 1e7, 120)
+MOST_ROWS = 500
 
 
-@dataclass(frozen=True)
-class ForeignUnit:
-    """Columns that are not in the unit that they stand for.
-
-    Args:
-        columns: of the state or the action.
-        meant: their unit.
-        ratio: what is logged over what is meant, as found.
-        unit: key of :data:`~sym2real.logs.units.UNITS` that numbers too large are in, and that numbers too small are
-            read as; "" where none has such a factor.
-        factor: what is logged over what is meant, of that unit; as found where there is none.
-        than: what they are so many times, for a sentence.
-        mass: kg, of a thrust that is logged per unit mass.
-        log: place and name of the one log in which they are; None where it is so in all.
-    """
-
-    columns: tuple[str, ...]
-    meant: str
-    ratio: float
-    unit: str
-    factor: float
-    than: str
-    mass: float | None = None
-    log: tuple[int, str] | None = None
-
-    @property
-    def evidence(self) -> str:
-        """What shows it, one clause."""
-        names = " ".join(self.columns)
-        named = f"{self.unit} instead of {self.meant}", f"{self.meant} that are read as {self.unit}"
-        unit = named[self.factor < 1.0] if self.unit else f"no unit of {self.meant} that is known"
-        where = "" if self.log is None else f" in {self.log[1]}, other than in other logs"
-        return f"{names} in {unit}{where}: the logged numbers are {_plain(self.ratio)} times {self.than}"
-
-    def fix(self, read: AsRead) -> str:
-        """What to change, in the columns of the log."""
-        named = self.unit if self.factor > 1.0 else self.meant
-        value = f'unit = "{named}"' if self.unit else read.scale(1.0 / self.factor)
-        change = f"give {' and '.join(read.columns(self.columns))} {value} in a specification of the log"
-        per_mass = self.unit and UNITS[named][0] == "m/s^2" and self.meant == "N"
-        return f"{change}, and mass = {self.mass:g} at its top" if per_mass else change
-
-    def undone(self, data: Dataset) -> Dataset:
-        """The logs with these columns in the unit that is meant."""
-        return divided(data, self.columns, self.factor, only=None if self.log is None else self.log[0])
-
-
-def unit_of(
-    meant: str, ratio: float, least: float, unheard_of: float = SETTINGS.unit_unheard_of, mass: float | None = None
-) -> tuple[str, float] | None:
-    """Unit and factor of numbers that are so many times what is meant; "" and the ratio where it has no name.
-
-    Args:
-        meant: the unit that stands there.
-        ratio: what is logged over what is meant.
-        least: factor of a unit, or its inverse, below which nobody tells it from what a robot does.
-        unheard_of: from which a ratio, or its inverse, is another unit even if it has no name.
-        mass: kg, where a thrust may be logged per unit mass.
-
-    Returns:
-        None where the ratio is that of no unit, and not so far from 1 that there must be one.
-    """
-    sign = 1.0 if ratio > 1.0 else -1.0
-    known = {unit: factor**sign for unit, factor in factors(meant, mass).items() if factor >= least}
-    unit = min(known, key=lambda name: abs(log(known[name] / ratio)), default="")
-    if unit and abs(log(known[unit] / ratio)) <= log(SETTINGS.unit_near):
-        return unit, known[unit]
-    return ("", ratio) if abs(log(ratio)) >= log(unheard_of) else None
-
-
-def factors(meant: str, mass: float | None = None) -> dict[str, float]:
-    """Unit → how many times larger its numbers are than those in the unit meant; ``mass`` as of :func:`unit_of`."""
-    found = {unit: 1.0 / value for unit, (inside, value) in UNITS.items() if inside == meant}
-    if meant == "N" and mass is not None:
-        found |= {unit: 1.0 / (value * mass) for unit, (inside, value) in UNITS.items() if inside == "m/s^2"}
-    return found
-
-
-def foreign_positions(data: Dataset) -> list[ForeignUnit]:
+def foreign_positions(data: Dataset) -> list[Breach]:
     """Position and joints, by a quadrotor's pushes or by the rates that they should have."""
     return _by_log(_positions, data)
 
 
-def foreign_velocities(data: Dataset) -> list[ForeignUnit]:
+def foreign_velocities(data: Dataset) -> list[Breach]:
     """The velocity, by how the position changes."""
-    return _by_log(
-        lambda logs: (_ratios(velocity_agreement(list(logs))), "what the position or joint changes by"), data
-    )
+    than = "what the position or joint changes by"
+    return _by_log(lambda logs: (_ratios(velocity_agreement(list(logs))), than), data)
 
 
-def foreign_rates(data: Dataset) -> list[ForeignUnit]:
+def foreign_rates(data: Dataset) -> list[Breach]:
     """The body rates, by how the attitude or heading turns."""
     return _by_log(lambda logs: (_ratios(rate_agreement(list(logs))), "what the robot turns by"), data)
 
 
+BY_SENSORS = (foreign_positions, foreign_velocities, foreign_rates)
+
+
 def _positions(data: Dataset) -> Judged:
     pushed = _ratio(thrust_agreement(list(data)))
-    if pushed is not None and abs(log(pushed)) >= log(SETTINGS.unit_unheard_of):  # nearer, thrust is of a fast turn
+    if pushed is not None and abs(log(pushed)) >= log(SETTINGS.unheard_of):  # nearer, thrust is of a fast turn
         columns = (name for name in POSITIONS if name in data.layouts.state)
         return dict.fromkeys(columns, pushed), "how far thrust moves the robot"
     moved, rates = _ratios(velocity_agreement(list(data))), data.layouts.state.rates.items()
@@ -140,48 +77,160 @@ def _ratios(found: Mapping[str, Agreement]) -> dict[str, float | None]:
     return {name: _ratio(agreement) for name, agreement in found.items()}
 
 
-def _by_log(judge: Callable[[Dataset], Judged], data: Dataset) -> list[ForeignUnit]:
+def _by_log(judge: Callable[[Dataset], Judged], data: Dataset) -> list[Breach]:
     """What is so in all logs, or, where logs that can be judged contradict each other, what is so in each."""
     meant = data.layouts.state.units
     alone = [judge(Dataset([log])) for log in data] if len(data) > 1 else []
     judged = [{name: ratio for name, ratio in ratios.items() if ratio is not None} for ratios, _ in alone]
-    large = [
-        {name for name, ratio in own.items() if unit_of(meant[name], ratio, SETTINGS.unit_large)} for own in judged
-    ]
+    large = [{name for name, ratio in own.items() if in_unit((name,), meant[name], ratio)} for own in judged]
     if any(set[str]().union(*large) & own.keys() - here for own, here in zip(judged, large, strict=True)):
-        return [
-            in_one_log(foreign, data, place) for place, own in enumerate(alone) for foreign in _foreign(*own, meant)
-        ]
+        return [foreign.in_one(data, place) for place, own in enumerate(alone) for foreign in _foreign(*own, meant)]
     return _foreign(*judge(data), meant)
 
 
-def in_one_log(foreign: ForeignUnit, data: Dataset, place: int) -> ForeignUnit:
-    """As found in the log at this place alone."""
-    return replace(foreign, log=(place, data[place].name))
-
-
-def _foreign(ratios: Mapping[str, float | None], than: str, meant: Mapping[str, str]) -> list[ForeignUnit]:
+def _foreign(ratios: Mapping[str, float | None], than: str, meant: Mapping[str, str]) -> list[Breach]:
     """One entry for each unit that columns are in; what cannot be judged is in the one that all others are in."""
     judged = {name: ratio for name, ratio in ratios.items() if ratio is not None}
-    units = {name: (meant[name], unit_of(meant[name], ratio, SETTINGS.unit_large)) for name, ratio in judged.items()}
+    units = {name: in_unit((name,), meant[name], ratio) for name, ratio in judged.items()}
     entries = []
-    for wanted, found in sorted({(wanted, found[0]) for wanted, found in units.values() if found is not None}):
-        own = [name for name, (unit, known) in units.items() if unit == wanted and known and known[0] == found]
+    for wanted, found in sorted({(meant[name], scaled.unit) for name, scaled in units.items() if scaled is not None}):
+        own = [name for name, scaled in units.items() if scaled and (meant[name], scaled.unit) == (wanted, found)]
         alike = [name for name in ratios if meant[name] == wanted]
-        columns = tuple(alike) if all(name in own or ratios[name] is None for name in alike) else tuple(own)
+        columns = alike if all(name in own or ratios[name] is None for name in alike) else own
         ratio = float(np.exp(np.mean(np.log([judged[name] for name in own]))))
-        factor = factors(wanted)[found] ** np.sign(log(ratio)) if found else ratio
-        entries.append(ForeignUnit(columns, wanted, ratio, found, float(factor), than))
+        factor = float(factors(wanted)[found] ** np.sign(log(ratio))) if found else ratio
+        entries.append(Breach(Scaled(tuple(columns), factor, found), times_said(ratio, than)))
     return entries
+
+
+def times_said(ratio: float, than: str) -> str:
+    """What shows a scale, one clause."""
+    times = np.format_float_positional(ratio, precision=3, fractional=False, trim="-")
+    return f"the logged numbers are {times} times {than}"
 
 
 def _ratio(agreement: Agreement) -> float | None:
     """How many times as large as the derivative a column is; None where nobody can tell, or in another frame."""
-    if agreement.correlation is None or abs(agreement.correlation) < SETTINGS.unit_correlation or not agreement.ratio:
+    if agreement.correlation is None or abs(agreement.correlation) < SETTINGS.nearly or not agreement.ratio:
         return None
     elsewhere = agreement.in_other_frame
     return None if elsewhere is not None and elsewhere > agreement.correlation else agreement.ratio
 
 
-def _plain(number: float) -> str:
-    return np.format_float_positional(number, precision=3, fractional=False, trim="-")
+class Steps:
+    """Rows of logs one step apart, and what a model makes of them with commands divided by something."""
+
+    def __init__(self, model: Equations, predict: VisibleModel, data: Dataset) -> None:
+        self.model, self._predict, self.data = model, predict, data
+        self._state, self._action = data.layouts.state, data.layouts.action
+        lengths = [len(log) for log in data]
+        firsts = np.cumsum([0, *lengths[:-1]])
+        rows = np.concatenate([np.arange(n - 1) + first for n, first in zip(lengths, firsts, strict=True)])
+        self._rows = rows[:: max(1, len(rows) // MOST_ROWS)]
+        state, inputs = (
+            torch.as_tensor(np.concatenate([getattr(log, k) for log in data])) for k in ("state", "inputs")
+        )
+        self._now, self._later = state[self._rows], state[self._rows + 1]
+        self._given = inputs[self._rows] if inputs.shape[-1] else None
+        self._changed = self._state.difference(self._later, self._now).square().mean(0)
+
+    @classmethod
+    def of(cls, model: Equations, data: Dataset) -> Steps | None:
+        """None where the logs have other columns than the model, or nothing moves."""
+        found = from_row_to_row(model, data)
+        steps = None if found is None else cls(model, *found)
+        return None if steps is None or not bool((steps._changed > 0).any()) else steps
+
+    def only(self, place: int) -> Steps:
+        """Those of the log at this place."""
+        return Steps(self.model, self._predict, Dataset([self.data[place]]))
+
+    def groups(self, settled: Sequence[str]) -> list[tuple[str, ...]]:
+        """Columns that may share a unit: all that have one in common, and each by itself."""
+        units, shared = self._action.units, dict[str, list[str]]()
+        for name in self._action:
+            if name not in settled:
+                shared.setdefault(units[name], []).append(name)
+        alone = [(name,) for columns in shared.values() if len(columns) > 1 for name in columns]
+        return [*map(tuple, shared.values()), *alone]
+
+    def around(self, columns: Sequence[str]) -> tuple[float, float]:
+        """The factors on the grid between which least is missed."""
+        place = int(self.errors(columns, GRID).mean(-1).argmin())
+        return float(GRID[max(0, place - 1)]), float(GRID[min(len(GRID) - 1, place + 1)])
+
+    def rise(self, columns: Sequence[str], factor: float) -> float:
+        """How many times more is missed, in the column where most is, with columns divided by far more and far less."""
+        here, *beside = self.errors(columns, [factor * by for by in (1.0, SETTINGS.far, 1.0 / SETTINGS.far)])
+        return float((torch.minimum(*beside) / here).max())
+
+    def missed(self, columns: Sequence[str], factor: float) -> float:
+        """Mean of :meth:`errors`."""
+        return float(self.errors(columns, [factor]).mean())
+
+    def errors(self, columns: Sequence[str], factors: Sequence[float] | np.ndarray) -> torch.Tensor:
+        """Mean square of a step's error over that of the step itself, of every column that moves.
+
+        Args:
+            columns: commands that are divided.
+            factors: what they are divided by ``# (F,)``.
+
+        Returns:
+            ``# (F, k)``, in one rollout of all factors; infinite where it is no number.
+        """
+        by = torch.ones(len(factors), 1, len(self._action), dtype=torch.float64)
+        by[..., self._action.indices(columns)] = torch.as_tensor(factors, dtype=torch.float64)[:, None, None]
+        logs = [filter_commands(self.model, torch.as_tensor(log.action) / by, dt=self.data.dt) for log in self.data]
+        sent = torch.cat(logs, dim=1)[:, self._rows]
+        given = None if self._given is None else self._given.expand(len(by), -1, -1)
+        after = self._predict(self._now.expand(len(by), -1, -1), sent, given)
+        error = self._state.difference(self._later.expand_as(after), after).square().mean(1)
+        return (error / self._changed)[:, self._changed > 0].nan_to_num(nan=inf, posinf=inf)
+
+
+def foreign_commands(model: Equations, data: Dataset) -> list[Breach]:
+    """Commands that stand in another unit, in all logs, or in each where what mends all makes one worse."""
+    together = Steps.of(model, data)
+    if together is None:
+        return []
+    alone, found = [together.only(place) for place in range(len(data))], _foreign_steps(together)
+    pairs = ((own.missed((), 1.0), together.only(place).missed((), 1.0)) for place, own in enumerate(alone))
+    if len(data) == 1 or (found and all(now <= SETTINGS.unit_near * before for before, now in pairs)):
+        return found
+    return [foreign.in_one(data, place) for place, own in enumerate(alone) for foreign in _foreign_steps(own)]
+
+
+def _foreign_steps(steps: Steps) -> list[Breach]:
+    """Those of one unit together where all of them are in another."""
+    found, settled = list[Breach](), list[str]()
+    while (most := _most_foreign(steps, settled)) is not None:
+        scaled, ratio = most
+        steps.data = of_all(scaled, steps.data)
+        found.append(Breach(scaled, times_said(ratio, THAN)))
+        settled += scaled.columns
+    return found
+
+
+def _most_foreign(steps: Steps, settled: Sequence[str]) -> tuple[Scaled, float] | None:
+    """The columns whose other unit mends most of what is missed, and how many times too large they are."""
+    mass, (now,), least = steps.model.numbers.get("mass"), steps.errors((), [1.0]), SETTINGS.command_unit
+    if not (now > 1.0).any():
+        return None
+    best: tuple[float, tuple[Scaled, float] | None] = (inf, None)
+    for columns in steps.groups(settled):
+        between = steps.around(columns)
+        if max(between[1], 1.0 / between[0]) < least / SETTINGS.unit_near:
+            continue  # of no unit, wherever between these
+        ratio = best_factor(partial(steps.missed, columns), between)
+        missed, meant = steps.missed(columns, ratio), steps.data.layouts.action.units[columns[0]]
+        if missed < best[0] and steps.rise(columns, ratio) > SETTINGS.command_sides:
+            found = in_unit(columns, meant, ratio, (least, least), mass)
+            if found is not None and _mended(now, steps.errors(columns, [ratio])[0]):
+                best = missed, (found, ratio)
+    return best[1]
+
+
+def _mended(now: torch.Tensor, then: torch.Tensor) -> bool:
+    """Whether a column that is missed by more than it changes is missed far less, and no other becomes one."""
+    better, worse = now > SETTINGS.far * then, then > SETTINGS.unit_near * now
+    return bool((better & (now > 1.0)).any() and not (worse & (then > 1.0)).any())

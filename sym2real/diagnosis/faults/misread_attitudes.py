@@ -1,4 +1,4 @@
-"""Attitudes and headings that are meant otherwise than they were read: scalar last, in degrees, against the path.
+"""Attitudes and headings that are meant otherwise than they were read: in degrees, scalar last, exchanged, mirrored.
 
 Of angles that are 57 times too large whole turns are lost, which rates count (``derive.counted_angles``). Where the
 heading then starts follows from where the robot is pushed, or goes.
@@ -6,64 +6,99 @@ heading then starts follows from where the robot is pushed, or goes.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+import torch
 
 from sym2real import rotation
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, level_push, rate_agreement, thrust_agreement
-from sym2real.diagnosis.faults.foreign_units import factors
-from sym2real.diagnosis.faults.mistakes.of_attitude import with_angles
-from sym2real.diagnosis.faults.mistakes.transformation import HEADING, POSITIONS, QUATERNION, Exchanged, of_all, present
+from sym2real.diagnosis.data.preparation import with_columns
+from sym2real.diagnosis.faults.fault import Breach
+from sym2real.diagnosis.faults.mistakes.transformation import (
+    HEADING,
+    POSITIONS,
+    QUATERNION,
+    Exchanged,
+    Misread,
+    of_all,
+    present,
+)
+from sym2real.diagnosis.faults.units import factors
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.logs.course import between, courses, decides, headings, together
-from sym2real.logs.derive import counted_angles
+from sym2real.logs.derive import continuous, counted_angles
 from sym2real.logs.pose import attitude
 from sym2real.logs.sources import ANGLES, AsRead
 from sym2real.logs.units import UNITS
-from sym2real.trajectory import Trajectory
+from sym2real.trajectory import Array, Trajectory
+
+COMMANDED = "_cmd"
+
+
+@dataclass(frozen=True)
+class OfAttitude(Exchanged):
+    """Roll and pitch of an attitude in each other's place, or with the other sign.
+
+    Args:
+        quaternion: the attitude's columns; those that are exchanged are angles.
+    """
+
+    quaternion: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Which angles, of what was measured or of what was commanded."""
+        of = "attitude" if self.quaternion == QUATERNION else "commanded attitude"
+        return f"{super().name} in the {of}"
+
+    def fix(self, read: AsRead) -> str:
+        """What to change, in the angles that the log has, or in those that its quaternion is made of."""
+        if all(own in read.sources for own in self.columns):
+            return super().fix(read)
+        return f"put them right where {' '.join(read.columns(self.quaternion))} are made of angles{AsRead().frame}"
+
+    def undone(self, log: Trajectory) -> Trajectory:
+        """With every angle in its own place."""
+        attitude = np.stack([log.column(name) for name in self.quaternion], axis=1)
+        angles = rotation.to_euler(torch.as_tensor(attitude)).clone()
+        first, places = angles.clone(), [ANGLES.index(own.removesuffix(COMMANDED)) for own in self.columns]
+        for place, source, sign in zip(places, self.sources, self.signs, strict=True):
+            angles[:, ANGLES.index(source.removesuffix(COMMANDED))] = sign * first[:, place]
+        return with_angles(log, angles.numpy(), self.quaternion)
+
+
+def with_angles(log: Trajectory, angles: Array, quaternion: Sequence[str] = QUATERNION) -> Trajectory:
+    """A log with other roll, pitch and yaw of a quaternion, or another yaw, in rad ``# (rows, 3 or 1)``."""
+    if angles.shape[1] == 1:
+        return with_columns(log, dict(zip(HEADING, (np.sin(angles[:, 0]), np.cos(angles[:, 0])), strict=True)))
+    turned = rotation.from_euler(*torch.as_tensor(angles).unbind(-1)).numpy()
+    return with_columns(log, dict(zip(quaternion, continuous(turned).T, strict=True)))
+
 
 SHIFTED = Exchanged(QUATERNION, (*QUATERNION[1:], QUATERNION[0]), (1, 1, 1, 1))
 DEGREES, READ = 1.0 / UNITS["deg"][1], ("degrees", "radians")
 LEVEL = POSITIONS[:2]
 
 
-@dataclass(frozen=True)
-class Misread:
-    """An attitude or a heading that is meant otherwise.
-
-    Args:
-        evidence: what it is and what shows it, one clause.
-        fix: what to change, in the columns of the log.
-        undone: the logs as they are meant.
-    """
-
-    evidence: str
-    fix: Callable[[AsRead], str]
-    undone: Callable[[Dataset], Dataset]
-
-
-def scalar_last(data: Dataset) -> list[Misread]:
+def scalar_last(data: Dataset) -> list[Breach]:
     """Quaternions x, y, z, w in columns w, x, y, z, where that fits beyond doubt; none without motion."""
     if present(data, QUATERNION) != QUATERNION:
         return []
     now, then = _correlation(data), _correlation(of_all(SHIFTED, data))
-    if not (now <= SETTINGS.agreeing and then >= SETTINGS.scalar_last):
+    if not (now <= SETTINGS.mostly and then >= SETTINGS.scalar_last):
         return []
-    evidence = (
-        "quaternions with the scalar last (x y z w): rates and accelerations correlate with the attitude by "
-        f"{then:.2f} then, by {now:.2f} as the columns stand"
-    )
+    shown = f"rates and accelerations correlate with the attitude by {then:.2f} then, by {now:.2f} as the columns stand"
 
     def fix(read: AsRead) -> str:
         columns = ", ".join(f'"{column}"' for column in read.columns(QUATERNION))
         entry = f'quaternion = [{columns}] and order = "xyzw"'
         return f"rename the columns, or say {entry} under [attitude] in a specification of the log"
 
-    return [Misread(evidence, fix, partial(of_all, SHIFTED))]
+    return [Breach(Misread("quaternions with the scalar last (x y z w)", fix, SHIFTED.undone), shown)]
 
 
 def _correlation(data: Dataset) -> float:
@@ -73,19 +108,21 @@ def _correlation(data: Dataset) -> float:
     return min(found, default=float("nan"))
 
 
-def other_angles(data: Dataset) -> list[Misread]:
+def other_angles(data: Dataset) -> list[Breach]:
     """Angles in degrees taken for radians, or the other way, where rates and a car's way agree with such alone."""
     columns = present(data, RATES), present(data, (*QUATERNION, *HEADING))
     placed = present(data, LEVEL) == LEVEL and columns in ((RATES, QUATERNION), (RATES[-1:], HEADING))
     now = _concordance(data) if placed else ()
-    if not now or max(now) > SETTINGS.agreeing:
+    if not now or max(now) > SETTINGS.mostly:
         return []
     for times, unit, what in ((DEGREES, "deg", READ), (1.0 / DEGREES, "rad", READ[::-1])):
-        undone = partial(_divided, times)
-        then = min(_concordance(undone(data)), default=0.0)
-        if then >= SETTINGS.agreeing and (times > 1.0 or columns[1] == HEADING or _pushed_as_turned(data)):
+        meant = Misread(
+            f"an attitude in {' that is read as '.join(what)}", partial(_unit, unit), partial(_divided, times)
+        )
+        then = min(_concordance(of_all(meant, data)), default=0.0)
+        if then >= SETTINGS.mostly and (times > 1.0 or columns[1] == HEADING or _pushed_as_turned(data)):
             shown = f"what moves the robot agrees with it by {then:.2f} of 1 then, by {max(now):.2f} as it stands"
-            return [Misread(f"an attitude in {' that is read as '.join(what)}: {shown}", partial(_unit, unit), undone)]
+            return [Breach(meant, shown)]
     return []
 
 
@@ -109,18 +146,14 @@ def _concordance(data: Dataset) -> tuple[float, ...]:
     return found if np.isfinite(found).all() else ()
 
 
-def _divided(times: float, data: Dataset) -> Dataset:
-    """Logs whose angles are so many times too large, as they are meant."""
-    logs, lost = [], 2.0 * np.pi / times
-    for log in data:
-        rates, logged = np.stack([log.column(name) for name in present(data, RATES)], axis=1), attitude(log)
-        if times > 1.0:
-            angles = counted_angles(log.time, logged.numpy(), times * rates) / times
-            angles[:, -1] += lost * np.round(_off(with_angles(log, angles)) / lost)
-        else:  # no turn is lost
-            angles = rotation.to_euler(logged).numpy()[:, -rates.shape[1] :] / times
-        logs.append(with_angles(log, angles))
-    return Dataset(logs)
+def _divided(times: float, log: Trajectory) -> Trajectory:
+    """A log whose angles are so many times too large, as they are meant."""
+    rates, logged = np.stack([log.column(name) for name in present(Dataset([log]), RATES)], axis=1), attitude(log)
+    if times < 1.0:  # no turn is lost
+        return with_angles(log, rotation.to_euler(logged).numpy()[:, -rates.shape[1] :] / times)
+    angles, lost = counted_angles(log.time, logged.numpy(), times * rates) / times, 2.0 * np.pi / times
+    angles[:, -1] += lost * np.round(_off(with_angles(log, angles)) / lost)
+    return with_angles(log, angles)
 
 
 def _off(log: Trajectory) -> float:
@@ -131,7 +164,7 @@ def _off(log: Trajectory) -> float:
     return float(np.angle(np.vdot(axis, pushed)))
 
 
-def against_the_path(data: Dataset) -> list[Misread]:
+def against_the_path(data: Dataset) -> list[Breach]:
     """A heading that turns against the path, beyond doubt; none of straight drives."""
     if present(data, (*HEADING, *LEVEL)) != (*HEADING, *LEVEL):
         return []
@@ -147,9 +180,8 @@ def against_the_path(data: Dataset) -> list[Misread]:
         own = read.column(HEADING[0]) if read.sources else "its column"
         return f"change the sign of yaw: flip {own} in the log's specification{zero}"
 
-    def undone(logs: Dataset) -> Dataset:
-        pairs = zip(logs, headings(logs), strict=True)
-        return Dataset(with_angles(log, apart - heading[:, None]) for log, heading in pairs)
+    def undone(log: Trajectory) -> Trajectory:
+        return with_angles(log, apart - headings([log])[0][:, None])
 
     shown = f"with its sign reversed it turns with it ({then:.2f} of 1, as it stands {now:.2f})"
-    return [Misread(f"a heading that turns against the path: {shown}", fix, undone)]
+    return [Breach(Misread("a heading that turns against the path", fix, undone), shown)]

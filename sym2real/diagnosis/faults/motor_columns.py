@@ -12,6 +12,7 @@ from torch import Tensor
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, VELOCITIES
 from sym2real.diagnosis.data.preparation import from_row_to_row
+from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, of_all
 from sym2real.effects.filters import spelled_out
 from sym2real.effects.inputs import with_inputs
@@ -64,12 +65,6 @@ def _caused(predict: VisibleModel, log: Trajectory, order: tuple[int, ...]) -> A
     given = inputs if inputs.shape[-1] else None
     apart = predict(state, sent, given) - predict(state, alike, given)
     return apart[:, rates].numpy() / log.dt
-
-
-def in_order(motor_order: MotorOrder, data: Dataset) -> Dataset:
-    """The logs with their motor columns in the model's order."""
-    acting = tuple(MOTORS[column] for column in motor_order.columns)
-    return of_all(Exchanged(acting, MOTORS, (1, 1, 1, 1)), data)
 
 
 def turned_the_other_way(model: Equations, data: Dataset) -> Dataset | None:
@@ -147,3 +142,19 @@ def spin_said(model: Equations, data: Dataset) -> tuple[str, str]:
         "rotors that turn the other way than the model says: yaw answers the motors with the opposite sign",
         f"make the model with these rotors: `sym2real nominal quadrotor --interface motors --spin {signs} …`",
     )
+
+
+def motors(model: Equations, data: Dataset) -> Settled:
+    """Motor columns in another order than the model's, and rotors that turn the other way."""
+    order, faults = order_of_motors(model, data), []
+    if order is None:
+        return (), data
+    if order.moved:
+        faults.append(Fault("", *order_said(order)))
+        if not order.certain:
+            return faults, data
+        data = of_all(Exchanged(tuple(MOTORS[column] for column in order.columns), MOTORS, (1, 1, 1, 1)), data)
+    if order.reversed:
+        faults.append(Fault("", *spin_said(model, data)))
+        data = turned_the_other_way(model, data) or data
+    return faults, data

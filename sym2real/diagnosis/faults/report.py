@@ -9,7 +9,7 @@ import numpy as np
 
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.agreement import Agreement, agreements
-from sym2real.diagnosis.data.lengths import long_enough
+from sym2real.diagnosis.data.preparation import long_enough
 from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.faults.sanity import check, slow_said
 from sym2real.diagnosis.faults.variation import Excitation, exact, exactness, excitation
@@ -49,7 +49,7 @@ class DataReport:
     @property
     def following(self) -> tuple[str, ...]:
         """Commands that follow the measured state."""
-        return tuple(name for name, excitation in self.commands.items() if excitation.feedback > SETTINGS.feedback)
+        return tuple(name for name, excitation in self.commands.items() if excitation.feedback > SETTINGS.mostly)
 
     @property
     def constant(self) -> tuple[str, ...]:
@@ -64,7 +64,7 @@ class DataReport:
     def remarks(self) -> list[str]:
         """How much data there are, and what is not as it should be and no fault."""
         found = [f"{self.logs} log{'s' if self.logs > 1 else ''}, {self.rows} rows, time step {self.dt:.4g} s"]
-        if self.jitter > SETTINGS.jitter:
+        if self.jitter > SETTINGS.uneven:
             found.append(f"the time step varies by {100 * self.jitter:.0f} %")
         if self.gaps:
             found.append(f"{self.gaps} gaps, the longest {self.longest_gap:.3g} s")

@@ -1,58 +1,46 @@
-"""Faults of the data, settled before any search: frames, units, signs, scales, biases, times, motors' order."""
+"""Question and data, checked before any search: frames, units, signs, scales, biases, times, motors' order."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
+from math import isfinite
 
 import numpy as np
+import torch
+from torch import Tensor
 
-from sym2real.dataset import Dataset
+from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.agreement import agreements
-from sym2real.diagnosis.data.changed import divided
-from sym2real.diagnosis.faults.conventions import Breach, Look, looks_for, through, undone
-from sym2real.diagnosis.faults.fault import Fault, Settled
-from sym2real.diagnosis.faults.foreign_units import ForeignUnit
+from sym2real.diagnosis.data.preparation import long_enough, with_filtered_commands
+from sym2real.diagnosis.faults.fault import Breach, Fault, Settled
+from sym2real.diagnosis.faults.foreign_units import BY_SENSORS, foreign_commands
+from sym2real.diagnosis.faults.misread_attitudes import against_the_path, other_angles, scalar_last
+from sym2real.diagnosis.faults.mistakes.judge import mistakes
 from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
+from sym2real.diagnosis.faults.mistakes.rows import BadRows, bad_rows
 from sym2real.diagnosis.faults.mistakes.transformation import Late, of_all
 from sym2real.diagnosis.faults.mistakes.wheel_speed import LatePose
-from sym2real.diagnosis.faults.motor_columns import (
-    in_order,
-    order_of_motors,
-    order_said,
-    spin_said,
-    turned_the_other_way,
-)
-from sym2real.diagnosis.faults.sensor_faults import PATH, OfWheel, measured_by, readings
+from sym2real.diagnosis.faults.motor_columns import motors
+from sym2real.diagnosis.faults.sensor_faults import PATH, measured_by, readings, sensors_of
+from sym2real.diagnosis.faults.units import Scaled
 from sym2real.diagnosis.faults.variation import exact, exactness, excitation
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.effects import EFFECTS
+from sym2real.effects.catalogue import require_patterns
 from sym2real.effects.inputs import with_one_clock
-from sym2real.effects.sensor_bias import SENSOR_BIAS
 from sym2real.effects.sensor_scale import SENSOR_SCALE
 from sym2real.effects.sensor_sign import SENSOR_SIGN
 from sym2real.effects.sensors import Sensors
-from sym2real.effects.time_shift import TIME_SHIFT
+from sym2real.errors import ShapeError
 from sym2real.logs.differences import rates_on_time
 from sym2real.logs.dropouts import is_unasked
 from sym2real.logs.sources import AsRead
+from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Trajectory
 
-SAID = {
-    SENSOR_SCALE.name: "the logged {column} is {0:.3g} times what the {other} changes by",
-    SENSOR_BIAS.name: "the logged {column} is off by {0:.3g} from what the {other} changes by",
-    TIME_SHIFT.name: "the logged {column} is {1:.0f} ms behind the {other}",
-}
-# What a specification says, or what is done before a log is read, behind what a kind's own fix says.
-MENDED = {
-    SENSOR_SCALE.name: ", or give {0} {number} in a specification of the log",
-    SENSOR_BIAS.name: "",
-    TIME_SHIFT.name: ": {0} by {ms:.0f} ms earlier",
-}
-# Faults that a model can have and a controller can undo; a time shift is neither.
-OF_SENSORS = (SENSOR_SCALE.name, SENSOR_BIAS.name)
+Look = Callable[[Dataset], Sequence[Breach | BadRows]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,8 +83,8 @@ def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
         _signs,
         *(partial(breached, look) for look in commands),
         _behind_their_rates,
-        _sensors,
-        *(() if model is None else (partial(_motors, model),)),
+        sensors_of,
+        *(() if model is None else (partial(motors, model),)),
     )
     for settle in steps:
         faults, data = settle(data)
@@ -104,12 +92,32 @@ def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
     data = rates_on_time(data if sensors is None else through(sensors.measured, data))
     data = with_one_clock(data if model is None else with_lost_commands(model, data))
     notes = (
-        *_lost(data),
+        *(f"{log.name}: {note}" for log in data for note in log.notes if is_unasked(note)),  # what was lost in reading
         *slow_said(model, data),
-        *_saturation(data),
+        *(line for name, command in excitation(list(data)).items() for line in command.limits_said(name)),
         *exactness(sum(exact(log) for log in data), len(data)),
     )
     return Checked(data, tuple(found), notes, any(log.between is not None for log in data))
+
+
+def looks_for(model: Equations | None) -> tuple[tuple[Look, ...], ...]:
+    """What is looked for, in order, with this model or without one.
+
+    First rows, quaternions (one in another order is no turned or mirrored world), units of what sensors measure, those
+    of commands, with which a model predicts nothing that columns could be judged by, and what a user has done to
+    columns. Then units again, as a turned frame hid them, and again what was done to columns: once those have their
+    units and signs, more can be seen.
+    """
+    frames = (bad_rows, scalar_last, other_angles)
+    if model is None:
+        return (*frames, against_the_path), BY_SENSORS, ()
+    mistaken, commands = partial(mistakes, model), partial(foreign_commands, model)
+    return (*frames, *BY_SENSORS, commands, mistaken, against_the_path), BY_SENSORS, (commands, mistaken)
+
+
+def through(sensors: Callable[[Tensor], Tensor], data: Dataset) -> Dataset:
+    """The logs with states as sensors report them, or the other way."""
+    return Dataset(replace(log, state=sensors(torch.as_tensor(log.state)).numpy()) for log in data)
 
 
 def _breached(in_order: dict[Look, Dataset], look: Look, data: Dataset) -> Settled:
@@ -119,13 +127,17 @@ def _breached(in_order: dict[Look, Dataset], look: Look, data: Dataset) -> Settl
     breaches, read = look(data), AsRead(data[0].sources)
     if not breaches:
         in_order[look] = data
-    return [_fault(breach, data, read) for breach in breaches], undone(breaches, data)
+    faults = [_fault(breach, data, read) for breach in breaches]
+    for breach in breaches:
+        data = breach.undone(data)
+    return faults, data
 
 
-def _fault(breach: Breach, data: Dataset, read: AsRead) -> Fault:
+def _fault(breach: Breach | BadRows, data: Dataset, read: AsRead) -> Fault:
     """With the effect of one column of the state, where it is that."""
-    if isinstance(breach, ForeignUnit) and len(breach.columns) == 1 and breach.columns[0] in data.layouts.state:
-        return Fault(f"{SENSOR_SCALE.name}:{breach.columns[0]}", breach.evidence, breach.fix(read), breach.factor)
+    scaled = breach.transformation if isinstance(breach, Breach) else None
+    if isinstance(scaled, Scaled) and len(scaled.columns) == 1 and scaled.columns[0] in data.layouts.state:
+        return Fault(f"{SENSOR_SCALE.name}:{scaled.columns[0]}", breach.evidence, breach.fix(read), scaled.factor)
     return Fault("", breach.evidence, breach.fix(read))
 
 
@@ -138,7 +150,7 @@ def _signs(data: Dataset) -> Settled:
         Fault(f"{SENSOR_SIGN.name}:{column}", text, SENSOR_SIGN.fix, -1.0, sensor=True)
         for column, text in texts.items()
     ]
-    return faults, divided(data, [*wrong], -1.0) if wrong else data
+    return faults, of_all(Scaled((*wrong,), -1.0), data) if wrong else data
 
 
 def _behind_their_rates(data: Dataset) -> Settled:
@@ -162,48 +174,67 @@ def _behind_their_rates(data: Dataset) -> Settled:
     return faults, data
 
 
-def _sensors(data: Dataset) -> Settled:
-    """Scales, biases and time shifts of rates and velocities."""
-    faults, read = [], AsRead(data[0].sources)
-    for reading in readings(data):
-        data = Dataset(reading.undone(log) for log in data)
-        for kind, value in reading.faulty.items():
-            evidence = SAID[kind].format(value, 1e3 * value, column=reading.column, other=reading.of)
-            mend = MENDED[kind].format(read.column(reading.column), number=read.scale(1.0 / value), ms=1e3 * value)
-            effect = "" if isinstance(reading, OfWheel) else f"{kind}:{reading.column}"
-            fix = f"{EFFECTS[kind].fix}{mend}"
-            faults.append(Fault(effect, evidence, fix, value, bool(effect) and kind in OF_SENSORS))
-    return faults, data
-
-
-def _motors(model: Equations, data: Dataset) -> Settled:
-    """Motor columns in another order than the model's, and rotors that turn the other way."""
-    order, faults = order_of_motors(model, data), []
-    if order is None:
-        return (), data
-    if order.moved:
-        faults.append(Fault("", *order_said(order)))
-        if not order.certain:
-            return faults, data
-        data = in_order(order, data)
-    if order.reversed:
-        faults.append(Fault("", *spin_said(model, data)))
-        data = turned_the_other_way(model, data) or data
-    return faults, data
-
-
-def _lost(data: Dataset) -> list[str]:
-    """What was lost or changed of the logs when they were read."""
-    return [f"{log.name}: {note}" for log in data for note in log.notes if is_unasked(note)]
-
-
 def slow_said(model: Equations | None, data: Dataset) -> list[str]:
-    if model is None or data.dt <= (1.0 + SETTINGS.time_step) * model.dt:
+    if model is None or data.dt <= (1.0 + SETTINGS.same) * model.dt:
         return []
     lost = "commands between rows are not in the logs, and what they did is not judged"
     held = "commands are taken as held" if data[0].between is None else lost
     return [f"rows are {data.dt:.4g} s apart, the model's steps {model.dt:g} s: {held}"]
 
 
-def _saturation(data: Dataset) -> tuple[str, ...]:
-    return tuple(line for name, command in excitation(list(data)).items() for line in command.limits_said(name))
+@dataclass(frozen=True, eq=False)
+class Question:
+    """A model, logs, and how they are held against each other; arguments as of :func:`sym2real.diagnosis.diagnose`.
+
+    Args:
+        include: keys of effects that compete whatever the rules for candidates say.
+
+    Raises:
+        ShapeError: when the horizon is below one step, or not finite.
+        UnknownNameError: for a pattern to exclude that no effect can match.
+    """
+
+    model: Equations
+    data: Logs
+    plant: MujocoPlant | None = None
+    calibrate: bool = True
+    held_out: Dataset | None = None
+    exclude: Collection[str] = ()
+    include: Sequence[str] = ()
+    horizon: float | None = None
+
+    def __post_init__(self) -> None:
+        require_patterns(self.exclude)
+        horizon, dt = self.horizon, max(self.model.dt, 0.0 if self.horizon is None else long_enough(self.data).dt)
+        if horizon is not None and not (isfinite(horizon) and round(horizon / dt) >= 1):
+            raise ShapeError(f"horizon: expected at least one time step, {dt:g} s, and finite, found {horizon:g} s")
+
+
+@dataclass(frozen=True, eq=False)
+class Examined:
+    """A question whose data are fit to be searched.
+
+    Args:
+        question: what was asked.
+        checked: the data, faults undone, commands as they reach the robot.
+        scored: the logs that score what is found; those of the search themselves where none were kept aside.
+    """
+
+    question: Question
+    checked: Checked
+    scored: Dataset
+
+
+def check_data(question: Question) -> Examined:
+    """Faults of the data undone, of the logs that are kept aside too; commands as they reach a robot with filters.
+
+    Raises:
+        ShapeError: when no log is long enough to judge.
+    """
+    parts = [long_enough(part) for part in (question.data, question.held_out) if part is not None]
+    # Logs that go on from those of the search have their battery.
+    logs = list(with_one_clock(Dataset(log for part in parts for log in part)))
+    halves = (logs[: len(parts[0])], logs[len(parts[0]) :])
+    found = [check(question.model, Dataset(half)) for half in halves if half]
+    checked, *aside = (replace(one, data=with_filtered_commands(question.model, one.data)) for one in found)
+    return Examined(question, checked, (*aside, checked)[0].data)

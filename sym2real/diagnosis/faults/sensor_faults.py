@@ -32,8 +32,10 @@ import numpy as np
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, turning
 from sym2real.diagnosis.data.start import ROWS, noise_level
+from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.faults.mistakes.wheel_speed import along, made_of_wheel, way, with_along
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.effects import EFFECTS
 from sym2real.effects.sensor_bias import SENSOR_BIAS
 from sym2real.effects.sensor_scale import SENSOR_SCALE
 from sym2real.effects.time_shift import TIME_SHIFT
@@ -46,6 +48,20 @@ STRETCH = 0.4  # s
 PATH, POSE = "path", (*POSITION.columns, *HEADING.columns)  # what a wheel's speed goes along, and what tells of it
 EARLIEST, LATEST = -5, 12
 Told = tuple[Array, Array, Array]  # of a log: time and what a sensor says, and how the other changes from row to row
+
+SAID = {
+    SENSOR_SCALE.name: "the logged {column} is {0:.3g} times what the {other} changes by",
+    SENSOR_BIAS.name: "the logged {column} is off by {0:.3g} from what the {other} changes by",
+    TIME_SHIFT.name: "the logged {column} is {1:.0f} ms behind the {other}",
+}
+# What a specification says, or what is done before a log is read, behind what a kind's own fix says.
+MENDED = {
+    SENSOR_SCALE.name: ", or give {0} {number} in a specification of the log",
+    SENSOR_BIAS.name: "",
+    TIME_SHIFT.name: ": {0} by {ms:.0f} ms earlier",
+}
+# Faults that a model can have and a controller can undo; a time shift is neither.
+OF_SENSORS = (SENSOR_SCALE.name, SENSOR_BIAS.name)
 
 
 @dataclass(frozen=True)
@@ -93,11 +109,11 @@ class OfWheel(Reading):
         return with_along(log, self.honest(log.time, along(log)))
 
 
-def readings(data: Dataset, honest: float = SETTINGS.sensor_shift) -> tuple[Reading, ...]:
+def readings(data: Dataset, honest: float = 1.0) -> tuple[Reading, ...]:
     """Columns whose sensor is wrong in scale, bias or time; the others are left out, and logs too short to judge by.
 
     Args:
-        honest: rows that a sensor may be late.
+        honest: rows that a sensor may be late: differences are by half of one, filters by one.
     """
     layout, readings = data.layouts.state, list[Reading | None]()
     logs = [log for log in data if len(log) > ROWS]
@@ -153,7 +169,7 @@ def _reading(told: Sequence[Told], column: str, of: str, honest: float) -> Readi
     least, most = _slopes(tables[rows])
     sure = {
         "scale": abs(inverse - 1.0) > SETTINGS.sensor_deviations * spread[0] + weakened
-        and abs(np.log(scale)) > SETTINGS.sensor_scale
+        and abs(np.log(scale)) > SETTINGS.uneven
         and inverse > SETTINGS.sensor_deviations * spread[0]
         and not least <= 1.0 <= most,
         "bias": abs(constant) > SETTINGS.sensor_deviations * spread[1] + turned_by
@@ -219,3 +235,17 @@ def _attenuation(table: Array, noise: float) -> float:
     whole, others = table[:, 1], table[:, 2:]
     rest = whole - others @ np.linalg.lstsq(others, whole, rcond=None)[0]
     return min(1.0, noise**2 / max(float(np.square(rest).mean()), 1e-300))
+
+
+def sensors_of(data: Dataset) -> Settled:
+    """Scales, biases and time shifts of rates and velocities."""
+    faults, read = [], AsRead(data[0].sources)
+    for reading in readings(data):
+        data = Dataset(reading.undone(log) for log in data)
+        for kind, value in reading.faulty.items():
+            evidence = SAID[kind].format(value, 1e3 * value, column=reading.column, other=reading.of)
+            mend = MENDED[kind].format(read.column(reading.column), number=read.scale(1.0 / value), ms=1e3 * value)
+            effect = "" if isinstance(reading, OfWheel) else f"{kind}:{reading.column}"
+            fix = f"{EFFECTS[kind].fix}{mend}"
+            faults.append(Fault(effect, evidence, fix, value, bool(effect) and kind in OF_SENSORS))
+    return faults, data

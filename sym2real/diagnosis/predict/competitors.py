@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from fnmatch import fnmatch
 from functools import lru_cache
 from itertools import groupby
@@ -36,10 +36,6 @@ class NotTried:
 
     effect: str
     reason: str
-
-    def to_dict(self) -> dict[str, str]:
-        """An entry of ``not_tried`` in ``diagnosis.json``."""
-        return asdict(self)
 
 
 def competing(

@@ -8,12 +8,16 @@ from itertools import accumulate, pairwise
 from typing import Any
 
 from sym2real.dataset import Dataset
+from sym2real.diagnosis.errors.floor import Floor, floor_of_explained, no_higher_than_reached
+from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.diagnosis.estimate.calibrate import Calibration, cleaned
 from sym2real.diagnosis.estimate.swing import Swing
 from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.score.held_out import Gate, Steps
 from sym2real.diagnosis.score.importance import by_importance
 from sym2real.diagnosis.score.intervals import Estimate, about, estimates, spread_over_logs
-from sym2real.diagnosis.search.near import Near
+from sym2real.diagnosis.search.beam import SearchResult
+from sym2real.diagnosis.search.near import Near, groups_of
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import Effect, compose, effect
@@ -164,3 +168,48 @@ def with_details(
 def _voltage(effect: Effect) -> float | None:
     by_voltage = VOLTAGE in effect.of.reads and VOLTAGE in effect.body.layouts.inputs
     return effect.body.numbers.get(REFERENCE) if by_voltage else None
+
+
+@dataclass(frozen=True, eq=False)
+class Scored:
+    """Findings and how they do on data that took no part in their fit.
+
+    Args:
+        result: of the search.
+        steps: the models of the ladder.
+        stages: the ladder.
+        gate: free runs of the first and the last of them.
+        findings: effects that are there, in order of importance.
+        horizons: of the ladder (s).
+        floor: errors of a fully explained model.
+    """
+
+    result: SearchResult
+    steps: Steps
+    stages: tuple[Stage, ...]
+    gate: Gate
+    findings: tuple[Finding, ...]
+    horizons: tuple[float, ...]
+    floor: tuple[Floor, ...]
+
+
+def score(result: SearchResult) -> Scored:
+    """Errors of the base and of what was found, on logs that were kept aside or that each fit left out."""
+    prepared, selection = result.prepared, result.selection
+    library, logs, question = prepared.library, prepared.scored, prepared.question
+    steps = Steps.of(library, selection, same=question.held_out is None)
+    horizons = steps.horizons(logs, question.horizon)
+    stages, gate = steps.ladder(library, logs, horizons), steps.gate(library, logs)
+    floor = floor_of_explained(library, logs, selection.fit.values, prepared.whitening, horizons)
+    found = findings_of(result, Near.of(selection))
+    return Scored(result, steps, stages, gate, found, horizons, no_higher_than_reached(floor, stages))
+
+
+def findings_of(result: SearchResult, near: Near | None = None) -> tuple[Finding, ...]:
+    """Values of what was found, with what else would do in its place where that is known."""
+    prepared = result.prepared
+    groups = {} if near is None else groups_of(near)
+    values = findings(result.selection, near, groups, prepared.calibration) if result.selection.chosen else []
+    small = {key for candidate in result.needed.small for key in candidate.keys}
+    values = [replace(finding, small=finding.effect in small) for finding in values]
+    return with_details(values, prepared.library, prepared.swing, prepared.checked.data)

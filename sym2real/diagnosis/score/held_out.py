@@ -22,9 +22,8 @@ from sym2real.diagnosis.errors.rungs import Stage, horizons_for, ladder
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.score.importance import by_importance
-from sym2real.diagnosis.search.deviations import parameter_set
 from sym2real.diagnosis.search.needed import fold_of_log, judged_horizons, left_out_sets, scored_after
-from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.search.select import Selection, parameter_set
 from sym2real.diagnosis.settings import SETTINGS
 
 
@@ -70,7 +69,7 @@ class Gate:
     @property
     def fallen(self) -> bool:
         """Whether a tenth of an error goes and none rises beyond chance."""
-        return self.best is not None and self.best.part >= SETTINGS.error_fall and not self.worse
+        return self.best is not None and self.best.part >= SETTINGS.worth_saying and not self.worse
 
     @property
     def passed(self) -> bool:
@@ -90,7 +89,7 @@ class Gate:
             for name in judged(errors):
                 error, after = errors[name], self.after.horizons[horizon][name]
                 part = 1.0 - after.value / max(error.value, 1e-12)
-                apart = error.low < error.high or part <= -SETTINGS.error_fall
+                apart = error.low < error.high or part <= -SETTINGS.worth_saying
                 yield Fall(horizon, name, part), apart and after.low > error.high
 
     def to_dict(self) -> dict[str, Any] | None:

@@ -22,8 +22,7 @@ from sym2real.diagnosis.estimate.fit import REFIT_STEPS
 from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.sensitivity import Problem
-from sym2real.diagnosis.search.deviations import parameter_set
-from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.search.select import Selection, parameter_set
 from sym2real.effects.trim import is_trim
 
 LEAST = 1e-9

@@ -12,8 +12,7 @@ from sym2real.diagnosis.estimate.quadratic import Fit
 from sym2real.diagnosis.estimate.significance import half_widths
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library
-from sym2real.diagnosis.search.deviations import reported
-from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.search.select import Selection, reported
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.kind import with_unit
 

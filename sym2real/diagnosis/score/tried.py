@@ -35,10 +35,6 @@ class Rival:
     as_good: bool
     instead_of: str
 
-    def to_dict(self) -> dict[str, Any]:
-        """An entry of ``rivals`` in what ``sym2real add --fit … --json`` prints."""
-        return dict(vars(self))
-
 
 @dataclass(frozen=True)
 class Tried:

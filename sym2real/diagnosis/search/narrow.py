@@ -6,10 +6,9 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from sym2real.diagnosis.estimate.significance import least_gain
-from sym2real.diagnosis.search.deviations import parameter_set
 from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.needed import Needed, Predicted
-from sym2real.diagnosis.search.select import PROMISING, REFITTED, Selection
+from sym2real.diagnosis.search.select import PROMISING, REFITTED, Selection, parameter_set
 from sym2real.diagnosis.settings import SETTINGS
 
 

@@ -32,9 +32,8 @@ from sym2real.diagnosis.estimate.quadratic import Fit
 from sym2real.diagnosis.estimate.significance import beyond_trim
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library
-from sym2real.diagnosis.search.deviations import parameter_set
 from sym2real.diagnosis.search.effect_set import EffectSet
-from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.search.select import Selection, parameter_set
 from sym2real.diagnosis.settings import SETTINGS
 
 # Where the part of a single log begins that is predicted by the fit of the rest.
@@ -140,7 +139,7 @@ def _changes_little(whole: Stage, without: Stage) -> bool:
         for horizon, errors in whole.horizons.items()
         for name in judged(errors)
     )
-    return (whole.foretells or without.foretells) and max(parts) < SETTINGS.error_fall
+    return (whole.foretells or without.foretells) and max(parts) < SETTINGS.worth_saying
 
 
 def _no_worse(whole: Stage, without: Stage) -> bool:
@@ -161,7 +160,7 @@ def _rise(whole: StageError, without: StageError) -> float:
     effect, also the lower end of their ratio, which is known better: where a robot is hard to predict, both are large.
     """
     rise = without.low / max(whole.value, 1e-12)
-    if whole.value > (1 - SETTINGS.error_fall) * without.value:
+    if whole.value > (1 - SETTINGS.worth_saying) * without.value:
         return rise
     return max(rise, float(np.quantile(without.resampled / np.maximum(whole.resampled, 1e-12), 0.025)))
 

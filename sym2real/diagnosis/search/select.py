@@ -13,6 +13,7 @@ from sym2real.diagnosis.estimate.significance import beyond_chance, standard_err
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.effects.kind import Parameter
 
 # Candidates that are refitted in full after screening: at most so many, none that is to save less than this part of the
 # gain that a finding needs. The quadratic model may be wrong by as much.
@@ -218,3 +219,24 @@ class Selection:
         rest, values = [other for other in chosen if other is not candidate], fit.values.clone()
         values[candidate.slots] = self.origin[candidate.slots]
         return rest, self.problems.fit([Hypothesis(self.free(rest), values)], REFIT_STEPS)[0]
+
+
+def reported(value: float, origin: float, parameter: Parameter) -> float:
+    """A fitted value as a deviation from what calibration says of the base, counted from the null value.
+
+    Of what cannot be less than nothing (a delay), less than the base's own is nothing.
+    """
+    if parameter.null == 0.0:
+        return parameter.domain.nearest(value - origin)
+    return value / origin if parameter.null == 1.0 and origin > 0 else value
+
+
+def parameter_set(selection: Selection, chosen: Sequence[Candidate], values: Tensor) -> Tensor:
+    """The library's parameter set of a model with some effects at their reported values, and nothing else."""
+    library = selection.problems.problem.library
+    result = library.null
+    for candidate in chosen:
+        for index in candidate.slots:
+            parameter = library.slots[index].parameter
+            result[index] = reported(float(values[index]), float(selection.origin[index]), parameter)
+    return result

@@ -14,21 +14,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from scipy import stats
 from torch import Tensor
 
-from sym2real.diagnosis.data.parts import summed
 from sym2real.diagnosis.estimate.calibrate import Calibration
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, Judged
+from sym2real.diagnosis.unexplained.features import part_of_disturbance
 from sym2real.diagnosis.unexplained.leftover import Leftover, unit_of
-from sym2real.diagnosis.unexplained.motion import part_of_disturbance
 from sym2real.effects.wrench import AXES
 
-CONSTANT = "constant"
 # Measurements that may be off by a constant which the free start does not take up, and their unit.
 MEASURED = {"attitude": "rad", "heading": "rad", "rate": "rad/s"}
 
@@ -61,36 +59,18 @@ class Constants:
         return cls(names, units, weighted[:, 0, 1:], weighted[:, 1:, 1:])
 
     @property
-    def curvature(self) -> Tensor:
-        """Of each alone ``# (S, D)``."""
-        return self.coupling.diagonal(dim1=1, dim2=2)
-
-    @property
     def sizes(self) -> Tensor:
         """What each would have to be in the model, in its unit ``# (D,)``."""
-        return -self.gradient.sum(0) / self.curvature.sum(0).clamp_min(1e-300)
+        return -self.gradient.sum(0) / self.coupling.sum(0).diagonal().clamp_min(1e-300)
 
     def beside(self, place: int) -> Constants:
         """What the others have to explain once this one stands at its size."""
         return replace(self, gradient=self.gradient + self.coupling[:, :, place] * self.sizes[place])
 
-    def held_out(self, folds: NDArray[np.int64]) -> tuple[Tensor, Tensor]:
-        """Fall of the loss by each constant of the other folds, and the most that one a fold could give ``# (D,)``."""
-        gradient, curvature = (summed(part, folds) for part in (self.gradient, self.curvature))
-        others = (curvature.sum(0) - curvature).clamp_min(1e-300)
-        step = -(gradient.sum(0) - gradient) / others
-        fall = -(2 * gradient * step + curvature * step.square()).sum(0)
-        return fall, (gradient.square() / curvature.clamp_min(1e-300)).sum(0)
-
-    def p_values(self, clusters: NDArray[np.int64]) -> Tensor:
-        """Probability of constants this far from zero by chance ``# (D,)``: Student's t over clusters, -1 for none."""
-        sizes = self.sizes
-        scores = summed(self.gradient + self.curvature * sizes, clusters)
-        count, whole = len(scores), self.curvature.sum(0).clamp_min(1e-300)
-        inflation = len(clusters) / max(1, int(np.sum(clusters >= 0)))
-        variance = (scores - scores.mean(0)).square().sum(0) * inflation * count / max(1, count - 1) / whole.square()
-        ratio = sizes.abs() / variance.sqrt().clamp_min(1e-300)
-        return torch.as_tensor(2 * stats.t.sf(ratio.numpy(), max(1, count - 1)))
+    def alone(self, place: int) -> Judged:
+        """One of them as a term beside nothing."""
+        own = [place]
+        return Judged(place, CONSTANT, 0, self.gradient[:, own], self.coupling[:, own][:, :, own])
 
 
 def find_constants(
@@ -108,24 +88,24 @@ def find_constants(
     if problems.block_count < SETTINGS.fewest_pieces:
         return ()
     constants = Constants.of(problems.problem, spread, problems.whitening, selection.fit.values)
-    of_base = None if own is None else Constants.of(own.problem, own.spread, own.whitening, own.origin).sizes
-    waiting = torch.tensor([name not in exclude for name in constants.names])
+    own_constants = None if own is None else Constants.of(own.problem, own.spread, own.whitening, own.origin)
+    of_base = torch.zeros(len(constants.names)) if own_constants is None else own_constants.sizes
+    waiting = {place for place, name in enumerate(constants.names) if name not in exclude}
     least = (SETTINGS.gain_few if selection.chosen else SETTINGS.gain) * selection.loss
-    chances, leftovers = SETTINGS.false_alarms / len(constants.names), list[Leftover]()
+    chance, leftovers = SETTINGS.false_alarms / len(constants.names), list[Leftover]()
     while True:
-        fall, most = constants.held_out(problems.folds)
-        counts = waiting & (fall > least) & (constants.p_values(_clusters(problems)) < chances)
-        if of_base is not None:
-            counts &= of_base.abs() <= SETTINGS.of_the_base * constants.sizes.abs()
-        if not bool(counts.any()):
+        robots = (of_base.abs() <= SETTINGS.mostly * constants.sizes.abs()).tolist()
+        falls = {place: constants.alone(place).fall(problems.folds) for place in waiting if robots[place]}
+        counts = [p for p in falls if falls[p] > least and constants.alone(p).chance(_clusters(problems)) < chance]
+        if not counts:
             return tuple(leftovers)
-        place = int(torch.where(counts, fall, -torch.inf).argmax())
+        place = max(counts, key=falls.__getitem__)
         size, unit = float(constants.sizes[place]), constants.units[place]
-        share, term = float(fall[place] / most[place]), f"{size:.3g} {unit} everywhere"
+        share, term = falls[place] / constants.alone(place).most, f"{size:.3g} {unit} everywhere"
         name, segments = constants.names[place], problems.problem.segments
         motion = part_of_disturbance(segments, spread, name, size) if name in spread.names else None
-        leftovers.append(Leftover(CONSTANT, name, share, term, size, unit, motion))
-        waiting[place] = False
+        leftovers.append(Leftover(CONSTANT, name, min(1.0, share), term, size, unit, motion))
+        waiting.discard(place)
         constants = constants.beside(place)
 
 

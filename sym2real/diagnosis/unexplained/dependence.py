@@ -21,10 +21,9 @@ from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.diagnosis.unexplained.constant import CONSTANT
-from sym2real.diagnosis.unexplained.disturbance_terms import Feature, Judged, Side, features_in
+from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, Feature, Judged, Side, features_in
+from sym2real.diagnosis.unexplained.features import part_of_disturbance
 from sym2real.diagnosis.unexplained.leftover import Leftover, split_in_words, unit_of
-from sym2real.diagnosis.unexplained.motion import part_of_disturbance
 
 # Part of the loss that a term must save before variances are estimated without it, and how many get that far.
 PROMISING, MOST_TERMS = 0.003, 3
@@ -114,9 +113,7 @@ class Terms:
         tried = len(self.side.terms) * len(self.side.spread.names)
         if judged.chance(self.problems.blocks) >= SETTINGS.false_alarms / tried:
             return False
-        return (
-            self.problems.log_count < SETTINGS.fewest_logs or judged.chance(self.problems.logs) <= SETTINGS.term_by_logs
-        )
+        return self.problems.log_count < SETTINGS.fewest_logs or judged.chance(self.problems.logs) <= SETTINGS.level
 
     def accepted(self, judged: Judged) -> Accepted | None:
         """A term that lowers held-out errors by enough and is beyond chance; None otherwise."""
@@ -165,6 +162,6 @@ def find_dependence(selection: Selection, spread: Spread, own: Calibration | Non
     accepted = [term for term in judged if term is not None]
     if not accepted:
         return ()
-    enough = SETTINGS.nearly_as_good * max(term.gain for term in accepted)
+    enough = SETTINGS.nearly * max(term.gain for term in accepted)
     best = next(term for term in accepted if term.gain >= enough)
     return (terms.leftover(best, unit_of(selection.problems.problem, spread.names[best.term.channel])),)

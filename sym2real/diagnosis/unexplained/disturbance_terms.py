@@ -20,10 +20,10 @@ from sym2real.diagnosis.estimate.quadratic import Free, solve
 from sym2real.diagnosis.estimate.significance import chance_of, clustered
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
-from sym2real.diagnosis.unexplained.constant import CONSTANT
 from sym2real.diagnosis.unexplained.features import features_of
 from sym2real.trajectory import Array
 
+CONSTANT = "constant"
 # Rows by which a command is looked back at.
 EARLIER = (1, 3, 9)
 SMALLEST = 1e-12

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from sym2real.diagnosis.errors.floor import Floor, floor_of_explained
+from sym2real.diagnosis.errors.floor import Floor, SensorNoise, floor_of_explained
 from sym2real.diagnosis.errors.rungs import Stage
-from sym2real.diagnosis.errors.sensor_noise import SensorNoise
 from sym2real.diagnosis.estimate.weighing import Prepared
-from sym2real.diagnosis.score.finding import applied
-from sym2real.diagnosis.score.scoring import Scored
+from sym2real.diagnosis.score.finding import Scored, applied
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.constant import find_constants
 from sym2real.diagnosis.unexplained.dependence import find_dependence
+from sym2real.diagnosis.unexplained.features import part_of_changes
 from sym2real.diagnosis.unexplained.leftover import MISFIT, Leftover, Rest, find_leftovers, find_misfit
-from sym2real.diagnosis.unexplained.motion import part_of_changes
 from sym2real.diagnosis.unexplained.term import Term, propose
 
 
@@ -89,7 +87,7 @@ def find_astray(stage: Stage, noise: Floor) -> tuple[Leftover, ...]:
     found, nearest = list[tuple[float, str]](), stage.nearest(noise.horizon)
     for channel in stage.worse.get(nearest, ()):
         error, (lowest, _) = stage.horizons[nearest][channel], noise.errors[channel]
-        if error.low > SETTINGS.floor_known * lowest:
+        if error.low > SETTINGS.above_noise * lowest:
             found.append((error.value / max(lowest, 1e-12), channel))
     words = f"{noise.horizon:g} s ahead, which is worse than if nothing changed"
     return tuple(Leftover(MISFIT, channel, 1.0 - times**-2, words) for times, channel in sorted(found)[-1:])

@@ -1,4 +1,9 @@
-"""What a disturbance may depend on: time, place, motion and commands, as means over pieces of segments."""
+"""What a disturbance may depend on (time, place, motion, commands), and how much of a robot's motion it makes.
+
+By how far it moves the robot, that is, beside how far the robot moves. Both are second differences over a segment, its
+end and its start less twice its middle: going on as before is no motion. Logs with little noise show disturbances that
+no prediction needs: the integration error of the simulator that wrote them, for one.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +12,12 @@ from itertools import pairwise
 import numpy as np
 import torch
 from scipy.ndimage import uniform_filter1d
+from torch import Tensor
 
 from sym2real import rotation
 from sym2real.diagnosis.data.conditions import HOW_FAST
-from sym2real.diagnosis.estimate.whitening import PIECES
+from sym2real.diagnosis.data.segments import Segments
+from sym2real.diagnosis.estimate.whitening import PIECES, Spread
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects.voltage import VOLTAGE
 from sym2real.trajectory import Array, Trajectory
@@ -75,3 +82,39 @@ def _names(trajectory: Trajectory) -> set[str]:
 def _smooth(column: Array) -> Array:
     smooth: Array = uniform_filter1d(column, 5, mode="nearest")
     return smooth
+
+
+def part_of_disturbance(segments: Segments, spread: Spread, name: str, disturbance: Array | float) -> float:
+    """Largest part of any field's motion that a disturbance makes.
+
+    Args:
+        segments: of the logs.
+        spread: shapes of the disturbances.
+        name: of this one.
+        disturbance: over every piece ``# (S·pieces,)``, or the same everywhere, in its unit.
+    """
+    place = spread.names.index(name)
+    pieces = torch.as_tensor(disturbance, dtype=torch.float64).expand(len(segments) * PIECES) / spread.sizes[place]
+    changes = torch.einsum("srp,sp->sr", spread.disturbances[:, :, place], pieces.reshape(-1, PIECES))
+    return part_of_changes(segments, changes)
+
+
+def part_of_changes(segments: Segments, changes: Tensor) -> float:
+    """The same of what changes in segments ``# (S, N·C)``."""
+    paths, middle = changes.unflatten(1, (segments.length, -1)), (segments.length - 1) // 2
+    moved = paths[:, -1] - 2 * paths[:, middle] + paths[:, 0]
+    motion = _motion(segments, middle)
+    fields = torch.tensor(segments.channel)
+    return max(_size(moved[:, fields == field]) / _size(motion[:, fields == field]) for field in fields.unique())
+
+
+def _motion(segments: Segments, middle: int) -> Tensor:
+    """Of what was measured ``# (S, C)``."""
+    layout = segments.layout
+    first, centre, last = (segments.measured[:, row] for row in (0, middle, -1))
+    return (layout.difference(last, centre) - layout.difference(centre, first))[:, list(segments.compared)]
+
+
+def _size(moved: Tensor) -> float:
+    """Root mean square of norms ``# (S, ·)``."""
+    return max(float(moved.square().sum(1).mean().sqrt()), 1e-12)

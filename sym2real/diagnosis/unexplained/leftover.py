@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.diagnosis.unexplained.features import features_of
-from sym2real.diagnosis.unexplained.motion import part_of_disturbance
+from sym2real.diagnosis.unexplained.features import features_of, part_of_disturbance
 from sym2real.symbolic.mass_normalised import unit_for
 from sym2real.trajectory import Array
 from sym2real.vocabulary import is_push
@@ -40,7 +39,7 @@ class Leftover:
             squares that noise and disturbances do not make.
         term: where the disturbance changes, in words.
         size, unit: of a constant disturbance, as the model lacks it.
-        motion: part of the robot's motion that it makes (``motion.py``); None of a measurement that is off.
+        motion: part of the robot's motion that it makes (``features.py``); None of a measurement that is off.
     """
 
     explained_by: str
@@ -54,7 +53,7 @@ class Leftover:
     @property
     def matters(self) -> bool:
         """Whether predictions need it."""
-        return self.motion is None or self.motion >= SETTINGS.motion
+        return self.motion is None or self.motion >= SETTINGS.negligible
 
     @property
     def statement(self) -> str:
@@ -137,7 +136,7 @@ class Rest:
             r2: of :meth:`explained`.
         """
         before, behind = (self._confirmed(channel, values) for values in self.around)
-        return r2 < behind and before < SETTINGS.answered * behind
+        return r2 < behind and before < SETTINGS.mostly * behind
 
     def _confirmed(self, channel: str, values: Array) -> float:
         return float(cross_validated(values, self.disturbances[:, [self.names.index(channel)]], self.groups)[0])
@@ -175,13 +174,13 @@ def find_leftovers(rest: Rest, of_the_base: Callable[[], Rest] | None = None) ->
     leftovers = []
     scored = sorted(((*rest.explained(channel), channel) for channel in rest.suspects()), reverse=True)
     for r2, size, channel in scored:
-        if r2 <= SETTINGS.depends:
+        if r2 <= SETTINGS.worth_saying:
             break
         place = rest.names.index(channel)
         if size < SETTINGS.negligible * rest.sizes[place] or rest.answered(channel, r2):
             continue
         base = of_the_base() if base is None and of_the_base is not None else base
-        if base is not None and base.explained(channel)[1] > SETTINGS.of_the_base * size:
+        if base is not None and base.explained(channel)[1] > SETTINGS.mostly * size:
             continue
         feature, term = split_in_words(rest.features, rest.values, rest.disturbances[:, place], rest.units[place])
         leftovers.append(Leftover(feature, channel, r2, term, motion=float(np.sqrt(r2)) * rest.motion[place]))

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.stats import wilcoxon
 
 from sym2real.dataset import Dataset
+from sym2real.diagnosis.faults.fault import Breach
 from sym2real.diagnosis.faults.mistakes.balance import Balance, Balances, without_arm, without_drag
 from sym2real.diagnosis.faults.mistakes.listed import mimics, transformations
 from sym2real.diagnosis.faults.mistakes.lost_commands import step_likelihood
-from sym2real.diagnosis.faults.mistakes.scales import Scaled, fitting_scales
 from sym2real.diagnosis.faults.mistakes.transformation import (
     POSITIONS,
     Exchanged,
@@ -21,66 +21,30 @@ from sym2real.diagnosis.faults.mistakes.transformation import (
     of_all,
     present,
 )
+from sym2real.diagnosis.faults.units import Scaled, fitting_scales
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.logs.sources import AsRead
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array
 
 MOST = 3  # mistakes in one set of logs
 COMMAND_ROWS = range(-6, 3)  # that commands may be written late by; as many as a delay may take where less than none
 ROUNDING = 1e-6  # of the squares
+Gain = tuple[float, Breach]  # by how much the squares missed fall over all quantities, and what is undone
 
 
-@dataclass(frozen=True)
-class Undoing:
-    """A transformation that logs ask for, and what undoing it does to the balance.
-
-    Args:
-        transformation: what was done.
-        quantity: in which it shows most surely.
-        before, after: squares missed there over those of its change, as it stands and undone.
-        gain: by how much the sum of these over all quantities falls.
-        others: what would mend the logs as well, of other columns.
-    """
-
-    transformation: Transformation
-    quantity: str
-    before: float
-    after: float
-    gain: float
-    others: tuple[str, ...] = ()
-
-    @property
-    def evidence(self) -> str:
-        """What is wrong: what shows it."""
-        what = ", or ".join((self.transformation.name, *self.others))
-        return (
-            f"{what}: as it stands the logs miss {self.before:.2g} of the squares by which the "
-            f"{self.quantity} changes, {self.after:.2g} without"
-        )
-
-    def fix(self, read: AsRead) -> str:
-        """What to change, in the columns of the log."""
-        return self.transformation.fix(read)
-
-    def undone(self, data: Dataset) -> Dataset:
-        """The logs as they are meant."""
-        return of_all(self.transformation, data)
-
-
-def mistakes(model: Equations, data: Dataset) -> list[Undoing]:
+def mistakes(model: Equations, data: Dataset) -> list[Breach]:
     """The transformations that the logs ask for, one after the other; on a line nothing can be turned or exchanged."""
     balances = Balances.of(model, data) if len(present(data, POSITIONS)) != 1 else None
     if balances is None:
         return []
-    undoings = []
+    found = list[Breach]()
     for _ in range(MOST):
-        undoing = _best(balances, data) or _late_commands(balances, data)
-        if undoing is None or _is_a_sensors_sign(undoing.transformation, data):
+        breach = _best(balances, data) or _late_commands(balances, data)
+        if breach is None or _is_a_sensors_sign(breach.transformation, data):
             break
-        undoings.append(undoing)
-        data = undoing.undone(data)
-    return undoings
+        found.append(breach)
+        data = breach.undone(data)
+    return found
 
 
 def _is_a_sensors_sign(transformation: Transformation, data: Dataset) -> bool:
@@ -89,41 +53,46 @@ def _is_a_sensors_sign(transformation: Transformation, data: Dataset) -> bool:
     return len(wrong) == 1 and wrong[0][0] in data.layouts.state
 
 
-def _best(balances: Balances, data: Dataset) -> Undoing | None:
+def _best(balances: Balances, data: Dataset) -> Breach | None:
     """The transformation that gains most; of two kinds that gain as much the simpler."""
     now = balances(data)
     tried = [*transformations(data, now), *fitting_scales(balances, data, now)]
     judged = [_judged(balances, now, transformation, data, len(tried)) for transformation in tried]
-    held = [undoing for undoing in judged if undoing is not None]
-    best = {type(undoing.transformation): undoing for undoing in sorted(held, key=lambda undoing: undoing.gain)}
-    least = SETTINGS.nearly_as_good * max((undoing.gain for undoing in held), default=0.0)
-    found = next((best[kind] for kind in map(type, tried) if kind in best and best[kind].gain >= least), None)
+    held = sorted((one for one in judged if one is not None), key=lambda one: one[0])
+    best = {type(breach.transformation): (gain, breach) for gain, breach in held}
+    least = SETTINGS.nearly * max((gain for gain, _ in held), default=0.0)
+    found = next((best[kind][1] for kind in map(type, tried) if kind in best and best[kind][0] >= least), None)
     if found is None:
         return None
-    others = (one.transformation for one in held if one.gain >= least)
+    others = (one.transformation for gain, one in held if gain >= least)
     return replace(found, others=tuple(one.name for one in others if _apart(one, found.transformation)))
 
 
-def _late_commands(balances: Balances, data: Dataset) -> Undoing | None:
+def _late_commands(balances: Balances, data: Dataset) -> Breach | None:
     """Commands written a row or two late, where that leaves at most half of the product of a step's error variances.
 
     Commands that change from row to row tell rows apart step by step; over a stretch their changes sum to little. What
     takes effect later than it is sent must not say as much.
     """
-    if data.dt < (1.0 - SETTINGS.time_step) * balances.model.dt:  # such rows are no steps of the model
+    if data.dt < (1.0 - SETTINGS.same) * balances.model.dt:  # such rows are no steps of the model
         return None
     tried = [Late("commands", data.layouts.action.columns, rows, data.dt) for rows in COMMAND_ROWS]
     likely = [step_likelihood(balances.model, of_all(late, data)) for late in tried]
     best = int(np.argmax(likely))
     beside = max(value for late, value in zip(tried, likely, strict=True) if late.rows <= 0)
     left = np.exp(2.0 * (beside - likely[best]) / sum(map(len, data)))
-    if not left < SETTINGS.mistake_left:  # or no number
+    if not left < SETTINGS.mostly:  # or no number
         return None
-    now, then = (balances(logs) for logs in (data, of_all(tried[best], data)))
-    old, new = now.losses.mean(0), then.losses.mean(0)
+    old, new = (balances(logs).losses.mean(0) for logs in (data, of_all(tried[best], data)))
     most = int(np.argmax(old - new))
-    undoing = Undoing(tried[best], now.names[most], float(old[most]), float(new[most]), float(sum(old - new)))
-    return undoing if undoing.after < SETTINGS.mistake_left else None
+    shown = _said(balances(data).names[most], old[most], new[most])
+    return Breach(tried[best], shown) if new[most] < SETTINGS.mostly else None
+
+
+def _said(quantity: str, before: float, after: float) -> str:
+    """What shows a transformation: in which quantity how much less is missed."""
+    missed = f"{before:.2g} of the squares by which the {quantity} changes"
+    return f"as it stands the logs miss {missed}, {after:.2g} without"
 
 
 def _apart(one: Transformation, other: Transformation) -> bool:
@@ -133,31 +102,29 @@ def _apart(one: Transformation, other: Transformation) -> bool:
     return isinstance(one, Scaled) and isinstance(other, Scaled) and not {*one.columns} & {*other.columns}
 
 
-def _judged(
-    balances: Balances, now: Balance, transformation: Transformation, data: Dataset, tried: int
-) -> Undoing | None:
+def _judged(balances: Balances, now: Balance, transformation: Transformation, data: Dataset, tried: int) -> Gain | None:
     """What undoing it gains, where that is beyond chance and nothing else becomes worse."""
     then = balances(of_all(transformation, data))
     old, new = now.losses.mean(0), then.losses.mean(0)
     better = old - new
-    clear = (old > SETTINGS.mistake_fewer * new) & (new < SETTINGS.mistake_left)
+    clear = (old > SETTINGS.far * new) & (new < SETTINGS.mostly)
     if not clear.any() or -better.min() > SETTINGS.others_worse * better.max() or _in_all(new) > _in_all(old):
         return None
     if isinstance(transformation, Turned) and transformation.field == "attitude":
-        clear &= without_drag(now) > SETTINGS.mistake_fewer * new
+        clear &= without_drag(now) > SETTINGS.far * new
     if isinstance(transformation, Exchanged | Scaled | Turned):  # it must mend a part of what it does
         does = 1.0 - np.cos(transformation.angle) if isinstance(transformation, Turned) else 1.0
-        clear &= better > SETTINGS.error_fall * does
+        clear &= better > SETTINGS.worth_saying * does
     if isinstance(transformation, Late | Turned):
-        clear &= without_arm(now) > SETTINGS.mistake_fewer * new
+        clear &= without_arm(now) > SETTINGS.far * new
     for other in mimics(transformation, data.layouts.action.columns):
         mimicked = balances(of_all(other, data)).losses.mean(0)
-        clear &= (mimicked > SETTINGS.mistake_fewer * new) & (_in_all(mimicked) > _in_all(new))
+        clear &= (mimicked > SETTINGS.far * new) & (_in_all(mimicked) > _in_all(new))
     chance = [_chance(now.missed(place), then.missed(place)) if clear[place] else 1.0 for place in range(len(old))]
     most = int(np.argmin(chance))
     if chance[most] > SETTINGS.false_alarms / tried:
         return None
-    return Undoing(transformation, now.names[most], float(old[most]), float(new[most]), float(better.sum()))
+    return float(better.sum()), Breach(transformation, _said(now.names[most], old[most], new[most]))
 
 
 def _in_all(losses: Array) -> float:

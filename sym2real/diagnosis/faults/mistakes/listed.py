@@ -14,15 +14,15 @@ from scipy.optimize import linear_sum_assignment
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, VELOCITIES
+from sym2real.diagnosis.faults.misread_attitudes import COMMANDED, OfAttitude
 from sym2real.diagnosis.faults.mistakes.balance import Balance
-from sym2real.diagnosis.faults.mistakes.of_attitude import COMMANDED, OfAttitude
 from sym2real.diagnosis.faults.mistakes.transformation import (
+    FROM_WORLD,
     HEADING,
     POSITIONS,
     QUATERNION,
     RATE_COMMANDS,
     Exchanged,
-    FromWorld,
     Late,
     OtherAxes,
     Transformation,
@@ -76,7 +76,7 @@ def _axes(data: Dataset) -> Iterator[Transformation]:
     if velocity and (attitude or present(data, HEADING) == HEADING):
         yield OtherAxes(velocity, "body")
     if attitude:
-        yield FromWorld()
+        yield FROM_WORLD
         if rates == RATES:
             yield OtherAxes(rates, "world")
 
@@ -110,7 +110,7 @@ def _of_attitudes(data: Dataset, balance: Balance) -> Iterator[OfAttitude]:
     """Roll and pitch in every order and sign, of what was measured or commanded, where that is badly foretold."""
     losses = dict(zip(balance.names, balance.losses.mean(0), strict=True))
     missed = max(losses.get(name, 0.0) for name in TILTED)
-    if missed <= SETTINGS.mistake_left:
+    if missed <= SETTINGS.mostly:
         return
     for ending in ("", COMMANDED):
         quaternion = tuple(f"{name}{ending}" for name in QUATERNION)

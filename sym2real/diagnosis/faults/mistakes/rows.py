@@ -104,7 +104,7 @@ def _repeated(data: Dataset, columns: Sequence[str]) -> BadRows | None:
         step = float(np.median(change[fresh])) if fresh.any() else 0.0
         behind = ~stale[1:] & stale[:-1]
         caught_up += [*(change[behind] / step)] if step > 0 else []
-    few = sum(int(part.sum()) for part in rows) < SETTINGS.repeated_rows * data.rows
+    few = sum(int(part.sum()) for part in rows) < SETTINGS.negligible * data.rows
     if few or not caught_up or float(np.median(caught_up)) < SETTINGS.gap:
         return None
     return BadRows("repeat", tuple(columns), tuple(rows), tuple(() for _ in data))
@@ -117,7 +117,7 @@ def _jumping(data: Dataset, columns: tuple[str, ...]) -> BadRows | None:
     sizes = [np.linalg.norm(change - _usual(change), axis=1) for change in changes]
     every = np.concatenate(sizes)
     least = max(
-        SETTINGS.jump_deviations * MAD_TO_SIGMA * float(np.median(every)),
+        SETTINGS.unheard_of * MAD_TO_SIGMA * float(np.median(every)),
         SETTINGS.jump_beyond * float(np.percentile(every, 95)),
     )
     stays = columns[0] in layout.rates or layout.units[columns[0]] == "m"
@@ -147,7 +147,7 @@ def _excursions(change: Array, jumps: NDArray[np.int64], *, stays: bool) -> tupl
         first = int(jumps[place])
         away = change[first - 1]
         soon = (offset for offset in range(place + 1, len(jumps)) if jumps[offset] - first <= latest)
-        most = SETTINGS.jump_back * np.linalg.norm(away)
+        most = SETTINGS.mostly * np.linalg.norm(away)
         back = next((offset for offset in soon if np.linalg.norm(away + change[jumps[offset] - 1]) < most), None)
         if back is None:
             cuts += [first] if stays else []

@@ -5,7 +5,7 @@ A transformation says what the log holds in place of what is meant: ``undone`` r
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import cos, degrees, sin
 from typing import Protocol
@@ -16,7 +16,7 @@ import torch
 from sym2real import rotation
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES
-from sym2real.diagnosis.data.changed import with_columns
+from sym2real.diagnosis.data.preparation import with_columns
 from sym2real.logs.pose import attitude, turned
 from sym2real.logs.sources import AsRead
 from sym2real.trajectory import Trajectory
@@ -168,20 +168,27 @@ class OtherAxes:
 
 
 @dataclass(frozen=True)
-class FromWorld:
-    """Quaternions that turn from world to body."""
+class Misread:
+    """An attitude or a heading that is meant otherwise than it was read.
 
-    name: str = "the attitude turned the other way (quaternions from world to body)"
+    Args:
+        name: what it is.
+        fix: what to change, in the columns of the log.
+        undone: a log as it is meant.
+    """
 
-    def fix(self, _: AsRead) -> str:
-        """What to change."""
-        return (
-            'log quaternions from body to world, or say direction = "world_to_body" under [attitude] (or leave it out)'
-        )
+    name: str
+    fix: Callable[[AsRead], str]
+    undone: Callable[[Trajectory], Trajectory]
 
-    def undone(self, log: Trajectory) -> Trajectory:
-        """The conjugate."""
-        return with_columns(log, dict(zip(QUATERNION, rotation.conjugate(attitude(log)).numpy().T, strict=True)))
+
+FROM_WORLD = Misread(
+    "the attitude turned the other way (quaternions from world to body)",
+    lambda _: (
+        'log quaternions from body to world, or say direction = "world_to_body" under [attitude] (or leave it out)'
+    ),
+    lambda log: with_columns(log, dict(zip(QUATERNION, rotation.conjugate(attitude(log)).numpy().T, strict=True))),
+)
 
 
 @dataclass(frozen=True)

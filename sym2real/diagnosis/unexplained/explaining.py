@@ -61,7 +61,7 @@ def _leftovers(prepared: Prepared, selection: Selection, rest: Rest) -> tuple[Le
     if not any(leftover.matters for leftover in leftovers):
         errors = problems.problem.residuals(selection.fit.values[None])[0]
         motion = part_of_changes(problems.problem.segments, errors)
-        leftovers += find_misfit(selection.fit.total / problems.whitening.freedom, motion)
+        leftovers += find_misfit(problems.whitening.misfit(errors), motion)
     return tuple(sorted(leftovers, key=lambda leftover: not leftover.matters))
 
 

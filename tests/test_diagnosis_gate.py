@@ -11,6 +11,7 @@ from noisy_flights import LEFT_OUT, flights_with
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Fall, Finding, Gate, diagnose
 from sym2real.diagnosis.conclusion import summary, verdict
+from sym2real.diagnosis.errors.floor import Floor
 from sym2real.diagnosis.errors.rungs import Stage, StageError, ladder, windows_of
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.whitening import Spread
@@ -24,6 +25,7 @@ from sym2real.diagnosis.search.near import Near, groups_of
 from sym2real.diagnosis.search.needed import LAST_THIRD
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.diagnosis.unexplained.explaining import beyond_floor
 from sym2real.diagnosis.unexplained.leftover import Leftover, find_misfit
 from sym2real.effects import effect
 from sym2real.experiments.noisy_runs import noisy_runs
@@ -134,6 +136,14 @@ def test_where_predictions_judge_nothing_an_effect_is_no_answer_beside_what_is_l
     assert verdict((), found, left, foretold, problems_of(800)) == "EFFECT"
     hover = Gate(*(replace(stage(name, size, 1.0), foretells=False) for name, size in (("base", 1.6), ("+ mass", 0.1))))
     assert verdict((), found, left, hover, problems_of(800)) == "EFFECT"  # of a hover few models foretell anything
+
+
+def test_a_misfit_that_predictions_do_not_show_is_none() -> None:
+    """Known to a third: an error of position is beyond its floor from 4/3 on; of velocity none is judged."""
+    floor = (Floor(0.8, {"position": (1.0, "m"), "attitude": (1.0, "rad"), "velocity": (1.0, "m/s")}),)
+    assert not beyond_floor([stage("base", 5.0, 5.0), stage("+ wind", 1.3, 1.3)], floor)
+    assert beyond_floor([stage("base", 1.4, 1.0)], floor)
+    assert beyond_floor([], ())
 
 
 @pytest.mark.parametrize(("steps", "answer"), [(75, "CANNOT_TELL"), (800, "UNEXPLAINED")])

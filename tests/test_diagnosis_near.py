@@ -18,6 +18,7 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.near import Near
 from sym2real.diagnosis.search.needed import Predicted, keep_needed
 from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.search.settled import settle
 from sym2real.effects import effect
 from sym2real.robots import CRAZYFLIE
 
@@ -68,6 +69,16 @@ def test_what_no_prediction_needs_is_dropped_and_what_it_needs_stays() -> None:
     assert not needed.small
     wind = selection.fit.values[selection.chosen[0].slots]
     assert wind.tolist() == pytest.approx([WIND["fx"], WIND["fy"]], rel=0.1)
+
+
+def test_what_stays_once_another_has_gone_gives_way_to_what_the_logs_ask_for() -> None:
+    """Drag stands for a wind, beside 80 mg that no prediction needs."""
+    flights = flights_with_all({"wind": WIND, "added_mass": {"value": 8e-5}})
+    selection = chosen(("wind", "linear_drag", "added_mass"), "linear_drag", "added_mass", flights=flights)
+    problem = selection.problems.problem
+    needed = settle(Predicted(selection, problem.library, problem.data))
+    assert [one.name for one in selection.chosen] == ["wind"]
+    assert [one.name for one in needed.dropped] == ["added_mass"]
 
 
 @pytest.mark.parametrize(("logs", "stays"), [(4, False), (8, True)], ids=["four logs", "eight logs"])

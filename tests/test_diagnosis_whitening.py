@@ -80,6 +80,15 @@ def test_few_odd_pieces_are_trusted_less_and_do_not_raise_the_variances(spread: 
     )
 
 
+def test_odd_pieces_do_not_decide_and_are_seen_all_the_same(spread: Spread) -> None:
+    """A tenth of the pieces eight times as far off: what is left is 0.9 + 0.1 · 64 times noise and disturbances."""
+    residuals = drawn(spread, 0)
+    residuals[::10] *= 8.0
+    found = estimated(spread, residuals)
+    assert float(found.loss(residuals[None]).sum()) < 1.5 * found.freedom
+    assert found.misfit(residuals) == pytest.approx(7.3, rel=0.2)
+
+
 def test_equations_whose_sensors_err_by_known_values_make_a_problem() -> None:
     """A finding put into equations leaves an output without a parameter."""
     tilted = effect("mounting_tilt", CRAZYFLIE).substitute(CRAZYFLIE.nominal(), {"roll": 0.02})

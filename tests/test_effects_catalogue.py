@@ -27,6 +27,7 @@ CAR = {
 }
 BOTH = {"wind", "linear_drag", "quadratic_drag", "periodic_force"}
 MOTORS_ONLY = {"torque_scale"}
+WHEELS_ONLY = {"turning_friction"}
 JOINTS = {"joint_damping", "joint_friction", "armature", "gravity_tilt", "load"}
 SENSOR = {"sensor_sign", "sensor_bias", "sensor_scale", "sensor_lag", "time_shift"}
 UNITS = {
@@ -36,7 +37,7 @@ UNITS = {
 
 
 def test_the_registry_has_the_names_of_the_design() -> None:
-    assert set(EFFECTS) == COMMAND | QUADROTOR | MOTORS_ONLY | CAR | BOTH | SENSOR | JOINTS
+    assert set(EFFECTS) == COMMAND | QUADROTOR | MOTORS_ONLY | WHEELS_ONLY | CAR | BOTH | SENSOR | JOINTS
     for name, kind in EFFECTS.items():
         assert kind.name == name
 

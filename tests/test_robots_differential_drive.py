@@ -30,6 +30,7 @@ HIDDEN = [
     ("joint_friction:left_wheel", {"value": 0.01}, {"offset:left"}),
     ("armature:left_wheel", {"value": 0.001}, set()),
     ("rolling_resistance", {"value": 0.1}, set()),
+    ("turning_friction", {"value": 0.05}, set()),
     ("delay", {"value": 0.04}, set()),
 ]
 
@@ -72,6 +73,7 @@ def test_equations_are_the_simulator_but_for_the_give_of_its_contacts(base: Equa
         ("armature:left_wheel", {"value": 0.01}),
         ("joint_damping:right_wheel", {"value": 0.005}),
         ("joint_friction:left_wheel", {"value": 0.05}),
+        ("turning_friction", {"value": 0.5}),
         ("linear_drag", {"cx": 10.0}),
         ("wind", {"fx": 5.0, "fy": -3.0}),
     ],
@@ -106,6 +108,34 @@ def test_wide_wheels_roll_about_their_middle_and_brake_a_turn(tmp_path: Path) ->
         ]
     with_width, without = (abs(float(state[6]) - after[6]) for state in states)
     assert with_width < 0.5 * without  # the rest is creep
+
+
+def test_wheels_of_which_one_end_touches_where_the_file_puts_them_roll_about_their_middle(tmp_path: Path) -> None:
+    """Cylinders that just reach the floor and hang down by a hair outside: what carries them at rest counts."""
+    (tmp_path / "wide.xml").write_text(
+        XML.replace('type="ellipsoid" size="0.05 0.05 0.012"', 'type="cylinder" size="0.05 0.012"')
+        .replace('zaxis="0 1 0"', 'zaxis="0 1 1e-9"')
+        .replace('qpos="0 0 0.04998356 0.999999999 0 4.884e-05 0 0 0"', 'qpos="0 0 0.05 1 0 0 0 0 0"')
+    )
+    numbers = Robot.from_mjcf(tmp_path / "wide.xml", state=STATE).numbers
+    assert numbers["right_per_turn"] == pytest.approx(-numbers["left_per_turn"], rel=1e-3)
+    assert numbers["right_per_turn"] == pytest.approx(DRIVE.numbers["right_per_turn"], rel=5e-3)
+
+
+def test_a_servo_that_brakes_within_a_period_is_followed_through_it(tmp_path: Path) -> None:
+    """Wheels twenty times as stiff: one period is ten of a tenth, where the plain step of the rule used to run away."""
+    assert 'kv="0.05"' in XML
+    (tmp_path / "stiff.xml").write_text(XML.replace('kv="0.05"', 'kv="1.0"').replace('forcerange="-0.6 0.6"', ""))
+    state, action, push = torch.tensor([0.0, 0, 0, 1, 0, 0, 0]).double(), torch.tensor([4.0, 8.0]), torch.zeros(5)
+    ends = []
+    for dt, steps in ((0.02, 3), (0.002, 30)):
+        robot = Robot.from_mjcf(tmp_path / "stiff.xml", state=STATE, dt=dt)
+        model, reached = compile_model(robot.nominal(), dtype=torch.float64), state
+        for _ in range(steps):
+            reached = model(reached, action.double(), push.double())
+        ends.append(reached.numpy())
+    np.testing.assert_allclose(ends[0], ends[1], atol=2e-4)
+    np.testing.assert_allclose(ends[0][[4, 6]], (0.3, 4.0 * 0.05 / 0.3), atol=5e-3)
 
 
 def test_at_a_reset_the_wheels_roll() -> None:

@@ -175,6 +175,6 @@ def unscored(result: SearchResult) -> Diagnosis:
 
 
 def _misfit(result: SearchResult) -> tuple[float, float]:
-    problems = result.prepared.problems
-    base = problems.whitening.loss(problems.problem.residuals(result.prepared.library.null[None])).sum()
-    return float(base) / problems.whitening.freedom, result.selection.fit.total / problems.whitening.freedom
+    problems, values = result.prepared.problems, (result.prepared.library.null, result.selection.fit.values)
+    base, informed = (problems.whitening.misfit(problems.problem.residuals(each[None])[0]) for each in values)
+    return base, informed

@@ -15,13 +15,11 @@ Effects bind to these quantities: ``gravity_x``, ``gravity_y``, ``gravity_z`` (m
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
 
 import mujoco
 import numpy as np
-from sympy import Expr, Integer, Rational, count_ops
+from sympy import Expr, Integer
 
 from sym2real.errors import ModelError
 from sym2real.layout import Layouts
@@ -30,6 +28,7 @@ from sym2real.robots.covered import LEARN, against_tree
 from sym2real.robots.driven import braking
 from sym2real.robots.joint_forces import Forces
 from sym2real.robots.joint_tree import Link, as_expression, links_of
+from sym2real.robots.runge_kutta import Build, fastest, parts_of, stepped
 from sym2real.robots.spatial import (
     Inertia,
     Motion,
@@ -50,33 +49,6 @@ from sym2real.vocabulary import (
     rate_column,
 )
 
-# Decay in a part of a period; Runge–Kutta steps swing up beyond 2.8, and a joint may brake twice as much as described.
-DECAY = 1.4
-STAGES = (Rational(1, 2), Rational(1, 2), 1)  # parts of the period behind which the rates are asked again
-LONGEST = 4  # operations of an expression that needs no name
-
-
-@dataclass
-class _Build:
-    """Equations in the making: intermediate results by name, those of one evaluation with one prefix."""
-
-    quantities: dict[str, Expr] = field(default_factory=dict)
-    prefix: str = ""
-
-    def short(self, name: str, expression: Expr) -> Expr:
-        """The expression, or a name for it where it is long."""
-        if count_ops(expression) <= LONGEST:
-            return expression
-        self.quantities[self.prefix + name] = expression
-        return symbol(self.prefix + name)
-
-    def each(self, name: str, values: Values) -> Values:
-        """An array of expressions, each short; the numbers of entries are part of their names."""
-        found = np.empty_like(values, dtype=object)
-        for place in np.ndindex(values.shape):
-            found[place] = self.short(f"{name}_{'_'.join(map(str, place))}", values[place])
-        return found
-
 
 def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str], dt: float) -> Equations:
     """Equations of a compiled MJCF.
@@ -96,7 +68,8 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
             f"{' and '.join(found)}: {LEARN}"
         )
     links = links_of(model)
-    build = _Build()
+    inertia, brakes = columns.inertias(model, columns.data_at_start(model)), np.diag(braking(model))
+    build = Build({}, dt, parts_of(fastest(inertia, brakes), dt))
     build.quantities |= {
         name: as_expression(value) for name, value in zip(GRAVITY_COMPONENTS, model.opt.gravity, strict=True)
     }
@@ -104,8 +77,7 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     build.quantities |= {load_quantity(model.site(site).name): Integer(0) for site in columns.loaded_sites(model)}
     build.quantities |= {damping_quantity(link.joint): as_expression(link.damping) for link in links}
     build.quantities |= {friction_quantity(link.joint): as_expression(link.friction) for link in links}
-    parts = _parts(model, dt)
-    forces = Forces(model, links, actions, dt / parts)
+    forces = Forces(model, links, actions, build.part)
     names = [link.joint for link in links]
     place = np.array([symbol(name) for name in names], dtype=object)
     rate = np.array([symbol(rate_column(name)) for name in names], dtype=object)
@@ -113,12 +85,8 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     def accelerations(place: Values, rate: Values) -> Values:
         return _accelerations(build, links, place, rate, forces.at(place, rate))
 
-    for part in range(parts):
-        build.prefix = f"part{part + 1}_" if part else ""
-        if part:
-            place, rate = build.each("place", place), build.each("rate", rate)
-        moved, gained = _stepped(build, accelerations, place, rate, dt / parts)
-        place, rate = place + moved, rate + gained
+    moved, rate = stepped(build, accelerations, place, rate)
+    place = place + moved
     changed = dict(zip(names, place, strict=True)) | dict(zip(map(rate_column, names), rate, strict=True))
     following = {column: changed[column] for column in layouts.state}
     return Equations(
@@ -126,32 +94,7 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     )
 
 
-def _parts(model: mujoco.MjModel, dt: float) -> int:
-    """Runge–Kutta steps in a period, by how fast rates decay at the start."""
-    data = columns.data_at_start(model)
-    fastest = np.linalg.eigvals(np.linalg.solve(columns.inertias(model, data), np.diag(braking(model))))
-    return max(1, math.ceil(float(fastest.real.max()) * dt / DECAY))
-
-
-def _stepped(
-    build: _Build, accelerations: Callable[[Values, Values], Values], place: Values, rate: Values, dt: float
-) -> tuple[Values, Values]:
-    """Change of coordinates and of rates over a period, by the classical Runge–Kutta method."""
-    before, rates, found = build.prefix, [rate], [accelerations(place, rate)]
-    for stage, part in enumerate(STAGES, 2):
-        build.prefix = f"{before}stage{stage}_"
-        there = build.each("place", place + part * dt * rates[-1])
-        rates.append(build.each("rate", rate + part * dt * found[-1]))
-        found.append(accelerations(there, rates[-1]))
-    return _mean(rates) * dt, _mean(found) * dt
-
-
-def _mean(values: Sequence[Values]) -> Values:
-    first, second, third, last = values
-    return (first + 2 * (second + third) + last) / 6
-
-
-def _accelerations(build: _Build, links: Sequence[Link], place: Values, rate: Values, force: Values) -> Values:
+def _accelerations(build: Build, links: Sequence[Link], place: Values, rate: Values, force: Values) -> Values:
     transforms = [_named(build, link, coordinate) for link, coordinate in zip(links, place, strict=True)]
     bias = _bias(build, links, transforms, rate)
     wanted = build.each("drive", force - bias)
@@ -168,12 +111,12 @@ def _used(quantities: Mapping[str, Expr], following: Mapping[str, Expr], kept: S
     return {name: value for name, value in quantities.items() if name in seen}
 
 
-def _named(build: _Build, link: Link, coordinate: Expr) -> Transform:
+def _named(build: Build, link: Link, coordinate: Expr) -> Transform:
     found = link.transform(coordinate)
     return Transform(build.each(f"turn_{link.joint}", found.turn), build.each(f"place_{link.joint}", found.place))
 
 
-def _bias(build: _Build, links: Sequence[Link], transforms: Sequence[Transform], rate: Values) -> Values:
+def _bias(build: Build, links: Sequence[Link], transforms: Sequence[Transform], rate: Values) -> Values:
     """Forces along the joints that keep every acceleration at zero, by recursive Newton–Euler."""
     still = np.zeros(3, dtype=int).astype(object)
     upwards = -np.array([symbol(name) for name in GRAVITY_COMPONENTS], dtype=object)
@@ -206,7 +149,7 @@ def _bias(build: _Build, links: Sequence[Link], transforms: Sequence[Transform],
     return build.each("bias", bias)
 
 
-def _mass_matrix(build: _Build, links: Sequence[Link], transforms: Sequence[Transform]) -> Values:
+def _mass_matrix(build: Build, links: Sequence[Link], transforms: Sequence[Transform]) -> Values:
     """M by the composite-rigid-body algorithm ``# (n, n)``."""
     whole = [link.inertia for link in links]
     count = len(links)
@@ -227,7 +170,7 @@ def _mass_matrix(build: _Build, links: Sequence[Link], transforms: Sequence[Tran
     return build.each("mass", matrix)
 
 
-def _solved(build: _Build, matrix: Values, wanted: Values) -> Values:
+def _solved(build: Build, matrix: Values, wanted: Values) -> Values:
     """M⁻¹ times a vector by elimination without pivots: M is positive definite."""
     matrix, wanted, count = matrix.copy(), wanted.copy(), len(wanted)
     for pivot in range(count):
@@ -246,5 +189,5 @@ def _solved(build: _Build, matrix: Values, wanted: Values) -> Values:
     return wanted
 
 
-def _short_pair(build: _Build, name: str, pair: tuple[Values, Values]) -> tuple[Values, Values]:
+def _short_pair(build: Build, name: str, pair: tuple[Values, Values]) -> tuple[Values, Values]:
     return build.each(f"{name}_w", pair[0]), build.each(f"{name}_v", pair[1])

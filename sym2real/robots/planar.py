@@ -1,6 +1,6 @@
 """A free body whose state is its pose in a plane, and wheels under it that roll without slip.
 
-Of the contacts of the robot at its first keyframe, with the body's axes along the world's, those with friction hold:
+Of the contacts of the robot where it comes to rest, with the body's axes along the world's, those with friction hold:
 J (v, q̇) = 0 for the velocity v = (forward, left, turning) of the body's origin and the rates q̇ of the joints. They give
 q̇ = W v for every v that they leave. So a state of pose and velocity alone is also one of the wheels.
 """
@@ -19,7 +19,7 @@ from sym2real.errors import ModelError
 from sym2real.layout import Layout
 from sym2real.robots import mjcf_columns as columns
 from sym2real.trajectory import Array
-from sym2real.vocabulary import HEADING, WRENCH, rate_per_speed, rate_per_turn
+from sym2real.vocabulary import DRILLING, HEADING, TURNING_INERTIA, WRENCH, rate_per_speed, rate_per_turn
 
 STATE = ("x", "y", "sin_yaw", "cos_yaw", "vx", "vy", "wz")
 PUSHES = ("fx", "fy", "tz")
@@ -116,6 +116,7 @@ class Wheels:
             return {}
         carried, ways = np.linalg.inv(self.inertia(model, data)), dict(zip(self.names, self.ways, strict=True))
         found = {f"{name}_inertia": 1.0 / float(way @ carried @ way) for name, way in ways.items()}
+        found |= {TURNING_INERTIA: float(self.inertia(model, data)[1, 1]), DRILLING: drilling(model, data)}
         for actuator, column in actions.items():
             index = model.actuator(actuator).id
             joint = model.joint(int(model.actuator_trnid[index, 0])).name
@@ -125,13 +126,20 @@ class Wheels:
         return found
 
 
+def _at_rest(model: mujoco.MjModel, data: Any) -> Any:
+    """The robot once it has come to rest: of a wheel's two ends one alone may touch where a keyframe puts it."""
+    resting = copy(data)
+    mujoco.mj_step(model, resting, round(AT_REST / model.opt.timestep))
+    return resting
+
+
 def _sliding(model: mujoco.MjModel, data: Any) -> Array:
     """Velocity across what touches with friction per degree of freedom, m/s ``# (3 bodies, nv)``.
 
     Where a body touches at several points (a wheel's width on a floor), the mean of theirs: it drills about the middle.
     """
     patches: dict[tuple[int, ...], list[Array]] = {}
-    for contact in (data.contact[number] for number in range(data.ncon)):
+    for contact in _at_rest(model, data).contact:
         if contact.dim == NO_FRICTION:
             continue
         bodies = tuple(model.geom_bodyid[contact.geom].tolist())
@@ -147,12 +155,8 @@ def _sliding(model: mujoco.MjModel, data: Any) -> Array:
 
 
 def drilling(model: mujoco.MjModel, data: Any) -> float:
-    """Torque in N m that brakes a turn: dry friction of bodies that touch at several points, each about their middle.
-
-    The points carry what they do once the robot has come to rest.
-    """
-    resting, force = copy(data), np.zeros(6)
-    mujoco.mj_step(model, resting, round(AT_REST / model.opt.timestep))
+    """Torque in N m that brakes a turn: dry friction of bodies that touch at several points, about their middles."""
+    resting, force = _at_rest(model, data), np.zeros(6)
     patches: dict[tuple[int, ...], list[Array]] = {}
     for number, contact in enumerate(resting.contact):
         mujoco.mj_contactForce(model, resting, number, force)

@@ -6,11 +6,12 @@ Two degrees of freedom, the speed u along the heading and the turning rate ω; t
     M (u̇, ω̇) + (-m c_x ω², m c_x u ω) = Wᵀ τ + pushes
 
 Lagrange's equations of a body in a plane, M with all that turns with a wheel; e.g. Y. Yamamoto, X. Yun, "Coordinating
-locomotion and manipulation of a mobile manipulator", 1994. Discrete time: the midpoint rule, moved along the arc of the
-mean rates. Contacts hold here: a robot that slips, tips or lifts a wheel is not described.
+locomotion and manipulation of a mobile manipulator", 1994. Discrete time: the classical Runge–Kutta method in as many
+parts of a period as the servos of the wheels need, moved along the arc of the mean rates. Contacts hold here: a robot
+that slips, tips or lifts a wheel is not described.
 
 Effects bind to the rate ``J_rate`` of wheel J, which is a quantity, to ``damping_J``, ``friction_J`` and ``armature_J``
-as of :mod:`sym2real.robots.multibody`, and to the pushes.
+as of :mod:`sym2real.robots.multibody`, to ``drilling`` (N m, of wheels with a width), and to the pushes.
 """
 
 from __future__ import annotations
@@ -22,21 +23,23 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from sympy import Expr, Float, Integer
+from sympy import Expr
 
 from sym2real.errors import ModelError
 from sym2real.layout import Layouts
 from sym2real.robots import mjcf_columns as columns
 from sym2real.robots.covered import LEARN, against_rolling
+from sym2real.robots.driven import braking
 from sym2real.robots.joint_forces import Forces
 from sym2real.robots.joint_tree import Link, as_expression, links_of
 from sym2real.robots.nominal_car import along_the_arc
 from sym2real.robots.planar import OF_FREE, Wheels, drilling
-from sym2real.robots.spatial import exact
+from sym2real.robots.runge_kutta import Build, fastest, parts_of, stepped
+from sym2real.robots.spatial import Values, exact
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import dry_friction
 from sym2real.trajectory import Array
-from sym2real.vocabulary import armature_quantity, damping_quantity, friction_quantity, rate_column
+from sym2real.vocabulary import DRILLING, armature_quantity, damping_quantity, friction_quantity, rate_column
 
 WIDE = "wide wheels brake a turn by {:.3g} N m where they drill on the floor; how they creep then is not described"
 MASSES = ("mass_ahead", "mass_both", "mass_turning")  # kg, kg m, kg m²
@@ -51,7 +54,7 @@ class _Body:
         forces: along their joints.
         moment: m c_x in kg m.
         lever: where pushes act, in the body's axes, m ``# (2,)``.
-        drilling: of wheels with a width, as a torque that depends on the turning rate.
+        drilling: of wheels with a width: its torque by the turning rate.
     """
 
     wheels: Wheels
@@ -60,25 +63,22 @@ class _Body:
     lever: Sequence[float]
     drilling: Callable[[Expr], Expr]
 
-    def accelerations(self, prefix: str, speed: Expr, turning: Expr) -> dict[str, Expr]:
-        """Quantities that lead to ``ahead`` (m/s²) and ``turning`` (rad/s²), each name with its prefix."""
-        names, ways = self.wheels.names, self.wheels.ways.tolist()
-        found = {prefix + rate_column(name): a * speed + b * turning for name, (a, b) in zip(names, ways, strict=True)}
-        rates = np.array([symbol(name) for name in found], dtype=object)
-        along = self.forces.at(exact(np.zeros(len(names))), rates)
-        torques = [symbol(f"{prefix}torque_{name}") for name in names]
-        found |= {str(torque): value for torque, value in zip(torques, along, strict=True)}
+    def accelerations(self, build: Build, rates: Values) -> Values:
+        """Of the speed ahead (m/s²) and the turning (rad/s²) ``# (2,)``."""
+        names, ways, (speed, turning) = self.wheels.names, self.wheels.ways.tolist(), rates
+        of_wheels = [
+            build.name(rate_column(name), a * speed + b * turning) for name, (a, b) in zip(names, ways, strict=True)
+        ]
+        along = self.forces.at(exact(np.zeros(len(names))), np.array(of_wheels, dtype=object))
+        torques = [build.name(f"torque_{name}", force) for name, force in zip(names, along, strict=True)]
         pushed, aside, (x, y) = symbol("push_ahead"), symbol("push_left"), self.lever
         by_wheels = [sum(way[of] * torque for way, torque in zip(ways, torques, strict=True)) for of in (0, 1)]
-        ahead, turn = symbol(f"{prefix}force"), symbol(f"{prefix}moment")
-        found[str(ahead)] = by_wheels[0] + pushed + self.moment * turning**2
-        found[str(turn)] = by_wheels[1] + symbol("tz") + x * aside - y * pushed - self.moment * speed * turning
-        found[str(turn)] += self.drilling(turning)
+        ahead = build.name("force", by_wheels[0] + pushed + self.moment * turning**2)
+        braked = symbol("tz") + x * aside - y * pushed - self.moment * speed * turning + self.drilling(turning)
+        turn = build.name("moment", by_wheels[1] + braked)
         whole, mixed, spun = (symbol(name) for name in MASSES)
         span = whole * spun - mixed**2
-        found[f"{prefix}ahead"] = (spun * ahead - mixed * turn) / span
-        found[f"{prefix}turning"] = (whole * turn - mixed * ahead) / span
-        return found
+        return build.each("acceleration", np.array([spun * ahead - mixed * turn, whole * turn - mixed * ahead]) / span)
 
 
 def rolling(model: mujoco.MjModel, data: Any, layouts: Layouts, actions: Mapping[str, str], dt: float) -> Equations:
@@ -101,34 +101,34 @@ def rolling(model: mujoco.MjModel, data: Any, layouts: Layouts, actions: Mapping
     aside, turn = (wheels.first + dof for dof in OF_FREE[1:])
     moment, lever = float(columns.inertias(model, data)[aside, turn]), model.body_ipos[wheels.body, :2].tolist()
     inertia, brakes = wheels.inertia(model, data), drilling(model, data)
-    drills = partial(dry_friction, Float(brakes), dt=dt, inertia=inertia[1, 1]) if brakes else lambda _: Integer(0)
-    described = _Body(wheels, Forces(model, links, actions, dt), moment, lever, drills)
-    sine, cosine, turning = symbol("sin_yaw"), symbol("cos_yaw"), symbol("wz")
-    speed = symbol("speed_ahead")
-    quantities = _numbers(links, wheels, inertia) | {
-        "speed_ahead": symbol("vx") * cosine + symbol("vy") * sine,
+    decay = fastest(inertia, wheels.ways.T @ np.diag(braking(model)[wheels.dofs]) @ wheels.ways)
+    build = Build(
+        _numbers(links, wheels, inertia) | {DRILLING: as_expression(brakes)}, dt, parts_of(decay, dt, dry=True)
+    )
+    forces = Forces(model, links, actions, build.part)
+    described = _Body(
+        wheels, forces, moment, lever, partial(dry_friction, symbol(DRILLING), dt=build.part, inertia=inertia[1, 1])
+    )
+    sine, cosine = symbol("sin_yaw"), symbol("cos_yaw")
+    build.quantities |= {
         "push_ahead": symbol("fx") * cosine + symbol("fy") * sine,
         "push_left": symbol("fy") * cosine - symbol("fx") * sine,
     }
-    quantities |= described.accelerations("", speed, turning)
-    quantities |= {
-        "mid_speed": speed + dt / 2 * symbol("ahead"),
-        "mid_rate": turning + dt / 2 * symbol("turning"),
-    }
-    quantities |= described.accelerations("mid_", symbol("mid_speed"), symbol("mid_rate"))
-    # Exact where the acceleration changes linearly over the step, as of trees of joints.
-    mean_speed, mean_rate = (
-        start + dt / 6 * (symbol(name) + 2 * symbol(f"mid_{name}"))
-        for start, name in ((speed, "ahead"), (turning, "turning"))
+    speed = build.name("speed_ahead", symbol("vx") * cosine + symbol("vy") * sine)
+    (moved, turned), (speed, turning) = stepped(
+        build,
+        lambda _, rates: described.accelerations(build, rates),
+        exact(np.zeros(2)),
+        np.array([speed, symbol("wz")]),
     )
-    quantities |= {
-        "next_speed": speed + dt * symbol("mid_ahead"),
-        "half_turn": dt / 2 * mean_rate,
+    build.quantities |= {
+        "next_speed": speed,
+        "half_turn": turned / 2,
         # sin(h)/h by its series, as of a car.
-        "chord": dt * mean_speed * (1 - symbol("half_turn") ** 2 / 6),
+        "chord": moved * (1 - symbol("half_turn") ** 2 / 6),
     }
-    following = along_the_arc(turning + dt * symbol("mid_turning"))
-    return Equations(following, layouts, dt, quantities=quantities, notes=(WIDE.format(brakes),) if brakes else ())
+    following, notes = along_the_arc(turning), (WIDE.format(brakes),) if brakes else ()
+    return Equations(following, layouts, dt, quantities=build.quantities, notes=notes)
 
 
 def _numbers(links: Sequence[Link], wheels: Wheels, inertia: Array) -> dict[str, Expr]:

@@ -76,6 +76,14 @@ class Whitening:
         whole = (columns.square() * self.weight[:, None]).sum(dim=1)
         return (whole - (self.lost.mT @ columns).square().sum(dim=1)).T * self.trust
 
+    def misfit(self, residuals: Tensor) -> float:
+        """Whitened squares per degree of freedom of residuals ``# (S, R)``, every segment trusted alike.
+
+        Trust keeps odd segments from deciding a fit; it must not keep them from being seen.
+        """
+        alike = replace(self, trust=torch.ones_like(self.trust))
+        return float(alike.loss(residuals[None]).sum()) / self.freedom
+
     def deviance(self, residuals: Tensor) -> float:
         """Minus twice the logarithm of the likelihood of residuals ``# (S, R)``, but for what is the same for all."""
         seen = self.lost.mT @ (self.lost / self.weight[:, None])  # (S, K, K)

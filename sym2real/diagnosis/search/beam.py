@@ -27,9 +27,10 @@ from sym2real.diagnosis.estimate.weighing import Prepared
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.narrow import join_narrow
-from sym2real.diagnosis.search.needed import Needed, Predicted, keep_needed
+from sym2real.diagnosis.search.needed import Needed, Predicted
 from sym2real.diagnosis.search.pairs import hidden_pairs
 from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.search.settled import settle
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.stages import OnProgress, Stages
 
@@ -72,7 +73,7 @@ def search(prepared: Prepared, stages: Stages) -> SearchResult:
     beam = Beam(selection, stages.on_progress, prepared.problems.total(prepared.overfit))
     stages.try_to(f"searching among {len(tried)} effects", Beam.search, beam)
     predicted = Predicted(selection, prepared.library, prepared.checked.data)
-    needed = stages.try_to("holding effects against predictions", keep_needed, predicted)
+    needed = stages.try_to("holding effects against predictions", settle, predicted)
     if needed is not None:
         joined = partial(join_narrow, needed)
         needed = stages.try_to("searching for what moves little of what is measured", joined, predicted) or needed

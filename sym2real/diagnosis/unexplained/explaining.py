@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from sym2real.diagnosis.data.windows import JUDGED_AT, judged
 from sym2real.diagnosis.errors.floor import Floor, SensorNoise, floor_of_explained
 from sym2real.diagnosis.errors.rungs import Stage
-from sym2real.diagnosis.estimate.weighing import Prepared
 from sym2real.diagnosis.score.finding import Scored, applied
-from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.constant import find_constants
 from sym2real.diagnosis.unexplained.dependence import find_dependence
@@ -38,7 +38,7 @@ def explain_rest(scored: Scored) -> Explained:
     selection, spread, problems = result.selection, prepared.spread, prepared.problems
     rest = Rest.of(problems.problem, spread, problems.whitening, selection.fit.values)
     # Commands that no row tells push the robot, and what they did goes with what it then did.
-    leftovers = () if prepared.checked.commands_lost else _leftovers(prepared, selection, rest)
+    leftovers = () if prepared.checked.commands_lost else _leftovers(scored, rest)
     if not (scored.findings or prepared.checked.commands_lost) and not any(leftover.matters for leftover in leftovers):
         leftovers = (*worse_than_nothing(scored), *leftovers)
     unexplained = any(leftover.matters for leftover in leftovers)
@@ -49,18 +49,35 @@ def explain_rest(scored: Scored) -> Explained:
     return Explained(scored, leftovers, proposal)
 
 
-def _leftovers(prepared: Prepared, selection: Selection, rest: Rest) -> tuple[Leftover, ...]:
+def _leftovers(scored: Scored, rest: Rest) -> tuple[Leftover, ...]:
     """What no effect explains, the strongest of what matters first."""
+    selection, prepared = scored.result.selection, scored.result.prepared
     own, problems = prepared.calibration, selection.problems
     of_the_base = None if own is None else lambda: Rest.of(own.problem, own.spread, own.whitening, own.origin)
     leftovers = find_leftovers(rest, of_the_base)
     leftovers += find_constants(selection, prepared.spread, own, exclude=[leftover.channel for leftover in leftovers])
     leftovers = leftovers or find_dependence(selection, prepared.spread, own)
-    if not any(leftover.matters for leftover in leftovers):
+    if not any(leftover.matters for leftover in leftovers) and beyond_floor(scored.stages, scored.floor):
         errors = problems.problem.residuals(selection.fit.values[None])[0]
         motion = part_of_changes(problems.problem.segments, errors)
-        leftovers += find_misfit(selection.fit.total / problems.whitening.freedom, motion)
+        leftovers += find_misfit(problems.whitening.misfit(errors), motion)
     return tuple(sorted(leftovers, key=lambda leftover: not leftover.matters))
+
+
+def beyond_floor(stages: Sequence[Stage], floor: Sequence[Floor]) -> bool:
+    """Whether predictions over a controller's horizon are surely worse than noise and disturbances make them.
+
+    Rows that were lost or repeated make errors that no prediction shows. What is not predicted is not asked.
+
+    Args:
+        stages: errors on held-out logs.
+        floor: of a model that misses nothing.
+    """
+    if not (stages and floor):
+        return True
+    errors = stages[-1].horizons[stages[-1].nearest(JUDGED_AT)]
+    lowest = min(floor, key=lambda level: abs(level.horizon - JUDGED_AT)).errors
+    return any(errors[channel].low > SETTINGS.above_noise * lowest[channel][0] for channel in judged(errors))
 
 
 def worse_than_nothing(scored: Scored) -> tuple[Leftover, ...]:

@@ -1,0 +1,104 @@
+"""One control period of equations of motion by the classical Runge–Kutta method, in as many parts as the robot needs.
+
+A servo of the rate may brake within a fraction of a period; a step that is long beside that swings up.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from sympy import Expr, Rational, count_ops
+
+from sym2real.robots.spatial import Values
+from sym2real.symbolic import symbol
+from sym2real.trajectory import Array
+
+# Decay in a part of a period; Runge–Kutta steps swing up beyond 2.8, and a joint may brake twice as much as described.
+DECAY = 1.4
+# What is left of the 2.8 where dry friction holds: that decays twice in a part, whatever its length.
+DECAY_BESIDE_DRY = 0.8
+STAGES = (Rational(1, 2), Rational(1, 2), 1)  # parts of the period behind which the rates are asked again
+LONGEST = 4  # operations of an expression that needs no name
+
+
+@dataclass
+class Build:
+    """Equations in the making: intermediate results by name, those of one evaluation with one prefix.
+
+    Args:
+        quantities: what has a name.
+        dt: control period in s.
+        parts: steps in it.
+        prefix: of the evaluation.
+    """
+
+    quantities: dict[str, Expr]
+    dt: float
+    parts: int
+    prefix: str = ""
+
+    @property
+    def part(self) -> float:
+        """Length of a step in s."""
+        return self.dt / self.parts
+
+    def name(self, name: str, expression: Expr) -> Expr:
+        """A name for an expression."""
+        self.quantities[self.prefix + name] = expression
+        return symbol(self.prefix + name)
+
+    def short(self, name: str, expression: Expr) -> Expr:
+        """The expression, or a name for it where it is long."""
+        return expression if count_ops(expression) <= LONGEST else self.name(name, expression)
+
+    def each(self, name: str, values: Values) -> Values:
+        """An array of expressions, each short; the numbers of entries are part of their names."""
+        found = np.empty_like(values, dtype=object)
+        for place in np.ndindex(values.shape):
+            found[place] = self.short(f"{name}_{'_'.join(map(str, place))}", values[place])
+        return found
+
+
+def fastest(inertia: Array, brakes: Array) -> float:
+    """Fastest decay of rates in 1/s that are braked by so much ``# (n, n)``, of what has this inertia ``# (n, n)``."""
+    return float(np.linalg.eigvals(np.linalg.solve(inertia, brakes)).real.max())
+
+
+def parts_of(decay: float, dt: float, *, dry: bool = False) -> int:
+    """Runge–Kutta steps in a period, by how fast rates decay (1/s), and whether dry friction brakes them as well."""
+    return max(1, math.ceil(decay * dt / (DECAY_BESIDE_DRY if dry else DECAY)))
+
+
+def stepped(
+    build: Build, accelerations: Callable[[Values, Values], Values], place: Values, rate: Values
+) -> tuple[Values, Values]:
+    """Change of coordinates over a period, and the rates behind it."""
+    moved, start = 0, place
+    for part in range(build.parts):
+        build.prefix = f"part{part + 1}_" if part else ""
+        if part:
+            place, rate = build.each("place", start + moved), build.each("rate", rate)
+        further, gained = _step(build, accelerations, place, rate)
+        moved, rate = moved + further, rate + gained
+    return moved, rate
+
+
+def _step(
+    build: Build, accelerations: Callable[[Values, Values], Values], place: Values, rate: Values
+) -> tuple[Values, Values]:
+    """Change of coordinates and of rates over a part."""
+    dt, before, rates, found = build.part, build.prefix, [rate], [accelerations(place, rate)]
+    for stage, part in enumerate(STAGES, 2):
+        build.prefix = f"{before}stage{stage}_"
+        there = build.each("place", place + part * dt * rates[-1])
+        rates.append(build.each("rate", rate + part * dt * found[-1]))
+        found.append(accelerations(there, rates[-1]))
+    return _mean(rates) * dt, _mean(found) * dt
+
+
+def _mean(values: Sequence[Values]) -> Values:
+    first, second, third, last = values
+    return (first + 2 * (second + third) + last) / 6

@@ -25,7 +25,6 @@ from sym2real.native import find_compiler
 from sym2real.protocols import DynamicsModel
 from sym2real.robots.robot import Robot
 from sym2real.symbolic import Equations, read_back
-from sym2real.symbolic.level_rollout import FEW, LevelRollout
 from sym2real.tasks import Task
 
 LOGGER = logging.getLogger(__name__)
@@ -159,16 +158,3 @@ def choose(backend: Backend, reason: str, fuse: Callable[[], Step]) -> tuple[Ste
         raise ModelError(f"the fused kernel cannot plan here: {reason}")
     LOGGER.log(level, "MPPI plans by %s", f"torch ({reason})" if fused is None else fused.description)
     return fused, reason
-
-
-def level_rollout(model: object, sizes: Sizes, device: torch.device, dtype: torch.dtype) -> LevelRollout | None:
-    """Torch's quickest rollout of few samples; None where there is none for this model, device or precision."""
-    equations = equations_of(model)
-    if equations is None or hasattr(model, "residual") or sizes.samples > FEW:
-        return None
-    if device.type != "cpu" or dtype != torch.float32 or visible_state(equations) != equations.layouts.state:
-        return None
-    try:
-        return LevelRollout(equations, sizes.samples, sizes.horizon)
-    except ModelError:  # conditions
-        return None

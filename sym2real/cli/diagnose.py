@@ -11,7 +11,7 @@ from rich.console import Console
 from sym2real.cli.numbers import OptionalPositive
 from sym2real.cli.of_logs import OfLogs
 from sym2real.cli.places import anywhere
-from sym2real.cli.positionals import HtmlFile, JsonFile, Logs, ModelPlace, RerunFile
+from sym2real.cli.positionals import HtmlFile, JsonFile, Logs, ModelPlace
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,6 @@ class Diagnose(OfLogs):
     out: Path | None = None
     """Folder for diagnosis.json, figures, the informed model and the simulator with what was found."""
     report: HtmlFile = None
-    rerun: RerunFile = None
     json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
@@ -55,7 +54,7 @@ class Diagnose(OfLogs):
         from sym2real.cli.found import plain_simulator
         from sym2real.cli.model import equations_below, folder_of, logs_for, require_another_folder
         from sym2real.cli.progress import stages_progress
-        from sym2real.cli.report_folder import title_of, write_recording, write_report
+        from sym2real.cli.report_folder import title_of, write_report
         from sym2real.diagnosis import data_report, diagnose, training_region
         from sym2real.diagnosis.faults.sanity import check
         from sym2real.effects.catalogue import require_patterns
@@ -95,9 +94,6 @@ class Diagnose(OfLogs):
         if self.report:
             page = diagnosis_page(base, check(base, data).data, diagnosis, title_of(self.model, "diagnosed"))
             result["report"] = write_report(page, self.report, console)
-        if self.rerun:
-            models = {"base": base} | ({"with effects": diagnosis.apply(base)} if diagnosis.findings else {})
-            result["rerun"] = write_recording(self.rerun, check(base, data).data, models, base, console)
         return result
 
     def _asked(self) -> dict[str, Any]:

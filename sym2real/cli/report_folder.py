@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -20,19 +20,14 @@ from sym2real.diagnosis.faults.sanity import check
 from sym2real.errors import DataError
 from sym2real.files import read_object
 from sym2real.logs import read_log
-from sym2real.neural.composed import Base, in_double
+from sym2real.neural.composed import in_double
 from sym2real.neural.model_folder import open_model
-from sym2real.plants import MujocoPlant
-from sym2real.plants.geometry import geometries
 from sym2real.report.html.page import Page
 from sym2real.report.html.pages import diagnosis_page
 from sym2real.report.html.render import write_page
 from sym2real.report.html.rounds import adaptation_page
 from sym2real.report.html.study import study_page
-from sym2real.report.html.variants import Predicting
 from sym2real.report.reading import read_diagnosis, read_outcome
-from sym2real.report.rerun_file import write_rerun
-from sym2real.robots.own import robot_of
 
 
 def page_of(folder: Path, console: Console) -> Page:
@@ -88,12 +83,4 @@ def write_report(page: Page, file: Path, console: Console) -> Path:
     """Write a page, say where it is."""
     write_page(page, file)
     console.print(f"report in {file}", markup=False)
-    return file
-
-
-def write_recording(file: Path, data: Dataset, models: Mapping[str, Predicting], of: Base, console: Console) -> Path:
-    """Write what was measured and what models predict, with the robot of a model where it is known; say where it is."""
-    robot = robot_of(of)
-    write_rerun(file, data, models, () if robot is None else geometries(MujocoPlant(robot)))
-    console.print(f"recording in {file}: rerun {file}", markup=False)
     return file

@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import logging
 from collections.abc import Callable
-from numbers import Integral
 from typing import Literal, cast, get_args
 
 import sympy
@@ -34,19 +33,17 @@ Step = FusedStep | FusedGpuStep
 NO_COMPILER = "there is no C compiler here (install gcc or clang, or name one by CC)"
 
 
-def require_choices(backend: str, threads: int, period: float) -> None:
+def require_choices(backend: str, period: float) -> None:
     """Refuse what :class:`~sym2real.control.MPPI` cannot be asked for.
 
     Raises:
         UnknownNameError: for a backend that does not exist, with those that do.
-        ShapeError: for threads that are no whole number above zero, or a period in s that is not positive.
+        ShapeError: for a period in s that is not positive.
     """
     if not period > 0.0:
         raise ShapeError(f"expected a control period > 0 s, found {period!r}")
     if backend not in BACKENDS:
         raise UnknownNameError("backend", str(backend), BACKENDS)
-    if isinstance(threads, bool) or not isinstance(threads, Integral) or threads < 1:
-        raise ShapeError(f"threads: expected a whole number above 0, found {threads!r}")
 
 
 def device_of(device: str | torch.device) -> torch.device:

@@ -24,7 +24,6 @@ import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
-from sym2real.control import operator
 from sym2real.control.backend import (
     NO_COMPILER,
     Backend,
@@ -73,11 +72,10 @@ class MPPI:
         backend: "c" (the fused kernel: C, or CUDA on a GPU), "torch" or "auto": the kernel where it can be (logged).
         draws: noise ``# (N, H, action)`` by the number of the action, counted from 1, in place of torch's own: with the
             :attr:`draws` of another controller, two models are compared on the same noise. The kernel draws its own.
-        threads: of the kernel on a processor; more than one helps from some 4096 samples on, on cores that are free.
 
     Raises:
         ModelError: when ``backend="c"`` cannot plan with this model, with the reason; for a device that is not here.
-        ShapeError: for noise of other actions, a period or a number of threads that is not positive.
+        ShapeError: for noise of other actions, a period that is not positive.
         UnknownNameError: for a backend that does not exist.
 
     Examples:
@@ -100,12 +98,11 @@ class MPPI:
         filters: FilterState | None = None,
         period: float | None = None,
         backend: Backend = "auto",
-        threads: int = 1,
         draws: Draws | None = None,
     ) -> None:
         self.period = robot.dt if period is None else period
         self.missed = 0  # actions that took longer than the period
-        require_choices(backend, threads, self.period)
+        require_choices(backend, self.period)
         self.model, self.robot, self.task = planned_with(model, dtype), robot, task
         self.settings = settings or robot.mppi
         self.device, self.dtype, self.seed = device_of(device), dtype, seed
@@ -126,7 +123,7 @@ class MPPI:
         self._low, self._high, self._rest = map(self._torch.tensor, (robot.low, robot.high, robot.rest))
         self._generator = torch.Generator(self.device)
         self._table = ReferenceTable(task, robot.dt, self.horizon, self.device)
-        self.samples, self._threads = self.settings.samples, threads
+        self.samples = self.settings.samples
         self._fused, reason = choose(backend, why_not_fused(self.model, robot, task, self.device, dtype), self._fuse)
         if reason == NO_COMPILER and backend == "auto":
             period = period or robot.dt
@@ -136,10 +133,8 @@ class MPPI:
             self.reset()
 
     def _fuse(self) -> FusedStep | FusedGpuStep:
-        robot, sizes = replace(self.robot, mppi=self.settings), Sizes(self.samples, self.horizon, self._threads)
-        fused = fused_step(self.model, robot, self.task, device=self.device, sizes=sizes, filters=self.filters)
-        self.kernel = operator.registered(fused)
-        return fused
+        robot, sizes = replace(self.robot, mppi=self.settings), Sizes(self.samples, self.horizon)
+        return fused_step(self.model, robot, self.task, device=self.device, sizes=sizes, filters=self.filters)
 
     @property
     def backend(self) -> str:
@@ -212,7 +207,7 @@ class MPPI:
     def _improve_fused(
         self, state: ArrayLike, step: int, inputs: ArrayLike | None, noise: Tensor | None = None, gone: int = 0
     ) -> None:
-        """What the operator does, without its dispatch; the mean is shifted by the steps that have gone by."""
+        """The kernel's update; the mean is shifted by the steps that have gone by."""
         assert self._fused is not None
         memory, past = self._gone_by.memory(), self._gone_by.past(state)
         measured, known = single(state, self.device), self._torch.given(inputs)

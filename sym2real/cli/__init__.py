@@ -24,18 +24,16 @@ from sym2real.cli.experiment import RunExperiment
 from sym2real.cli.export import Export
 from sym2real.cli.inspect import Inspect
 from sym2real.cli.learn import Learn
-from sym2real.cli.loading import loading
 from sym2real.cli.nominal import NominalCar, NominalQuadrotor
 from sym2real.cli.nominal_mjcf import NominalMjcf
 from sym2real.cli.output import STANDARD_OUTPUT, report_for, show_json, write_json
 from sym2real.cli.parsing import parse
 from sym2real.cli.places import kept_apart
 from sym2real.cli.plan import PlanFlight
-from sym2real.cli.report import WriteReport
 from sym2real.cli.run import Run
 from sym2real.cli.show import Show
 from sym2real.cli.simulate import Simulate
-from sym2real.cli.terminal import Report, put, say_error
+from sym2real.cli.terminal import Report, progress_console, put, say_error
 from sym2real.cli.unforeseen import net_is_off, told_of
 from sym2real.errors import DataError, Sym2RealError, UnknownNameError, reason
 
@@ -67,8 +65,8 @@ From a model and a target to a model that has learned it:
       an episode, training on it, and again; or from a folder of logs
 
 The whole as a page that works offline, with effects to switch on and off:
-  sym2real report runs/found
-      of a folder; diagnose, compare, run, adapt and experiment write it with --report FILE
+  sym2real diagnose runs/base flight.csv --spec flight.toml --report found.html
+      compare, run, adapt and experiment write it too
 
 The experiments of the paper, as a study that you can repeat:
   sym2real experiment sim2sim --out runs/sim2sim
@@ -102,7 +100,6 @@ VERBS: dict[str, Any] = {
     "adapt": Adapt,
     "plan": PlanFlight,
     "experiment": RunExperiment,
-    "report": WriteReport,
 }
 OF_SEVERAL = {
     "nominal": "First-principles equations: from numbers alone, or from the MJCF of a robot of joints."
@@ -163,7 +160,9 @@ def _main(given: list[str]) -> None:
     verb: Runnable = parse(Verb, "sym2real", DESCRIPTION, given)
     report = report_for(verb.json)
     try:
-        with loading(given[0]), kept_apart(verb):
+        if progress_console().is_terminal:  # libraries take seconds: it has begun
+            progress_console().print(f"{given[0]}: loading libraries", style="dim")
+        with kept_apart(verb):
             result = verb.run(report)
             write_json(result, verb.json)
     except BaseException:

@@ -53,11 +53,6 @@ def places_read(verb: Any) -> dict[str, list[Path]]:
     return found
 
 
-def anywhere(place: str | Path) -> str:
-    """A place as it is found from any folder; what is the name of something else stays as it is."""
-    return str(Path(place).resolve()) if _exists(Path(place)) else str(place)
-
-
 def _names_places(hint: Any) -> bool:
     """Whether a type is that of places: a path, a place, or holds either."""
     inside = (*get_args(hint), *getattr(hint, "__metadata__", ()))

@@ -1,4 +1,4 @@
-"""Single effects in several sizes, of which ``sym2real demo`` hides one and the standard set has all."""
+"""Single effects in several sizes, of which the standard set has all."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ def test_the_object_is_the_designs(folder: Path, diagnosed: dict[str, Any]) -> N
 
 def test_it_leaves_figures_a_model_and_a_simulator(folder: Path, diagnosed: dict[str, Any]) -> None:
     out = folder / "found"
-    for name in ("ladder", "error_over_time", "where", "run_1_predicted"):
+    for name in ("ladder", "run_1_predicted"):
         assert (out / f"{name}.png").stat().st_size > 10_000
     heavier = load_model(out / "model")
     assert noted(heavier)[0].startswith("added_mass value=0.00")

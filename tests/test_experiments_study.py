@@ -114,19 +114,16 @@ def test_an_adaptation_learns() -> None:
     assert json.loads(json.dumps(answer)) == answer
 
 
-def test_an_adaptation_repeats_itself() -> None:
-    job = Adapted(case("mass-26"), "sr-sr", 1, replace(SMALL, rows=60), BASE.to_json())
-    once, again = (job.run(silent)["rounds"] for _ in range(2))
-    assert [row["errors"] for row in again] == [row["errors"] for row in once]
-
-
 @pytest.mark.parametrize("contestant", ["sr-sr", "nn-nn", "nn-sr"])
 def test_the_paper_s_other_pairs_adapt_too(contestant: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     base = BASE.to_json()
     monkeypatch.setattr("sym2real.experiments.study.neural_base.base_folder", lambda _: tmp_path / "base")
     effort = replace(SMALL, rows=60, members=2, widths=(16,), neural_flights=2)
-    first, last = Adapted(case("mass-26"), contestant, 1, effort, base).run(silent)["rounds"]
+    job = Adapted(case("mass-26"), contestant, 1, effort, base)
+    first, last = job.run(silent)["rounds"]
     assert last["refused"] or last["errors"] != first["errors"]
+    if contestant == "sr-sr":  # it repeats itself
+        assert [row["errors"] for row in job.run(silent)["rounds"]] == [first["errors"], last["errors"]]
     assert (tmp_path / "ensemble-crazyflie-2-2x16").exists() == contestant.startswith("nn")
 
 

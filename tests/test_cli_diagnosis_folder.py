@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from rich.console import Console
+from standard_set import Case, simulate_case
 
 from sym2real.cli.diagnosis_folder import write_diagnosis
 from sym2real.dataset import Dataset
@@ -19,7 +20,6 @@ from sym2real.diagnosis.errors.rungs import Stage, StageError
 from sym2real.diagnosis.score.finding import Finding
 from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.score.intervals import Estimate
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import load_model
 

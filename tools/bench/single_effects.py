@@ -6,8 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from sym2real.experiments.standard_set import Case
+from standard_set import Case
 
 Values = Mapping[str, float]
 Draw = Callable[[float, np.random.Generator], Values]

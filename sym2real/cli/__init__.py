@@ -1,4 +1,7 @@
-"""The command line. One verb per module; a verb is a frozen dataclass whose fields are its options."""
+"""The command line. One verb per module: a frozen dataclass whose fields are its options, ``json`` among them.
+
+Its ``run(console)`` does the work, tells the console, and returns what ``--json`` writes.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +11,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from functools import reduce
 from operator import or_
-from pathlib import Path
-from typing import Annotated, Any, Protocol
+from typing import Annotated, Any
 
 import tyro
 
@@ -33,7 +35,7 @@ from sym2real.cli.plan import PlanFlight
 from sym2real.cli.run import Run
 from sym2real.cli.show import Show
 from sym2real.cli.simulate import Simulate
-from sym2real.cli.terminal import Report, ending_in_words, progress_console, put, stop
+from sym2real.cli.terminal import ending_in_words, progress_console, put, stop
 from sym2real.cli.unforeseen import net_is_off, told_of
 from sym2real.errors import DataError, Sym2RealError, UnknownNameError
 
@@ -98,19 +100,6 @@ Verb: Any = reduce(
 )
 
 
-class Runnable(Protocol):
-    """What every verb offers."""
-
-    @property
-    def json(self) -> Path | None:
-        """Where the result goes as JSON."""
-        ...
-
-    def run(self, console: Report) -> dict[str, Any]:
-        """Do the work, tell the console; what ``--json`` writes."""
-        ...
-
-
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run one verb.
 
@@ -137,7 +126,7 @@ def _main(given: list[str]) -> None:
         raise UnknownNameError("verb", given[0], VERBS)
     # The tensors are small: threads that wait for each other make an action five times slower. Set it to override.
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    verb: Runnable = parse(Verb, "sym2real", DESCRIPTION, given)
+    verb = parse(Verb, "sym2real", DESCRIPTION, given)
     report = report_for(verb.json)
     try:
         if progress_console().is_terminal:  # libraries take seconds: it has begun

@@ -18,21 +18,13 @@ from sym2real.cli.progress import stages_progress
 from sym2real.cli.run import Run
 from sym2real.data import example_flight
 from sym2real.experiments.learning import training_tasks
-from sym2real.experiments.noisy_runs import noisy_runs
+from sym2real.experiments.noisy_runs import HIDDEN, noisy_runs
 from sym2real.logs import write_log
 from sym2real.robots import CRAZYFLIE
 
 FLIGHTS, KEPT, ROWS = 6, 2, 300
 TASK = "circle"
 SPEC = "crazyflie_battery_drag"
-HIDDEN = (
-    ("added_mass", {"value": 0.005}),
-    ("com_offset", {"rx": 0.002}),
-    ("wind", {"fx": 0.02, "fy": 0.01}),
-    ("linear_drag", {"cx": 0.02, "cy": 0.02, "cz": 0.02}),
-    ("delay", {"value": 0.04}),
-    ("battery_sag", {"value": 0.01}),
-)
 
 
 @dataclass(frozen=True)

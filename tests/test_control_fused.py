@@ -37,6 +37,7 @@ MODELS = {
     "filters": (MUSHR, late),
     "filters in flight": (CRAZYFLIE, lambda: late(CRAZYFLIE)),
     "hidden state": (CRAZYFLIE, motor_lagged),
+    "delay in flight": (CRAZYFLIE, lambda: add(CRAZYFLIE.nominal(), "delay", {"value": 0.04})),
     **{
         f"{key} {values}": (MUSHR, lambda key=key, values=values: add(MUSHR.nominal(), key, values))
         for key, values in (

@@ -7,15 +7,14 @@ import signal
 import sys
 import threading
 from collections.abc import Sequence
-from typing import Any, NoReturn
+from typing import Any
 
 from rich.console import Console
 
 from sym2real.cli.output import STANDARD_OUTPUT, show_json, write_json
 from sym2real.cli.parsing import parse
 from sym2real.cli.places import kept_apart
-from sym2real.cli.terminal import say_error
-from sym2real.errors import DataError, Sym2RealError, reason
+from sym2real.cli.terminal import ending_in_words
 
 
 def main(verb: Any, prog: str, description: str | None, arguments: Sequence[str] | None = None) -> None:
@@ -37,25 +36,9 @@ def main(verb: Any, prog: str, description: str | None, arguments: Sequence[str]
     chosen = parse(verb, prog, description or "", list(sys.argv[1:] if arguments is None else arguments))
     # A person beside a robot reads what it waits for while it waits.
     console = Console(stderr=chosen.json == STANDARD_OUTPUT, highlight=False)
-    try:
-        _explained(chosen, console)
-    except KeyboardInterrupt:  # also while an error is told
-        _stop("interrupted: the robot stands, the record is closed", 130)
-
-
-def _explained(chosen: Any, console: Console) -> None:
-    try:
+    with ending_in_words("interrupted: the robot stands, the record is closed"):
         with kept_apart(chosen):
             result = chosen.run(console)
             write_json(result, chosen.json)
         if chosen.json == STANDARD_OUTPUT:
             show_json(result)
-    except Sym2RealError as error:
-        _stop(f"error: {error}", 2)
-    except OSError as error:
-        _stop(f"error: {DataError(error.filename or 'a file', 'one that can be used', reason(error))}", 2)
-
-
-def _stop(text: str, status: int) -> NoReturn:
-    say_error(" ".join(text.split()))
-    sys.exit(status)

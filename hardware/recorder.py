@@ -1,21 +1,20 @@
 """One run, one file: every control period as a row, written while it is flown.
 
-``flight.arrow`` grows by a batch twenty times a second and becomes ``flight.parquet`` when the run ends; a ``.csv``
-grows by rows. A killed process loses less than a tenth of a second. Beside it ``flight.yaml`` says what was flown.
+``flight.arrow`` grows by a batch twenty times a second and becomes ``flight.parquet`` when the run ends. A killed
+process loses less than a tenth of a second. Beside it ``flight.yaml`` says what was flown.
 """
 
 from __future__ import annotations
 
-import csv
 import math
 import queue
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import closing
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Protocol, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -35,23 +34,11 @@ NONE = "-"  # an empty cell would be a missing number to a reader
 Cells = dict[str, float | str]
 
 
-class Appended(Protocol):
-    """A file that rows are appended to."""
-
-    def append(self, rows: Sequence[Mapping[str, float | str]]) -> None:
-        """Rows by column, safe with the operating system when this returns."""
-        ...
-
-    def close(self) -> None:
-        """End the file."""
-        ...
-
-
 class Recorder:
     """Writes what a plant reports from a thread of its own: a slow disk does not hold up a flight.
 
     Args:
-        path: new file, .parquet (an Arrow stream beside it until the end) or .csv.
+        path: new file, .parquet; an Arrow stream beside it until the end.
         robot: whose columns they are.
         about: what the YAML file says besides: thrust map, limits, model, revision.
 
@@ -62,15 +49,14 @@ class Recorder:
 
     def __init__(self, path: str | Path, robot: Robot, about: Mapping[str, Any]) -> None:
         self.path, self._robot, self._about = Path(path), robot, dict(about)
-        if self.path.suffix not in (".parquet", ".csv"):
-            raise DataError(self.path, "a file name that ends in .parquet, .csv", repr(self.path.suffix))
-        self.growing = self.path.with_suffix(".arrow") if self.path.suffix == ".parquet" else self.path
+        if self.path.suffix != ".parquet":
+            raise DataError(self.path, "a file name that ends in .parquet", repr(self.path.suffix))
+        self.growing = self.path.with_suffix(".arrow")
         for file in (self.path, self.growing):
             if file.exists():
                 raise DataError(file, "a name that is free: no flight is written over another", "a file")
         make_folder(self.path.parent)
-        if self.growing != self.path:
-            arrow_stream.prepare()  # not in flight
+        arrow_stream.prepare()  # not in flight
         self._rows: queue.SimpleQueue[Row | None] = queue.SimpleQueue()
         self._failure: Exception | None = None
         self._written, self._first, self._reason = 0, math.nan, ""
@@ -97,7 +83,7 @@ class Recorder:
         self._thread.join()
         if self._failure is not None:
             raise DataError(self.growing, "a file that can be written", reason(self._failure)) from self._failure
-        if self.growing != self.path and self._written:
+        if self._written:
             arrow_stream.to_parquet(self.growing, self.path)
             self.growing.unlink()
         self._describe({"ended": ended or self._reason or "closed in flight", "rows": self._written})
@@ -121,7 +107,7 @@ class Recorder:
         except Exception as error:
             self._failure = error
 
-    def _append_all(self, file: Appended, first: Row) -> None:
+    def _append_all(self, file: arrow_stream.ArrowStream, first: Row) -> None:
         waiting: list[Row | None] = [first]
         while True:
             rows = [self._cells(row) for row in waiting if row is not None]
@@ -136,9 +122,7 @@ class Recorder:
             while not self._rows.empty():
                 waiting.append(self._rows.get())
 
-    def _file(self, cells: Cells) -> Appended:
-        if self.growing == self.path:
-            return _CsvFile(self.path, list(cells))
+    def _file(self, cells: Cells) -> arrow_stream.ArrowStream:
         metadata = {"layouts": layouts_to_json(self._robot.layouts), "name": self.path.stem, "notes": "[]"}
         return arrow_stream.ArrowStream(self.growing, {name: name in TEXTS for name in cells}, metadata)
 
@@ -163,22 +147,6 @@ class Recorder:
             raise MissingDependencyError("a recorder needs pip install pyyaml") from error
         self._about |= {"robot": self._robot.name, "dt": self._robot.dt, **known}
         write_text(self.path.with_suffix(".yaml"), yaml.safe_dump(self._about, sort_keys=False, allow_unicode=True))
-
-
-class _CsvFile:
-    """Rows as lines of text."""
-
-    def __init__(self, path: Path, columns: Sequence[str]) -> None:
-        self._file = path.open("x", encoding="utf-8", newline="")
-        self._writer = csv.DictWriter(self._file, columns, restval="nan", extrasaction="ignore")
-        self._writer.writeheader()
-
-    def append(self, rows: Sequence[Mapping[str, float | str]]) -> None:
-        self._writer.writerows(rows)
-        self._file.flush()
-
-    def close(self) -> None:
-        self._file.close()
 
 
 def task_of(path: str | Path, robot: Robot, name: str = "") -> Trajectory:

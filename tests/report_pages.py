@@ -11,6 +11,7 @@ from shutil import which
 from typing import Any
 
 import pytest
+from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, Estimate, Finding, Floor
@@ -18,7 +19,6 @@ from sym2real.diagnosis.errors.rungs import Stage, StageError
 from sym2real.diagnosis.predict.competitors import NotTried
 from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.unexplained.leftover import Leftover
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE
 
 # What a file may be called, or say of itself, that would be a program in a careless page.

@@ -91,9 +91,11 @@ def comparable(value: Any) -> Any:
     return [comparable(part) for part in value] if isinstance(value, list) else value
 
 
-@pytest.mark.parametrize("where", ["round 1: circle", "round 2: learning"])
-def test_a_killed_run_goes_on_to_the_same_bytes(where: str, folder: Path, adapted: Adaptation, tmp_path: Path) -> None:
-    killed = in_fork(lambda: adapted_to_wind(tmp_path / "run", where), tmp_path)
+def test_a_killed_run_goes_on_to_the_same_bytes(folder: Path, adapted: Adaptation, tmp_path: Path) -> None:
+    """Killed in flight, then while it learns."""
+    killed = in_fork(lambda: adapted_to_wind(tmp_path / "run", "round 1: circle"), tmp_path)
+    assert killed.status == -9
+    killed = in_fork(lambda: adapted_to_wind(tmp_path / "run", "round 2: learning"), tmp_path)
     assert killed.status == -9
     assert not (tmp_path / "run" / "rounds" / "02" / "round.json").exists()
     kept = (tmp_path / "run" / "rounds" / "00" / "log.parquet").stat().st_mtime_ns

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 from quick_engines import Given
+from standard_set import Case, simulate_case
 
 from sym2real.adaptation import StageOne
 from sym2real.dataset import Dataset
@@ -16,7 +17,6 @@ from sym2real.errors import ModelError
 from sym2real.experiments.learning import learn_from_drives, learn_in_simulation, training_tasks
 from sym2real.experiments.measured import measured
 from sym2real.experiments.models import base_folder
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.regression import ENGINES
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 

@@ -16,12 +16,12 @@ import null_logs
 from motor_draws import Draw
 from motor_quadrotor import Rotors, robot
 from short_drives import at_rate, drives
+from standard_set import standard_run
 from sysid_parameters import FREE
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.mistakes.judge import mistakes
 from sym2real.errors import ModelError
-from sym2real.experiments.standard_set import standard_run
 from sym2real.plants import MujocoPlant
 from sym2real.plants.mujoco_plant import edited
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot, car

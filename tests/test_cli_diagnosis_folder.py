@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from rich.console import Console
+from standard_set import Case, simulate_case
 
 from sym2real.cli.diagnosis_folder import write_diagnosis
 from sym2real.dataset import Dataset
@@ -19,7 +20,6 @@ from sym2real.diagnosis.errors.rungs import Stage, StageError
 from sym2real.diagnosis.score.finding import Finding
 from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.score.intervals import Estimate
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import load_model
 
@@ -68,8 +68,7 @@ def test_the_next_diagnosis_removes_what_the_last_one_wrote_and_nothing_else(log
     (tmp_path / "run_9_predicted.png").write_text("mine too")
     short = Dataset([replace(logs[0], name="another")])
     written(NOTHING, short, tmp_path)
-    figures = {"another_predicted.png", "error_over_time.png", "where.png"}
-    assert files_in(tmp_path) == {"diagnosis.json", "run_9_predicted.png", *own, *figures}
+    assert files_in(tmp_path) == {"diagnosis.json", "run_9_predicted.png", *own, "another_predicted.png"}
     assert not (tmp_path / "model").exists()
 
 
@@ -93,7 +92,7 @@ def test_what_predictions_do_not_bear_out_is_not_written(logs: Dataset, tmp_path
 def test_an_interrupted_drawing_leaves_the_answer_and_the_model(
     logs: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sym2real.report.drawing.window_errors", lambda *_: signal.raise_signal(signal.SIGINT))
+    monkeypatch.setattr("sym2real.report.drawing.predictions_of", lambda *_: signal.raise_signal(signal.SIGINT))
     assert "interrupted" in written(FOUND, logs, tmp_path)
     assert load_model(tmp_path / "model").effects[0][0] == "added_mass"
 

@@ -12,6 +12,7 @@ import pytest
 from cli_results import result_of
 from motor_level import motor_level_equations
 from rich.console import Console
+from standard_set import Case, simulate_case
 
 from sym2real.cli import main
 from sym2real.cli.found import write_simulator
@@ -23,7 +24,6 @@ from sym2real.diagnosis.estimate.simulator import flown_along, with_effects_of
 from sym2real.effects import noted
 from sym2real.effects.voltage import with_voltage
 from sym2real.errors import ModelError
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import read_logs, write_log
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE
@@ -82,7 +82,7 @@ def test_the_object_is_the_designs(folder: Path, diagnosed: dict[str, Any]) -> N
 
 def test_it_leaves_figures_a_model_and_a_simulator(folder: Path, diagnosed: dict[str, Any]) -> None:
     out = folder / "found"
-    for name in ("ladder", "error_over_time", "where", "run_1_predicted"):
+    for name in ("ladder", "run_1_predicted"):
         assert (out / f"{name}.png").stat().st_size > 10_000
     heavier = load_model(out / "model")
     assert noted(heavier)[0].startswith("added_mass value=0.00")

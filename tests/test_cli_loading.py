@@ -31,7 +31,7 @@ print([name for name in ("torch", "sympy", "numpy", "mujoco") if name in sys.mod
     assert done.stderr.strip() == "[]"
 
 
-def test_a_terminal_is_told_before_the_libraries_are_loaded_and_cleared_by_the_first_words() -> None:
+def test_a_terminal_is_told_before_the_libraries_are_loaded() -> None:
     """Standard error is a terminal, and so is standard output: the line comes before torch, the catalogue after it."""
     code = """
 import sys
@@ -49,8 +49,8 @@ main(["effects", "wind"])
         os.close(there)
         said = _all_of(here)
     assert running.returncode == 0
-    begun, torch, erased, catalogue = (said.index(text) for text in ("effects: loading", "<torch>", "\x1b[2K", "wind"))
-    assert begun < torch < erased < catalogue
+    begun, torch, catalogue = (said.index(text) for text in ("effects: loading", "<torch>", "wind"))
+    assert begun < torch < catalogue
 
 
 def test_without_a_terminal_nothing_is_added(tmp_path: Path) -> None:

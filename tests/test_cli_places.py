@@ -65,7 +65,7 @@ def reading_fields() -> Iterator[tuple[Any, str]]:
 
 
 def is_file(kind: Any, option: str) -> bool:
-    return option in ("json", "report", "rerun") or getattr(kind, "OUT_IS_FILE", False)
+    return option in ("json", "report") or getattr(kind, "OUT_IS_FILE", False)
 
 
 def valued(kind: Any, name: str, path: Path) -> Any:

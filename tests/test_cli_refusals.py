@@ -137,7 +137,7 @@ def test_ctrl_c_while_an_error_is_told_ends_as_ever(monkeypatch: pytest.MonkeyPa
         if len(told) == 1:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr("sym2real.cli.say_error", say)
+    monkeypatch.setattr("sym2real.cli.terminal.say_error", say)
     with pytest.raises(SystemExit) as ended:
         main(["no-such-verb"])
     assert ended.value.code == 130

@@ -1,4 +1,4 @@
-"""The verbs that write a page, and the page of what they left in a folder."""
+"""The verbs that write a page."""
 
 from __future__ import annotations
 
@@ -7,13 +7,9 @@ from pathlib import Path
 
 import pytest
 from cli_results import result_of
-from report_pages import BASE, diagnosis, logs
+from report_pages import BASE, logs
 
 from sym2real.cli import main
-from sym2real.cli.diagnosis_folder import write_diagnosis
-from sym2real.cli.output import write_json
-from sym2real.cli.places import anywhere
-from sym2real.cli.terminal import Report
 from sym2real.logs import write_log
 from sym2real.symbolic import save_model
 
@@ -46,27 +42,6 @@ def test_run_writes_a_page_of_its_flight(flown: tuple[Path, Path], tmp_path: Pat
     assert f"{result['tracking']:.3g} m" in file.read_text(encoding="utf-8")
 
 
-def test_the_folder_of_a_diagnosis_becomes_a_page_from_anywhere(
-    flown: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    model, log = flown
-    asked = {"model": anywhere(model), "logs": [anywhere(log)], "spec": None, "columns": []}
-    write_diagnosis(BASE, logs(), diagnosis(), tmp_path / "found", Report(None), asked=asked)
-    (tmp_path / "elsewhere").mkdir()
-    monkeypatch.chdir(tmp_path / "elsewhere")
-    main(["report", "../found"])
-    page = tmp_path / "found" / "report.html"
-    assert len(questions(page)) == 5
-    assert page.read_text(encoding="utf-8").count('name="switch"') == 2
-
-
-def test_a_diagnosis_of_before_says_what_it_lacks(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    write_json(diagnosis().to_dict(), tmp_path / "diagnosis.json")
-    with pytest.raises(SystemExit):
-        main(["report", str(tmp_path)])
-    assert "model, logs, spec and columns" in capsys.readouterr().err
-
-
 def test_adapt_writes_a_page_of_recorded_flights(
     flown: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -81,14 +56,5 @@ def test_adapt_writes_a_page_of_recorded_flights(
                                             "What happens when it is added?", "What remains?"]  # fmt: skip
     assert result["best"] == 1
     with pytest.raises(SystemExit):
-        main(["report", str(out)])
-    assert "adapt with --report" in capsys.readouterr().err
-
-
-def test_the_folder_of_flown_rounds_becomes_the_same_page(flown: tuple[Path, Path], tmp_path: Path) -> None:
-    out = tmp_path / "adapted"
-    short = ["--learner", "fine-tune", "--rounds", "1", "--seconds", "1", "--samples", "64"]
-    adapting = ["adapt", str(flown[0]), "crazyflie", "hover", *short, "--out", str(out)]
-    result = result_of([*adapting, "--report", str(tmp_path / "page.html")], tmp_path)
-    main(["report", str(out)])
-    assert (out / "report.html").read_bytes() == Path(result["report"]).read_bytes()
+        main([*adapting[:2], str(folder), "--undo", "0", "--out", str(out), "--report", str(out / "page.html")])
+    assert "without --report" in capsys.readouterr().err

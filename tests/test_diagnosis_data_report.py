@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from standard_set import Case, simulate_case
 
 from sym2real.control import RandomCommands, geometric_controller
 from sym2real.data import example_flight
@@ -16,7 +17,6 @@ from sym2real.diagnosis.data.agreement import rate_agreement, velocity_agreement
 from sym2real.diagnosis.faults.report import data_report
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.experiments.standard_conditions import sensors
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import read_log
 from sym2real.logs.extremes import at_extremes
 from sym2real.plants import MujocoPlant, run_episode

@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 import torch
+from standard_set import Case, simulate_case
 
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.whitening import Spread, estimate
@@ -19,7 +20,6 @@ from sym2real.diagnosis.unexplained.dependence import Terms, find_dependence
 from sym2real.diagnosis.unexplained.disturbance_terms import features_in
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.effects import effect
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import ROBOTS
 
 

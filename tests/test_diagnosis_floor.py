@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import torch
+from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare
@@ -14,7 +15,6 @@ from sym2real.diagnosis.estimate.whitening import Spread, estimate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.experiments.standard_conditions import ANGLE_NOISE, POSITION_NOISE
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs.differences import rates_on_time
 from sym2real.robots import CRAZYFLIE
 

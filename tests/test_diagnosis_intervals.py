@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 import torch
+from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Estimate
@@ -22,7 +23,6 @@ from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import effect
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic import Equations, symbol

@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 from noisy_flights import flights_with
+from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, diagnose
@@ -15,7 +16,6 @@ from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.unexplained.constant import Constants
 from sym2real.diagnosis.unexplained.leftover import find_misfit
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 
 # The wind and what stands for it; and, to keep the tests short, much else: mass, drag and centre of mass compete.

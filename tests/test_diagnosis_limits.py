@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
@@ -13,7 +14,6 @@ from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.search.select import reported
 from sym2real.effects import applicable, effect
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import MUSHR
 
 TRAVEL = 0.15

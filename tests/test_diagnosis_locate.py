@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare
@@ -15,7 +16,6 @@ from sym2real.diagnosis.data.conditions import UNITS, features, over_windows, tr
 from sym2real.diagnosis.errors.by_window import WindowErrors, window_errors
 from sym2real.diagnosis.errors.regions import locate, training_region, where_of, worst_segments
 from sym2real.errors import DataError, ShapeError
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from noisy_flights import flights
 from paper_robots import PAPER_ROBOTS
+from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, data_report
@@ -36,7 +37,6 @@ from sym2real.diagnosis.faults.mistakes.transformation import (
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.diagnosis.faults.sensor_faults import readings
 from sym2real.diagnosis.faults.units import Scaled
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs.differences import rates_on_time
 from sym2real.robots import CRAZYFLIE, ROBOTS
 from sym2real.trajectory import Array, Trajectory

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from standard_set import Case, simulate_case
 
 from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
 from sym2real.experiments import standard_conditions
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.tasks import make_task

@@ -7,13 +7,14 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from standard_set import DRIVES, FLIGHTS
 
 from sym2real.cli import main
 from sym2real.diagnosis import Plan, plan
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.experiments.planned import manoeuvre, planned_runs, usual_noise
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS
-from sym2real.tasks.standard_paths import DRIVES, FLIGHTS, Manoeuvre
+from sym2real.tasks.standard_paths import Manoeuvre
 
 HOVER = (Manoeuvre("hover", height=0.6),) * 2
 CIRCLE = Manoeuvre("circle", 1.5, 1.0)

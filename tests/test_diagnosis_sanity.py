@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import torch
 from noisy_flights import flights_with
+from standard_set import Case, simulate_case
 
 from sym2real import rotation
 from sym2real.control import geometric_controller
@@ -21,7 +22,6 @@ from sym2real.diagnosis.predict.candidate import library_for
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.experiments import standard_conditions
 from sym2real.experiments.flying import fly
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.layout import Layout
 from sym2real.logs.differences import rates_on_time
 from sym2real.plants import MujocoPlant

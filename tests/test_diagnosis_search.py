@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 import torch
+from standard_set import Case, simulate_case
 
 from sym2real.diagnosis.estimate.fit import REFIT_STEPS
 from sym2real.diagnosis.estimate.quadratic import Hypothesis, solve
@@ -12,7 +13,6 @@ from sym2real.diagnosis.pipeline import prepare
 from sym2real.diagnosis.search.beam import Beam
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.stages import Stages
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.plants import MujocoPlant
 from sym2real.robots import MUSHR
 

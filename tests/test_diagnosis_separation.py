@@ -7,6 +7,7 @@ from functools import cache
 
 import pytest
 from noisy_flights import flights
+from standard_set import Case, simulate_case
 
 from sym2real.diagnosis import Estimate, Finding
 from sym2real.diagnosis.design.separation import UNTRIED, untried_said, with_advice
@@ -16,7 +17,6 @@ from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import effect
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, add, compare, diagnose
@@ -15,7 +16,6 @@ from sym2real.diagnosis.estimate.simulator import with_effects_of
 from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
 from sym2real.effects.sensors import MeasuredModel
 from sym2real.errors import ShapeError
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import read_log, read_logs, write_log
 from sym2real.plants import MujocoPlant
 from sym2real.robots import MUSHR

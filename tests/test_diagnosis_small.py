@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose, try_effect
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs.derive import counted_heading, slope
 from sym2real.plants import MujocoPlant
 from sym2real.robots import MUSHR

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import torch
 from noisy_flights import LEFT_OUT, flights_with
+from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
@@ -17,7 +18,6 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import effect
 from sym2real.experiments.models import cached_base
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE, ROBOTS
 
 OTHERS = (*LEFT_OUT, "rate_loop_gain", "mounting_tilt")

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy
+from standard_set import Case, simulate_case
 
 from sym2real.cli import main
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import add_term, compare, diagnose
 from sym2real.errors import ModelError, UnknownNameError
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import load_model, save_model
 from sym2real.trajectory import Trajectory

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from motor_level import motor_level_equations
 from noisy_flights import flights, flights_with
+from standard_set import Case, simulate_case
 
 from sym2real import rotation
 from sym2real.data import example_flight
@@ -25,7 +26,6 @@ from sym2real.diagnosis.faults.report import data_report
 from sym2real.diagnosis.faults.sanity import check, looks_for, through
 from sym2real.diagnosis.faults.units import Scaled
 from sym2real.effects.sensors import Sensors
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import read_log, write_log
 from sym2real.logs.differences import rates_on_time
 from sym2real.logs.pose import attitude

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 import torch
 from scipy import stats
+from standard_set import Case, simulate_case
 from torch import Tensor
 
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening, estimate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import effect
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE
 
 SEGMENTS, ROWS, COMPONENTS, SENSOR, PUSH = 60, 25, 3, 0.002, 0.4

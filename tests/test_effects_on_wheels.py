@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, compare
 from sym2real.effects import injected
 from sym2real.effects.body import Body
 from sym2real.effects.wrench import with_force_inputs
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.layout import Layout
 from sym2real.plants import MujocoPlant
 from sym2real.robots import MUSHR, ROBOTS

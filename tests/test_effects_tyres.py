@@ -7,15 +7,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+import standard_trim
 import torch
 from effects_cases import nominal
+from standard_set import standard_run
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
 from sym2real.effects import effect
 from sym2real.effects.visible import VisibleModel
-from sym2real.experiments import standard_conditions as conditions
-from sym2real.experiments.standard_set import standard_run
+from sym2real.experiments.standard_conditions import sensors
 from sym2real.plants import MujocoPlant
 from sym2real.protocols import Change
 from sym2real.robots import MUSHR
@@ -132,7 +133,7 @@ def test_oversteer_beyond_the_critical_speed_stays_finite() -> None:
 
 def standard_drives(*changes: Change) -> Dataset:
     def plant(rng: np.random.Generator) -> MujocoPlant:
-        return MujocoPlant(MUSHR, (*changes, conditions.disturbance(MUSHR, rng), conditions.sensors(MUSHR, rng)))
+        return MujocoPlant(MUSHR, (*changes, standard_trim.disturbance(MUSHR, rng), sensors(MUSHR, rng)))
 
     return Dataset([standard_run(MUSHR, plant, 3, index) for index in range(0, 8, 2)])
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import torch
+from standard_set import DRIVES, FLIGHTS, Case, simulate_case
 
 from sym2real.experiments.standard_conditions import ANGLE_NOISE, GYRO_NOISE, POSITION_NOISE, sensors
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
-from sym2real.tasks.standard_paths import DRIVES, FLIGHTS, Manoeuvre, drive, flight
+from sym2real.tasks.standard_paths import Manoeuvre, drive, flight
 
 H = 1e-4
 

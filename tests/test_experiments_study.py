@@ -103,30 +103,17 @@ def test_the_reference_knows_every_target_of_the_judged_cases() -> None:
     assert not has_reference(case("car-plain"))  # a gain of the speed command is a filter
 
 
-def test_an_adaptation_learns() -> None:
-    job = Adapted(case("mass-26"), "sr-nn", 1, SMALL, BASE.to_json())
-    told: list[str] = []
-    answer = job.run(told.append)
-    errors = [np.mean(row["errors"]) for row in answer["rounds"]]
-    assert len(errors) == 2
-    assert min(errors[1:]) < 0.8 * errors[0]
-    assert any("evaluation episode" in line for line in told) and any("learning" in line for line in told)
-    assert json.loads(json.dumps(answer)) == answer
-
-
-def test_an_adaptation_repeats_itself() -> None:
-    job = Adapted(case("mass-26"), "sr-sr", 1, replace(SMALL, rows=60), BASE.to_json())
-    once, again = (job.run(silent)["rounds"] for _ in range(2))
-    assert [row["errors"] for row in again] == [row["errors"] for row in once]
-
-
 @pytest.mark.parametrize("contestant", ["sr-sr", "nn-nn", "nn-sr"])
 def test_the_paper_s_other_pairs_adapt_too(contestant: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     base = BASE.to_json()
     monkeypatch.setattr("sym2real.experiments.study.neural_base.base_folder", lambda _: tmp_path / "base")
     effort = replace(SMALL, rows=60, members=2, widths=(16,), neural_flights=2)
-    first, last = Adapted(case("mass-26"), contestant, 1, effort, base).run(silent)["rounds"]
+    job, told = Adapted(case("mass-26"), contestant, 1, effort, base), list[str]()
+    first, last = job.run(told.append)["rounds"]
+    assert any("evaluation episode" in line for line in told) and any("learning" in line for line in told)
     assert last["refused"] or last["errors"] != first["errors"]
+    if contestant == "sr-sr":  # it repeats itself
+        assert [row["errors"] for row in job.run(silent)["rounds"]] == [first["errors"], last["errors"]]
     assert (tmp_path / "ensemble-crazyflie-2-2x16").exists() == contestant.startswith("nn")
 
 
@@ -277,6 +264,8 @@ def test_the_command_line_runs_cases_of_ones_own(
     assert sorted(path.name for path in out.iterdir()) == ["answers", "figure.png", "outcome.json", "running"]
     code, said = typed(arguments, capsys)
     assert code == 0 and "2 of 2 were answered before" in said
+    zero_shot, learned = json.loads((out / "answers" / "heavy_sr-nn_1.json").read_text())["rounds"]
+    assert np.mean(learned["errors"]) < 0.8 * np.mean(zero_shot["errors"])
     rows = json.loads((out / "outcome.json").read_text())["rows"]
     assert [row["model"] for row in rows] == ["SR*+NN"]
     assert "What happens when it is added?" in page.read_text()

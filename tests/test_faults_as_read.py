@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from noisy_flights import flights
+from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.errors.floor import Floor
@@ -26,7 +27,6 @@ from sym2real.diagnosis.faults.mistakes.transformation import (
 )
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.diagnosis.unexplained.explaining import find_astray
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import LogSpec, read_logs
 from sym2real.logs.differences import rates_on_time
 from sym2real.logs.parts import Attitude, Source, TimeBase

@@ -51,7 +51,7 @@ import sys, time
 from pathlib import Path
 from tests.test_hardware_recorder import CRAZYFLIE, Recorder, fly
 path = Path(sys.argv[1])
-with Recorder(path.with_name("before.csv"), CRAZYFLIE, {}) as recorder:
+with Recorder(path.with_name("before.parquet"), CRAZYFLIE, {}) as recorder:
     fly(recorder)  # what the simulated link loads
 with Recorder(path, CRAZYFLIE, {}) as recorder:
     before = set(sys.modules)
@@ -71,9 +71,8 @@ def test_nothing_is_loaded_in_flight(tmp_path: Path) -> None:
     assert told.stdout.strip() == "[]"
 
 
-@pytest.mark.parametrize("ending", [".parquet", ".csv"])
-def test_a_run_reads_back_as_it_was_flown(tmp_path: Path, ending: str) -> None:
-    path = tmp_path / f"flight{ending}"
+def test_a_run_reads_back_as_it_was_flown(tmp_path: Path) -> None:
+    path = tmp_path / "flight.parquet"
     with Recorder(path, CRAZYFLIE, {"thrust_map": {"name": "x"}}) as recorder:
         rows = fly(recorder)
     log = read_log(path, layouts=CRAZYFLIE.layouts)
@@ -89,7 +88,7 @@ def test_a_run_reads_back_as_it_was_flown(tmp_path: Path, ending: str) -> None:
     about = yaml.safe_load(path.with_suffix(".yaml").read_text())
     assert about["thrust_map"] == {"name": "x"}
     assert (about["rows"], about["robot"]) == (len(rows), "crazyflie")
-    assert sorted(file.name for file in tmp_path.iterdir()) == [f"flight{ending}", "flight.yaml"]
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["flight.parquet", "flight.yaml"]
 
 
 def test_the_task_is_cut_out_with_its_true_stamps(tmp_path: Path) -> None:
@@ -105,15 +104,15 @@ def test_the_task_is_cut_out_with_its_true_stamps(tmp_path: Path) -> None:
 
 def test_a_task_with_missed_periods_is_still_cut_out(tmp_path: Path) -> None:
     """A gap that `read_log` would refuse, and a moment without an attitude, which is no row."""
-    recorder = Recorder(tmp_path / "flight.csv", CRAZYFLIE, {})
+    recorder = Recorder(tmp_path / "flight.parquet", CRAZYFLIE, {})
     rows = [row for row in fly(recorder) if row.stage == "task"]
     recorder.close()
     late = replace(rows[9], reading=replace(rows[9].reading, time=rows[9].reading.time + 9.0))
     blind = replace(late, reading=replace(late.reading, time=late.reading.time + 1.0, state=np.full(13, np.nan)))
-    with Recorder(tmp_path / "gap.csv", CRAZYFLIE, {}) as again:
+    with Recorder(tmp_path / "gap.parquet", CRAZYFLIE, {}) as again:
         for row in (*rows[:9], late, blind):
             again.add(row)
-    task = task_of(tmp_path / "gap.csv", CRAZYFLIE)
+    task = task_of(tmp_path / "gap.parquet", CRAZYFLIE)
     assert len(task) == 10
     assert task.time[9] - task.time[8] == pytest.approx(9.02)
 
@@ -135,10 +134,9 @@ def test_a_stream_is_readable_while_it_grows_and_where_it_is_cut_off(tmp_path: P
         read_log(cut)
 
 
-@pytest.mark.parametrize("ending", [".parquet", ".csv"])
-def test_a_killed_process_leaves_its_rows(tmp_path: Path, ending: str) -> None:
+def test_a_killed_process_leaves_its_rows(tmp_path: Path) -> None:
     """kill -9 as soon as the recorder calls the rows written: all of them are there."""
-    path = tmp_path / f"flight{ending}"
+    path = tmp_path / "flight.parquet"
 
     def killed() -> None:
         recorder = Recorder(path, CRAZYFLIE, {})
@@ -150,8 +148,7 @@ def test_a_killed_process_leaves_its_rows(tmp_path: Path, ending: str) -> None:
 
     ran = in_fork(killed, tmp_path)
     assert ran.status == -signal.SIGKILL
-    growing = path.with_suffix(".arrow") if ending == ".parquet" else path
-    assert len(read_log(growing, layouts=CRAZYFLIE.layouts)) == int(ran.out)
+    assert len(read_log(path.with_suffix(".arrow"), layouts=CRAZYFLIE.layouts)) == int(ran.out)
     assert "killed" in yaml.safe_load(path.with_suffix(".yaml").read_text())["ended"]
 
 

@@ -37,17 +37,15 @@ def test_not_a_number_is_refused() -> None:
         MAP.counts(math.nan)
 
 
-@given(st.floats(allow_nan=False), st.floats())
-def test_any_thrust_and_any_voltage_give_sixteen_bits(thrust: float, battery: float) -> None:
-    for compensated in (MAP, ThrustMap("x", 5.0, 60000, volts=3.8)):
-        assert 0 <= compensated.counts(thrust, battery).value <= compensated.most <= FULL_SCALE
+@given(st.floats(allow_nan=False))
+def test_any_thrust_gives_sixteen_bits(thrust: float) -> None:
+    for one in (MAP, ThrustMap("x", 5.0, 60000)):
+        assert 0 <= one.counts(thrust).value <= one.most <= FULL_SCALE
 
 
-@given(st.integers(0, MAP.most), st.floats(3.0, 4.35))
-def test_the_way_back_is_the_inverse(counts: int, battery: float) -> None:
-    compensated = ThrustMap("x", MAP.per_newton, FULL_SCALE, volts=4.35)
+@given(st.integers(0, MAP.most))
+def test_the_way_back_is_the_inverse(counts: int) -> None:
     assert MAP.counts(MAP.newtons(counts)).value == counts
-    assert compensated.counts(compensated.newtons(counts, battery), battery).value == counts
 
 
 def test_presets_are_a_third_apart() -> None:
@@ -70,11 +68,3 @@ def test_a_gain_of_the_diagnosis_corrects_it() -> None:
     assert given_thrust == pytest.approx(0.3, abs=1.0 / MAP.per_newton)
     with pytest.raises(ShapeError, match="gain"):
         MAP.corrected(0.0)
-
-
-def test_an_emptying_battery_raises_the_counts() -> None:
-    """Rotors see the duty times the voltage; the compensated duty keeps that product."""
-    compensated = ThrustMap("x", MAP.per_newton, FULL_SCALE, volts=4.0)
-    assert compensated.counts(0.3, 3.2).value * 3.2 == pytest.approx(compensated.counts(0.3, 4.0).value * 4.0, abs=4.0)
-    for unknown in (math.nan, 0.0, -1.0, 9.0):
-        assert compensated.counts(0.3, unknown) == MAP.counts(0.3)

@@ -10,12 +10,12 @@ import numpy as np
 import pandas as pd
 import pytest
 from kinematic_car import car
+from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.misread_attitudes import against_the_path
 from sym2real.diagnosis.faults.report import data_report
 from sym2real.diagnosis.faults.sanity import check
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import Inspection, LogSpec, inspect_logs, read_log, read_logs, write_log
 from sym2real.logs.course import between, course, together
 from sym2real.robots import MUSHR

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from motor_level import motor_level_equations
+from standard_set import Case, simulate_case
 
 from sym2real.data import example_flight
 from sym2real.dataset import Dataset
@@ -20,7 +21,6 @@ from sym2real.diagnosis import add, compare, diagnose, locate, window_errors, wo
 from sym2real.effects import EFFECTS, Kind, catalogue, same_group
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Values
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.logs import read_log, read_logs, write_log
 from sym2real.registry import Registry
 from sym2real.robots import CRAZYFLIE

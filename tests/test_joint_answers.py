@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -16,11 +15,10 @@ from rich.console import Console
 
 from sym2real.cli import main
 from sym2real.dataset import Dataset
-from sym2real.diagnosis import Diagnosis, Plan, diagnose, locate, try_effect, window_errors
+from sym2real.diagnosis import Diagnosis, Plan, diagnose, locate, try_effect
 from sym2real.diagnosis.design.visible import Visible
 from sym2real.effects import applicable, effect
 from sym2real.logs import read_logs
-from sym2real.report.error_figures import where_figure
 from sym2real.report.plan import plan_report
 from sym2real.robots import Robot
 from sym2real.symbolic import compile_model, rollout, save_model
@@ -141,14 +139,6 @@ def test_where_a_model_fails_is_told_by_its_joints(logs: Dataset, tmp_path: Path
     assert where.feature == "q2"
     assert where.statement.startswith("where q2 is above ")
     assert 0.0 < where.low < where.high < 0.12
-
-
-def test_a_figure_has_as_many_axes_as_it_shows(logs: Dataset) -> None:
-    errors = window_errors(BASE, logs)
-    shown = [axis.get_xlabel() for axis in where_figure({"base": errors}, ()).axes if axis.get_visible()]
-    assert shown == ["q1 in rad", "q2 in rad", "|q1_rate| in rad/s", "|q2_rate| in rad/s", "time in s"]
-    alone = where_figure({"base": replace(errors, features={"time": errors.features["time"]})}, ())
-    assert len(alone.axes) == 1
 
 
 GEARED = """

@@ -14,13 +14,13 @@ import numpy as np
 import pytest
 from paper_robots import PAPER_ROBOTS
 from quick_engines import Linear
+from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset, Transitions
 from sym2real.diagnosis import compare, diagnose
 from sym2real.experiments.flights import car_drives, quadrotor_flights
 from sym2real.experiments.learning import learn_from_logs
 from sym2real.experiments.measured import measured
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.field import Field
 from sym2real.layout import Layout, Layouts
 from sym2real.level_ground import HEADINGS, Turn, any_heading_alike, at_many_headings

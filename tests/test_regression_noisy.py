@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset, Transitions
 from sym2real.diagnosis import compare
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.layout import Layout, Layouts
 from sym2real.regression import SearchSettings
 from sym2real.regression.beam import BeamSearch

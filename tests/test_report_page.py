@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import json
 import zlib
-from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -16,13 +15,9 @@ from hypothesis import strategies as st
 from report_pages import BASE, HOSTILE, diagnosis, logs
 
 from sym2real import rotation
-from sym2real.cli.output import write_json
-from sym2real.cli.report_folder import page_of
 from sym2real.diagnosis import Estimate, Finding, compare, predict_windows
 from sym2real.diagnosis.data.preparation import prepared
 from sym2real.diagnosis.score.finding import applied
-from sym2real.errors import DataError
-from sym2real.experiments.study.outcome import Line, Outcome, Panel
 from sym2real.report.html.arrays import Arrays
 from sym2real.report.html.formulas import formulas
 from sym2real.report.html.mathml import mathml
@@ -32,7 +27,6 @@ from sym2real.report.html.render import in_script, render
 from sym2real.report.html.sentences import sentences
 from sym2real.report.html.signals import signals, unwrapped
 from sym2real.report.html.variants import Given, WithFindings, subsets
-from sym2real.report.reading import read_diagnosis, read_outcome
 from sym2real.symbolic import symbol
 from sym2real.symbolic.parsing import parse_expression
 
@@ -181,35 +175,3 @@ def test_a_model_without_findings_has_no_switch() -> None:
         "Where does it fail?",
         "What remains?",
     ]
-
-
-def test_a_diagnosis_comes_back_from_its_file(tmp_path: Path) -> None:
-    found = diagnosis()
-    write_json(found.to_dict(), tmp_path / "diagnosis.json")
-    again = read_diagnosis(tmp_path / "diagnosis.json")
-    assert again.to_dict() == found.to_dict()
-
-
-def test_an_outcome_comes_back_from_its_file(tmp_path: Path) -> None:
-    x = np.array([0.0, 1.0])
-    panel = Panel("case", {"SR": Line(x, x + 1, np.array([0.1, np.nan]))}, 0.5, "it says")
-    outcome = Outcome("title", ("case", "error"), (("a", "1"), ("b", "2")), ("note",), "rounds", "error in m", (panel,))
-    rows = [dict(zip(outcome.columns, row, strict=True)) for row in outcome.rows]
-    written = {"title": outcome.title, "notes": outcome.notes, "rows": rows, **outcome.curves()}
-    write_json(written, tmp_path / "outcome.json")
-    again = read_outcome(tmp_path / "outcome.json")
-    np.testing.assert_array_equal(again.panels[0].lines["SR"].spread, panel.lines["SR"].spread)
-    assert (again.columns, again.rows, again.notes) == (outcome.columns, outcome.rows, outcome.notes)
-
-
-def test_a_file_that_is_no_diagnosis_is_named(tmp_path: Path) -> None:
-    (tmp_path / "diagnosis.json").write_text('{"verdict": "EFFECT"}')
-    with pytest.raises(DataError, match=r"diagnosis\.json"):
-        read_diagnosis(tmp_path / "diagnosis.json")
-
-
-def test_a_folder_without_an_answer_is_refused(tmp_path: Path) -> None:
-    from rich.console import Console
-
-    with pytest.raises(DataError, match=r"adaptation\.json"):
-        page_of(tmp_path, Console())

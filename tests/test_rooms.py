@@ -60,7 +60,6 @@ OWNERS = {
     "pysr": {"regression"},
     "matplotlib": {"report"},
     "jinja2": {"report"},
-    "rerun": {"report"},
     "gymnasium": {"plants"},
     "pandas": {"logs"},
     "pyarrow": {"logs"},

@@ -1,4 +1,4 @@
-"""Every function that equations may use: torch, C and levels against SymPy's own NumPy code."""
+"""Every function that equations may use: torch and C against SymPy's own NumPy code."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from sym2real.native import find_compiler
 from sym2real.robots import MUSHR
 from sym2real.symbolic import Equations, compile_function, compile_model, parse_expression, symbol
 from sym2real.symbolic.expressions import FUNCTIONS, text
-from sym2real.symbolic.level_rollout import LevelRollout
 from sym2real.symbolic.native_rollout import NativeRollout
 from sym2real.tasks import make_task
 
@@ -27,7 +26,6 @@ WRITTEN = {name: BINARY.get(name) or f"{name}({INSIDE.get(name, 'x')})" for name
     "inside one another": "sinh(floor(x)/2) + cosh(ceiling(y))*frac(x*y)",
     "a sum that leaves floor": "floor(x + 2) - ceiling(2*y)",
 }
-CONDITIONS = ("Heaviside", "sinc")  # no level computes them
 RANGE = (-3.0, 3.0)
 needs_compiler = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
 of_each = pytest.mark.parametrize("written", WRITTEN.values(), ids=WRITTEN)
@@ -84,20 +82,6 @@ def test_c_computes_what_sympy_does(dtype: torch.dtype) -> None:
             compared(found[:, column], by_sympy(written, exact), 1e-9)
         else:  # halves are exact in single precision, and their products; elsewhere a value may jump
             compared(found[:156, column], by_sympy(written, exact[:, :156]), 1e-4)
-
-
-@of_each
-def test_levels_compute_what_the_module_does(written: str) -> None:
-    equations = model(written)
-    if written.startswith(CONDITIONS):
-        with pytest.raises(ModelError, match="level by level"):
-            LevelRollout(equations, 4, 2)
-        return
-    actions = torch.as_tensor(points()[1][:, None, None]).float()
-    found = LevelRollout(equations, len(actions), 1)(torch.tensor([1.25]), actions)
-    expected = compile_model(equations).rollout(torch.tensor([1.25]), actions)
-    there = expected.isfinite()
-    torch.testing.assert_close(found[there], expected[there], rtol=1e-5, atol=1e-5)
 
 
 @of_each

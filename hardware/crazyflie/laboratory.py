@@ -49,8 +49,8 @@ class CrazyflieLaboratory(Laboratory):
     """Mean thrust count of a hover (thrust_count in a record), which with --mass calibrates the map."""
     mass: float | None = None
     """Of the robot with all that it carries, kg; the model's robot's own by default. Take-off and landing know it."""
-    route: Literal["packet", "manual", "commander"] = "packet"
-    """How set-points go: an own packet or cflib's manual set-point (firmware from 2025.09 on), or port 3 (any)."""
+    route: Literal["packet", "commander"] = "packet"
+    """How set-points go: an own packet (firmware from 2025.09 on), or port 3 (any)."""
     capture: str = "vicon"
     """Kind of motion capture, as the library `motioncapture` calls it (vicon, optitrack, qualisys, vrpn, …), or ros or
     ros2 for a topic."""

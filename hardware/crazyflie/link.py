@@ -139,14 +139,13 @@ class CrazyflieLink(Closing):
             ShapeError: for an action that is not finite or has other columns; nothing is sent then.
         """
         wanted = finite_action(action, self.robot)
-        battery = math.nan if self._telemetry is None else self._telemetry.battery
-        counts = self.thrust_map.counts(float(wanted[0]), battery)
+        counts = self.thrust_map.counts(float(wanted[0]))
         self._count = self.route.reachable(counts.value)
         self._saturated = counts.saturated or self._count != counts.value
         degrees, rates = wire_rates(wanted[1:4])
         if not self.dry:
             self._put(self._setpoint(degrees, self._count))
-        return np.array([self.thrust_map.newtons(self._count, battery), *rates])
+        return np.array([self.thrust_map.newtons(self._count), *rates])
 
     def stop(self, *, emergency: bool = False) -> None:
         """Motors off and disarmed; after an emergency stop until the robot is restarted."""

@@ -1,7 +1,7 @@
-"""Three ways to tell a Crazyflie its total thrust and body rates; each has signs and a reach of its own.
+"""Two ways to tell a Crazyflie its total thrust and body rates; each has signs and a reach of its own.
 
 Here rates are p, q, r about body x (forward), y (left), z (up). The firmware's pitch is that of aeronautics turned
-about: port 7 and cflib's own functions negate it; port 3 also negates yaw.
+about: port 7 and cflib's own function negate it; port 3 also negates yaw.
 
 Sources: crazyflie-firmware, crtp_commander_rpyt.c and crtp_commander_generic.c; cflib, commander.py.
 """
@@ -22,8 +22,8 @@ from sym2real.trajectory import Array
 MANUAL = 11  # type of a port-7 packet: rates or angles, and a thrust count
 WITH_RATES = 1
 GENERIC_PORT = 7
-LEAST_MANUAL, MOST_COMMANDER = 10001, 60000  # cflib's and port 3's range of counts
-LEAST_COMMANDER = 1000  # the firmware takes less for none
+# Of port 3: the firmware takes less for none.
+LEAST_COMMANDER, MOST_COMMANDER = 1000, 60000
 
 Packet = tuple[int, bytes]  # port, data on channel 0
 
@@ -60,12 +60,6 @@ def _packet(crazyflie: Any, send: Callable[[Packet], None], rates_deg: Array, co
     send((GENERIC_PORT, struct.pack("<BfffHB", MANUAL, p, -q, r, counts, WITH_RATES)))
 
 
-def _manual(crazyflie: Any, send: Callable[[Packet], None], rates_deg: Array, counts: int) -> None:
-    # cflib rounds down: the middle of a count arrives as that count.
-    percent = 100.0 * (counts + 0.5 - LEAST_MANUAL) / (MOST_COMMANDER - LEAST_MANUAL)
-    crazyflie.commander.send_setpoint_manual(*rates_deg.tolist(), min(percent, 100.0), True)
-
-
 def _commander(crazyflie: Any, send: Callable[[Packet], None], rates_deg: Array, counts: int) -> None:
     p, q, r = rates_deg.tolist()
     crazyflie.commander.send_setpoint(p, q, -r, counts)
@@ -79,7 +73,6 @@ ROUTES: Mapping[str, Route] = Registry(
     "set-point route",
     {
         "packet": Route("packet", 10, lambda wanted: min(max(wanted, 0), FULL_SCALE), _packet),
-        "manual": Route("manual", 10, lambda wanted: min(max(wanted, LEAST_MANUAL), MOST_COMMANDER), _manual),
         "commander": Route(
             "commander",
             0,

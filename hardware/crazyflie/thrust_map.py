@@ -2,7 +2,7 @@
 
 The firmware's releases differ by 31 % in what a number means, so the map is named, or calibrated from a hover::
 
-    counts = k · thrust / gain · V₀ / V      (V₀ / V only where the battery is compensated here)
+    counts = k · thrust / gain
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ from sym2real.registry import Registry
 from sym2real.robots.robot import GRAVITY
 
 FULL_SCALE = 65535
-VOLTS = (3.0, 4.35)  # of one lithium cell, empty and full; what lies outside is no voltage of it
 
 
 @dataclass(frozen=True)
@@ -35,8 +34,6 @@ class ThrustMap:
         name: where it comes from.
         per_newton: counts per N.
         most: greatest count.
-        volts: battery voltage in V at which ``per_newton`` holds, where counts are to rise as the battery empties;
-            None where the firmware compensates, or nothing does.
 
     Raises:
         ShapeError: for numbers that no map has.
@@ -45,7 +42,6 @@ class ThrustMap:
     name: str
     per_newton: float
     most: int = 60000
-    volts: float | None = None
 
     def __post_init__(self) -> None:
         if not 0.0 < self.per_newton < math.inf:
@@ -54,29 +50,27 @@ class ThrustMap:
             raise ShapeError(
                 f"thrust map {self.name!r}: expected a greatest count up to {FULL_SCALE}, found {self.most}"
             )
-        if self.volts is not None and not VOLTS[0] <= self.volts <= VOLTS[1]:
-            raise ShapeError(f"thrust map {self.name!r}: expected {VOLTS[0]} to {VOLTS[1]} V, found {self.volts!r}")
 
-    def counts(self, thrust: float, battery: float = math.nan) -> Counts:
-        """What to send for a thrust in N at a battery voltage in V; an unknown voltage is not compensated.
+    def counts(self, thrust: float) -> Counts:
+        """What to send for a thrust in N.
 
         Raises:
             ShapeError: for a thrust that is no number.
         """
         if math.isnan(thrust):
             raise ShapeError("expected a thrust in N, found NaN")
-        wanted = thrust * self._scale(battery)
+        wanted = thrust * self.per_newton
         if not 0.0 <= wanted < self.most + 0.5:
             return Counts(0 if wanted < 0.0 else self.most, True)
         return Counts(round(wanted), False)
 
-    def newtons(self, counts: int, battery: float = math.nan) -> float:
-        """The thrust in N that a count stands for at a battery voltage in V."""
-        return counts / self._scale(battery)
+    def newtons(self, counts: int) -> float:
+        """The thrust in N that a count stands for."""
+        return counts / self.per_newton
 
     @property
     def greatest(self) -> float:
-        """Greatest thrust in N, at ``volts`` where that is given."""
+        """Greatest thrust in N."""
         return self.most / self.per_newton
 
     def calibrated(self, mass: float, hover_counts: float) -> ThrustMap:
@@ -98,11 +92,6 @@ class ThrustMap:
         if not 0.0 < gain < math.inf:
             raise ShapeError(f"expected a gain of thrust > 0, found {gain!r}")
         return replace(self, name=f"{self.name}, gain {gain:.4g}", per_newton=self.per_newton / gain)
-
-    def _scale(self, battery: float) -> float:
-        if self.volts is None or not VOLTS[0] <= battery <= VOLTS[1]:
-            return self.per_newton
-        return self.per_newton * self.volts / battery
 
 
 # Counts per N by what the firmware does with them; the releases from 2025.09 on know the upgraded motors.

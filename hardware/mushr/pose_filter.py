@@ -7,6 +7,7 @@ from collections import deque
 
 import numpy as np
 
+from hardware.frame import heading
 from hardware.interfaces import Pose
 from hardware.velocity import Velocity
 from sym2real.trajectory import Array
@@ -48,9 +49,3 @@ class PoseFilter:
         """Of the recent poses, with the stamp in their middle."""
         stamps, places = zip(*self._recent, strict=True)
         return float(np.median(stamps)), np.median(np.array(places), axis=0)
-
-
-def heading(attitude: Array) -> float:
-    """Yaw in rad of an attitude w x y z, body→world ``# (4,)``."""
-    w, x, y, z = attitude
-    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

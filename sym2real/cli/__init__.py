@@ -1,4 +1,7 @@
-"""The command line. One verb per module; a verb is a frozen dataclass whose fields are its options."""
+"""The command line. One verb per module: a frozen dataclass whose fields are its options, ``json`` among them.
+
+Its ``run(console)`` does the work, tells the console, and returns what ``--json`` writes.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +11,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from functools import reduce
 from operator import or_
-from pathlib import Path
-from typing import Annotated, Any, NoReturn, Protocol
+from typing import Annotated, Any
 
 import tyro
 
@@ -24,20 +26,18 @@ from sym2real.cli.experiment import RunExperiment
 from sym2real.cli.export import Export
 from sym2real.cli.inspect import Inspect
 from sym2real.cli.learn import Learn
-from sym2real.cli.loading import loading
 from sym2real.cli.nominal import NominalCar, NominalQuadrotor
 from sym2real.cli.nominal_mjcf import NominalMjcf
 from sym2real.cli.output import STANDARD_OUTPUT, report_for, show_json, write_json
 from sym2real.cli.parsing import parse
 from sym2real.cli.places import kept_apart
 from sym2real.cli.plan import PlanFlight
-from sym2real.cli.report import WriteReport
 from sym2real.cli.run import Run
 from sym2real.cli.show import Show
 from sym2real.cli.simulate import Simulate
-from sym2real.cli.terminal import Report, put, say_error
+from sym2real.cli.terminal import ending_in_words, progress_console, put, stop
 from sym2real.cli.unforeseen import net_is_off, told_of
-from sym2real.errors import DataError, Sym2RealError, UnknownNameError, reason
+from sym2real.errors import DataError, Sym2RealError, UnknownNameError
 
 DESCRIPTION = """\
 From a robot description to a flying model, and from a model that is wrong to the physics it lacks.
@@ -62,26 +62,14 @@ From a model and your logs to what is missing:
   sym2real plan crazyflie hover circle
       what a manoeuvre can show, before you fly it
 
-From a model and a target to a model that has learned it:
-  sym2real adapt runs/base runs/heavier/simulator circle --out runs/adapted
-      an episode, training on it, and again; or from a folder of logs
-
-The whole as a page that works offline, with effects to switch on and off:
-  sym2real report runs/found
-      of a folder; diagnose, compare, run, adapt and experiment write it with --report FILE
-
-The experiments of the paper, as a study that you can repeat:
-  sym2real experiment sim2sim --out runs/sim2sim
-      every case beside what the paper says of it
-
 A robot of your own starts from its MJCF or, where it flies or drives, from numbers alone:
   sym2real nominal mjcf arm.xml --out runs/arm
       the folder holds the robot: every verb that takes a model takes it
   sym2real nominal quadrotor --help
       a quadrotor, or a car
 
-Every verb answers --help, and --json FILE writes its result (- is standard output). sym2real --version says which one
-this is.
+Every verb answers --help, and --json FILE writes its result (- is standard output); --report FILE of diagnose and
+others writes a page that works offline. sym2real --version says which one this is.
 """
 
 VERBS: dict[str, Any] = {
@@ -102,7 +90,6 @@ VERBS: dict[str, Any] = {
     "adapt": Adapt,
     "plan": PlanFlight,
     "experiment": RunExperiment,
-    "report": WriteReport,
 }
 OF_SEVERAL = {
     "nominal": "First-principles equations: from numbers alone, or from the MJCF of a robot of joints."
@@ -113,19 +100,6 @@ Verb: Any = reduce(
 )
 
 
-class Runnable(Protocol):
-    """What every verb offers."""
-
-    @property
-    def json(self) -> Path | None:
-        """Where the result goes as JSON."""
-        ...
-
-    def run(self, console: Report) -> dict[str, Any]:
-        """Do the work, tell the console; what ``--json`` writes."""
-        ...
-
-
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run one verb.
 
@@ -133,23 +107,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     error that nobody foresaw. Results go to standard output, errors and progress to standard error.
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
-    try:
-        _explained(given)
-    except KeyboardInterrupt:  # also while an error is told
-        _stop("interrupted: files that were already written stay", 130)
-
-
-def _explained(given: list[str]) -> None:
-    try:
-        _main(given)
-    except Sym2RealError as error:
-        _stop(f"error: {error}", 2)
-    except OSError as error:
-        _stop(f"error: {DataError(error.filename or 'a file', 'one that can be used', reason(error))}", 2)
-    except Exception as error:
-        if net_is_off():
+    with ending_in_words("interrupted: files that were already written stay"):
+        try:
+            _main(given)
+        except (Sym2RealError, OSError):
             raise
-        _stop(f"error: {told_of(error, given)}", 70)
+        except Exception as error:
+            if net_is_off():
+                raise
+            stop(f"error: {told_of(error, given)}", 70)
 
 
 def _main(given: list[str]) -> None:
@@ -160,10 +126,12 @@ def _main(given: list[str]) -> None:
         raise UnknownNameError("verb", given[0], VERBS)
     # The tensors are small: threads that wait for each other make an action five times slower. Set it to override.
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    verb: Runnable = parse(Verb, "sym2real", DESCRIPTION, given)
+    verb = parse(Verb, "sym2real", DESCRIPTION, given)
     report = report_for(verb.json)
     try:
-        with loading(given[0]), kept_apart(verb):
+        if progress_console().is_terminal:  # libraries take seconds: it has begun
+            progress_console().print(f"{given[0]}: loading libraries", style="dim")
+        with kept_apart(verb):
             result = verb.run(report)
             write_json(result, verb.json)
     except BaseException:
@@ -173,8 +141,3 @@ def _main(given: list[str]) -> None:
     report.release()
     if verb.json == STANDARD_OUTPUT:
         show_json(result)
-
-
-def _stop(text: str, status: int) -> NoReturn:
-    say_error(" ".join(text.split()))  # names of files and the words of libraries may hold ends of lines
-    sys.exit(status)

@@ -15,7 +15,7 @@ from sym2real.errors import ModelError
 from sym2real.files import read_object
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
     from contextlib import AbstractContextManager
 
     from sym2real.adaptation import Adaptation, Adapting, RoundReport
@@ -70,11 +70,11 @@ class AdaptVerb(ABC):
         """Adapt, print the table, write the figure."""
         from sym2real.adaptation import undo
         from sym2real.cli.model import open_with_progress, require_another_folder
-        from sym2real.cli.report_folder import page_of
 
         if self.undo is not None:
-            reports = undo(self.out, self.undo)
-            return self._tell(reports, self.undo, console, lambda: page_of(self.out, console))
+            if self.report:
+                raise ModelError("--undo trains nothing: expected it without --report")
+            return self._tell(undo(self.out, self.undo), self.undo, console)
         require_another_folder(self.model, self.out)
         model = open_with_progress(self.model)
         with self.chosen(model, console) as chosen:
@@ -83,6 +83,7 @@ class AdaptVerb(ABC):
 
     def _adapted(self, run: _Run, console: Console) -> dict[str, Any]:
         from sym2real.adaptation import adapt
+        from sym2real.cli.page_file import write_report
         from sym2real.cli.progress import stage_one_progress
 
         with stage_one_progress() as on_progress:
@@ -98,7 +99,10 @@ class AdaptVerb(ABC):
                 on_progress=on_progress,
                 controller=run.chosen.controller,
             )
-        return self._tell(adaptation.reports, adaptation.best, console, lambda: self._page(adaptation))
+        result = self._tell(adaptation.reports, adaptation.best, console)
+        if self.report:
+            result["report"] = write_report(self._page(adaptation), self.report, console)
+        return result
 
     def _prepared(self, model: Model, chosen: Chosen) -> _Run:
         from sym2real.adaptation import Adapting
@@ -168,7 +172,7 @@ class AdaptVerb(ABC):
         return {"dry_run": lines, "rounds": [report.to_dict() for report in done], "most": most}
 
     def _page(self, adaptation: Adaptation) -> Page:
-        from sym2real.cli.report_folder import title_of
+        from sym2real.cli.page_file import title_of
         from sym2real.dataset import Dataset
         from sym2real.neural.composed import in_double
         from sym2real.report.html.rounds import adaptation_page
@@ -179,23 +183,17 @@ class AdaptVerb(ABC):
             (given, adapted), unseen, adaptation.reports, adaptation.best, title_of(self.out, "adapted")
         )
 
-    def _tell(
-        self, reports: Sequence[RoundReport], on_top: int, console: Console, page: Callable[[], Page]
-    ) -> dict[str, Any]:
+    def _tell(self, reports: Sequence[RoundReport], on_top: int, console: Console) -> dict[str, Any]:
         """The table and the figure; what ``adaptation.json`` holds and where things are."""
         from sym2real.adaptation import settled
         from sym2real.adaptation.rounds import ANSWER
-        from sym2real.cli.report_folder import write_report
         from sym2real.report.adaptation import rounds_figure, rounds_table
         from sym2real.report.style import save
 
         console.print(rounds_table(reports, on_top, settled(reports)))
         figure = save(rounds_figure(reports, on_top), self.out, FIGURE)
         console.print(f"model of round {on_top}, {ANSWER} and figure in {self.out}", markup=False)
-        result = read_object(self.out / ANSWER, "an adaptation") | {"model": self.out, "figure": figure}
-        if self.report:
-            result["report"] = write_report(page(), self.report, console)
-        return result
+        return read_object(self.out / ANSWER, "an adaptation") | {"model": self.out, "figure": figure}
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from typing import Any, Literal
 from rich.console import Console
 
 from sym2real.cli.of_logs import OfLogs
-from sym2real.cli.positionals import HtmlFile, JsonFile, Logs, ModelPlace, RerunFile
+from sym2real.cli.positionals import HtmlFile, JsonFile, Logs, ModelPlace
 
 
 @dataclass(frozen=True)
@@ -29,13 +29,12 @@ class Compare(OfLogs):
     out: Path | None = None
     """Folder for figures: error over the horizon, measured against predicted."""
     report: HtmlFile = None
-    rerun: RerunFile = None
     json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
         """Print the report, draw the figures."""
         from sym2real.cli.model import folder_of, logs_for, open_with_progress
-        from sym2real.cli.report_folder import title_of, write_recording, write_report
+        from sym2real.cli.page_file import title_of, write_report
         from sym2real.diagnosis import compare, training_region
         from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
         from sym2real.neural.composed import in_double
@@ -59,6 +58,4 @@ class Compare(OfLogs):
         if self.report:
             page = comparison_page(model, data, comparison, title_of(self.model, "compared"))
             result["report"] = write_report(page, self.report, console)
-        if self.rerun:
-            result["rerun"] = write_recording(self.rerun, data, {"model": model}, below(model), console)
         return result

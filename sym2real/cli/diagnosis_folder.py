@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from rich.console import Console
@@ -17,17 +16,11 @@ from sym2real.errors import DataError
 from sym2real.files import read_by, read_object
 from sym2real.symbolic import Equations
 
-ANSWER, FILES, ASKED = "diagnosis.json", "files", "asked"
+ANSWER, FILES = "diagnosis.json", "files"
 
 
 def write_diagnosis(
-    base: Equations,
-    data: Dataset,
-    diagnosis: Diagnosis,
-    out: Path,
-    console: Console,
-    *,
-    asked: Mapping[str, Any] = MappingProxyType({}),
+    base: Equations, data: Dataset, diagnosis: Diagnosis, out: Path, console: Console
 ) -> dict[str, Any]:
     """Write the answer, its figures and, where something is established, model and simulator; Ctrl-C ends that.
 
@@ -35,14 +28,13 @@ def write_diagnosis(
         base, data, diagnosis: the model, the logs and what they tell of it.
         out: the folder.
         console: is told where things are.
-        asked: model, logs and specification as the user named them, from which a report can be written later.
 
     Returns:
         What ``diagnosis.json`` holds: the diagnosis and, relative to the folder, the other files.
     """
     remove_earlier(out)
     written: list[str] = []
-    result = {**diagnosis.to_dict(), ASKED: dict(asked), FILES: written}
+    result = {**diagnosis.to_dict(), FILES: written}
     write_json(result, out / ANSWER)  # what took minutes, before what takes seconds
     try:
         for file in _files(base, data, diagnosis, out, console):

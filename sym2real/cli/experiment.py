@@ -91,7 +91,7 @@ class RunExperiment:
 def _show(outcome: Outcome, out: Path, console: Console, report: Path | None = None) -> dict[str, Any]:
     """Print the table, write table, figure and report."""
     from sym2real.cli.output import write_json
-    from sym2real.cli.report_folder import write_report
+    from sym2real.cli.page_file import write_report
     from sym2real.report.experiment import outcome_figure, outcome_table
     from sym2real.report.html.study import study_page
     from sym2real.report.style import save

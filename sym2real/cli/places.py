@@ -19,7 +19,7 @@ from sym2real.files import read_by, reading, require_place, same_place
 
 IS_PLACE = "may name a file or a folder that is read"
 Place = Annotated[str, IS_PLACE]
-WRITTEN = ("out", "json", "report", "rerun")
+WRITTEN = ("out", "json", "report")
 LOG_ENDINGS = (".csv", ".parquet", ".pq", ".arrow", ".bag", ".db3", ".mcap", ".ulg", ".usd")
 
 
@@ -51,11 +51,6 @@ def places_read(verb: Any) -> dict[str, list[Path]]:
         given = value if isinstance(value, tuple) else (value,)
         found[name] = [Path(entry) for entry in given if entry is not None and _exists(Path(entry))]
     return found
-
-
-def anywhere(place: str | Path) -> str:
-    """A place as it is found from any folder; what is the name of something else stays as it is."""
-    return str(Path(place).resolve()) if _exists(Path(place)) else str(place)
 
 
 def _names_places(hint: Any) -> bool:

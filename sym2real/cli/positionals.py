@@ -11,10 +11,6 @@ from sym2real.cli.places import Place
 
 JsonFile = Annotated[Path | None, tyro.conf.arg(help="Write the result to this file (- is standard output).")]
 HtmlFile = Annotated[Path | None, tyro.conf.arg(help="Write the whole as one HTML file that works offline.")]
-RerunFile = Annotated[
-    Path | None,
-    tyro.conf.arg(help="Write what was measured and predicted as a recording for the Rerun viewer (.rrd)."),
-]
 LogsOfModel = Annotated[tuple[Path, ...], tyro.conf.arg(help="Logs that the model is for: it gets their time step.")]
 ModelPlace = Annotated[
     Place,

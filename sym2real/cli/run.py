@@ -54,8 +54,8 @@ class Run:
     def run(self, console: Console) -> dict[str, Any]:
         """Fly, print the figures, write the log."""
         from sym2real.cli.model import flown_robot, open_with_progress
+        from sym2real.cli.page_file import write_report
         from sym2real.cli.progress import steps_progress
-        from sym2real.cli.report_folder import write_report
         from sym2real.control import mppi_controller
         from sym2real.experiments.flying import fly
         from sym2real.logs import write_log
@@ -89,7 +89,7 @@ class Run:
         return result
 
     def _page(self, model: Model, flight: Flight) -> Page:
-        from sym2real.cli.report_folder import title_of
+        from sym2real.cli.page_file import title_of
         from sym2real.dataset import Dataset
         from sym2real.diagnosis import compare
         from sym2real.layout import unit_of_place

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from rich.console import Console
 
 from sym2real.cli.add import Add
@@ -17,9 +17,10 @@ from sym2real.cli.nominal import NominalQuadrotor
 from sym2real.cli.progress import stages_progress
 from sym2real.cli.run import Run
 from sym2real.data import example_flight
-from sym2real.experiments.single_effects import FLIGHT_SERIES, hidden_case
-from sym2real.experiments.standard_set import simulate_case
+from sym2real.experiments.learning import training_tasks
+from sym2real.experiments.noisy_runs import HIDDEN, noisy_runs
 from sym2real.logs import write_log
+from sym2real.robots import CRAZYFLIE
 
 FLIGHTS, KEPT, ROWS = 6, 2, 300
 TASK = "circle"
@@ -45,19 +46,22 @@ class Story:
     def simulated(self, model: Path, console: Console) -> dict[str, Any]:
         """The learned quadrotor against a plant with an effect that nothing in the logs names."""
         console.rule("A hidden effect: which one, how much, and does it help to know?")
-        case, out = hidden_case("crazyflie", FLIGHT_SERIES, self.seed), self.out / "hidden"
+        key, values = HIDDEN[int(np.random.default_rng(self.seed).integers(len(HIDDEN)))]
+        out = self.out / "hidden"
         with stages_progress() as on_progress:
             on_progress("flying the changed robot")
-            logs = {out / "logs" / f"{flight.name}.csv": flight for flight in simulate_case(case, FLIGHTS, ROWS)}
+            flights = noisy_runs(
+                CRAZYFLIE, training_tasks(CRAZYFLIE), [(key, values)], count=FLIGHTS, rows=ROWS, seed=self.seed
+            )
+            logs = {out / "logs" / f"{flight.name}.csv": flight for flight in flights}
         for log, trajectory in logs.items():
             write_log(trajectory, log)
         used, kept = [*logs][:-KEPT], [*logs][-KEPT:]
         compared = self._compare(model, used, None, out / "compare", console)
         found = self._diagnose(model, used, kept, None, out, console)
-        truth = [{"effect": key, "values": dict(values)} for key, values in case.effects]
-        texts = [[key, *(f"{name}={value}" for name, value in values.items())] for key, values in case.effects]
-        console.print(f"the hidden effect was {'; '.join(map(' '.join, texts))}", markup=False, style="bold")
-        Add(str(model), tuple(chain(*texts)), out / "truth").run(console)
+        typed = (key, *(f"{name}={value}" for name, value in values.items()))
+        console.print(f"the hidden effect was {' '.join(typed)}", markup=False, style="bold")
+        Add(str(model), typed, out / "truth").run(console)
         models = {"base": model, "with what was found": out / "model", "that knows the truth": out / "truth"}
         closed_loop, plant = {}, str(out / "truth" / "simulator")
         for label, folder in models.items():
@@ -65,6 +69,7 @@ class Story:
                 _say(f"run {folder} {TASK} --plant {plant}", None, console)
                 flight = Run(str(folder), TASK, plant, seconds=self.seconds, samples=self.samples, seed=self.seed)
                 closed_loop[label] = flight.run(console)["tracking"]
+        truth = [{"effect": key, "values": values}]
         return {"truth": truth, "compared": compared, "diagnosis": found, "closed_loop": closed_loop}
 
     def real(self, console: Console) -> dict[str, Any]:

@@ -9,12 +9,12 @@ import sys
 import textwrap
 from collections.abc import Iterator
 from functools import cache
-from typing import TextIO
+from typing import NoReturn, TextIO
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 
-from sym2real.errors import DataError, reason
+from sym2real.errors import DataError, Sym2RealError, reason
 
 # Control characters but for tabs and ends of lines: a terminal would obey them.
 UNSHOWN = dict.fromkeys((*range(9), *range(11, 32), *range(127, 160)), "\N{REPLACEMENT CHARACTER}")
@@ -116,3 +116,27 @@ def say_error(text: str) -> None:
     report.print(rest, soft_wrap=True, markup=False)
     with contextlib.suppress(DataError):
         report.release()
+
+
+@contextlib.contextmanager
+def ending_in_words(interrupted: str) -> Iterator[None]:
+    """Around a program: it ends with one line and a status of 2 on bad input, of 130 on Ctrl-C.
+
+    Args:
+        interrupted: what is said of Ctrl-C.
+    """
+    try:
+        try:
+            yield
+        except Sym2RealError as error:
+            stop(f"error: {error}", 2)
+        except OSError as error:
+            stop(f"error: {DataError(error.filename or 'a file', 'one that can be used', reason(error))}", 2)
+    except KeyboardInterrupt:  # also while an error is told
+        stop(interrupted, 130)
+
+
+def stop(text: str, status: int) -> NoReturn:
+    """Say what went wrong and end the program."""
+    say_error(" ".join(text.split()))  # names of files and the words of libraries may hold ends of lines
+    sys.exit(status)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import logging
 from collections.abc import Callable
-from numbers import Integral
 from typing import Literal, cast, get_args
 
 import sympy
@@ -25,7 +24,6 @@ from sym2real.native import find_compiler
 from sym2real.protocols import DynamicsModel
 from sym2real.robots.robot import Robot
 from sym2real.symbolic import Equations, read_back
-from sym2real.symbolic.level_rollout import FEW, LevelRollout
 from sym2real.tasks import Task
 
 LOGGER = logging.getLogger(__name__)
@@ -35,19 +33,17 @@ Step = FusedStep | FusedGpuStep
 NO_COMPILER = "there is no C compiler here (install gcc or clang, or name one by CC)"
 
 
-def require_choices(backend: str, threads: int, period: float) -> None:
+def require_choices(backend: str, period: float) -> None:
     """Refuse what :class:`~sym2real.control.MPPI` cannot be asked for.
 
     Raises:
         UnknownNameError: for a backend that does not exist, with those that do.
-        ShapeError: for threads that are no whole number above zero, or a period in s that is not positive.
+        ShapeError: for a period in s that is not positive.
     """
     if not period > 0.0:
         raise ShapeError(f"expected a control period > 0 s, found {period!r}")
     if backend not in BACKENDS:
         raise UnknownNameError("backend", str(backend), BACKENDS)
-    if isinstance(threads, bool) or not isinstance(threads, Integral) or threads < 1:
-        raise ShapeError(f"threads: expected a whole number above 0, found {threads!r}")
 
 
 def device_of(device: str | torch.device) -> torch.device:
@@ -159,16 +155,3 @@ def choose(backend: Backend, reason: str, fuse: Callable[[], Step]) -> tuple[Ste
         raise ModelError(f"the fused kernel cannot plan here: {reason}")
     LOGGER.log(level, "MPPI plans by %s", f"torch ({reason})" if fused is None else fused.description)
     return fused, reason
-
-
-def level_rollout(model: object, sizes: Sizes, device: torch.device, dtype: torch.dtype) -> LevelRollout | None:
-    """Torch's quickest rollout of few samples; None where there is none for this model, device or precision."""
-    equations = equations_of(model)
-    if equations is None or hasattr(model, "residual") or sizes.samples > FEW:
-        return None
-    if device.type != "cpu" or dtype != torch.float32 or visible_state(equations) != equations.layouts.state:
-        return None
-    try:
-        return LevelRollout(equations, sizes.samples, sizes.horizon)
-    except ModelError:  # conditions
-        return None

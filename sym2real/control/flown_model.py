@@ -69,7 +69,7 @@ class CorrectedMPPI:
 
     @property
     def samples(self) -> int:
-        """Of the controller, which draws fewer once it has missed its period."""
+        """Of the controller."""
         return self._controller.samples
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:

@@ -1,10 +1,8 @@
-"""The fused step of MPPI on a processor: compiled text, its buffers and its threads."""
+"""The fused step of MPPI on a processor: compiled text and its buffers."""
 
 from __future__ import annotations
 
 import ctypes
-from concurrent.futures import ThreadPoolExecutor
-from itertools import pairwise
 
 import torch
 from torch import Tensor
@@ -17,15 +15,6 @@ from sym2real.native import library
 
 PROCESSOR = torch.device("cpu")
 _POINTER, _INT = ctypes.c_void_p, ctypes.c_int
-
-
-class _Share(ctypes.Structure):
-    _fields_ = (
-        ("least", ctypes.c_float),
-        ("total", ctypes.c_float),
-        ("rejected", ctypes.c_int),
-        ("unused", ctypes.c_int),
-    )
 
 
 class FusedStep:
@@ -41,6 +30,8 @@ class FusedStep:
         ModelError: when the equations, the cost or a filter have no fused form.
     """
 
+    description = "a fused C kernel"
+
     def __init__(self, step: Fused, *, sizes: Sizes, residual: Residual | None = None) -> None:
         self.samples, self.horizon = sizes.samples, sizes.horizon
         self.shape = (sizes.horizon, len(step.robot.layouts.action))
@@ -52,33 +43,11 @@ class FusedStep:
         self.shapes = self._operands.shapes
         self._address = ctypes.addressof(self._plan)
         self._library.shifted.argtypes = (_POINTER, _POINTER, _INT, _POINTER)
-        self._library.plan_share.argtypes = (_POINTER, _INT, _INT, _POINTER, _POINTER, _POINTER)
-        self._library.finish.argtypes = (_POINTER, _INT, _POINTER, _POINTER, _POINTER)
+        self._library.plan_all.argtypes = (_POINTER, _POINTER, _POINTER)
         self._library.noise_of.argtypes = (_POINTER, _POINTER, _POINTER)
-        self._share_out(sizes.threads)
-
-    @property
-    def description(self) -> str:
-        """For the log."""
-        return f"a fused C kernel, {self.threads} thread(s)"
-
-    def _share_out(self, threads: int) -> None:
-        """Share the samples out in whole vectors, as evenly as these allow, and make each thread's scratch memory."""
-        width = self._library.width()
-        blocks = -(-self.samples // width)
-        edges = [width * (blocks * i // threads) for i in range(threads)] + [self.samples]
-        self._ranges = [pair for pair in pairwise(edges) if pair[0] < pair[1]]
-        self.threads, rows = len(self._ranges), self.shape[0] * self.shape[1]
         tracks = 2 * self.horizon + self._plan.draws
-        self._scratch = [aligned(tracks * self.shape[1] * width) for _ in range(self.threads)]
-        self._sums = aligned(self.threads * rows)
-        self._shares = (_Share * self.threads)()
-        self._at = [  # addresses, found once
-            (scratch.data_ptr(), self._sums.data_ptr() + 4 * i * rows, ctypes.addressof(self._shares[i]))
-            for i, scratch in enumerate(self._scratch)
-        ]
-        # The caller's is one of them; a pool starts none before it is given work.
-        self._others = ThreadPoolExecutor(max(1, self.threads - 1), thread_name_prefix="mppi")
+        self._scratch = aligned(tracks * self.shape[1] * self._library.width())
+        self._scratch_address = self._scratch.data_ptr()
 
     def __call__(self, given: Call) -> tuple[Tensor, Tensor, int]:
         """The new mean ``# (H, action)``, costs ``# (N,)``, and the number of rollouts that were not finite."""
@@ -92,22 +61,12 @@ class FusedStep:
         plan.seed, plan.call = given.seed & 0xFFFFFFFF, given.call & 0xFFFFFFFF
         before, steps = pointer("mean", given.mean), min(max(given.steps, 0), self.horizon)
         self._library.shifted(self._address, before, steps, plan.mean)
-        waiting = [self._others.submit(self._run, i) for i in range(1, self.threads)]
-        self._run(0)
-        for future in waiting:
-            future.result()
-        shares = ctypes.addressof(self._shares)
-        return following, costs, self._library.finish(self._address, self.threads, self._at[0][1], shares, plan.mean)
-
-    def _run(self, thread: int) -> None:
-        """The rollouts of one thread."""
-        first, last = self._ranges[thread]
-        self._library.plan_share(self._address, first, last, *self._at[thread])
+        return following, costs, self._library.plan_all(self._address, self._scratch_address, plan.mean)
 
     def noise(self, seed: int, call: int) -> Tensor:
         """The noise ``# (N, H, action)`` of a call."""
         plan = self._plan
         plan.seed, plan.call, plan.noise = seed & 0xFFFFFFFF, call & 0xFFFFFFFF, None
         found = torch.empty(self.samples, *self.shape)
-        self._library.noise_of(self._address, self._at[0][0], found.data_ptr())
+        self._library.noise_of(self._address, self._scratch_address, found.data_ptr())
         return found

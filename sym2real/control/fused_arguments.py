@@ -22,20 +22,19 @@ LINE = 64  # bytes: buffers start where a vector may
 
 @dataclass(frozen=True)
 class Sizes:
-    """How much is sampled: rollouts, steps of each, threads that share the rollouts.
+    """How much is sampled: rollouts, and steps of each.
 
     Raises:
-        ShapeError: without a sample, a step or a thread.
+        ShapeError: without a sample or a step.
     """
 
     samples: int
     horizon: int
-    threads: int = 1
 
     def __post_init__(self) -> None:
-        if min(self.samples, self.horizon, self.threads) < 1:
-            found = f"{self.samples} samples, {self.horizon} steps and {self.threads} threads"
-            raise ShapeError(f"expected at least one sample and step, and one thread or more, found {found}")
+        if min(self.samples, self.horizon) < 1:
+            found = f"{self.samples} samples, {self.horizon} steps"
+            raise ShapeError(f"expected at least one sample and step, found {found}")
 
 
 class Call(NamedTuple):

@@ -20,6 +20,7 @@ from sym2real.effects.effect import Effect
 from sym2real.effects.filters import FilterState
 from sym2real.effects.lag import LAG
 from sym2real.effects.limit import LIMIT
+from sym2real.effects.memory import WHOLE
 from sym2real.effects.rate_limit import RATE_LIMIT
 from sym2real.errors import ModelError
 from sym2real.trajectory import Array
@@ -126,7 +127,7 @@ def _stage(effect: Effect, values: Mapping[str, Tensor | float], dt: float) -> S
 def _periods(value: float, dt: float) -> tuple[int, float]:
     """Whole periods of a delay and the part of one that is left."""
     late = value / dt
-    late = float(round(late)) if abs(late - round(late)) < 1e-9 else late
+    late = float(round(late)) if abs(late - round(late)) < WHOLE else late
     return math.floor(late), late - math.floor(late)
 
 

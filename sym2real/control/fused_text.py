@@ -15,7 +15,7 @@ TILE_OF = "EXPORTED int tile(void) { return TILE; }"
 
 
 def fused_text(step: Fused, machine: str = "cpu") -> str:
-    """C text that exports ``plan_share``, ``finish`` and ``noise_of`` (machine "cpu"), or CUDA kernels ("gpu")."""
+    """C text that exports ``plan_all``, ``shifted`` and ``noise_of`` (machine "cpu"), or CUDA kernels ("gpu")."""
     network = [header("network.h"), residual_text(step.residual.sizes)] if step.residual else []
     network += [TILE_OF] if step.residual and machine == "cpu" else []
     return "\n".join(

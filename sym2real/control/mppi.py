@@ -24,7 +24,6 @@ import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
-from sym2real.control import operator
 from sym2real.control.backend import (
     NO_COMPILER,
     Backend,
@@ -42,7 +41,7 @@ from sym2real.control.gone_by import GoneBy
 from sym2real.control.noise import deviations, require_steps, sample, smoothing
 from sym2real.control.plan import Plan, Seen, shift
 from sym2real.control.reference_table import ReferenceTable
-from sym2real.control.timing import fewer, samples_within, warm
+from sym2real.control.timing import samples_within
 from sym2real.control.torch_step import TorchStep
 from sym2real.control.weights import weigh
 from sym2real.effects.filters import FilterState
@@ -69,16 +68,14 @@ class MPPI:
         seed: of the noise; :meth:`reset` goes back to it.
         filters: what commands go through on the way to the robot (delay, lag); none by default.
         period: seconds an action may take. Fewer samples are drawn where this machine cannot hold it, and the log
-            says so, and half as many after an action that worked too long for it. Without a compiler it is the robot's
-            control period by default.
+            says so. Without a compiler it is the robot's control period by default.
         backend: "c" (the fused kernel: C, or CUDA on a GPU), "torch" or "auto": the kernel where it can be (logged).
         draws: noise ``# (N, H, action)`` by the number of the action, counted from 1, in place of torch's own: with the
             :attr:`draws` of another controller, two models are compared on the same noise. The kernel draws its own.
-        threads: of the kernel on a processor; more than one helps from some 4096 samples on, on cores that are free.
 
     Raises:
         ModelError: when ``backend="c"`` cannot plan with this model, with the reason; for a device that is not here.
-        ShapeError: for noise of other actions, a period or a number of threads that is not positive.
+        ShapeError: for noise of other actions, a period that is not positive.
         UnknownNameError: for a backend that does not exist.
 
     Examples:
@@ -101,12 +98,11 @@ class MPPI:
         filters: FilterState | None = None,
         period: float | None = None,
         backend: Backend = "auto",
-        threads: int = 1,
         draws: Draws | None = None,
     ) -> None:
         self.period = robot.dt if period is None else period
         self.missed = 0  # actions that took longer than the period
-        require_choices(backend, threads, self.period)
+        require_choices(backend, self.period)
         self.model, self.robot, self.task = planned_with(model, dtype), robot, task
         self.settings = settings or robot.mppi
         self.device, self.dtype, self.seed = device_of(device), dtype, seed
@@ -127,23 +123,18 @@ class MPPI:
         self._low, self._high, self._rest = map(self._torch.tensor, (robot.low, robot.high, robot.rest))
         self._generator = torch.Generator(self.device)
         self._table = ReferenceTable(task, robot.dt, self.horizon, self.device)
-        self.samples, self._threads = self.settings.samples, threads
+        self.samples = self.settings.samples
         self._fused, reason = choose(backend, why_not_fused(self.model, robot, task, self.device, dtype), self._fuse)
         if reason == NO_COMPILER and backend == "auto":
             period = period or robot.dt
         self.reset()
-        self._paced = period is not None
         if period is not None:
             self._use(samples_within(period, self.samples, self._trial))
-            if self._fused is None:
-                warm(self.samples, self._trial)
             self.reset()
 
     def _fuse(self) -> FusedStep | FusedGpuStep:
-        robot, sizes = replace(self.robot, mppi=self.settings), Sizes(self.samples, self.horizon, self._threads)
-        fused = fused_step(self.model, robot, self.task, device=self.device, sizes=sizes, filters=self.filters)
-        self.kernel = operator.registered(fused)
-        return fused
+        robot, sizes = replace(self.robot, mppi=self.settings), Sizes(self.samples, self.horizon)
+        return fused_step(self.model, robot, self.task, device=self.device, sizes=sizes, filters=self.filters)
 
     @property
     def backend(self) -> str:
@@ -158,7 +149,6 @@ class MPPI:
         self._plan: Plan | None = None
         self._seen: Seen | None = None
         self.rejected = 0  # rollouts of the last step that were not finite
-        self._worked = 0.0  # s of processor time, by an action that missed its period
         self._step: int | None = None
         self._call = 0
 
@@ -174,10 +164,8 @@ class MPPI:
         Raises:
             ShapeError: for other numbers of states or inputs, and without inputs that the model's equations use.
         """
-        started, worked = time.perf_counter(), self._processor_time()
+        started = time.perf_counter()
         self._gone_by.measured = state
-        if self._worked:
-            self._use(fewer(self.samples, self._worked, self.period))
         gone, self._step = 0 if self._step is None else max(step - self._step, 0), step
         self._call += 1
         if self._fused is None:
@@ -187,9 +175,7 @@ class MPPI:
             self._improve_fused(state, step, inputs, gone=gone)
         first = np.array(self.mean.tolist()[0])  # single precision may have rounded a limit away
         action: Array = np.minimum(np.maximum(first, self.robot.low), self.robot.high)
-        late = time.perf_counter() - started > self.period
-        self.missed += late
-        self._worked = self._processor_time() - worked if late else 0.0
+        self.missed += time.perf_counter() - started > self.period
         return action
 
     @property
@@ -221,7 +207,7 @@ class MPPI:
     def _improve_fused(
         self, state: ArrayLike, step: int, inputs: ArrayLike | None, noise: Tensor | None = None, gone: int = 0
     ) -> None:
-        """What the operator does, without its dispatch; the mean is shifted by the steps that have gone by."""
+        """The kernel's update; the mean is shifted by the steps that have gone by."""
         assert self._fused is not None
         memory, past = self._gone_by.memory(), self._gone_by.past(state)
         measured, known = single(state, self.device), self._torch.given(inputs)
@@ -248,10 +234,6 @@ class MPPI:
             states = self._torch.rollout(seen.state, actions, seen.inputs, seen.past)
             self._plan = Plan(states, actions, self._costs, weigh(self._costs, self.settings.temperature))
         return self._plan
-
-    def _processor_time(self) -> float:
-        """Of this thread in s, zero where nobody asks for a period: some systems take a millisecond to tell."""
-        return time.thread_time() if self._paced else 0.0
 
     def _trial(self, samples: int) -> None:
         if self._fused is None:

@@ -11,8 +11,8 @@ import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
-from sym2real.control.backend import equations_of, level_rollout
-from sym2real.control.fused_arguments import Sizes, copy_of
+from sym2real.control.backend import equations_of
+from sym2real.control.fused_arguments import copy_of
 from sym2real.control.plan import Plan
 from sym2real.control.weights import weigh
 from sym2real.effects.filters import FilterState
@@ -20,13 +20,11 @@ from sym2real.errors import ShapeError
 from sym2real.protocols import DynamicsModel
 from sym2real.robots.robot import MPPISettings, Robot
 from sym2real.symbolic import rollout
-from sym2real.symbolic.level_rollout import LevelRollout
 from sym2real.symbolic.native_choice import torch_alone
 from sym2real.symbolic.source import measured_inputs
 from sym2real.tasks import Task
 from sym2real.tasks.cost import running_cost
 
-KEPT = 8  # rollouts for as many numbers of samples: from 1024 down to 16, and one
 RunningCost = Callable[[Tensor, Tensor, Tensor], Tensor]
 
 
@@ -59,7 +57,6 @@ class TorchStep:
         self.device, self.dtype, self.alone = kind.device, kind.dtype, alone
         self._equations = equations_of(model)
         self._needed = () if self._equations is None else measured_inputs(self._equations)
-        self._levels: dict[int, LevelRollout | None] = {}
 
     @cached_property
     def nothing(self) -> Tensor:
@@ -76,18 +73,13 @@ class TorchStep:
         self, state: ArrayLike, step: int, actions: Tensor, inputs: ArrayLike | None, past: Tensor | None = None
     ) -> Plan:
         """What comes of actions ``# (N, H, action)`` from a state at a step."""
-        states = self.rollout(state, actions, inputs, past, self.levels(len(actions)))
+        states = self.rollout(state, actions, inputs, past)
         costs = self.cost(states, actions, self.reference(step)).sum(-1)
         costs = costs.masked_fill(~states.sum((-2, -1)).isfinite(), torch.inf)
         return Plan(states, actions, costs, weigh(costs, self.temperature))
 
     def rollout(
-        self,
-        state: ArrayLike,
-        actions: Tensor,
-        inputs: ArrayLike | None,
-        past: Tensor | None = None,
-        levels: LevelRollout | None = None,
+        self, state: ArrayLike, actions: Tensor, inputs: ArrayLike | None, past: Tensor | None = None
     ) -> Tensor:
         """States ``# (N, H, state)`` after actions ``# (N, H, action)``, which go through the filters first.
 
@@ -102,20 +94,9 @@ class TorchStep:
         start = self.robot.layouts.state.normalise(start)  # a measured quaternion, say
         if self.filters is not None:
             actions = self.filters.apply(actions)
-        if levels is not None:
-            return levels(start, actions, known)
         start = start.expand(len(actions), -1)
         with torch_alone() if self.alone else nullcontext():
             return rollout(self.model, start, actions, known, past=past, normalise=self.robot.layouts.state.normalise)
-
-    def levels(self, samples: int) -> LevelRollout | None:
-        """The quickest way for this number of samples, kept for the last few; None for the model's own."""
-        if samples not in self._levels:
-            if len(self._levels) == KEPT:
-                del self._levels[next(iter(self._levels))]
-            sizes = Sizes(samples, self.horizon)
-            self._levels[samples] = level_rollout(self.model, sizes, self.device, self.dtype)
-        return self._levels[samples]
 
     def reference(self, step: int) -> Tensor:
         """After each step of the horizon ``# (H, state)``."""

@@ -18,6 +18,8 @@ from sym2real.errors import ModelError
 Given = Mapping[str, Tensor]
 Begin = Callable[[Tensor, float, Given], Tensor]
 Run = Callable[[Tensor, Tensor, float, Given], tuple[Tensor, Tensor]]
+# Periods by which a delay may miss a whole number of them: in single precision 0.04 s are less than two of 0.02 s.
+WHOLE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,7 @@ def shift() -> Memory:
         longest = float(values["value"].max())
         if longest > LONGEST_DELAY:
             raise ModelError(f"expected a delay of at most {LONGEST_DELAY:g} s, found {longest:g} s")
-        return max(0, int(longest / dt + 1e-9)) + 1
+        return max(0, int(longest / dt + WHOLE)) + 1
 
     def begin(row: Tensor, dt: float, values: Given) -> Tensor:
         row = first_row(row, dt, values)
@@ -82,7 +84,7 @@ def shift() -> Memory:
         batch = torch.broadcast_shapes(memory.shape[:-2], rows.shape[:-2])
         whole = torch.cat([part.expand(*batch, *part.shape[-2:]) for part in (memory, rows)], dim=-2)
         late = values["value"][..., 0] / dt  # (...)
-        late = torch.where((late - late.round()).abs() < 1e-9, late.round(), late)
+        late = torch.where((late - late.round()).abs() < WHOLE, late.round(), late)
         full = torch.floor(late)
         position = before + torch.arange(steps, device=rows.device) - full[..., None].long()  # (..., T)
         position = position.expand(*batch, steps)

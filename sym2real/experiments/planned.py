@@ -15,9 +15,9 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import AssumedNoise
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.experiments import standard_conditions as conditions
+from sym2real.experiments.at_its_pace import GAINS, AtItsPace
 from sym2real.experiments.excitation import dithered
 from sym2real.experiments.noisy_runs import noisy_runs
-from sym2real.experiments.standard_set import GAINS, AtItsPace
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Controller
 from sym2real.robots import Robot

@@ -52,28 +52,6 @@ class Manoeuvre:
     clockwise: bool = False
 
 
-FLIGHTS = (
-    Manoeuvre("hover", height=0.6),
-    Manoeuvre("hover", height=0.12, swing=0.04),
-    Manoeuvre("circle", 0.5, 0.6, 0.5),
-    Manoeuvre("circle", 0.5, 1.2, 0.7, 0.1),
-    Manoeuvre("circle", 0.4, 0.5, 0.10, 0.03),
-    Manoeuvre("eight", 0.8, 0.8, 0.5),
-    Manoeuvre("eight", 0.8, 1.4, 0.6, 0.1),
-    Manoeuvre("eight", 0.6, 0.5, 0.4),
-)
-DRIVES = (
-    Manoeuvre("circle", 1.5, 1.0),
-    Manoeuvre("circle", 1.5, 1.0, clockwise=True),
-    Manoeuvre("circle", 1.2, 1.5),
-    Manoeuvre("circle", 1.5, 2.0, modulation=0.3, clockwise=True),
-    Manoeuvre("eight", 2.0, 1.0),
-    Manoeuvre("eight", 2.0, 1.4),
-    Manoeuvre("eight", 1.8, 0.8, modulation=0.3),
-    Manoeuvre("eight", 2.4, 1.5, modulation=0.35),
-)
-
-
 def path_of(robot: Robot, manoeuvre: Manoeuvre, phase: float, yaw_rate: float = 0.0) -> Reference:
     """States ``# (..., state)`` of a robot on the path: :func:`flight`, or :func:`drive` without a yaw rate."""
     return flight(manoeuvre, phase, yaw_rate) if flies(robot) else drive(manoeuvre, phase)

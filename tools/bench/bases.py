@@ -11,6 +11,7 @@ from typing import Literal
 
 from answers import UNFORESEEN, Record, answer_of, refusal
 from log_changes import every_second
+from standard_set import Case, simulate_case
 
 from sym2real.cli.found import plain_simulator
 from sym2real.dataset import Dataset
@@ -20,7 +21,6 @@ from sym2real.errors import Sym2RealError
 from sym2real.experiments.learning import learn_from_logs
 from sym2real.experiments.measured import measured
 from sym2real.experiments.models import cached_base
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.layout import Layout
 from sym2real.logs import read_logs, write_log
 from sym2real.robots import ROBOTS, car, quadrotor

@@ -27,6 +27,7 @@ from figures import Figure, report
 from repeated import Settings, share
 from rich.console import Console
 from standard_cases import standard_cases
+from standard_set import Case, simulate_case
 from sysid_parameters import FREE
 
 from sym2real.cli.found import plain_simulator
@@ -34,7 +35,6 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare, diagnose
 from sym2real.effects import effect, same_group
 from sym2real.errors import MissingDependencyError, ModelError
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.plants.mujoco_plant import edited
 from sym2real.robots import ROBOTS, Robot
 from sym2real.trajectory import Array, Trajectory

@@ -28,9 +28,9 @@ from hidden_effects import base_of, questions
 from hidden_question import Question
 from rich.console import Console
 from rich.table import Table
+from standard_set import simulate_case
 
 from sym2real.diagnosis import diagnose
-from sym2real.experiments.standard_set import simulate_case
 from sym2real.plants import MujocoPlant
 from sym2real.robots import ROBOTS
 

@@ -23,9 +23,9 @@ from bases import HEALTHY_SEED, Base, Kind, as_read, base_of, calibrated, diagno
 from figures import Figure, report
 from repeated import Settings, share
 from rich.console import Console
+from standard_set import Case, simulate_case
 
 from sym2real.diagnosis import Visible, plan
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.files import write_text
 from sym2real.robots import ROBOTS
 

@@ -9,10 +9,10 @@ import torch
 from answers import HORIZON, answer_of
 from hidden_scores import Record
 from hidden_truth import error_of_the_truth
+from standard_set import Case, simulate_case
 
 from sym2real.diagnosis import diagnose
 from sym2real.effects import effect
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.plants import MujocoPlant
 from sym2real.robots import ROBOTS
 from sym2real.symbolic import Equations

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import mujoco
 import numpy as np
+from standard_set import Case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import WARM_UP
@@ -12,7 +13,6 @@ from sym2real.diagnosis.errors.rungs import windows_of
 from sym2real.effects import effect
 from sym2real.effects.compose import compose
 from sym2real.effects.sensors import Sensors
-from sym2real.experiments.standard_set import Case
 from sym2real.plants import MujocoPlant
 from sym2real.robots import ROBOTS
 from sym2real.trajectory import Array

@@ -26,10 +26,10 @@ from log_changes import CHANGES, drawn_turn
 from repeated import Settings, share
 from rich.console import Console
 from rich.table import Table
+from single_effects import hidden_case
 from standard_cases import SERIES
+from standard_set import Case, simulate_case
 
-from sym2real.experiments.single_effects import hidden_case
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import ROBOTS
 
 BENCH, PLAIN, OWN_STEP = "invariance", "as it is", "own step"

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 import numpy as np
+import standard_trim
 import tyro
 from answers import Record, all_named, answer_of, named, names, refusal
 from figures import Figure, report
@@ -28,7 +29,6 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import ROWS, compare, diagnose
 from sym2real.effects import EFFECTS, effect
 from sym2real.errors import Sym2RealError
-from sym2real.experiments import standard_conditions as conditions
 from sym2real.experiments.excitation import ColouredNoise, RandomRates
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Change, Controller
@@ -104,7 +104,7 @@ class Draw:
         """One flight as its log has it: estimated states, measured rotor speeds."""
         rng, rotors = np.random.default_rng([self.seed, 1 + number]), Rotors(self.rotor_inertia)
         flyer = robot(self.rotor_inertia)
-        disturbed = conditions.disturbance(flyer, rng)
+        disturbed = standard_trim.disturbance(flyer, rng)
         plant = MujocoPlant(flyer, (rotors.change, *self.changes(), disturbed, estimated(rng)))
         controller = OnMotors(_controller(kind, rng), ColouredNoise(np.full(4, DITHER), DITHER_TIME, DT, rng))
         start = CRAZYFLIE.start if kind == FOURTH else make_task(kind, CRAZYFLIE).start(rng)

@@ -95,14 +95,13 @@ def contestants(one: Subject, samples: int, others: bool) -> list[Contestant]:
     exact = compile_model(one.equations, dtype=torch.float64)
     found = [
         Contestant(LIMIT, multiply_adds, 20),
-        Contestant("c", ours(here, module, backend="c", threads=1), 20),
-        Contestant("c, 2 threads", ours(here, module, backend="c", threads=2), 20),
+        Contestant("c", ours(here, module, backend="c"), 20),
         Contestant("torch", ours(here, module, backend="torch"), 2),
     ]
     small = Composed(one.equations, residual(one.robot, (64, 64)))
     late = Composed(one.equations, residual(one.robot, (64, 64), COMMANDS))
-    found += [Contestant("c, residual 2×64", ours(here, small, backend="c", threads=1), 5)]
-    found += [Contestant("c, residual 2×64, 10 past commands", ours(here, late, backend="c", threads=1), 5)]
+    found += [Contestant("c, residual 2×64", ours(here, small, backend="c"), 5)]
+    found += [Contestant("c, residual 2×64, 10 past commands", ours(here, late, backend="c"), 5)]
     if not others:
         return found
     reference: Rollout = lambda state, actions: rollout(exact, state, actions)  # noqa: E731
@@ -143,7 +142,7 @@ def _networks(here: Subject, samples: int, small: Composed, late: Composed) -> l
         Contestant("torch, residual 2×64", ours(here, small, backend="torch")),
         Contestant("pytorch-mppi, residual 2×64", with_pytorch_mppi(here, small, samples)),
         Contestant("pytorch-mppi, residual 2×64, 10 past commands", with_past),
-        Contestant("c, residual 4×200", ours(here, wide, backend="c", threads=1)),
+        Contestant("c, residual 4×200", ours(here, wide, backend="c")),
         Contestant("torch, residual 4×200", ours(here, wide, backend="torch")),
         Contestant("ensemble, torch", ours(here, ensemble, backend="torch")),
         Contestant("ensemble, oneDNN", ours(here, _one_dnn(ensemble, here), backend="torch")),

@@ -18,10 +18,10 @@ from figures import Figure
 from mppi_limit import multiply_adds
 from mppi_models import Subject
 from standard_cases import standard_cases
+from standard_set import simulate_case
 
 from sym2real.control import MPPI
 from sym2real.diagnosis import diagnose
-from sym2real.experiments.standard_set import simulate_case
 from sym2real.robots import ROBOTS
 from sym2real.symbolic import compile_model
 from sym2real.symbolic.native_choice import torch_alone

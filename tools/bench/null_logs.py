@@ -21,9 +21,9 @@ from bases import Base, base_of, diagnosed
 from figures import Figure, report
 from repeated import Settings, share
 from rich.console import Console
+from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.robots import ROBOTS
 from sym2real.trajectory import Trajectory
 

@@ -32,6 +32,7 @@ from rich.console import Console
 from rich.markup import escape
 from rotorpy_plant import QUICK, Quadrotor, RotorpyPlant
 from single_track_plant import WHEELBASE, Car, SingleTrackPlant
+from standard_set import standard_run
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, diagnose
@@ -39,7 +40,6 @@ from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.effects import same_group
 from sym2real.errors import UnknownNameError
 from sym2real.experiments.models import cached_base
-from sym2real.experiments.standard_set import standard_run
 from sym2real.plants import MujocoPlant
 from sym2real.protocols import Plant
 from sym2real.report.diagnosis import diagnosis_report

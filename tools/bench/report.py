@@ -16,11 +16,11 @@ from typing import Any
 
 import tyro
 from figures import Figure, report
+from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, Estimate, Finding
 from sym2real.experiments.models import open_model
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.report.html.pages import diagnosis_page
 from sym2real.report.html.render import write_page
 from sym2real.symbolic import Equations

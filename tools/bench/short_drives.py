@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+import standard_trim
 from numpy.typing import ArrayLike
 
 from sym2real.dataset import Dataset
@@ -90,7 +91,7 @@ def drives(robot: Robot, seed: int, changes: tuple[Change, ...] = (), *, noisy: 
     found = []
     for index in range(DRIVES):
         commands, noise = (np.random.default_rng([seed, index, part]) for part in range(2))
-        around = (*conditions.trim(robot, noise), conditions.disturbance(robot, noise))
+        around = (*standard_trim.trim(robot, noise), standard_trim.disturbance(robot, noise))
         sensors = (conditions.sensors(robot, noise, LIDAR),)
         plant = MujocoPlant(unlimited(robot), (*changes, *around, *sensors) if noisy else changes)
         yaw, place = commands.uniform(-np.pi, np.pi), commands.uniform(-START, START, 2)

@@ -26,11 +26,11 @@ from repeated import Settings, share
 from rich.console import Console
 from rich.table import Table
 from standard_cases import standard_cases
+from standard_set import Case, simulate_case
 
 from sym2real.cli.found import plain_simulator
 from sym2real.diagnosis import add, try_effect
 from sym2real.effects import same_group
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.symbolic import Equations
 
 BENCH = "standard answers"

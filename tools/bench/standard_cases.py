@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from single_effects import FLIGHT_SERIES, SEEDS, Series, singles
+from standard_set import Case
 
 from sym2real.errors import UnknownNameError
-from sym2real.experiments.single_effects import FLIGHT_SERIES, SEEDS, Series, singles
-from sym2real.experiments.standard_set import Case
 from sym2real.robots import CRAZYFLIE, MUSHR
 
 QUICK_SEEDS = 2

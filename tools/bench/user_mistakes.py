@@ -28,11 +28,11 @@ from new_robots import logs
 from repeated import Settings, share
 from rich.console import Console
 from rich.table import Table
+from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare
 from sym2real.errors import Sym2RealError
-from sym2real.experiments.standard_set import Case, simulate_case
 from sym2real.symbolic import Equations
 
 BENCH, HEALTHY = "user mistakes", "none"

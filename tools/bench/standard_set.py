@@ -11,31 +11,47 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+import standard_trim
 import torch
 from numpy.typing import ArrayLike
-from torch import Tensor
 
-from sym2real.control import GeometricQuadrotor, PurePursuit
-from sym2real.control.geometric_quadrotor import Gains
+from sym2real.control import GeometricQuadrotor
 from sym2real.dataset import Dataset
 from sym2real.effects import effect
 from sym2real.errors import ModelError
-from sym2real.experiments import standard_conditions as conditions
+from sym2real.experiments.at_its_pace import GAINS, AtItsPace
 from sym2real.experiments.excitation import dithered, unlimited
+from sym2real.experiments.standard_conditions import sensors
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Controller, Memoryless, Plant
 from sym2real.robots import ROBOTS, Robot
 from sym2real.tasks.cost import tracking_cost
-from sym2real.tasks.standard_paths import DRIVES, FLIGHTS, MODULATION_PERIOD, path_of
+from sym2real.tasks.standard_paths import Manoeuvre, path_of
 from sym2real.tasks.task import Reference, Task, flies, motion
 from sym2real.trajectory import Array, Trajectory
 
+FLIGHTS = (
+    Manoeuvre("hover", height=0.6),
+    Manoeuvre("hover", height=0.12, swing=0.04),
+    Manoeuvre("circle", 0.5, 0.6, 0.5),
+    Manoeuvre("circle", 0.5, 1.2, 0.7, 0.1),
+    Manoeuvre("circle", 0.4, 0.5, 0.10, 0.03),
+    Manoeuvre("eight", 0.8, 0.8, 0.5),
+    Manoeuvre("eight", 0.8, 1.4, 0.6, 0.1),
+    Manoeuvre("eight", 0.6, 0.5, 0.4),
+)
+DRIVES = (
+    Manoeuvre("circle", 1.5, 1.0),
+    Manoeuvre("circle", 1.5, 1.0, clockwise=True),
+    Manoeuvre("circle", 1.2, 1.5),
+    Manoeuvre("circle", 1.5, 2.0, modulation=0.3, clockwise=True),
+    Manoeuvre("eight", 2.0, 1.0),
+    Manoeuvre("eight", 2.0, 1.4),
+    Manoeuvre("eight", 1.8, 0.8, modulation=0.3),
+    Manoeuvre("eight", 2.4, 1.5, modulation=0.35),
+)
 YAW_RATES = (0.5, 0.8)  # rad/s
-# Slow enough for a delay of three periods and rotors that lag by 70 ms.
-GAINS = Gains(position=5.0, velocity=3.6, attitude=7.0)
 INTEGRAL = 5.0  # 1/s³ of acceleration per m s
-CATCHING_UP = 1.15  # largest speed command as a multiple of the path's largest speed
-LATE, LOST = 0.1, 0.5  # m behind its place at which the path begins to wait, and stands
 TAKE_OFF, TAKE_OFF_HEIGHT = 2.0, 1.0  # s, m above the log's start
 START_SPREAD = {"flight": 0.02, "drive": 0.03}  # m
 RUN_DRAWS, SET_DRAWS = 0, 1
@@ -82,14 +98,14 @@ def simulate_case(case: Case, trajectories: int = 8, rows: int = 400, robot: Rob
         UnknownNameError: for a robot or an effect that does not exist.
     """
     robot = ROBOTS[case.robot] if robot is None else robot
-    shared = conditions.unknown(robot, np.random.default_rng([case.seed, SET_DRAWS]))
+    shared = standard_trim.unknown(robot, np.random.default_rng([case.seed, SET_DRAWS]))
     changes = tuple(effect(key, robot).inject(**values) for key, values in case.effects)
 
     def plant(rng: np.random.Generator) -> MujocoPlant:
-        trim = conditions.trim(robot, rng)
+        trim = standard_trim.trim(robot, rng)
         return MujocoPlant(
             unlimited(robot),
-            (shared, *changes, *trim, conditions.disturbance(robot, rng), conditions.sensors(robot, rng)),
+            (shared, *changes, *trim, standard_trim.disturbance(robot, rng), sensors(robot, rng)),
         )
 
     runs = (standard_run(robot, plant, case.seed, index, yaw=case.yaw, rows=rows) for index in range(trajectories))
@@ -172,47 +188,6 @@ class LevelFlight(Memoryless):
         action[0] += self.inner.mass * INTEGRAL * self.missing
         clipped: Array = np.clip(action, self.inner.low, self.inner.high)
         return clipped
-
-
-class AtItsPace(Memoryless):
-    """Pure pursuit of a path that waits for a car which cannot keep up (sliding, delays).
-
-    Args:
-        robot: a car.
-        reference: the path.
-    """
-
-    def __init__(self, robot: Robot, reference: Reference) -> None:
-        self._robot, self._reference = robot, reference
-        fastest = CATCHING_UP * _fastest(reference)
-        low, high = np.array([robot.low[0], 0.0]), np.array([robot.high[0], min(robot.high[1], fastest)])
-        self._pursuit = PurePursuit(robot.numbers["wheelbase"], low, high, robot.dt, self._ahead)
-        self.reset()
-
-    def _ahead(self, time: Tensor) -> Tensor:
-        return self._reference(time + self.times[-1])
-
-    def reset(self) -> None:
-        """Start the path anew."""
-        self.times = [0.0]
-
-    def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
-        """Steering and speed ``# (2,)`` for a measured state ``# (state,)``."""
-        action = self._pursuit.act(state, 0)
-        wanted = self._reference(torch.tensor(self.times[-1], dtype=torch.float64)).numpy()
-        behind = (wanted[:2] - np.asarray(state)[:2]) @ wanted[[3, 2]]
-        pace = np.clip(1.0 - (behind - LATE) / (LOST - LATE), 0.0, 1.0)
-        self.times.append(self.times[-1] + float(pace) * self._robot.dt)
-        return action
-
-    def wanted(self, rows: int) -> Array:
-        """What was pursued, by row ``# (rows, state)``."""
-        return self._reference(torch.tensor(self.times[:rows], dtype=torch.float64)).numpy()
-
-
-def _fastest(reference: Reference) -> float:
-    speeds = reference(torch.linspace(0.0, MODULATION_PERIOD, 100, dtype=torch.float64))[:, 4:6].norm(dim=-1)
-    return float(speeds.max())
 
 
 def _trimmed(plant: Plant, inner: GeometricQuadrotor, start: Array) -> float:

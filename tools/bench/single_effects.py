@@ -1,4 +1,4 @@
-"""Single effects in several sizes, of which ``sym2real demo`` hides one and the standard set has all."""
+"""Single effects in several sizes, of which the standard set has all."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from sym2real.experiments.standard_set import Case
+from standard_set import Case
 
 Values = Mapping[str, float]
 Draw = Callable[[float, np.random.Generator], Values]

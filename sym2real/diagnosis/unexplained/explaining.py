@@ -29,7 +29,7 @@ class Explained:
 
     scored: Scored
     leftovers: tuple[Leftover, ...]
-    proposal: Term | None
+    proposal: Term | None = None
 
 
 def explain_rest(scored: Scored) -> Explained:
@@ -41,11 +41,10 @@ def explain_rest(scored: Scored) -> Explained:
     leftovers = () if prepared.checked.commands_lost else _leftovers(scored, rest)
     if not (scored.findings or prepared.checked.commands_lost) and not any(leftover.matters for leftover in leftovers):
         leftovers = (*worse_than_nothing(scored), *leftovers)
-    unexplained = any(leftover.matters for leftover in leftovers)
-    proposal = None
-    if unexplained:
-        informed = applied(prepared.model, scored.findings)
-        proposal = propose(informed, prepared.checked.data, rest, leftovers[0], problems.whitening)
+    if not any(leftover.matters for leftover in leftovers):
+        return Explained(scored, leftovers)
+    informed = applied(prepared.model, scored.findings)
+    proposal = propose(informed, prepared.checked.data, rest, leftovers[0], problems.whitening)
     return Explained(scored, leftovers, proposal)
 
 

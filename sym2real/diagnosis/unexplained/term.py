@@ -9,14 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
 import sympy
 import torch
 from numpy.polynomial import Polynomial
-from numpy.typing import NDArray
 from sympy import Expr
 
 from sym2real.dataset import Dataset
+from sym2real.diagnosis.data.parts import folds_of, summed
 from sym2real.diagnosis.data.preparation import with_filtered_commands
 from sym2real.diagnosis.estimate.whitening import Whitening
 from sym2real.diagnosis.predict.library import Library
@@ -140,15 +139,8 @@ def _scaled(
         residuals.append(problem.residuals(torch.zeros(1, 0, dtype=torch.float64))[0])
     before, change = residuals[0], residuals[1] - residuals[0]
     products = whitening.products(torch.stack([before, change], dim=-1))  # (S, 2, 2)
-    fold = _folds(problem)
-    sums = np.stack([products[torch.as_tensor(fold == part)].sum(0).numpy() for part in np.unique(fold)])
+    sums = summed(products, folds_of(problem.segments))
     whole = sums.sum(0)
-    factors = -(whole - sums)[:, 0, 1] / np.maximum((whole - sums)[:, 1, 1], 1e-300)
+    factors = -(whole - sums)[:, 0, 1] / (whole - sums)[:, 1, 1].clamp_min(1e-300)
     left = sums[:, 0, 0] + 2 * factors * sums[:, 0, 1] + factors**2 * sums[:, 1, 1]
-    return float(-whole[0, 1] / max(whole[1, 1], 1e-300)), float(1.0 - left.sum() / whole[0, 0])
-
-
-def _folds(problem: Problem) -> NDArray[np.int64]:
-    """Logs, or quarters of a single one."""
-    log = problem.segments.log
-    return log if len(np.unique(log)) > 1 else (np.arange(len(log)) * 4 // len(log)).astype(np.int64)
+    return float(-whole[0, 1] / whole[1, 1].clamp_min(1e-300)), float(1.0 - left.sum() / whole[0, 0])

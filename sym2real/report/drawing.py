@@ -22,7 +22,8 @@ MOST_PREDICTED = 4  # logs that get a figure of their own
 
 def draw_comparison(model: Predicting, data: Dataset, comparison: Comparison, folder: Path) -> list[Path]:
     """Write the figures of a comparison; one of predictions for each of the first logs."""
-    return list(_save({"error_over_horizon": comparison_figure(comparison)}, {"model": model}, data, folder))
+    figures = {"error_over_horizon": comparison_figure(comparison)}
+    return list(_save(figures | _predictions({"model": model}, data), folder))
 
 
 def draw_found(
@@ -36,12 +37,15 @@ def draw_found(
         found: its ladder and floor are drawn.
         folder: is made where it is missing.
     """
-    yield from _save({"ladder": ladder_figure(found.ladder, found.floor)} if found.ladder else {}, models, data, folder)
+    figures = {"ladder": ladder_figure(found.ladder, found.floor)} if found.ladder else {}
+    yield from _save(figures | _predictions(models, data), folder)
 
 
-def _save(
-    figures: Mapping[str, Figure], models: Mapping[str, Predicting], data: Dataset, folder: Path
-) -> Iterator[Path]:
+def _predictions(models: Mapping[str, Predicting], data: Dataset) -> dict[str, Figure]:
     predicted = predictions_of(models, Dataset(list(data)[:MOST_PREDICTED]))
-    for name, figure in (*figures.items(), *((f"{name}_predicted", figure) for name, figure in predicted.items())):
+    return {f"{name}_predicted": figure for name, figure in predicted.items()}
+
+
+def _save(figures: Mapping[str, Figure], folder: Path) -> Iterator[Path]:
+    for name, figure in figures.items():
         yield save(figure, folder, safe_name(name))

@@ -2,7 +2,7 @@
 
 The logs of a set are diagnosed together, with every base of ``real_logs.py``: as they are, in a world that is turned
 and moved, in another order, recorded later, the first and the second half of each, and without each of them. Held
-against the answer on all of the logs: whether what that needs is named again, by itself or by what physics takes for
+against the answer on all of the logs: whether what that found is named again, by itself or by what physics takes for
 it, and whether values lie in each other's intervals. Less data may leave an effect without a test; another effect in
 its place is what should not be.
 
@@ -109,22 +109,17 @@ def parts(options: Options) -> Iterator[Part]:
                 yield from (Part(options.data / name, base, change, seed) for change in changes(logs))
 
 
-def needed(answer: Record) -> list[Record]:
-    """Findings without which an error is larger by a tenth."""
-    return [finding for finding in answer["findings"] if not finding["small"]]
-
-
 def figures_and_table(records: Sequence[Record], title: str) -> tuple[list[Figure], Table]:
     """Of a set and a base: what of the whole logs' answer is found again in each disguise."""
     whole = next(record for record in records if record["change"] == WHOLE)
-    wanted = [finding["effect"] for finding in needed(whole)]
+    wanted = [finding["effect"] for finding in whole["findings"]]
     table = Table(
         "disguise", "verdict", "missed", "beside", title=f"{title}: {', '.join(wanted)}", title_justify="left"
     )
     again, held, new = list[bool](), list[bool](), list[bool]()
     for record in (record for record in records if record is not whole):
         missed = [key for key in wanted if not named(record, key)]
-        beside = [f["effect"] for f in needed(record) if not any(stands_for(f, key) for key in wanted)]
+        beside = [f["effect"] for f in record["findings"] if not any(stands_for(f, key) for key in wanted)]
         table.add_row(record["change"], record["verdict"], ", ".join(missed), ", ".join(beside))
         again += [key not in missed for key in wanted]
         new.append(not beside)

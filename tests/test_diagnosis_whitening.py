@@ -99,7 +99,7 @@ def test_equations_whose_sensors_err_by_known_values_make_a_problem() -> None:
 
 
 def test_the_deviance_is_that_of_the_normal_distribution_with_this_covariance(spread: Spread) -> None:
-    few = spread.of_segments(torch.arange(3))
+    few = replace(spread, start=spread.start[:3], disturbances=spread.disturbances[:3])
     whitening = few.whitening(
         torch.full((COMPONENTS,), SENSOR**2).double(), torch.full((COMPONENTS,), PUSH**2).double()
     )

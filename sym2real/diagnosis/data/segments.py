@@ -69,10 +69,10 @@ class Segments:
         return self.measured.shape[1]
 
     def some(self, most: int) -> Segments:
-        """At most so many of them, evenly over the data set."""
-        if len(self) <= most:
-            return self
-        return self.of(torch.linspace(0, len(self) - 1, most, dtype=torch.float64).round().long())
+        """About so many of them, evenly over every log, whatever the logs' order."""
+        number = np.arange(len(self)) - np.searchsorted(self.log, self.log)
+        share = min(1.0, most / len(self))
+        return self.of(torch.as_tensor(np.ceil(share * (number + 1)) > np.ceil(share * number)))
 
     def of(self, which: Tensor) -> Segments:
         """Those of an index or mask ``# (S,)``."""

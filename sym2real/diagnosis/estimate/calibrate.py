@@ -174,7 +174,8 @@ def _worth_it(problems: Problems, everything: Fit, rivals: Sequence[Candidate], 
             part = everything.part([places[tied] for other in (*chosen, candidate) for tied in other.free])
             step = problems.best_step(part)
             change = 2 * part.gradient.sum(0) @ step + step @ part.curvature.sum(0) @ step
-            trials.append((-float(change), candidate.name, candidate))
+            # To first order a delay does what a lag does: which of two saves more must not be left to rounding.
+            trials.append((float(f"{-change:.6g}"), candidate.name, candidate))
         best = max(trials, default=None)
         if best is None or best[0] - saved < least:
             break

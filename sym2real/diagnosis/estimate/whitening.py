@@ -41,8 +41,6 @@ DISTURBANCE_SIZES = dict(zip((*STEERING.columns, *SPEED.columns), (0.05, 0.1), s
 FORCE_SHARE, TORQUE_ACCELERATION, JOINT_ACCELERATION = 0.01, 1.0, 0.1
 # Degrees of freedom that compete with infinitely many, and rounds of weights and variances.
 TAILS, TRUST_ROUNDS = (3.0, 5.0, 8.0, 12.0, 20.0, 40.0, 80.0), 3
-# Segments that variances are estimated from.
-MOST_SEGMENTS = 60
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,10 +140,6 @@ class Spread:
             components=len(problem.segments.compared),
         )
 
-    def of_segments(self, index: Tensor) -> Spread:
-        """Those of some segments only."""
-        return replace(self, start=self.start[index], disturbances=self.disturbances[index])
-
     def like(self, other: Whitening) -> Whitening:
         """With the noise and the disturbances of another."""
         power = torch.tensor([other.disturbances[name] for name in self.names], dtype=torch.float64) / self.sizes
@@ -210,21 +204,19 @@ def estimate(
         alike: every segment is trusted alike. While an effect may still be missing from the model, segments in which
             it acts are not to be taken for odd ones.
     """
-    few = torch.linspace(0, len(residuals) - 1, min(len(residuals), MOST_SEGMENTS)).round().long()
-    part = spread.of_segments(few)
     number = torch.tensor([sorted(set(channel)).index(name) for name in channel])  # (C,)
     first = torch.as_tensor(noise, dtype=torch.float64).square()
     sensor = torch.stack([first[number == name].mean() for name in range(int(number.max()) + 1)])
     power = torch.full((len(spread.names),), 0.25, dtype=torch.float64)
     rows = number.repeat(residuals.shape[1] // spread.components)
-    products = Products.of(part.start, part.disturbances, residuals[few], rows)
+    products = Products.of(spread.start, spread.disturbances, residuals, rows)
     sensor, power = most_likely(products, sensor, power)
     whitening = spread.whitening(sensor[number], power)
     for _ in range(0 if alike else TRUST_ROUNDS):
         trust = _trust(whitening, residuals)
         if bool((trust == 1).all()):
             return whitening
-        weight = trust[few] / trust[few].mean()  # without the mean the scale would hardly move (see above)
+        weight = trust / trust.mean()  # without the mean the scale would hardly move (see above)
         sensor, power = most_likely(products.weighted(weight), sensor, power)
         whitening = spread.whitening(sensor[number], power)
     return whitening if alike else replace(whitening, trust=_trust(whitening, residuals))

@@ -15,7 +15,7 @@ from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
-from sym2real.diagnosis.search.near import Near
+from sym2real.diagnosis.search.near import Near, groups_of
 from sym2real.diagnosis.search.needed import Predicted, keep_needed
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.search.settled import settle
@@ -48,6 +48,15 @@ def test_an_effect_that_is_there_outweighs_drag_and_nothing() -> None:
 
 def test_an_effect_that_is_not_there_weighs_little_against_the_one_that_is() -> None:
     assert Near.of(chosen(("wind", "linear_drag"), "linear_drag")).probabilities()["linear_drag"] < 0.01
+
+
+def test_what_else_is_missing_does_not_stand_in_an_effects_place() -> None:
+    """Rates that answer by half leave more behind than a wind does, and neither explains the other."""
+    flights = flights_with_all({"wind": {"fx": 0.005}, "rate_loop_gain": {"value": 0.5}})
+    selection = chosen(("wind", "rate_loop_gain", "linear_drag"), "wind", flights=flights)
+    near = Near.of(selection)
+    assert near.probabilities()["wind"] > 0.99
+    assert "rate_loop_gain" not in groups_of(near)["wind"]
 
 
 def test_equal_losses_weigh_alike_and_a_lower_one_more() -> None:

@@ -9,8 +9,9 @@ Whitened squares are divided by those of the chosen set per degree of freedom wh
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 import torch
@@ -34,7 +35,8 @@ class Place:
         candidate: the effect.
         empty: the fit of the others alone.
         held_out: its loss per fold ``# (folds,)``.
-        rivals: what was fitted in the effect's place, inside its bounds, best first.
+        rivals: what was fitted in the effect's place, inside its bounds, best first; what leaves the effect worth its
+            price beside it is not in its place.
     """
 
     candidate: Candidate
@@ -58,7 +60,9 @@ class Near:
     @classmethod
     def of(cls, selection: Selection) -> Near:
         """Every effect of the set left out, and every rival that is worth a fit put in its place."""
-        return cls(selection, tuple(_place(selection, candidate) for candidate in selection.chosen))
+        beside = selection.larger(selection.set_of(selection.chosen, selection.fit))
+        joined = {larger.candidate.name: larger.price for larger in beside}
+        return cls(selection, tuple(_place(selection, candidate, joined) for candidate in selection.chosen))
 
     def probabilities(self) -> dict[str, float]:
         """By effect, the chosen set's weight among those with it, without it, or with another in its place."""
@@ -85,9 +89,11 @@ class Near:
         return torch.stack([self.selection.held_out, place.held_out, *(rival.held_out for rival in place.rivals)])
 
 
-def _place(selection: Selection, candidate: Candidate) -> Place:
+def _place(selection: Selection, candidate: Candidate, joined: Mapping[str, float]) -> Place:
+    """The place of a chosen effect; of others, by their names, what the set costs with them (``joined``)."""
     rest = selection.set_of(*selection.without(candidate))
     others = [scored for scored in selection.larger(rest) if scored.candidate is not candidate]
+    others = [scored for scored in others if joined.get(scored.candidate.name, inf) >= scored.price]
     rivals = [scored for scored in others if not selection.at_bound(scored.fit, scored.candidate)]
     return Place(candidate, rest.fit, rest.held_out, rivals)
 

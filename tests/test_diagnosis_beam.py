@@ -71,6 +71,14 @@ def slots(selection: Selection) -> list[int]:
     return [slot for candidate in selection.chosen for slot in candidate.slots]
 
 
+def test_where_nothing_else_helps_the_only_effect_that_does_is_the_answer() -> None:
+    """All at once may leave less all the same; without that effect there is then nowhere to go on to."""
+    (wind,) = (candidate for candidate in problems()[1] if candidate.name == "wind")
+    selection = selection_of([wind])
+    Beam(selection).search()
+    assert selection.chosen == [wind]
+
+
 def test_the_order_of_what_competes_does_not_matter() -> None:
     tried = problems()[1]
     forwards, backwards = selection_of(tried), selection_of(tried[::-1])

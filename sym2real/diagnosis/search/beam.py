@@ -149,7 +149,7 @@ class Beam:
                 yield effects
                 near = (other for other in self.sets.values() if len(other.names ^ effects.names) == 1)
                 near = (other for other in near if left_out.name not in other.names)
-                effects, last = min(near, key=lambda other: other.price), effects.price
+                effects, last = min(near, key=lambda other: other.price, default=effects), effects.price
 
     def _without(self, effects: EffectSet, left_out: Candidate) -> EffectSet:
         names = effects.names - {left_out.name}

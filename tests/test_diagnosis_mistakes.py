@@ -16,32 +16,23 @@ from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, data_report
+from sym2real.diagnosis.data.preparation import with_columns
 from sym2real.diagnosis.faults import sanity
 from sym2real.diagnosis.faults.fault import Breach
-from sym2real.diagnosis.faults.misread_attitudes import OfAttitude
+from sym2real.diagnosis.faults.misread_attitudes import FROM_WORLD, OfAttitude
 from sym2real.diagnosis.faults.mistakes.judge import mistakes
 from sym2real.diagnosis.faults.mistakes.rows import bad_rows
-from sym2real.diagnosis.faults.mistakes.transformation import (
-    FROM_WORLD,
-    HEADING,
-    QUATERNION,
-    RATE_COMMANDS,
-    Exchanged,
-    Late,
-    OtherAxes,
-    Transformation,
-    Turned,
-    of_all,
-    with_columns,
-)
+from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Late, OtherAxes, Transformation, Turned, of_all
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.diagnosis.faults.sensor_faults import readings
 from sym2real.diagnosis.faults.units import Scaled
 from sym2real.logs.differences import rates_on_time
 from sym2real.robots import CRAZYFLIE, ROBOTS
 from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import ATTITUDE
 
 P, V, W = ("x", "y", "z"), ("vx", "vy", "vz"), ("wx", "wy", "wz")
+QUATERNION, HEADING, RATE_COMMANDS = ATTITUDE.columns, ("sin_yaw", "cos_yaw"), tuple(f"{name}_cmd" for name in W)
 SWAPPED, MIRRORED, DOWN = (("y", "x", "z"), (1, 1, 1)), (("x", "y", "z"), (1, -1, 1)), (("x", "y", "z"), (1, 1, -1))
 
 

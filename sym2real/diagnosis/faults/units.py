@@ -10,13 +10,14 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.preparation import with_columns
+from sym2real.diagnosis.data.preparation import present, with_columns
 from sym2real.diagnosis.faults.mistakes.balance import Balance, Balances
-from sym2real.diagnosis.faults.mistakes.transformation import POSITIONS, of_all, present
+from sym2real.diagnosis.faults.mistakes.transformation import of_all
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.logs.sources import AsRead
 from sym2real.logs.units import UNITS, standard_unit
 from sym2real.trajectory import Trajectory
+from sym2real.vocabulary import POSITION
 
 STEP, LARGEST = 1.5, 1e5  # of factors that are tried, and of their inverses
 SENSED = SETTINGS.far, SETTINGS.unheard_of
@@ -110,7 +111,7 @@ def fitting_scales(balances: Balances, data: Dataset, now: Balance) -> Iterator[
     state, action = data.layouts.state, data.layouts.action
     losses = dict(zip(now.names, now.losses.mean(0), strict=True))
     if losses.get("level velocity", 0.0) > SETTINGS.mostly:
-        position = present(data, POSITIONS)
+        position = present(data, POSITION.columns)
         yield _best(balances, data, (*position, *(state.rates[place] for place in position)), "m")
     bad = [joint for joint in state.joints if losses[state.rates[joint]] > SETTINGS.mostly]
     if not bad:

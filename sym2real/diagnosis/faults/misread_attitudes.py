@@ -142,7 +142,7 @@ def _unit(unit: str, read: AsRead) -> str:
 def _concordance(data: Dataset) -> tuple[float, ...]:
     """Of every rate that moves with the attitude, and of a car's way with its heading; nothing where that rests."""
     rates = [found.concordance for found in rate_agreement(list(data)).values() if found.correlation is not None]
-    found = (*rates, together(courses(data), headings(data))) if present(data, HEADING) else (*rates,)
+    found = (*rates, together(courses(data), headings(data))) if present(data, SINE_COSINE) else (*rates,)
     return found if np.isfinite(found).all() else ()
 
 
@@ -166,7 +166,7 @@ def _off(log: Trajectory) -> float:
 
 def against_the_path(data: Dataset) -> list[Breach]:
     """A heading that turns against the path, beyond doubt; none of straight drives."""
-    if present(data, (*HEADING, *LEVEL)) != (*HEADING, *LEVEL):
+    if present(data, (*SINE_COSINE, *LEVEL)) != (*SINE_COSINE, *LEVEL):
         return []
     ways, logged = courses(data), headings(data)
     turned = [-heading for heading in logged]
@@ -176,8 +176,8 @@ def against_the_path(data: Dataset) -> list[Breach]:
     apart = between(ways, turned)  # 0 where slip may be all of it
 
     def fix(read: AsRead) -> str:
-        zero = f" and give it a zero of {read.sign(HEADING[0]) * apart:.2f} rad (in its unit)" if apart else ""
-        own = read.column(HEADING[0]) if read.sources else "its column"
+        zero = f" and give it a zero of {read.sign(SINE_COSINE[0]) * apart:.2f} rad (in its unit)" if apart else ""
+        own = read.column(SINE_COSINE[0]) if read.sources else "its column"
         return f"change the sign of yaw: flip {own} in the log's specification{zero}"
 
     def undone(log: Trajectory) -> Trajectory:

@@ -10,10 +10,9 @@ import pytest
 import torch
 from standard_set import Case, simulate_case
 
-from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.fit import Nuisance, Problems
 from sym2real.diagnosis.estimate.whitening import Spread, estimate
 from sym2real.diagnosis.predict.library import Library
-from sym2real.diagnosis.predict.nuisance import Nuisance
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.unexplained.dependence import Terms, find_dependence

@@ -9,12 +9,13 @@ import pytest
 from scipy.signal import lfilter
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis import compare, one_step_residuals
+from sym2real.diagnosis import compare
 from sym2real.diagnosis.errors.one_step import (
     autocorrelation,
     centred,
     cross_correlations,
     cross_deviation,
+    one_step_residuals,
     residual_of,
     summed_lags,
     tangent_units,

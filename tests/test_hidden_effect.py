@@ -17,7 +17,9 @@ from standard_set import Case, simulate_case
 
 from sym2real.data import example_flight
 from sym2real.dataset import Dataset
-from sym2real.diagnosis import add, compare, diagnose, locate, window_errors, worst_segments
+from sym2real.diagnosis import add, compare, diagnose, locate
+from sym2real.diagnosis.errors.by_window import window_errors
+from sym2real.diagnosis.errors.regions import worst_segments
 from sym2real.effects import EFFECTS, Kind, catalogue, same_group
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Values

@@ -10,17 +10,13 @@ from sym2real.diagnosis.design.detectable import plan as plan
 from sym2real.diagnosis.design.visible import AssumedNoise as AssumedNoise
 from sym2real.diagnosis.design.visible import Plan as Plan
 from sym2real.diagnosis.design.visible import Visible as Visible
-from sym2real.diagnosis.errors.by_window import WindowErrors as WindowErrors
-from sym2real.diagnosis.errors.by_window import window_errors as window_errors
 from sym2real.diagnosis.errors.comparison import Comparison as Comparison
 from sym2real.diagnosis.errors.comparison import compare as compare
 from sym2real.diagnosis.errors.floor import Floor as Floor
-from sym2real.diagnosis.errors.one_step import one_step_residuals as one_step_residuals
 from sym2real.diagnosis.errors.regions import Segment as Segment
 from sym2real.diagnosis.errors.regions import Where as Where
 from sym2real.diagnosis.errors.regions import locate as locate
 from sym2real.diagnosis.errors.regions import training_region as training_region
-from sym2real.diagnosis.errors.regions import worst_segments as worst_segments
 from sym2real.diagnosis.faults.fault import Fault as Fault
 from sym2real.diagnosis.faults.report import data_report as data_report
 from sym2real.diagnosis.pipeline import diagnose as diagnose

@@ -66,7 +66,8 @@ def summary(
     parts = ["the data show " + ", ".join(fault.name for fault in faults)] if faults else []
     if answer == "EFFECT":
         # Where predictions do not bear out what was found, the faults are the answer.
-        announced = _announced(findings)
+        # Announced are those without which an error is larger by a tenth, or all, where they are needed together alone.
+        announced = [finding for finding in findings if not finding.small] or list(findings)
         small = [finding for finding in findings if finding not in announced]
         found = [*_missing(announced, stages), *rest, *doubt, *_small(small)]
         parts += found if gate.passed else [*_beside(findings, gate), *rest]
@@ -91,11 +92,6 @@ def _missing(announced: Sequence[Finding], stages: Sequence[Stage]) -> list[str]
     if fall is not None:
         parts.append(f"with it the {fall[0]} error on held-out pieces changes from {fall[1]:.3g} to {fall[2]:.3g}")
     return parts
-
-
-def _announced(findings: Sequence[Finding]) -> list[Finding]:
-    """Those without which an error is larger by a tenth; all of them, where they are needed together alone."""
-    return [finding for finding in findings if not finding.small] or list(findings)
 
 
 def _small(findings: Sequence[Finding]) -> list[str]:

@@ -12,18 +12,7 @@ from sym2real.effects.voltage import VOLTAGE
 from sym2real.layout import Layout
 from sym2real.logs.pose import attitude
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import (
-    ATTITUDE,
-    BATTERY,
-    HEIGHT,
-    RATE,
-    SPEED_COLUMN,
-    STEER_COLUMN,
-    STEERING,
-    THRUST,
-    THRUST_COLUMN,
-    VELOCITY,
-)
+from sym2real.vocabulary import ATTITUDE, HEIGHT, RATE, SPEED_COLUMN, STEER_COLUMN, THRUST, THRUST_COLUMN, VELOCITY
 
 HOW_FAST = "speed"  # how fast the robot is, whatever it is told
 UNITS = {
@@ -41,9 +30,9 @@ UNITS = {
 DIRECT = {
     HEIGHT: "height",
     THRUST_COLUMN: THRUST.name,
-    STEER_COLUMN: STEERING.name,
+    STEER_COLUMN: "steering",
     SPEED_COLUMN: "speed command",
-    VOLTAGE: BATTERY.name,
+    VOLTAGE: "battery",
 }
 NORMS = {HOW_FAST: VELOCITY.columns, "body rate": RATE.columns}
 TILTED = ATTITUDE.columns[1:3]

@@ -5,6 +5,7 @@ What is predicted is what is measured, so that a model with a tilted sensor boar
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import cast
 
@@ -34,6 +35,12 @@ def with_columns(log: Trajectory, columns: dict[str, Array]) -> Trajectory:
             values[:, layout.index(name)] = columns[name]
         changed[group] = values
     return replace(log, **changed)
+
+
+def present(data: Dataset, columns: Sequence[str]) -> tuple[str, ...]:
+    """Those of the columns that the logs have."""
+    layouts = data.layouts
+    return tuple(name for name in columns if name in layouts.state or name in layouts.action or name in layouts.inputs)
 
 
 def long_enough(data: Logs) -> Dataset:

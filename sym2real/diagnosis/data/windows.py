@@ -41,6 +41,18 @@ def horizons_in_rows(dt: float) -> list[float]:
     return [horizon for horizon, by in missed.items() if by <= SETTINGS.worth_saying * horizon]
 
 
+def rows_ahead(horizon: float, dt: float) -> int:
+    """How many rows of ``dt`` s a horizon (s) is long.
+
+    Raises:
+        ShapeError: when it is none.
+    """
+    rows = round(horizon / dt)
+    if rows < 1:
+        raise ShapeError(f"expected a horizon of at least one time step, {dt:g} s, found {horizon:g} s")
+    return rows
+
+
 @dataclass(frozen=True, eq=False)
 class Windows:
     """Predictions over windows of one length, all starting where a start state can be estimated.
@@ -62,10 +74,6 @@ class Windows:
     def errors(self, step: int) -> dict[str, Array]:
         """Norm of the prediction error per channel ``steps`` after the start ``# (windows,)``."""
         return channel_errors(self.layout, self.predicted[:, step - 1], self.measured[:, step - 1])
-
-    def hold_errors(self, step: int) -> dict[str, Array]:
-        """The same for the prediction that nothing changes."""
-        return channel_errors(self.layout, self.start, self.measured[:, step - 1])
 
 
 def free_run_seconds(layout: Layout) -> float:

@@ -18,7 +18,7 @@ from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Problems
 from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.estimate.simulator import fly
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening
-from sym2real.diagnosis.predict.candidate import Candidate, candidates
+from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.score.finding import Finding
@@ -218,18 +218,14 @@ def _outcome(
     nothing = problems.quadratics([Hypothesis((), library.null)])[0].total
     known, left = candidates(library, data), {}
     for key in rivals:
-        fits = problems.fit(_hypotheses(library, [c for c in known if key in c.keys]), REFIT_STEPS)
+        own = [candidate for candidate in known if key in candidate.keys]
+        hypotheses = [Hypothesis(one.free, library.null) for one in own]
+        hypotheses += [Hypothesis(one.free, one.started(library.null, level)) for one in own for level in one.starts]
+        fits = problems.fit(hypotheses, REFIT_STEPS)
         left[key] = min((fit.total for fit in fits), default=nothing)
     explained = {key: 1.0 - rest / max(nothing, 1e-300) for key, rest in left.items()}
     least = min([nothing, *left.values()])
     return _Outcome(trial.words, explained, least / (SETTINGS.gain_beside * problems.whitening.freedom))
-
-
-def _hypotheses(library: Library, rivals: Sequence[Candidate]) -> list[Hypothesis]:
-    """A fit from the null, and one from every start."""
-    null = library.null
-    starts = {one.name: [null, *(one.started(null, level) for level in one.starts)] for one in rivals}
-    return [Hypothesis(one.free, start) for one in rivals for start in starts[one.name]]
 
 
 def _advice(finding: Finding, outcomes: Sequence[_Outcome], equations: Equations) -> str:

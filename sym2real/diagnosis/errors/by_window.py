@@ -22,8 +22,6 @@ from sym2real.vocabulary import HEIGHT
 HORIZON = 0.5  # s
 LARGEST = float(np.finfo(np.float32).max)  # error of a prediction that is no number
 BLOCK = 2.0  # s: pieces of a single log that stand for logs in the cross-validation
-# What is up and what is level is told apart, because gravity does.
-VERTICAL = HEIGHT
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,9 +99,10 @@ def named_channels(layout: Layout) -> dict[str, list[int]]:
     channels: dict[str, list[int]] = {}
     for field, places in zip(layout.fields, layout.tangent_places, strict=True):
         own = list(places)
-        if field.name == "position" and VERTICAL in field.columns:
-            height = own[field.columns.index(VERTICAL)]
-            channels |= {VERTICAL: [height], "xy": [slot for slot in own if slot != height]}
+        # What is up and what is level is told apart, because gravity does.
+        if field.name == "position" and HEIGHT in field.columns:
+            height = own[field.columns.index(HEIGHT)]
+            channels |= {HEIGHT: [height], "xy": [slot for slot in own if slot != height]}
         elif channel_name(field) in wanted:
             channels[channel_name(field)] = own
     return channels

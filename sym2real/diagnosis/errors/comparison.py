@@ -11,7 +11,7 @@ from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.conditions import Region
 from sym2real.diagnosis.data.preparation import long_enough, prepared
 from sym2real.diagnosis.data.start import ROWS, Start
-from sym2real.diagnosis.data.windows import JUDGED_AT, free_run_seconds, horizons_in_rows
+from sym2real.diagnosis.data.windows import JUDGED_AT, free_run_seconds, horizons_in_rows, rows_ahead
 from sym2real.diagnosis.errors.by_window import window_errors
 from sym2real.diagnosis.errors.floor import Floor, floor_of_noise
 from sym2real.diagnosis.errors.one_step import one_step_residuals
@@ -21,7 +21,6 @@ from sym2real.diagnosis.errors.skill import HorizonErrors, prediction_errors
 from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
 from sym2real.diagnosis.faults.report import DataReport, data_report
 from sym2real.diagnosis.json_objects import fields_of
-from sym2real.errors import ShapeError
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
 from sym2real.threads import one_thread
@@ -114,13 +113,10 @@ def compare(
     logs = long_enough(data)
     predictor, dataset = prepared(model, with_lost_commands(model, logs) if isinstance(model, Equations) else logs)
     horizons = horizons_in_rows(dataset.dt) if horizons is None else horizons
+    rows = {horizon: rows_ahead(horizon, dataset.dt) for horizon in horizons}
     longest = max(len(trajectory) for trajectory in dataset) - ROWS
-    short = [horizon for horizon in horizons if round(horizon / dataset.dt) < 1]
-    if short:
-        raise ShapeError(f"expected horizons of at least one time step, {dataset.dt:g} s, found {short[0]:g} s")
-    reachable = [horizon for horizon in horizons if round(horizon / dataset.dt) <= longest]
     free = min(round(free_run_seconds(dataset.layouts.state) / dataset.dt), longest)
-    steps = sorted({1, free, *(round(horizon / dataset.dt) for horizon in reachable)})
+    steps = sorted({1, free, *(count for count in rows.values() if count <= longest)})
     floor = floor_of_noise(predictor, dataset, steps, start)
     table = dict(zip(steps, prediction_errors(predictor, dataset, steps, start, floor), strict=True))
     equations = model if isinstance(model, Equations) else getattr(model, "equations", None)
@@ -128,10 +124,10 @@ def compare(
     errors = window_errors(predictor, dataset)
     return Comparison(
         one_step=table[1],
-        horizons=tuple(replace(table[round(horizon / dataset.dt)], horizon=horizon) for horizon in reachable),
+        horizons=tuple(replace(table[count], horizon=horizon) for horizon, count in rows.items() if count <= longest),
         free_run=table[free],
         start=start,
-        notes=_notes(dataset, [horizon for horizon in horizons if horizon not in reachable], list(table.values())),
+        notes=_notes(dataset, [horizon for horizon, count in rows.items() if count > longest], list(table.values())),
         where=where_of(errors, region),
         worst=worst_segments(errors),
         data=about,

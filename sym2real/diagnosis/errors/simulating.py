@@ -13,9 +13,9 @@ from torch import Tensor
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.preparation import long_enough, prepared
 from sym2real.diagnosis.data.start import ROWS, start_states
+from sym2real.diagnosis.data.windows import rows_ahead
 from sym2real.diagnosis.errors.skill import prediction_errors
 from sym2real.effects.sensors import MeasuredModel
-from sym2real.errors import ShapeError
 from sym2real.symbolic import Equations, rollout
 from sym2real.symbolic.predicting import Values
 from sym2real.trajectory import Trajectory
@@ -37,18 +37,11 @@ def _tensor(values: ArrayLike) -> Tensor:
     return torch.as_tensor(np.asarray(values, dtype=np.float64))
 
 
-def _steps(horizon: float, dt: float) -> int:
-    steps = round(horizon / dt)
-    if steps < 1:
-        raise ShapeError(f"expected a horizon of at least one time step, {dt:g} s, found {horizon} s")
-    return steps
-
-
 def simulate(equations: Equations, log: Trajectory, horizon: float | None = None) -> Trajectory:
     """See :meth:`~sym2real.Equations.simulate`."""
     model, logs = prepared(equations, Dataset([log]))
     ready = logs[0]
-    steps = len(ready) - 1 if horizon is None else _steps(horizon, ready.dt)
+    steps = len(ready) - 1 if horizon is None else rows_ahead(horizon, ready.dt)
     state = ready.state.copy()
     for first in range(0, len(ready) - 1, steps):
         rows = slice(first, min(first + steps, len(ready) - 1))
@@ -65,5 +58,5 @@ def simulate(equations: Equations, log: Trajectory, horizon: float | None = None
 def score(equations: Equations, data: Logs, horizon: float) -> dict[str, float]:
     """See :meth:`~sym2real.Equations.score`."""
     model, logs = prepared(equations, long_enough(data))
-    (errors,) = prediction_errors(model, logs, [_steps(horizon, logs.dt)], "smoothed", ())
+    (errors,) = prediction_errors(model, logs, [rows_ahead(horizon, logs.dt)], "smoothed", ())
     return {channel: error.fit for channel, error in errors.errors.items()}

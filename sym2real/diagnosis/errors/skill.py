@@ -127,7 +127,7 @@ def prediction_errors(
 def _summary(windows: Sequence[Windows], step: int, dataset: Dataset, floor: Floor | None) -> HorizonErrors:
     units = channel_units(dataset.layouts.state)
     errors = [window.errors(step) for window in windows]
-    holds = [window.hold_errors(step) for window in windows]
+    holds = [channel_errors(window.layout, window.start, window.measured[:, step - 1]) for window in windows]
     off_means = [off_the_mean(window.layout, window.measured[:, step - 1]) for window in windows]
     varied = sum(len(window.rows) for window in windows) >= SETTINGS.fewest_pieces * len(windows)
     channels = {

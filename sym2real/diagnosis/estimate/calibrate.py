@@ -50,7 +50,8 @@ def refined(library: Library, flown: Dataset, logs: Dataset) -> Equations:
         logs: whose sensors' noise says what matters.
     """
     noise, segments = component_noise(logs), cut(flown)
-    if _misfit(_weighed(library, segments, flown, noise), library.null) < SETTINGS.worth_saying:
+    given = _weighed(library, segments, flown, noise)
+    if given.total(library.null) / given.whitening.freedom < SETTINGS.worth_saying:
         return library.base
     constants = _of_constants(library.base)
     problems, start = _weighed(constants, with_velocities(segments), flown, noise), constants.null
@@ -66,12 +67,6 @@ def _weighed(library: Library, segments: Segments, flown: Dataset, noise: Array)
     power = torch.full((len(spread.names),), LEAST, dtype=torch.float64)
     sensor = torch.as_tensor(noise[list(segments.compared)]).square()
     return Problems.of(problem, spread.whitening(sensor, power))
-
-
-def _misfit(problems: Problems, values: torch.Tensor) -> float:
-    """Squared error per degree of freedom."""
-    loss = problems.whitening.loss(problems.problem.residuals(values[None])).sum()
-    return float(loss) / problems.whitening.freedom
 
 
 lifted = lru_cache(maxsize=4)(lift_constants)  # the same equations again, of which libraries are kept

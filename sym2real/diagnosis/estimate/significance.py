@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy import stats
 from torch import Tensor
 
-from sym2real.diagnosis.data.parts import summed
+from sym2real.diagnosis.data.segments import summed
 from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Problems
 from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis, solve
 from sym2real.diagnosis.predict.candidate import Candidate
@@ -114,9 +114,11 @@ class Distance:
         """
         if candidate.needs_start:
             return cls._of_part(problems, fit, candidate, origin)
-        neutral, places = _neutral(problems, fit, candidate, origin), [fit.free.index(tied) for tied in candidate.free]
-        slots = [tied[0] for tied in candidate.free]
-        away = (fit.values[slots] - neutral) / problems.problem.library.scale[slots]
+        places, slots = [fit.free.index(tied) for tied in candidate.free], [tied[0] for tied in candidate.free]
+        known, without = fit.values[slots], origin[slots]
+        pairs = zip(candidate.free, known.tolist(), without.tolist(), strict=True)
+        neutral = torch.tensor([problems.nuisance.nearest(*pair) for pair in pairs], dtype=torch.float64)
+        away = (known - neutral) / problems.problem.library.scale[slots]
         return cls(away, places, fit.gradient, fit.curvature)
 
     @classmethod
@@ -164,14 +166,6 @@ class Distance:
         left_out = -(torch.linalg.pinv(curvature, hermitian=True) @ gradient[..., None])[:, self.places, 0]
         apart, count = left_out - left_out.mean(0), len(left_out)
         return apart.T @ apart * _gaps(clusters) * (count - 1) / count, count
-
-
-def _neutral(problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor) -> Tensor:
-    """Values of a candidate's parameters that need no effect ``# (free,)``."""
-    nearest = [
-        problems.nuisance.nearest(tied, float(fit.values[tied[0]]), float(origin[tied[0]])) for tied in candidate.free
-    ]
-    return torch.tensor(nearest, dtype=torch.float64)
 
 
 def clustered(gradient: Tensor, curvature: Tensor, clusters: NDArray[np.int64]) -> Tensor:

@@ -27,7 +27,7 @@ from scipy import stats
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.parts import summed
+from sym2real.diagnosis.data.segments import summed
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import solve
 from sym2real.diagnosis.estimate.whitening import PIECES, disturbances
@@ -98,13 +98,9 @@ class _Rows:
 
     def by_log(self, omegas: Sequence[float]) -> tuple[Tensor, Tensor]:
         """The same, added up over the segments of each log that has any ``# (F, L, 4·D), (F, L, 4·D, 4·D)``."""
-        logs, place = np.unique(self.log, return_inverse=True)
-        index = torch.as_tensor(place)
-        gradient, curvature = self.normal(omegas)
-        return (
-            gradient.new_zeros(len(omegas), len(logs), gradient.shape[-1]).index_add(1, index, gradient),
-            curvature.new_zeros(len(omegas), len(logs), *curvature.shape[-2:]).index_add(1, index, curvature),
-        )
+        place = np.unique(self.log, return_inverse=True)[1]
+        gradient, curvature = (summed(part.transpose(0, 1), place).transpose(0, 1) for part in self.normal(omegas))
+        return gradient, curvature
 
 
 def find_swing(problems: Problems, values: Tensor, chance: float) -> Swing | None:

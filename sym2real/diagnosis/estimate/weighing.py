@@ -8,7 +8,7 @@ import torch
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.estimate.calibrate import Calibration, calibrated, lifted, refined
-from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.fit import Problems, nuisance_of
 from sym2real.diagnosis.estimate.overfit import overfitted
 from sym2real.diagnosis.estimate.simulator import SWITCHED_OFF, flown_along, with_effects_of
 from sym2real.diagnosis.estimate.swing import Swing, find_swing
@@ -17,7 +17,6 @@ from sym2real.diagnosis.faults.sanity import Checked, Examined, Question
 from sym2real.diagnosis.predict.candidate import Candidate, candidates, library_for, swings, with_inputs_of
 from sym2real.diagnosis.predict.competitors import NotTried, competing
 from sym2real.diagnosis.predict.library import Library
-from sym2real.diagnosis.predict.nuisance import nuisance_of
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import effect

@@ -31,7 +31,6 @@ from sym2real.effects.visible import VisibleModel
 from sym2real.symbolic import Equations
 from sym2real.vocabulary import POSITION
 
-POSITIONS = POSITION.columns
 Judged = tuple[Mapping[str, float | None], str]  # column → logged over meant, and over what
 THAN = "what moves the robot as the model says"
 GRID = np.geomspace(1e-5, 1e7, 120)
@@ -60,11 +59,11 @@ BY_SENSORS = (foreign_positions, foreign_velocities, foreign_rates)
 def _positions(data: Dataset) -> Judged:
     pushed = _ratio(thrust_agreement(list(data)))
     if pushed is not None and abs(log(pushed)) >= log(SETTINGS.unheard_of):  # nearer, thrust is of a fast turn
-        columns = (name for name in POSITIONS if name in data.layouts.state)
+        columns = (name for name in POSITION.columns if name in data.layouts.state)
         return dict.fromkeys(columns, pushed), "how far thrust moves the robot"
     moved, rates = _ratios(velocity_agreement(list(data))), data.layouts.state.rates.items()
     inverse = {place: None if (ratio := moved[rate]) is None else 1.0 / ratio for place, rate in rates}
-    level = [ratio for place in POSITIONS[:2] if (ratio := inverse.get(place)) is not None]
+    level = [ratio for place in POSITION.columns[:2] if (ratio := inverse.get(place)) is not None]
     small = [ratio for ratio in level if pushed is not None and abs(log(ratio / pushed)) > abs(log(pushed))]
     for place, ratio in inverse.items():
         # Of a coordinate and its rate the larger numbers are wrong, but where thrust says that the smaller are.

@@ -16,17 +16,9 @@ import torch
 from sym2real import rotation
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, level_push, rate_agreement, thrust_agreement
-from sym2real.diagnosis.data.preparation import with_columns
+from sym2real.diagnosis.data.preparation import present, with_columns
 from sym2real.diagnosis.faults.fault import Breach
-from sym2real.diagnosis.faults.mistakes.transformation import (
-    HEADING,
-    POSITIONS,
-    QUATERNION,
-    Exchanged,
-    Misread,
-    of_all,
-    present,
-)
+from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Misread, of_all
 from sym2real.diagnosis.faults.units import factors
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.logs.course import between, courses, decides, headings, together
@@ -35,8 +27,11 @@ from sym2real.logs.pose import attitude
 from sym2real.logs.sources import ANGLES, AsRead
 from sym2real.logs.units import UNITS
 from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import ATTITUDE, HEADING, POSITION
 
 COMMANDED = "_cmd"
+QUATERNION, SINE_COSINE = ATTITUDE.columns, HEADING.columns
+LEVEL = POSITION.columns[:2]
 
 
 @dataclass(frozen=True)
@@ -74,14 +69,20 @@ class OfAttitude(Exchanged):
 def with_angles(log: Trajectory, angles: Array, quaternion: Sequence[str] = QUATERNION) -> Trajectory:
     """A log with other roll, pitch and yaw of a quaternion, or another yaw, in rad ``# (rows, 3 or 1)``."""
     if angles.shape[1] == 1:
-        return with_columns(log, dict(zip(HEADING, (np.sin(angles[:, 0]), np.cos(angles[:, 0])), strict=True)))
+        return with_columns(log, dict(zip(SINE_COSINE, (np.sin(angles[:, 0]), np.cos(angles[:, 0])), strict=True)))
     turned = rotation.from_euler(*torch.as_tensor(angles).unbind(-1)).numpy()
     return with_columns(log, dict(zip(quaternion, continuous(turned).T, strict=True)))
 
 
+FROM_WORLD = Misread(
+    "the attitude turned the other way (quaternions from world to body)",
+    lambda _: (
+        'log quaternions from body to world, or say direction = "world_to_body" under [attitude] (or leave it out)'
+    ),
+    lambda log: with_columns(log, dict(zip(QUATERNION, rotation.conjugate(attitude(log)).numpy().T, strict=True))),
+)
 SHIFTED = Exchanged(QUATERNION, (*QUATERNION[1:], QUATERNION[0]), (1, 1, 1, 1))
 DEGREES, READ = 1.0 / UNITS["deg"][1], ("degrees", "radians")
-LEVEL = POSITIONS[:2]
 
 
 def scalar_last(data: Dataset) -> list[Breach]:
@@ -110,8 +111,8 @@ def _correlation(data: Dataset) -> float:
 
 def other_angles(data: Dataset) -> list[Breach]:
     """Angles in degrees taken for radians, or the other way, where rates and a car's way agree with such alone."""
-    columns = present(data, RATES), present(data, (*QUATERNION, *HEADING))
-    placed = present(data, LEVEL) == LEVEL and columns in ((RATES, QUATERNION), (RATES[-1:], HEADING))
+    columns = present(data, RATES), present(data, (*QUATERNION, *SINE_COSINE))
+    placed = present(data, LEVEL) == LEVEL and columns in ((RATES, QUATERNION), (RATES[-1:], SINE_COSINE))
     now = _concordance(data) if placed else ()
     if not now or max(now) > SETTINGS.mostly:
         return []
@@ -120,7 +121,7 @@ def other_angles(data: Dataset) -> list[Breach]:
             f"an attitude in {' that is read as '.join(what)}", partial(_unit, unit), partial(_divided, times)
         )
         then = min(_concordance(of_all(meant, data)), default=0.0)
-        if then >= SETTINGS.mostly and (times > 1.0 or columns[1] == HEADING or _pushed_as_turned(data)):
+        if then >= SETTINGS.mostly and (times > 1.0 or columns[1] == SINE_COSINE or _pushed_as_turned(data)):
             shown = f"what moves the robot agrees with it by {then:.2f} of 1 then, by {max(now):.2f} as it stands"
             return [Breach(meant, shown)]
     return []
@@ -136,13 +137,13 @@ def _pushed_as_turned(data: Dataset) -> bool:
 def _unit(unit: str, read: AsRead) -> str:
     if own := read.logged(ANGLES) if read.sources else ():
         return f'say unit = "{unit}" of {" ".join(read.columns(own))} in a specification of the log'
-    return f"make {' '.join(read.columns((*QUATERNION, *HEADING)))} of angles in rad"
+    return f"make {' '.join(read.columns((*QUATERNION, *SINE_COSINE)))} of angles in rad"
 
 
 def _concordance(data: Dataset) -> tuple[float, ...]:
     """Of every rate that moves with the attitude, and of a car's way with its heading; nothing where that rests."""
     rates = [found.concordance for found in rate_agreement(list(data)).values() if found.correlation is not None]
-    found = (*rates, together(courses(data), headings(data))) if present(data, HEADING) else (*rates,)
+    found = (*rates, together(courses(data), headings(data))) if present(data, SINE_COSINE) else (*rates,)
     return found if np.isfinite(found).all() else ()
 
 
@@ -166,7 +167,7 @@ def _off(log: Trajectory) -> float:
 
 def against_the_path(data: Dataset) -> list[Breach]:
     """A heading that turns against the path, beyond doubt; none of straight drives."""
-    if present(data, (*HEADING, *LEVEL)) != (*HEADING, *LEVEL):
+    if present(data, (*SINE_COSINE, *LEVEL)) != (*SINE_COSINE, *LEVEL):
         return []
     ways, logged = courses(data), headings(data)
     turned = [-heading for heading in logged]
@@ -176,8 +177,8 @@ def against_the_path(data: Dataset) -> list[Breach]:
     apart = between(ways, turned)  # 0 where slip may be all of it
 
     def fix(read: AsRead) -> str:
-        zero = f" and give it a zero of {read.sign(HEADING[0]) * apart:.2f} rad (in its unit)" if apart else ""
-        own = read.column(HEADING[0]) if read.sources else "its column"
+        zero = f" and give it a zero of {read.sign(SINE_COSINE[0]) * apart:.2f} rad (in its unit)" if apart else ""
+        own = read.column(SINE_COSINE[0]) if read.sources else "its column"
         return f"change the sign of yaw: flip {own} in the log's specification{zero}"
 
     def undone(log: Trajectory) -> Trajectory:

@@ -45,19 +45,12 @@ class Excitation:
         """Whether it hardly varies, so that effects on it cannot be seen."""
         return self.deviation <= SETTINGS.negligible * max(abs(self.low), abs(self.high))
 
-    @property
-    def saturated(self) -> bool:
-        """Whether it stays at an end of its range for more than a twentieth of the rows."""
-        return max(self.at_low, self.at_high) > SETTINGS.uneven and self.high > self.low
-
     def limits_said(self, name: str) -> list[str]:
-        """A sentence for each end at which the command of this name is saturated; zero is rest, and no limit."""
-        if not self.saturated:
-            return []
+        """A sentence for each end at which it stays for over a twentieth of the rows; zero is rest, and no limit."""
         return [
             f"{name} is at its limit {edge:.3g} {self.unit} in {100 * share:.0f} % of the rows"
             for edge, share in ((self.low, self.at_low), (self.high, self.at_high))
-            if share > SETTINGS.uneven and edge != 0.0
+            if share > SETTINGS.uneven and edge != 0.0 and self.high > self.low
         ]
 
 

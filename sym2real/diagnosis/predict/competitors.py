@@ -23,7 +23,6 @@ from sym2real.symbolic.expressions import names_in
 from sym2real.trajectory import Array, Trajectory
 
 EXCLUDED = "excluded on request"
-QUATERNION = "quaternion"  # kind of a field
 COMPONENT = "a component of a quaternion is no command of its own"
 MOST_BRACED = 4  # columns of a kind that a line names one by one
 # Commands are as sent, without noise: one that varies less shows nothing of its map.
@@ -72,8 +71,8 @@ def _why_not(effect: Effect, equations: Equations, data: Dataset, exclude: Colle
 
 
 def _is_component(effect: Effect) -> bool:
-    quaternions = (field for field in effect.body.layouts.action.fields if field.kind == QUATERNION)
-    return any(effect.column in field.columns for field in quaternions)
+    fields = effect.body.layouts.action.fields
+    return any(effect.column in field.columns for field in fields if field.kind == "quaternion")
 
 
 @lru_cache(maxsize=512)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from itertools import accumulate, pairwise
 from typing import Any
 
@@ -12,6 +12,7 @@ from sym2real.diagnosis.errors.floor import Floor, floor_of_explained, no_higher
 from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.diagnosis.estimate.calibrate import Calibration, cleaned
 from sym2real.diagnosis.estimate.swing import Swing
+from sym2real.diagnosis.json_objects import fields_of
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.score.held_out import Gate, Steps
 from sym2real.diagnosis.score.importance import by_importance
@@ -57,17 +58,9 @@ class Finding:
 
     def to_dict(self) -> dict[str, Any]:
         """The entry of ``findings`` in docs/method.md, "Answers as files"."""
-        return {
-            "effect": self.effect,
-            "parameters": {name: asdict(estimate) for name, estimate in self.parameters.items()},
-            "share": self.share,
-            "group": list(self.group),
-            "separate_by": self.separate_by,
-            "provisional": self.provisional,
-            "fix": self.fix,
-            "spread_over_logs": self.log_spread,
-            "probability": self.probability,
-        } | ({} if self.voltage is None else {"full_battery": self.voltage})
+        known = fields_of(self, without=("log_spread", "voltage", "probability", "small"))
+        battery = {} if self.voltage is None else {"full_battery": self.voltage}
+        return {**known, "spread_over_logs": self.log_spread, "probability": self.probability, **battery}
 
     @property
     def values(self) -> dict[str, float]:

@@ -15,7 +15,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from sym2real.diagnosis.data.parts import summed
+from sym2real.diagnosis.data.segments import summed
 from sym2real.diagnosis.estimate.quadratic import Free, solve
 from sym2real.diagnosis.estimate.significance import chance_of, clustered
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening

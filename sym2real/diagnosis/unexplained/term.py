@@ -15,8 +15,8 @@ from numpy.polynomial import Polynomial
 from sympy import Expr
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.parts import folds_of, summed
 from sym2real.diagnosis.data.preparation import with_filtered_commands
+from sym2real.diagnosis.data.segments import folds_of, summed
 from sym2real.diagnosis.estimate.whitening import Whitening
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem

@@ -8,23 +8,17 @@ import numpy as np
 from scipy.stats import wilcoxon
 
 from sym2real.dataset import Dataset
+from sym2real.diagnosis.data.preparation import present
 from sym2real.diagnosis.faults.fault import Breach
 from sym2real.diagnosis.faults.mistakes.balance import Balance, Balances, without_arm, without_drag
 from sym2real.diagnosis.faults.mistakes.listed import mimics, transformations
 from sym2real.diagnosis.faults.mistakes.lost_commands import step_likelihood
-from sym2real.diagnosis.faults.mistakes.transformation import (
-    POSITIONS,
-    Exchanged,
-    Late,
-    Transformation,
-    Turned,
-    of_all,
-    present,
-)
+from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Late, Transformation, Turned, of_all
 from sym2real.diagnosis.faults.units import Scaled, fitting_scales
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array
+from sym2real.vocabulary import POSITION
 
 MOST = 3  # mistakes in one set of logs
 COMMAND_ROWS = range(-6, 3)  # that commands may be written late by; as many as a delay may take where less than none
@@ -34,7 +28,7 @@ Gain = tuple[float, Breach]  # by how much the squares missed fall over all quan
 
 def mistakes(model: Equations, data: Dataset) -> list[Breach]:
     """The transformations that the logs ask for, one after the other; on a line nothing can be turned or exchanged."""
-    balances = Balances.of(model, data) if len(present(data, POSITIONS)) != 1 else None
+    balances = Balances.of(model, data) if len(present(data, POSITION.columns)) != 1 else None
     if balances is None:
         return []
     found = list[Breach]()

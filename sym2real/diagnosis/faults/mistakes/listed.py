@@ -14,26 +14,16 @@ from scipy.optimize import linear_sum_assignment
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, VELOCITIES
-from sym2real.diagnosis.faults.misread_attitudes import COMMANDED, OfAttitude
+from sym2real.diagnosis.data.preparation import present
+from sym2real.diagnosis.faults.misread_attitudes import COMMANDED, FROM_WORLD, OfAttitude
 from sym2real.diagnosis.faults.mistakes.balance import Balance
-from sym2real.diagnosis.faults.mistakes.transformation import (
-    FROM_WORLD,
-    HEADING,
-    POSITIONS,
-    QUATERNION,
-    RATE_COMMANDS,
-    Exchanged,
-    Late,
-    OtherAxes,
-    Transformation,
-    Turned,
-    present,
-)
+from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Late, OtherAxes, Transformation, Turned
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.layout import Layout, motors_of
 from sym2real.logs.course import between, courses, headings
 from sym2real.logs.sources import ANGLES
 from sym2real.trajectory import Array
+from sym2real.vocabulary import ATTITUDE, HEADING, POSITION, RATE_COMMAND
 
 TILTED = ("level velocity", "attitude about x", "attitude about y")  # what roll and pitch change
 SHIFTS = (2, 3, 4, 5, 6)  # rows; honest sensors are up to one behind
@@ -44,14 +34,14 @@ def transformations(data: Dataset, balance: Balance) -> Iterator[Transformation]
     yield from _axes(data)
     for field in ("position", "velocity", "attitude", "heading"):
         yield from _turned(data, balance, field)
-    position, velocity = present(data, POSITIONS), present(data, VELOCITIES)
-    rates, commands = present(data, RATES), present(data, RATE_COMMANDS)
+    position, velocity = present(data, POSITION.columns), present(data, VELOCITIES)
+    rates, commands = present(data, RATES), present(data, RATE_COMMAND.columns)
     yield from _exchanged(balance, "position", (position,), of_measured=True)
     yield from _exchanged(balance, "position", (velocity,), of_measured=False)
     if len(position) == len(velocity):
         yield from _exchanged(balance, "velocity", (position, velocity), of_measured=True)
-    if present(data, HEADING) == HEADING:
-        yield from _orders((HEADING,))
+    if present(data, HEADING.columns) == HEADING.columns:
+        yield from _orders((HEADING.columns,))
     yield from _exchanged(balance, "attitude", (rates,), of_measured=False)
     if len(commands) == len(rates) == 3:
         yield from _in_common(_followed(data, rates, commands), (commands,))
@@ -72,8 +62,8 @@ def mimics(transformation: Transformation, commands: Sequence[str]) -> Iterator[
 
 def _axes(data: Dataset) -> Iterator[Transformation]:
     velocity, rates = present(data, VELOCITIES), present(data, RATES)
-    attitude = present(data, QUATERNION) == QUATERNION
-    if velocity and (attitude or present(data, HEADING) == HEADING):
+    attitude = present(data, ATTITUDE.columns) == ATTITUDE.columns
+    if velocity and (attitude or present(data, HEADING.columns) == HEADING.columns):
         yield OtherAxes(velocity, "body")
     if attitude:
         yield FROM_WORLD
@@ -113,7 +103,7 @@ def _of_attitudes(data: Dataset, balance: Balance) -> Iterator[OfAttitude]:
     if missed <= SETTINGS.mostly:
         return
     for ending in ("", COMMANDED):
-        quaternion = tuple(f"{name}{ending}" for name in QUATERNION)
+        quaternion = tuple(f"{name}{ending}" for name in ATTITUDE.columns)
         if present(data, quaternion) == quaternion:
             for one in _orders((tuple(f"{angle}{ending}" for angle in ANGLES[:2]),)):
                 yield OfAttitude(one.columns, one.sources, one.signs, quaternion)

@@ -44,15 +44,13 @@ class BadRows:
     @property
     def evidence(self) -> str:
         """How many and in which columns, one clause."""
-        count, total = sum(int(rows.sum()) for rows in self.rows), sum(map(len, self.rows))
+        count = f"{sum(int(rows.sum()) for rows in self.rows)} of {sum(map(len, self.rows))}"
         names = " ".join(self.columns)
         if self.kind == "repeat":
-            return (
-                f"rows that repeat in {names}: {count} of {total} hold what the row before held while the robot moves"
-            )
+            return f"rows that repeat in {names}: {count} hold what the row before held while the robot moves"
         places = sum(map(len, self.cuts))
         whole = f", and {places} that stay" if places else ""
-        return f"{names} jumps: {count} of {total} rows are off by far more than any step{whole}"
+        return f"{names} jumps: {count} rows are off by far more than any step{whole}"
 
     def fix(self, _: AsRead) -> str:
         """What to change."""

@@ -5,7 +5,7 @@ A transformation says what the log holds in place of what is meant: ``undone`` r
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, degrees, sin
 from typing import Protocol
@@ -15,14 +15,11 @@ import torch
 
 from sym2real import rotation
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.agreement import RATES
 from sym2real.diagnosis.data.preparation import with_columns
 from sym2real.logs.pose import attitude, turned
 from sym2real.logs.sources import AsRead
 from sym2real.trajectory import Trajectory
-
-POSITIONS = ("x", "y", "z")
-QUATERNION, HEADING = ("qw", "qx", "qy", "qz"), ("sin_yaw", "cos_yaw")
+from sym2real.vocabulary import ATTITUDE
 
 
 class Transformation(Protocol):
@@ -63,17 +60,12 @@ class Exchanged:
         return [(own, "-" * (sign < 0) + other) for own, other, sign in pairs if (own, sign) != (other, 1)]
 
     @property
-    def _moved(self) -> list[tuple[str, str]]:
-        """The columns that hold another one, and which."""
-        return [(own, other) for own, other in zip(self.columns, self.sources, strict=True) if own != other]
-
-    @property
     def name(self) -> str:
         """Which columns are exchanged, and which are reversed."""
         wrong = self.wrong
         if {own for own, _ in wrong} == {"z", "vz"}:
             return "z down (z vz with the other sign)"
-        moved = [own for own, _ in self._moved]
+        moved = [own for own, other in zip(self.columns, self.sources, strict=True) if own != other]
         if len(wrong) == 1:
             return f"{wrong[0][0]} with the wrong sign"
         if not moved:
@@ -129,7 +121,7 @@ class Turned:
         if self.field == "attitude":
             half = torch.tensor([cos(angle / 2), 0.0, 0.0, sin(angle / 2)], dtype=torch.float64)
             turned = rotation.multiply(half, attitude(log)).numpy()
-            return with_columns(log, dict(zip(QUATERNION, turned.T, strict=True)))
+            return with_columns(log, dict(zip(ATTITUDE.columns, turned.T, strict=True)))
         x, y = {"position": ("x", "y"), "velocity": ("vx", "vy"), "heading": ("cos_yaw", "sin_yaw")}[self.field]
         first, other = log.column(x), log.column(y)
         return with_columns(
@@ -182,15 +174,6 @@ class Misread:
     undone: Callable[[Trajectory], Trajectory]
 
 
-FROM_WORLD = Misread(
-    "the attitude turned the other way (quaternions from world to body)",
-    lambda _: (
-        'log quaternions from body to world, or say direction = "world_to_body" under [attitude] (or leave it out)'
-    ),
-    lambda log: with_columns(log, dict(zip(QUATERNION, rotation.conjugate(attitude(log)).numpy().T, strict=True))),
-)
-
-
 @dataclass(frozen=True)
 class Late:
     """Columns some rows behind all others; negative rows are ahead.
@@ -221,10 +204,6 @@ class Late:
         return f"stamp all columns of a row with one clock, or move {names} {by:.0f} ms {way} when the log is written"
 
     def undone(self, log: Trajectory) -> Trajectory:
-        """As it should be."""
-        return self.shifted(log)
-
-    def shifted(self, log: Trajectory) -> Trajectory:
         """With these columns shifted back; the ends are held."""
         places = np.clip(np.arange(len(log)) + self.rows, 0, len(log) - 1)
         return with_columns(log, {name: log.column(name)[places] for name in self.columns})
@@ -233,12 +212,3 @@ class Late:
 def of_all(transformation: Transformation, data: Dataset) -> Dataset:
     """The logs without the mistake."""
     return Dataset(transformation.undone(log) for log in data)
-
-
-def present(data: Dataset, columns: Sequence[str]) -> tuple[str, ...]:
-    """Those of the columns that the logs have."""
-    layouts = data.layouts
-    return tuple(name for name in columns if name in layouts.state or name in layouts.action or name in layouts.inputs)
-
-
-RATE_COMMANDS = tuple(f"{name}_cmd" for name in RATES)

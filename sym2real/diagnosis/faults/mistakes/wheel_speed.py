@@ -27,7 +27,7 @@ def made_of_wheel(data: Dataset) -> tuple[str, ...]:
 
 def along(log: Trajectory) -> Array:
     """Velocity along the heading in m/s ``# (rows,)``."""
-    found: Array = (_ahead(log) * _level(log)).sum(1)
+    found: Array = (_ahead(log) * log.state[:, log.layouts.state.indices(LEVEL)]).sum(1)
     return found
 
 
@@ -53,12 +53,8 @@ class LatePose(Late):
         """Shifted back, beside the speed as it stands."""
         made = tuple(name for name in RATE.columns if name in log.layouts.state and name not in log.sources)
         speed = along(log)
-        return with_along(replace(self, columns=(*self.columns, *LEVEL, *made)).shifted(log), speed)
+        return with_along(Late.undone(replace(self, columns=(*self.columns, *LEVEL, *made)), log), speed)
 
 
 def _ahead(log: Trajectory) -> Array:
     return log.state[:, log.layouts.state.indices(HEADING.columns[::-1])]
-
-
-def _level(log: Trajectory) -> Array:
-    return log.state[:, log.layouts.state.indices(LEVEL)]

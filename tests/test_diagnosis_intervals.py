@@ -61,6 +61,19 @@ def test_a_push_that_the_base_alone_has_is_not_the_robots() -> None:
     assert calibrate.cleaned(problems, fit, None) is fit
 
 
+def test_what_nothing_tells_of_a_base_is_none() -> None:
+    """A car that rolls without slip has no speed to the side: how strong a drag there would be, no drive says."""
+    base, drives = MUSHR.nominal(), simulate_case(Case("mushr", (), 3), 4, 200)
+    library = Library.of(base, [effect(key, base) for key in ("linear_drag", "wind")])
+    tried = candidates(library, drives)
+    flown, _ = flown_along(base, MujocoPlant(MUSHR), drives)
+    assert flown is not None
+    own = calibrate.calibrated(library, tried, flown, whiten(Problem(library, drives), tried).whitening)
+    ahead, aside = ((own.origin - library.null) / library.scale).tolist()[:2]
+    assert 0.1 < ahead < 2.0  # its tyres creep
+    assert abs(aside) < 0.1
+
+
 def test_intervals_hold_a_value_that_trim_scatters_from_run_to_run(drives: Dataset) -> None:
     base = MUSHR.nominal()
     library = library_for(base, drives, ("*",), ("gain:speed", "offset:steer"))

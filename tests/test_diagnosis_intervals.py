@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import torch
+from noisy_flights import flights_with
 from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
@@ -59,6 +61,30 @@ def test_a_push_that_the_base_alone_has_is_not_the_robots() -> None:
     assert values[2] == pytest.approx(values[0] - OWN, rel=0.01)
     assert values[3] == pytest.approx(values[1], rel=0.005)
     assert calibrate.cleaned(problems, fit, None) is fit
+
+
+def test_the_second_that_leads_to_a_crash_calibrates_nothing() -> None:
+    """What a robot does as it tips over is nothing that a base describes; here one is flown into the ground."""
+    (log,), fell = flights_with("", {}, count=1), np.linspace(1.0, -0.35, 220)
+    state = log.state.copy()
+    state[:, log.layouts.state.index("z")] = fell
+    flown, _ = flown_along(CRAZYFLIE.nominal(), MujocoPlant(CRAZYFLIE), Dataset([replace(log, state=state, extra={})]))
+    assert flown is not None
+    assert 100 <= len(flown[0]) < 170
+    assert flown[0].column("z")[-1] > 0.15
+
+
+def test_what_nothing_tells_of_a_base_is_none() -> None:
+    """A car that rolls without slip has no speed to the side: how strong a drag there would be, no drive says."""
+    base, drives = MUSHR.nominal(), simulate_case(Case("mushr", (), 3), 4, 200)
+    library = Library.of(base, [effect(key, base) for key in ("linear_drag", "wind")])
+    tried = candidates(library, drives)
+    flown, _ = flown_along(base, MujocoPlant(MUSHR), drives)
+    assert flown is not None
+    own = calibrate.calibrated(library, tried, flown, whiten(Problem(library, drives), tried).whitening)
+    ahead, aside = ((own.origin - library.null) / library.scale).tolist()[:2]
+    assert 0.1 < ahead < 2.0  # its tyres creep
+    assert abs(aside) < 0.1
 
 
 def test_intervals_hold_a_value_that_trim_scatters_from_run_to_run(drives: Dataset) -> None:

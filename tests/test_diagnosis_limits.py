@@ -14,7 +14,7 @@ from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.search.select import reported
 from sym2real.effects import applicable, effect
-from sym2real.robots import MUSHR
+from sym2real.robots import MUSHR, ROBOTS
 
 TRAVEL = 0.15
 # What the nominal car lacks of MuJoCo's, and what a limit is taken for.
@@ -43,6 +43,21 @@ def test_steering_ends_alike_on_both_sides_and_a_motor_does_not(drives: Dataset)
     assert freed == {"limit:steer": ["magnitude"], "limit:speed": ["upper"]}
     largest = max(np.abs(drive.column("steer")).max() for drive in drives)
     assert all(0.0 < start < largest for start in found["limit:steer"].starts)
+
+
+@pytest.mark.parametrize(
+    ("sides", "end", "first"),
+    [((-2.0, 0.5), "lower", -1.0), ((-0.5, 2.0), "upper", 1.0), ((-2.0, 1.5), "magnitude", 0.8)],
+    ids=["held up against gravity", "the other way", "to both sides"],
+)
+def test_a_motor_is_cut_off_where_its_logs_reach(sides: tuple[float, float], end: str, first: float) -> None:
+    """A joint that gravity pulls one way is pushed the other way: its motor's limit is at that end, whichever it is."""
+    robot = ROBOTS["cart_pole"]
+    limit, values = effect("limit:drive", robot), np.linspace(*sides, 1001)
+    free = {parameter.name for parameter in limit.parameters} - {*limit.searching.fixed(limit.body, values, [])}
+    assert free == {end}
+    assert limit.searching.starts(limit.body, values)[0] == pytest.approx(first, abs=0.01)
+    assert all(sides[0] < size < sides[1] for size in limit.searching.sizes(limit.body, values))
 
 
 def test_the_travel_of_a_servo_is_found(drives: Dataset) -> None:

@@ -224,6 +224,11 @@ def test_pulses_of_a_servo_are_left_to_the_user(tmp_path: Path, turn: float) -> 
     assert np.allclose(accepted.column("steer"), steer, atol=5.1e-4)
 
 
+def test_compass_names_of_any_case() -> None:
+    named = {"x": "XKF1.PN", "y": "XKF1.PE", "z": "XKF1.PD", "vx": "XKF1.VN", "vy": "XKF1.VE", "vz": "XKF1.VD"}
+    assert assign([*named.values()]).columns == named  # ArduPilot's
+
+
 def test_compass_names() -> None:
     assert assign(["v_n", "v_e", "v_d"]).columns == {"vx": "v_n", "vy": "v_e", "vz": "v_d"}
     assert assign(["east_m", "north_m", "up_m"]).columns == {"x": "east_m", "y": "north_m", "z": "up_m"}

@@ -8,7 +8,7 @@ magnitude then says both limits.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import torch
@@ -24,8 +24,9 @@ from sym2real.trajectory import Array, Trajectory
 # Quantiles of a command at which a plan cuts it off.
 CUT_OFF = (0.99, 0.95, 0.9, 0.75, 0.5, 0.25)
 QUANTILES, PARTS = (0.5, 0.75, 0.9), (0.4, 0.6, 0.8)
-# Part of its largest value to one side that a command reaches to the other where its limits count as alike.
-BOTH_WAYS = 0.5
+# Part of its largest value to one side that a command reaches to the other where its limits count as alike, and the
+# units of what may: a servo's travel ends alike on both sides, so does a motor's current. A car's speed does not.
+BOTH_WAYS, ALIKE = 0.5, frozenset({"rad", "N", "N m"})
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
@@ -55,24 +56,31 @@ def _clip(command: float, body: Body, values: Numbers) -> float:
     return float(np.clip(command, lower, upper))
 
 
-def _both_ways(body: Body, values: Array) -> bool:
-    """Whether a command is an angle to both sides, whose travel ends alike; a motor does not stop alike backwards."""
-    if body.unit != "rad":
-        return False
-    reached = [float((side * values).max()) for side in (1.0, -1.0)]
-    return min(reached) > BOTH_WAYS * max(reached)
+def _end(body: Body, values: Array) -> str:
+    """The end that logs reach: upper or lower; a magnitude of what ends alike on both sides and is sent to both."""
+    up, down = (float((side * values).max(initial=0.0)) for side in (1.0, -1.0))
+    if body.unit in ALIKE and min(up, down) > BOTH_WAYS * max(up, down):
+        return "magnitude"
+    return "upper" if up >= down else "lower"
+
+
+def _cut_at(body: Body, values: Array, quantiles: Sequence[float]) -> tuple[float, ...]:
+    """Quantiles of a command, counted towards the end that it reaches, as far as they lie on that side of none."""
+    side = -1.0 if _end(body, values) == "lower" else 1.0
+    return tuple(side * level for level in np.quantile(side * values, quantiles).tolist() if level > 0)
 
 
 def _starts(body: Body, values: Array) -> tuple[float, ...]:
     """Where a limit may lie. A command that turns is often at its own ends, and no quantile lies between them."""
-    if _both_ways(body, values):
+    if _end(body, values) == "magnitude":
         return tuple(float(np.abs(values).max()) * part for part in PARTS)
-    return tuple(np.quantile(values[values > 0], QUANTILES).tolist()) if (values > 0).any() else ()
+    towards = values[values < 0 if _end(body, values) == "lower" else values > 0]
+    return _cut_at(body, towards, QUANTILES) if len(towards) else ()
 
 
 def _fixed(body: Body, values: Array, _logs: Iterable[Trajectory]) -> tuple[str, ...]:
-    """One end at a time: both where they are alike, else the upper one."""
-    return ("lower", "upper" if _both_ways(body, values) else "magnitude")
+    """One end at a time."""
+    return tuple(name for name in ("lower", "upper", "magnitude") if name != _end(body, values))
 
 
 LIMIT = Kind(
@@ -93,7 +101,7 @@ LIMIT = Kind(
         starts=_starts,
         from_null=False,
         fixed=_fixed,
-        sizes=lambda _, values: tuple(level for level in np.quantile(values, CUT_OFF).tolist() if level > 0),
+        sizes=lambda body, values: _cut_at(body, values, CUT_OFF),
         shown_in=by_role({"speed": (Shown.SPEEDS,)}, ()),
     ),
 )

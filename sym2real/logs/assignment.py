@@ -96,13 +96,14 @@ def _compass(names: Sequence[str]) -> dict[str, Named]:
     Where no name goes up or down, east and north are enough.
     """
     found: dict[str, Named] = {}
+    written = {name.lower(): name for name in names}  # ArduPilot's PN, PE, PD
     level = not any(re.search(r"up|down", name, re.IGNORECASE) for name in names)
     for name in names:
         for axes in (*COMPASS, LEVEL) if level else COMPASS:
             match = re.fullmatch(rf"(.*?){axes[0]}((?:_[a-z]+)?)", name, re.IGNORECASE)
-            alike = [f"{match[1]}{axis}{match[2]}" for axis in axes] if match else []
+            alike = [written.get(f"{match[1]}{axis}{match[2]}".lower(), "") for axis in axes] if match else []
             meant = [read_name(f"{match[1]}{axis}{match[2]}") for axis in "xyz"[: len(axes)]] if match else []
-            if alike and set(alike) <= set(names) and all(meant):
+            if alike and all(alike) and all(meant):
                 found |= {column: named for column, named in zip(alike, meant, strict=True) if named}
     return found
 

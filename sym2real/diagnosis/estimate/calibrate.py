@@ -139,6 +139,7 @@ def calibrated(library: Library, candidates: Sequence[Candidate], data: Dataset,
     """The effects that would explain the base's errors on the plain simulator's data.
 
     They are chosen one after the other on one quadratic model, the base's errors being small, while they save enough.
+    Priors of their scales hold what those data do not tell: a drag to the side of what has no speed there.
 
     Args:
         library: effects in the base's equations.
@@ -154,8 +155,8 @@ def calibrated(library: Library, candidates: Sequence[Candidate], data: Dataset,
     free = tuple(dict.fromkeys(tied for candidate in smooth for tied in candidate.free))
     everything = problems.quadratics([Hypothesis(free, library.null)])[0]
     chosen = _worth_it(problems, everything, smooth, SETTINGS.base_gain * whitening.freedom)
-    hypothesis = Hypothesis(tuple(tied for candidate in chosen for tied in candidate.free), library.null)
-    return Calibration(problem, spread, whitening, problems.fit([hypothesis], STEPS)[0].values)
+    free = tuple(tied for candidate in chosen for tied in candidate.free)
+    return Calibration(problem, spread, whitening, improved(problems, free, library.null, library.null, STEPS))
 
 
 def _worth_it(problems: Problems, everything: Fit, rivals: Sequence[Candidate], least: float) -> list[Candidate]:

@@ -44,8 +44,7 @@ def with_effects_of(model: Equations, plant: MujocoPlant | None, dt: float) -> t
     if plant is None:
         return None, NO_SIMULATOR
     try:
-        slow = dt > (1.0 + SETTINGS.same) * plant.dt
-        robot = plant.robot.at_period(dt) if slow else plant.robot
+        robot = plant.robot.at_period(dt) if dt > (1.0 + SETTINGS.same) * plant.dt else plant.robot
         changes = (*plant.changes, *injected(model, robot))
         return MujocoPlant(robot, changes, description=plant.description), ""
     except Sym2RealError as error:
@@ -78,8 +77,7 @@ def fly(
         name: of the trajectory.
     """
     robot = plant.robot
-    controller = geometric_controller(robot, reference)
-    dithered = Disturbed(controller, lambda step: dither[step], robot.low, robot.high)
+    dithered = Disturbed(geometric_controller(robot, reference), lambda step: dither[step], robot.low, robot.high)
     first = reference(torch.zeros((), dtype=torch.float64)).numpy() if start is None else start
     return run_episode(plant, dithered, start=first, steps=len(dither), name=name)
 
@@ -94,7 +92,9 @@ def _flight(plant: MujocoPlant, log: Trajectory) -> Trajectory:
 
     dither = log.action - uniform_filter1d(log.action, QUICK, axis=0, mode="nearest")
     rows = max(MOST_ROWS, round(MOST_SECONDS / log.dt))
-    return fly(plant, reference, dither[:rows], start=log.state[0], name=log.name)
+    flown = fly(plant, reference, dither[:rows], start=log.state[0], name=log.name)
+    # The second that leads to a crash, of a robot on wheels that tips over, is nothing that a base describes.
+    return flown.rows(0, max(1, len(flown) - round(1.0 / plant.dt))) if plant.crashed else flown
 
 
 def _path_of(log: Trajectory) -> Tensor:

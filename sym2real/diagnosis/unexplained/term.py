@@ -109,15 +109,16 @@ def propose(informed: Equations, data: Dataset, rest: Rest, leftover: Leftover, 
 
 def _symbols(equations: Equations) -> dict[str, Expr]:
     """Features of the leftover as expressions over the equations' columns."""
-    names, body = {*equations.layouts.state, *equations.layouts.action}, Body.of(equations)
+    layouts, body = equations.layouts, Body.of(equations)
+    names = {*layouts.state, *layouts.action, *layouts.inputs}
     found: dict[str, Expr] = {name: symbol(name) for name in sorted(names)}
     found |= {"time": symbol(TIME)} | ({"height": symbol(HEIGHT)} if HEIGHT in names else {})
     along = [name for name in VELOCITY.columns if name in names]
     if along:
         found |= {f"velocity {axis}": symbol(name) for axis, name in zip("xyz", along, strict=False)}
-        if equations.layouts.state.has_field("attitude"):
+        if layouts.state.has_field("attitude"):
             found |= {f"body velocity {axis}": value for axis, value in zip("xyz", body_velocity(body), strict=True)}
-        elif equations.layouts.state.has_field("heading"):
+        elif layouts.state.has_field("heading"):
             found["forward speed"] = body_velocity(body)[0]
     return found
 

@@ -27,7 +27,6 @@ LEFT_OUT = (
 NOISE = {"position": 5e-4, "attitude": np.deg2rad(0.3), "rate": 0.02}
 
 
-@cache
 def flights(key: str = "", **values: float) -> Dataset:
     return flights_with(key, values)
 
@@ -37,22 +36,26 @@ def flights_with(key: str, values: dict[str, float], count: int = 4, steps: int 
 
 
 def flights_with_all(hidden: Mapping[str, Mapping[str, float]], count: int = 4, steps: int = 220) -> Dataset:
-    robot, runs = CRAZYFLIE, []
-    for index in range(count):
-        rng = np.random.default_rng([5, index])
-        name = ("hover", "circle", "lemniscate", "circle")[index % 4]
-        task = make_task(name, robot)
-        changes = [effect(key, robot).inject(**values) for key, values in hidden.items()]
-        tracking = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, task.reference, yaw_rate=0.7)
-        dither = ColouredNoise(np.array([0.005, 0.15, 0.15, 0.15]), 0.05, robot.dt, rng)
-        push = ColouredNoise(np.array([1.5e-3, 1.5e-3, 1e-3, 1e-6, 1e-6, 1e-6]), 0.2, robot.dt, rng)
-        wrench = np.array([push.next() for _ in range(steps)])
-        flown = run_episode(
-            MujocoPlant(robot, changes), Disturbed(tracking, dither.of_step, robot.low, robot.high), task,
-            steps=steps, wrench=wrench, name=f"{name} {index}", seed=index,
-        )  # fmt: skip
-        runs.append(_measured(flown, rng))
-    return Dataset(runs)
+    chosen = tuple((key, tuple(values.items())) for key, values in hidden.items())
+    return Dataset(_flown(chosen, index, steps) for index in range(count))
+
+
+@cache
+def _flown(hidden: tuple[tuple[str, tuple[tuple[str, float], ...]], ...], index: int, steps: int) -> Trajectory:
+    """One flight; whoever asks for it again gets the same one, which nobody changes."""
+    robot, rng = CRAZYFLIE, np.random.default_rng([5, index])
+    name = ("hover", "circle", "lemniscate", "circle")[index % 4]
+    task = make_task(name, robot)
+    changes = [effect(key, robot).inject(**dict(values)) for key, values in hidden]
+    tracking = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, task.reference, yaw_rate=0.7)
+    dither = ColouredNoise(np.array([0.005, 0.15, 0.15, 0.15]), 0.05, robot.dt, rng)
+    push = ColouredNoise(np.array([1.5e-3, 1.5e-3, 1e-3, 1e-6, 1e-6, 1e-6]), 0.2, robot.dt, rng)
+    wrench = np.array([push.next() for _ in range(steps)])
+    flown = run_episode(
+        MujocoPlant(robot, changes), Disturbed(tracking, dither.of_step, robot.low, robot.high), task,
+        steps=steps, wrench=wrench, name=f"{name} {index}", seed=index,
+    )  # fmt: skip
+    return _measured(flown, rng)
 
 
 def _measured(flown: Trajectory, rng: np.random.Generator) -> Trajectory:

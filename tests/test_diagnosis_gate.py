@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import pytest
 import torch
@@ -39,6 +40,7 @@ def stage(name: str, position: float, attitude: float) -> Stage:
     return Stage(name, {0.8: {key: StageError(value, value, value, value, "") for key, value in errors.items()}})
 
 
+@cache
 def problems_of(steps: int) -> Problems:
     """One healthy flight of so many rows."""
     library = Library.of(CRAZYFLIE.nominal(), [])

@@ -151,30 +151,21 @@ def conclude(explained: Explained) -> Diagnosis:
         held_out=scored.steps.names_of(prepared.scored),
         apart=prepared.question.held_out is not None,
         gate=scored.gate,
-        tried=result.selection.tried,
-        not_tried=prepared.not_tried,
         notes=(*result.notes, *cut_said(scored.horizons, prepared.question.horizon)),
-        misfit=_misfit(result),
+        **_of_search(result),
     )
 
 
 def unscored(result: SearchResult) -> Diagnosis:
     """What the search has found, where the scoring was interrupted: nothing is established."""
-    prepared, findings = result.prepared, findings_of(result)
-    faults = prepared.checked.faults
-    return Diagnosis(
-        verdict="CANNOT_TELL",
-        summary=summary("CANNOT_TELL", faults, findings, (), gate=Gate(), stages=(), interrupted="the scoring"),
-        faults=faults,
-        findings=findings,
-        tried=result.selection.tried,
-        not_tried=prepared.not_tried,
-        notes=result.notes,
-        misfit=_misfit(result),
-    )
+    faults, findings = result.prepared.checked.faults, findings_of(result)
+    sentence = summary("CANNOT_TELL", faults, findings, (), gate=Gate(), stages=(), interrupted="the scoring")
+    return Diagnosis("CANNOT_TELL", sentence, faults, findings, notes=result.notes, **_of_search(result))
 
 
-def _misfit(result: SearchResult) -> tuple[float, float]:
+def _of_search(result: SearchResult) -> dict[str, Any]:
+    """What an answer says of the search, scored or not."""
     problems, values = result.prepared.problems, (result.prepared.library.null, result.selection.fit.values)
     base, informed = (problems.whitening.misfit(problems.problem.residuals(each[None])[0]) for each in values)
-    return base, informed
+    tried, not_tried = result.selection.tried, result.prepared.not_tried
+    return {"tried": tried, "not_tried": not_tried, "misfit": (base, informed)}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from types import MappingProxyType
 from typing import Any
 
@@ -108,7 +108,7 @@ class Equations(Predicting):
     def _checked(self, name: str, expression: Expr) -> Expr:
         try:
             expression = canonical(expression)
-            for used in sorted(names_in(expression).difference(self.names)):
+            for used in sorted(names_in(expression) - self._known):
                 raise UnknownNameError(f"symbol in the equation of {name!r}", used, self.names)
         except ModelError as error:
             raise ModelError(f"equation of {name!r}: {error}") from error
@@ -123,6 +123,11 @@ class Equations(Predicting):
     def names(self) -> tuple[str, ...]:
         """Every name that an expression may use."""
         return (*self.columns, *self.quantities, *self.parameters)
+
+    @cached_property
+    def _known(self) -> frozenset[str]:
+        """The same to look up: of a robot of six joints they are hundreds, and every expression is checked."""
+        return frozenset(self.names)
 
     @classmethod
     def parse(

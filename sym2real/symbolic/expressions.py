@@ -6,6 +6,7 @@ factoring. :func:`product` keeps such products as they are; :func:`exchange` and
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 
 import sympy
@@ -32,10 +33,10 @@ def require_names(names: Sequence[str]) -> None:
     Raises:
         ModelError: with the name.
     """
-    for name in names:
+    for name, count in Counter(names).items():
         if not is_name(name) or name in CONSTANTS:
             raise ModelError(f"expected a name that can stand in an expression, found {name!r}")
-        if names.count(name) > 1:
+        if count > 1:
             raise ModelError(f"the name {name!r} stands for two things: columns, quantities and parameters share names")
 
 

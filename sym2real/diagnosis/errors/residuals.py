@@ -141,10 +141,9 @@ class Residuals:
         extremes = (int(following.causal.argmax()), int(following.causal.argmin()))
         # The later one first: a delay shows as what came so many rows earlier, less what comes now.
         lags = sorted((lag for lag in extremes if abs(following.causal[lag]) > band), reverse=True)
-        names = (command, "it")
         clauses = [
-            f"{_verb(following.causal[lag], what)} {_when(lag)} (r {following.causal[lag]:.2f})"
-            for lag, what in zip(lags, names, strict=False)
+            f"{'follows' if size > 0 else 'opposes'} {what} {_when(lag)} (r {size:.2f})"
+            for lag, size, what in zip(lags, following.causal[lags], (command, "it"), strict=False)
         ]
         noise = (
             "; a loop that answers sensor noise may do that" if lags[0] <= ANSWERED and following.answers_noise else ""
@@ -184,7 +183,3 @@ def _rows(count: int) -> str:
 
 def _when(lag: int) -> str:
     return f"{_rows(lag)} earlier" if lag else "of the same row"
-
-
-def _verb(size: float, what: str) -> str:
-    return f"{'follows' if size > 0 else 'opposes'} {what}"

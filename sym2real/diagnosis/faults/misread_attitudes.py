@@ -30,7 +30,8 @@ from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import ATTITUDE, HEADING, POSITION
 
 COMMANDED = "_cmd"
-QUATERNION, SINE_COSINE, LEVEL = ATTITUDE.columns, HEADING.columns, POSITION.columns[:2]
+QUATERNION, SINE_COSINE = ATTITUDE.columns, HEADING.columns
+LEVEL = POSITION.columns[:2]
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from sym2real.trajectory import Trajectory
 from sym2real.vocabulary import POSITION
 
 STEP, LARGEST = 1.5, 1e5  # of factors that are tried, and of their inverses
+ROWS_AT_ONCE = 20_000  # of logs under several factors, which a model foretells in one go
 SENSED = SETTINGS.far, SETTINGS.unheard_of
 
 
@@ -112,29 +113,33 @@ def fitting_scales(balances: Balances, data: Dataset, now: Balance) -> Iterator[
     losses = dict(zip(now.names, now.losses.mean(0), strict=True))
     if losses.get("level velocity", 0.0) > SETTINGS.mostly:
         position = present(data, POSITION.columns)
-        yield _best(balances, data, (*position, *(state.rates[place] for place in position)), "m")
+        yield _best(balances, data, now, (*position, *(state.rates[place] for place in position)), "m")
     bad = [joint for joint in state.joints if losses[state.rates[joint]] > SETTINGS.mostly]
     if not bad:
         return
     units = state.units | action.units
-    every = [[joint for joint in bad if units[joint] == unit] for unit in {units[joint] for joint in bad}]
+    every = [[joint for joint in bad if units[joint] == unit] for unit in dict.fromkeys(units[joint] for joint in bad)]
     groups = [[joint] for joint in bad] + [joints for joints in every if len(joints) > 1]
     pairs = [(*joints, *(state.rates[joint] for joint in joints)) for joints in groups]
     for columns in (*pairs, *((command,) for command in action)):
-        yield _best(balances, data, columns, units[columns[0]])
+        yield _best(balances, data, now, columns, units[columns[0]])
 
 
-def _best(balances: Balances, data: Dataset, columns: tuple[str, ...], meant: str) -> Scaled:
-    def missed(factor: float) -> float:
-        loss: float = balances(of_all(Scaled(columns, factor), data)).losses.mean()
-        return loss
+def _best(balances: Balances, data: Dataset, now: Balance, columns: tuple[str, ...], meant: str) -> Scaled:
+    def missed(*tried: float) -> list[float]:
+        versions = Dataset(log for factor in tried for log in of_all(Scaled(columns, factor), data))
+        return [float(part.losses.mean()) for part in balances(versions).parts(len(tried))]
 
     large = np.geomspace(SETTINGS.command_unit, LARGEST, round(log(LARGEST / SETTINGS.command_unit, STEP)))
-    start = min((*large, *1.0 / large), key=missed)
-    factor = best_factor(missed, (start / STEP, start * STEP))
+    tried, at_once = (*large, *1.0 / large), max(1, ROWS_AT_ONCE // data.rows)
+    lost = [loss for first in range(0, len(tried), at_once) for loss in missed(*tried[first : first + at_once])]
+    least, start = min(zip(lost, tried, strict=True), key=lambda entry: entry[0])
+    if least >= now.losses.mean():  # nor would any factor near it mend anything
+        return Scaled(columns, start)
+    factor = best_factor(lambda at: missed(at)[0], (start / STEP, start * STEP))
     named = {unit: value for unit, value in factors(meant).items() if value >= SETTINGS.command_unit}
     unit = min(named, key=lambda unit: missed(named[unit]), default="")
     known = {named[unit]: unit} if unit else {}
     known.setdefault(10.0 ** round(log10(factor)), "")
-    alike = [value for value in known if missed(value) * SETTINGS.nearly < missed(factor)]
+    alike = [value for value in known if missed(value)[0] * SETTINGS.nearly < missed(factor)[0]]
     return Scaled(columns, *((alike[0], known[alike[0]]) if alike else (factor, "")))

@@ -11,7 +11,7 @@ commands, and where these arrive late, attitude and rates are late together, whi
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -74,6 +74,12 @@ class Balance:
             size = float((np.square(measured) + np.square(other)).sum(1).mean())
             columns.append(np.square(measured - other).sum(1) / max(size, 1e-300))
         return np.stack(columns, axis=1)
+
+    def parts(self, count: int) -> list[Balance]:
+        """Of so many versions of the same logs, one behind the other: each version's."""
+        measured, foretold = ([np.split(part, count) for part in parts] for parts in (self.measured, self.foretold))
+        pairs = zip(zip(*measured, strict=True), zip(*foretold, strict=True), strict=True)
+        return [replace(self, measured=own, foretold=other) for own, other in pairs]
 
     def missed(self, place: int) -> Array:
         """Squares missed of a quantity over the median of both changes, which no single one makes ``# (s,)``."""

@@ -13,7 +13,7 @@ from cli_results import result_of
 from forked import forked
 from quick_engines import Given
 
-from sym2real.cli import VERBS, main
+from sym2real.cli import main
 from sym2real.data import example_flight
 from sym2real.layout import Layouts
 from sym2real.logs import read_log
@@ -202,12 +202,7 @@ def test_json_has_standard_output_to_itself(bicycle: Path, tmp_path: Path) -> No
     assert json.loads(forked(["show", str(bicycle), "--json", "-"], tmp_path).out)["dt"] == 0.05
 
 
-def test_help_teaches_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
-    for verb in VERBS:
-        with pytest.raises(SystemExit) as stopped:
-            main([verb, "--help"])
-        assert stopped.value.code == 0
-        assert len(capsys.readouterr().out) > 300
+def test_a_verb_that_does_not_exist_is_guessed(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["comparre"])
     assert "did you mean 'compare'" in capsys.readouterr().err

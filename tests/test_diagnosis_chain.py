@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-import numpy as np
 import pytest
 import torch
 from noisy_flights import LEFT_OUT, flights, flights_with
@@ -14,11 +11,9 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, diagnose
 from sym2real.diagnosis.data.segments import cut
 from sym2real.diagnosis.estimate.whitening import Spread, estimate
-from sym2real.diagnosis.faults.sanity import check
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import effect
-from sym2real.logs.differences import rates_on_time
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import symbol
 
@@ -59,20 +54,6 @@ def test_nothing_is_found_where_nothing_is_missing() -> None:
     assert found.findings == ()
     assert found.verdict == "NOTHING_MISSING"
     assert found.misfit[1] == pytest.approx(1.0, abs=0.05)
-
-
-def test_a_gyro_with_the_wrong_sign_is_a_fault_and_is_undone() -> None:
-    data = flights()
-    place = data.layouts.state.index("wy")
-    turned = []
-    for trajectory in data:
-        state = trajectory.state.copy()
-        state[:, place] *= -1
-        turned.append(replace(trajectory, state=state))
-    checked = check(CRAZYFLIE.nominal(), Dataset(turned))
-    assert [fault.effect for fault in checked.faults] == ["sensor_sign:wy"]
-    for mine, original in zip(checked.data, rates_on_time(data), strict=True):
-        np.testing.assert_allclose(mine.state, original.state)
 
 
 def test_whitening_recovers_the_variances_that_made_the_residual() -> None:

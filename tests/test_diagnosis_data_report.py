@@ -7,13 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import torch
+from broken_logs import times
 from standard_set import Case, simulate_case
 
 from sym2real.control import RandomCommands, geometric_controller
 from sym2real.data import example_flight
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import rate_agreement, velocity_agreement
+from sym2real.diagnosis.faults.mistakes.transformation import OtherAxes
 from sym2real.diagnosis.faults.report import data_report
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.experiments.standard_conditions import sensors
@@ -21,7 +22,6 @@ from sym2real.logs import read_log
 from sym2real.logs.extremes import at_extremes
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
-from sym2real.rotation import conjugate, rotate
 from sym2real.tasks import make_task
 from sym2real.trajectory import Array, Trajectory
 
@@ -30,18 +30,6 @@ from sym2real.trajectory import Array, Trajectory
 def flights() -> Dataset:
     """A circle with swinging height, and a figure of eight."""
     return Dataset(list(simulate_case(Case("crazyflie", seed=3, yaw=True), 6, 150))[3:6:2])
-
-
-def with_columns(data: Dataset, change: dict[str, float]) -> Dataset:
-    """State columns times a factor."""
-
-    def changed(log: Trajectory) -> Trajectory:
-        state = log.state.copy()
-        for column, factor in change.items():
-            state[:, log.layouts.state.index(column)] *= factor
-        return replace(log, state=state)
-
-    return Dataset(changed(log) for log in data)
 
 
 def with_time(data: Dataset, time: Array) -> Dataset:
@@ -59,14 +47,14 @@ def test_sound_data_give_no_remark_on_signs_and_timing(flights: Dataset) -> None
 
 @pytest.mark.parametrize("column", ["wx", "wy", "wz"])
 def test_a_reversed_rate_is_named_and_no_other(flights: Dataset, column: str) -> None:
-    found = rate_agreement(list(with_columns(flights, {column: -1.0})))
+    found = rate_agreement(list(times(flights, {column: -1.0})))
     assert {name for name, one in found.items() if one.verdict == "reversed"} == {column}
-    (line,) = (line for line in data_report(with_columns(flights, {column: -1.0})).lines() if "wrong sign" in line)
+    (line,) = (line for line in data_report(times(flights, {column: -1.0})).lines() if "wrong sign" in line)
     assert f"the logged {column} and" in line
 
 
 def test_a_reversed_velocity_is_named(flights: Dataset) -> None:
-    found = velocity_agreement(list(with_columns(flights, {"vy": -1.0})))
+    found = velocity_agreement(list(times(flights, {"vy": -1.0})))
     assert found["vy"].verdict == "reversed"
     assert found["vx"].verdict == found["vz"].verdict == "agrees"
 
@@ -74,24 +62,14 @@ def test_a_reversed_velocity_is_named(flights: Dataset) -> None:
 def test_velocity_in_body_axes_is_recognised() -> None:
     """A car on a circle: in body axes the velocity does not turn, in world axes it does."""
     drive = simulate_case(Case("mushr", seed=4), 1, 300)[0]
-    sine, cosine, vx, vy = (drive.column(name) for name in ("sin_yaw", "cos_yaw", "vx", "vy"))
-    state = drive.state.copy()
-    place = drive.layouts.state.slice("velocity")
-    state[:, place] = np.column_stack([cosine * vx + sine * vy, cosine * vy - sine * vx])
     assert {one.verdict for one in velocity_agreement([drive]).values()} == {"agrees"}
-    verdicts = {one.verdict for one in velocity_agreement([replace(drive, state=state)]).values()}
-    assert "agrees" not in verdicts
-    assert velocity_agreement([replace(drive, state=state)])["vx"].in_other_frame == pytest.approx(1.0, abs=0.05)
+    turned = velocity_agreement([OtherAxes(("vx", "vy"), "world").undone(drive)])
+    assert "agrees" not in {one.verdict for one in turned.values()}
+    assert turned["vx"].in_other_frame == pytest.approx(1.0, abs=0.05)
 
 
 def test_a_quadrotors_velocity_in_body_axes_is_recognised(flights: Dataset) -> None:
-    def turned(log: Trajectory) -> Trajectory:
-        layout, state = log.layouts.state, log.state.copy()
-        attitude, velocity = (torch.as_tensor(state[:, layout.slice(name)]) for name in ("attitude", "velocity"))
-        state[:, layout.slice("velocity")] = rotate(conjugate(attitude), velocity).numpy()
-        return replace(log, state=state)
-
-    turning = [turned(log) for log in flights]
+    turning = [OtherAxes(("vx", "vy", "vz"), "world").undone(log) for log in flights]
     assert all(
         one.in_other_frame is not None and one.in_other_frame > 0.9 for one in velocity_agreement(turning).values()
     )

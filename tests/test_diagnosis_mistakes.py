@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from broken_logs import times
 from noisy_flights import flights
 from paper_robots import PAPER_ROBOTS
 from standard_set import Case, simulate_case
@@ -156,14 +157,12 @@ def test_one_early_rate_among_others_makes_nothing_else_late() -> None:
 
 @pytest.mark.parametrize("factor", [np.rad2deg(1.0), 265.0], ids=["degrees", "percent"])
 def test_a_steering_in_another_unit_mirrors_no_world(factor: float) -> None:
-    logs = (with_columns(log, {"steer": factor * log.column("steer")}) for log in healthy("mushr"))
-    (fault,) = check(ROBOTS["mushr"].nominal(), Dataset(logs)).faults
+    (fault,) = check(ROBOTS["mushr"].nominal(), times(healthy("mushr"), {"steer": factor})).faults
     assert fault.evidence.startswith("steer in")
 
 
 def test_one_reversed_rate_turns_no_heading_about() -> None:
-    logs = (with_columns(log, {"wz": -log.column("wz")}) for log in healthy("mushr"))
-    (fault,) = check(ROBOTS["mushr"].nominal(), Dataset(logs)).faults
+    (fault,) = check(ROBOTS["mushr"].nominal(), times(healthy("mushr"), {"wz": -1.0})).faults
     assert fault.effect == "sensor_sign:wz"
 
 
@@ -198,8 +197,7 @@ def test_a_mirrored_command_is_seen_by_a_model_with_hidden_states() -> None:
     lag = ("motor_lag", {"value": 0.06})
     data, model = simulate_case(Case("crazyflie", (lag,), seed=73), 3, 260), add(CRAZYFLIE.nominal(), *lag)
     assert check(model, data).faults == ()
-    mirrored = Dataset(with_columns(log, {"wy_cmd": -log.column("wy_cmd")}) for log in data)
-    (fault,) = check(model, mirrored).faults
+    (fault,) = check(model, times(data, {"wy_cmd": -1.0})).faults
     assert fault.evidence.startswith("wy_cmd with the wrong sign")
 
 

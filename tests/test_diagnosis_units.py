@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from broken_logs import times
 from motor_level import motor_level_equations
 from noisy_flights import flights, flights_with
 from standard_set import Case, simulate_case
@@ -18,10 +19,12 @@ from sym2real.data import example_flight
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, compare, diagnose
 from sym2real.diagnosis.data.agreement import thrust_agreement
+from sym2real.diagnosis.data.preparation import with_columns
 from sym2real.diagnosis.faults.fault import Breach
 from sym2real.diagnosis.faults.foreign_units import Steps, foreign_positions, foreign_velocities
-from sym2real.diagnosis.faults.misread_attitudes import other_angles, with_angles
+from sym2real.diagnosis.faults.misread_attitudes import SHIFTED, other_angles, with_angles
 from sym2real.diagnosis.faults.mistakes.rows import BadRows
+from sym2real.diagnosis.faults.mistakes.transformation import OtherAxes
 from sym2real.diagnosis.faults.sanity import check, looks_for, through
 from sym2real.diagnosis.faults.units import Scaled
 from sym2real.effects.sensors import Sensors
@@ -31,6 +34,7 @@ from sym2real.logs.pose import attitude
 from sym2real.logs.sources import AsRead
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import Equations
+from sym2real.vocabulary import ATTITUDE
 
 DEGREES = 180.0 / np.pi
 Factors = dict[str, float]
@@ -70,25 +74,9 @@ def short_drives() -> Dataset:
     return simulate_case(Case("mushr", (), seed=0), 8, 150)
 
 
-def times(data: Dataset, factors: Factors) -> Dataset:
-    """Logs with columns of state and action in other units."""
-    changed = []
-    for log in data:
-        state, action = log.state.copy(), log.action.copy()
-        for column, factor in factors.items():
-            values, layout = (state, log.layouts.state) if column in log.layouts.state else (action, log.layouts.action)
-            values[:, layout.index(column)] *= factor
-        changed.append(replace(log, state=state, action=action))
-    return Dataset(changed)
-
-
 def scalar_last(data: Dataset) -> Dataset:
-    place = data.layouts.state.slice("attitude")
-    states = [np.roll(log.state[:, place], -1, axis=-1) for log in data]
-    return Dataset(
-        replace(log, state=np.concatenate([log.state[:, : place.start], turned, log.state[:, place.stop :]], axis=1))
-        for log, turned in zip(data, states, strict=True)
-    )
+    held = dict(zip(SHIFTED.columns, SHIFTED.sources, strict=True))
+    return Dataset(with_columns(log, {own: log.column(other) for own, other in held.items()}) for log in data)
 
 
 def of(columns: str, factor: float) -> Factors:
@@ -319,11 +307,7 @@ def test_a_noisy_sensor_is_in_no_other_unit(noise: float, columns: str) -> None:
 @pytest.mark.parametrize("rows", [30, 150])
 def test_velocities_along_body_axes_are_no_positions_in_another_unit(rows: int) -> None:
     for log in short_drives():
-        state, sine, cosine = log.state.copy(), log.column("sin_yaw"), log.column("cos_yaw")
-        place = log.layouts.state.indices(("vx", "vy"))
-        east, north = state[:, place].T
-        state[:, place] = np.stack([cosine * east + sine * north, cosine * north - sine * east], axis=1)
-        turned = Dataset([replace(log, state=state).rows(0, rows)])
+        turned = Dataset([OtherAxes(("vx", "vy"), "world").undone(log).rows(0, rows)])
         assert breaches(turned, None)[0] == []
         assert not any(
             "instead of" in fault.name or "unit" in fault.name for fault in check(MUSHR.nominal(), turned).faults
@@ -348,11 +332,9 @@ def test_a_turn_of_many_times_gravity_is_no_other_unit() -> None:
         "vy": speed * east,
         "vz": nothing,
     }
-    state, layout = log.state.copy(), log.layouts.state
-    for name, values in columns.items():
-        state[:, layout.index(name)] = values + 5e-4 * np.random.default_rng(0).normal(size=len(log))
-    state[:, layout.slice("attitude")] = attitude
-    turn = replace(log, state=state)
+    noise = 5e-4 * np.random.default_rng(0).normal(size=len(log))
+    measured = {name: values + noise for name, values in columns.items()}
+    turn = with_columns(log, measured | dict(zip(ATTITUDE.columns, attitude.T, strict=True)))
     assert thrust_agreement([turn]).correlation == pytest.approx(1.0, abs=0.02)
     assert foreign_positions(Dataset([turn])) == foreign_velocities(Dataset([turn])) == []
 

@@ -13,7 +13,7 @@ from kinematic_car import car
 from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.faults.misread_attitudes import against_the_path
+from sym2real.diagnosis.faults.misread_attitudes import against_the_path, with_angles
 from sym2real.diagnosis.faults.report import data_report
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.logs import Inspection, LogSpec, inspect_logs, read_log, read_logs, write_log
@@ -115,13 +115,8 @@ def test_a_straight_drive_tells_nothing() -> None:
 
 
 def mirrored(data: Dataset, change: Callable[[Array], Array]) -> Dataset:
-    logs = []
-    for log in data:
-        heading = change(np.arctan2(log.column("sin_yaw"), log.column("cos_yaw")))
-        state = log.state.copy()
-        state[:, log.layouts.state.slice("heading")] = np.stack([np.sin(heading), np.cos(heading)], axis=1)
-        logs.append(replace(log, state=state))
-    return Dataset(logs)
+    headings = (np.arctan2(log.column("sin_yaw"), log.column("cos_yaw")) for log in data)
+    return Dataset(with_angles(log, change(own)[:, None]) for log, own in zip(data, headings, strict=True))
 
 
 @pytest.mark.parametrize("zero", [0.0, np.pi / 2])

@@ -16,7 +16,8 @@ sys.path.append(str(Path(__file__).resolve().parents[1] / "tools" / "bench"))  #
 LONG = {
     *("test_site", "test_level_ground", "test_experiments_study", "test_cli_found"),
     *("test_diagnosis_slow_logs", "test_diagnosis_units", "test_faults_as_read", "test_neural_training"),
-    *("test_robots_from_mjcf", "test_diagnosis_mistakes"),
+    *("test_robots_from_mjcf", "test_diagnosis_mistakes", "test_robots_arm", "test_robots_differential_drive"),
+    *("test_robots_hexarotor", "test_hostile", "test_real_logs", "test_diagnosis_chain"),
 }
 BESIDE_THE_CHECKOUT = Path(__file__).resolve().parents[2] / "shared" / "data"
 

@@ -26,7 +26,7 @@ DELAY = 0.15
 
 def diagnosed(folder: Path, drives: int, *effects: tuple[str, Mapping[str, float]]) -> Diagnosis:
     """Noisy drives commanded and logged at 10 Hz, through files."""
-    data = simulate_case(Case("mushr", effects, seed=41), drives, 200, robot=MUSHR.at_period(PERIOD))
+    data = simulate_case(Case("mushr", effects, seed=41), drives, 120, robot=MUSHR.at_period(PERIOD))
     for number, log in enumerate(data):
         write_log(log, folder / f"{number}.csv")
     model = MUSHR.nominal()

@@ -24,9 +24,9 @@ PERIOD = 0.1  # s, of commands and rows; the model's step is half of that
 DELAY = 0.15
 
 
-def diagnosed(folder: Path, drives: int, *effects: tuple[str, Mapping[str, float]]) -> Diagnosis:
+def diagnosed(folder: Path, drives: int, rows: int, *effects: tuple[str, Mapping[str, float]]) -> Diagnosis:
     """Noisy drives commanded and logged at 10 Hz, through files."""
-    data = simulate_case(Case("mushr", effects, seed=41), drives, 200, robot=MUSHR.at_period(PERIOD))
+    data = simulate_case(Case("mushr", effects, seed=41), drives, rows, robot=MUSHR.at_period(PERIOD))
     for number, log in enumerate(data):
         write_log(log, folder / f"{number}.csv")
     model = MUSHR.nominal()
@@ -37,11 +37,11 @@ def diagnosed(folder: Path, drives: int, *effects: tuple[str, Mapping[str, float
 
 
 def test_a_healthy_car_at_half_the_models_rate_misses_nothing(tmp_path: Path) -> None:
-    assert diagnosed(tmp_path, 4).verdict == "NOTHING_MISSING"
+    assert diagnosed(tmp_path, 4, 200).verdict == "NOTHING_MISSING"
 
 
 def test_a_delay_between_two_rows_is_found_to_a_fraction_of_a_row(tmp_path: Path) -> None:
-    found = diagnosed(tmp_path, 6, ("delay:steer", {"value": DELAY}))
+    found = diagnosed(tmp_path, 6, 120, ("delay:steer", {"value": DELAY}))
     assert [finding.effect for finding in found.findings] == ["delay:steer"]
     assert found.findings[0].values["value"] == pytest.approx(DELAY, abs=0.2 * PERIOD)
     before, after = found.ladder[0], found.ladder[-1]

@@ -35,7 +35,7 @@ def comparison_table(comparison: Comparison) -> Table:
         table.add_column(f"{channel}\n{error.unit}", justify="right", no_wrap=True)
     for errors in (comparison.one_step, *comparison.horizons, comparison.free_run):
         cells = [f"{number(entry.value, 2)} [dim]{number(entry.hold, 2)}[/]" for entry in errors.errors.values()]
-        table.add_row(f"{errors.horizon:g}", str(errors.windows), *cells)
+        table.add_row(number(errors.horizon), str(errors.windows), *cells)
     return table
 
 

@@ -46,7 +46,7 @@ def floor_table(comparison: Comparison) -> Table:
     """
     shown = comparison.horizons or (comparison.one_step,)
     errors = min(shown, key=lambda at: abs(at.horizon - JUDGED_AT))
-    table = compact_table(f"{errors.horizon:g} s ahead, beside what the sensors' noise alone makes")
+    table = compact_table(f"{errors.horizon:.3g} s ahead, beside what the sensors' noise alone makes")
     table.add_column("channel")
     for heading in ("error", "sensor\nnoise", "excess", "fit %", "skill\nhold", "skill\nmean"):
         table.add_column(heading, justify="right", no_wrap=True)

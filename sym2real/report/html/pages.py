@@ -165,4 +165,4 @@ def _names(data: Dataset) -> list[str]:
 def _said(comparison: Comparison) -> str:
     errors = comparison.at(JUDGED_AT) if comparison.horizons else comparison.one_step
     name, first = next(iter(errors.errors.items()))
-    return f"{errors.horizon:g} s ahead the model's {name} is {first.value:.2g} {first.unit} off (root mean square)."
+    return f"{errors.horizon:.3g} s ahead the model's {name} is {first.value:.2g} {first.unit} off (root mean square)."

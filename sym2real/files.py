@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import json
 import os
 import secrets
@@ -199,8 +200,16 @@ def require_file(path: str | Path) -> None:
     if place.is_file():
         return
     kinds = {"a folder": place.is_dir, "a pipe": place.is_fifo, "a device": place.is_char_device}
-    there = next((words for words, holds in kinds.items() if holds()), "nothing of that name")
-    raise DataError(place, "a file", there)
+    there = next((words for words, holds in kinds.items() if holds()), "")
+    raise DataError(place, "a file", there or f"nothing of that name{meant(place)}")
+
+
+def meant(path: Path) -> str:
+    """Which file beside a path that is none may have been meant, in words."""
+    with suppress(OSError, ValueError):
+        near = difflib.get_close_matches(str(path), map(str, path.parent.iterdir()), n=1, cutoff=0.8)
+        return f"; did you mean {near[0]}?" if near else ""
+    return ""
 
 
 def require_place(path: str | Path, *, folder: bool) -> None:

@@ -111,7 +111,7 @@ def test_what_works_on_equations_says_that_it_leaves_the_residual_out(
     )
     assert any(said in note for note in added["notes"])
     assert load_model(tmp_path / "new").effects
-    planned = result_of(["plan", "mushr", "circle", "--model", str(folder / "model"), "--seconds", "4"], tmp_path)
+    planned = result_of(["plan", str(folder / "model"), "circle", "--seconds", "4"], tmp_path)
     assert any(said in note for note in planned["notes"])
     capsys.readouterr()
     with pytest.raises(SystemExit):

@@ -50,7 +50,7 @@ def said(command: str, capsys: pytest.CaptureFixture[str]) -> str:
         "diagnose {models}/quadrotor {models}/flight.csv {models}/one_row.csv",
         "add {models}/quadrotor wind --fit {models}/one_row.csv --out X",
         "compare {models}/quadrotor {models}/one_row.csv",
-        "plan {models}/one_row.csv --model {models}/quadrotor",
+        "plan {models}/quadrotor {models}/one_row.csv",
         "learn crazyflie --data {models}/one_row.csv --out X",
     ],
 )
@@ -97,11 +97,8 @@ def test_an_effect_that_is_given_twice_is_refused(models: Path, capsys: pytest.C
     ("command", "message"),
     [
         ("plan crazyflie circle speed=1000 --seconds 2", "circle: the simulated Crazyflie 2.1 crashed after"),
-        (
-            "plan crazyflie hover --model {models}/car",
-            "/car: expected a model with the columns of a crazyflie",
-        ),
-        ("plan {models}/car_log.csv", "expected --model MODEL"),
+        ("plan {models}/car {models}/car_log.csv", "expected columns of the model"),
+        ("plan {models}/quadrotor fligth.csv", "fligth.csv: expected a file"),
         ("diagnose {models}/quadrotor {models}/flight.csv --horizon 0.001", "at least one time step, 0.02 s"),
     ],
 )
@@ -112,14 +109,13 @@ def test_what_cannot_be_planned_or_scored(
     assert message in said(command.format(models=models), capsys)
 
 
-def test_logs_of_one_robot_are_planned_with_its_own_equations(
-    models: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+def test_logs_are_planned_with_the_equations_of_the_robot_that_is_named(
+    models: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     given = []
     monkeypatch.setattr(diagnosis, "plan", lambda equations, *_, **__: given.append(equations) or EMPTY)
-    main(["plan", str(models / "flight.csv")])
+    main(["plan", "crazyflie", str(models / "flight.csv")])
     assert given[0].robot == "crazyflie"
-    assert "the logs have the columns of a Crazyflie 2.1" in capsys.readouterr().out
 
 
 def test_the_command_of_a_proposed_term_is_one_line_of_a_shell() -> None:

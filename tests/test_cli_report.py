@@ -34,14 +34,6 @@ def test_compare_writes_a_page(flown: tuple[Path, Path], tmp_path: Path) -> None
     assert questions(tmp_path / "page.html") == list(ASKED)
 
 
-def test_run_writes_a_page_of_its_flight(flown: tuple[Path, Path], tmp_path: Path) -> None:
-    file = tmp_path / "page.html"
-    flight = ["run", str(flown[0]), "hover", "--seconds", "1", "--samples", "64", "--report", str(file)]
-    result = result_of(flight, tmp_path)
-    assert questions(file) == list(ASKED)
-    assert f"{result['tracking']:.3g} m" in file.read_text(encoding="utf-8")
-
-
 def test_adapt_writes_a_page_of_recorded_flights(
     flown: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -268,3 +268,7 @@ def test_a_single_log_is_scored_behind_its_fit() -> None:
     windows = windows_of(Dataset([log]), 10, LAST_THIRD)
     assert windows is not None
     assert windows.row.min() >= LAST_THIRD * len(log) - 1
+
+
+def test_a_horizon_of_jittering_stamps_is_said_in_three_digits() -> None:
+    assert Fall(0.319992, "position", 0.231).said == "of position after 0.32 s falls by 23 %"

@@ -279,7 +279,8 @@ def test_a_damaged_parquet(tmp_path: Path, damage: Callable[[Path], object]) -> 
 
 
 def test_paths_that_are_no_logs(tmp_path: Path) -> None:
-    with pytest.raises(DataError, match=r"missing\.csv.*nothing of that name"):
+    (tmp_path / "misssing.csv").touch()
+    with pytest.raises(DataError, match=r"missing\.csv.*nothing of that name; did you mean .*misssing\.csv"):
         read_log(tmp_path / "missing.csv")
     with pytest.raises(DataError, match=r"ends in \.csv, \.txt, .*\.parquet"):
         read_log(tmp_path / "log.xlsx")

@@ -6,6 +6,7 @@ body rates are those of the attitude. What the inspection proposes is used to re
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -203,6 +204,22 @@ def test_px4_log_is_north_east_down(flight: Flight, tmp_path: Path) -> None:
     assert found.spec.frames == "ned_frd"
     assert found.suspected_flips == ()
     check(flight, path, found.spec)
+
+
+def test_rates_by_aeronautics_letters_and_a_thrust_along_z_down(flight: Flight, tmp_path: Path) -> None:
+    columns = {name: values for name, values in px4(flight).items() if "angular" not in name}
+    turned = flight.rate * [1.0, -1.0, -1.0]
+    columns |= named("gyro_p gyro_q gyro_r", turned) | named("rate_sp_p rate_sp_q rate_sp_r", turned)
+    columns["thrust_sp_z"] = -0.05 * flight.thrust
+    path = save(tmp_path, columns)
+    found = inspect_logs(path)
+    assert [found.spec.columns[name].column for name in ("wx", "wz", "wy_cmd")] == ["gyro_p", "gyro_r", "rate_sp_q"]
+    check(flight, path, found.spec)
+    assert found.suspected_flips == ("thrust_sp_z",)
+    scale = float(re.findall(r"mass in kg × (\S+)", found.toml())[0])
+    accepted = LogSpec.parse(found.toml().replace("# flip", "flip"))
+    read = read_log(path, accepted).column("thrust")
+    assert scale * read.mean() == pytest.approx(GRAVITY, rel=1e-3)
 
 
 def test_a_log_that_names_the_compass_is_north_east_down(flight: Flight, tmp_path: Path) -> None:

@@ -28,7 +28,7 @@ def test_forces_per_kilogram_are_said_to_be(
     flight, model = str(example_flight()), str(tmp_path / "model")
     commands = [
         [*NOMINAL, "--fit-thrust", flight, *mass, "--out", model],
-        ["plan", flight, "--spec", SPEC, "--model", model],
+        ["plan", model, flight, "--spec", SPEC],
         ["add", model, "wind", "fx=0.02", "--out", str(tmp_path / "windy")],
     ]
     for command in commands:

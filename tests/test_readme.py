@@ -12,7 +12,7 @@ import pytest
 import tyro
 from forked import in_fork
 
-from sym2real.cli import VERBS, Verb
+from sym2real.cli import VERBS, verbs
 
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text()
@@ -65,7 +65,7 @@ def test_every_command_of_the_docs_is_one(page: str) -> None:
     commands = re.findall(r"^sym2real (.*?)(?:\s+#.*)?$", text, re.MULTILINE)
     assert commands
     for command in commands:
-        parsed: object = tyro.cli(Verb, args=shlex.split(command))
+        parsed: object = tyro.cli(verbs(), args=shlex.split(command))
         assert parsed is not None
 
 

@@ -178,6 +178,11 @@ def test_what_does_not_apply_is_refused_in_words(base: Equations) -> None:
             '<position name="left" joint="left_wheel"/>',
             "position on wheels",
         ),
+        (
+            ' priority="1"',
+            "",
+            r'drag as it .* priority="1"; the body\'s origin is the middle of the axle',
+        ),
         ('condim="1"', 'condim="3"', "contacts with friction that drag as it goes ahead and as it turns"),
         (
             '<joint name="left_wheel" axis="0 1 0"/>',

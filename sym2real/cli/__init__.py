@@ -19,7 +19,6 @@ from sym2real import __version__
 from sym2real.cli.adapt import Adapt
 from sym2real.cli.add import Add
 from sym2real.cli.compare import Compare
-from sym2real.cli.demo import Demo
 from sym2real.cli.diagnose import Diagnose
 from sym2real.cli.effects import Effects
 from sym2real.cli.experiment import RunExperiment
@@ -73,7 +72,6 @@ others writes a page that works offline. sym2real --version says which one this 
 """
 
 VERBS: dict[str, Any] = {
-    "demo": Demo,
     "simulate": Simulate,
     "learn": Learn,
     "nominal": Annotated[NominalQuadrotor, tyro.conf.subcommand("quadrotor")]
@@ -92,12 +90,16 @@ VERBS: dict[str, Any] = {
     "experiment": RunExperiment,
 }
 OF_SEVERAL = {
-    "nominal": "First-principles equations: from numbers alone, or from the MJCF of a robot of joints."
+    "nominal": "First-principles equations: from numbers alone, or from a robot's MJCF."
 }  # verbs whose words are in no class
-Verb: Any = reduce(
-    or_,
-    (Annotated[kind, tyro.conf.subcommand(name, description=OF_SEVERAL.get(name))] for name, kind in VERBS.items()),
-)
+
+
+def verbs(*, in_short: bool = False) -> Any:
+    """The union of the verbs; in short each says its first paragraph alone."""
+    said = {name: " ".join((kind.__doc__ or "").partition("\n\n")[0].split()) for name, kind in VERBS.items()}
+    known = (said | OF_SEVERAL) if in_short else OF_SEVERAL
+    kinds = (Annotated[kind, tyro.conf.subcommand(name, description=known.get(name))] for name, kind in VERBS.items())
+    return reduce(or_, kinds)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -126,7 +128,7 @@ def _main(given: list[str]) -> None:
         raise UnknownNameError("verb", given[0], VERBS)
     # The tensors are small: threads that wait for each other make an action five times slower. Set it to override.
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    verb = parse(Verb, "sym2real", DESCRIPTION, given)
+    verb = parse(verbs(in_short=not {*given} & {*VERBS}), "sym2real", DESCRIPTION, given)
     report = report_for(verb.json)
     try:
         if progress_console().is_terminal:  # libraries take seconds: it has begun

@@ -26,25 +26,23 @@ class Effects:
 
     name: OptionalName = None
     """KIND or KIND:COLUMN; the whole catalogue by default."""
-    robot: Place = "crazyflie"
-    """Robot whose effects are listed and whose numbers give units, bounds and scales: its name or a model folder."""
+    robot: Place | None = None
+    """Robot whose effects are listed and whose numbers give units, bounds and scales: its name or a model folder; by
+    default the first that has the effect, and the Crazyflie's catalogue."""
     json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
         """Print the catalogue or the page."""
         from sym2real.effects import EFFECTS, Body, effect
         from sym2real.effects.catalogue import columns_of
-        from sym2real.experiments.models import robot_called
         from sym2real.report.effects import catalogue_table, effect_page
 
-        robot = robot_called(self.robot)
+        robot = self._robot()
         if self.name is None:
             kinds = [kind for kind in EFFECTS.values() if kind.fits(Body.of(robot))]
             console.print(catalogue_table(kinds, robot.title))
             return {"effects": [{"name": kind.name, "stage": kind.stage, "summary": kind.summary} for kind in kinds]}
-        name = self.name
-        self._require_robot(name, robot)
-        kind = EFFECTS[name.partition(":")[0]]
+        name, kind = self.name, EFFECTS[self.name.partition(":")[0]]
         if ":" not in name and kind.columns and kind.column_needed:
             name = f"{name}:{columns_of(kind, robot)[0]}"
         chosen = effect(name, robot)
@@ -60,22 +58,28 @@ class Effects:
             "group": list(chosen.group),
         }
 
-    def _require_robot(self, name: str, robot: Robot) -> None:
-        """Refuse an effect that another robot has and this one has not."""
+    def _robot(self) -> Robot:
+        """The robot that is asked for, else the first that has the effect.
+
+        Raises:
+            ModelError: where the one that is asked for has not.
+        """
         from sym2real.effects import EFFECTS, Body
         from sym2real.effects.catalogue import columns_of, keys, unknown_effect
+        from sym2real.experiments.models import robot_called
         from sym2real.robots import ROBOTS
 
-        kind_name, _, column = name.partition(":")
-        if kind_name not in EFFECTS:
-            raise unknown_effect(name, (key for other in (robot, *ROBOTS.values()) for key in keys(other)))
-        kind = EFFECTS[kind_name]
-
-        def has(robot: Robot) -> bool:
-            return kind.fits(Body.of(robot)) and (not column or column in columns_of(kind, robot))
-
-        others = [] if has(robot) else [other.name for other in ROBOTS.values() if has(other)]
-        if others:
-            raise ModelError(
-                f"{self.robot} has no effect {name}; `sym2real effects {name} --robot {others[0]}` shows it"
-            )
+        asked = [] if self.robot is None else [robot_called(self.robot)]
+        robots = asked or [*ROBOTS.values()]
+        first = (*asked, ROBOTS["crazyflie"])[0]
+        if self.name is None:
+            return first
+        kind, _, column = self.name.partition(":")
+        if kind not in EFFECTS:
+            raise unknown_effect(self.name, (key for robot in (*robots, *ROBOTS.values()) for key in keys(robot)))
+        for robot in robots:
+            if EFFECTS[kind].fits(Body.of(robot)) and (not column or column in columns_of(EFFECTS[kind], robot)):
+                return robot
+        if asked:
+            raise ModelError(f"{self.robot} has no effect {self.name}")
+        return first

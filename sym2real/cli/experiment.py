@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 
 from sym2real.cli.numbers import Count
-from sym2real.cli.positionals import ExperimentPlace, HtmlFile, JsonFile
+from sym2real.cli.positionals import ExperimentPlace, JsonFile
 from sym2real.errors import ModelError
 
 if TYPE_CHECKING:
@@ -40,10 +40,9 @@ class RunExperiment:
     """An experiment, a file.toml with cases, or "list" to see what there is."""
     out: Path | None = None
     """Folder for the answers, the figure and the table."""
-    quick: bool = False
-    """Two cores and two hours: fewer samples, neural bases on one case a robot, nothing fine-tuned (the default)."""
     full: bool = False
-    """The paper's own size: 1024 samples, ensembles of 4 × (4 × 200) on every case, networks from scratch, PPO."""
+    """The paper's own size: 1024 samples, ensembles of 4 × (4 × 200) on every case, networks from scratch, PPO. By
+    default what two cores do in two hours: fewer samples, neural bases on one case a robot, nothing fine-tuned."""
     cases: tuple[str, ...] = ()
     """Only these cases of a file."""
     contestants: tuple[str, ...] = ()
@@ -54,7 +53,6 @@ class RunExperiment:
     """Processes on this machine, each on one thread."""
     cluster: str = ""
     """Address of a dask scheduler whose workers run the jobs instead, for example tcp://10.0.0.5:8786."""
-    report: HtmlFile = None
     json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
@@ -63,8 +61,6 @@ class RunExperiment:
             return _list(console)
         if self.out is None:
             raise ModelError("expected --out FOLDER: every answer is kept there; `sym2real experiment list` needs none")
-        if self.quick and self.full:
-            raise ModelError("expected --quick or --full, found both")
         return self._run(console, self.out)
 
     def _run(self, console: Console, out: Path) -> dict[str, Any]:
@@ -77,7 +73,7 @@ class RunExperiment:
         jobs = chosen.jobs(effort)
         with sweep_progress(console, out) as on_progress:
             answers = run_sweep(jobs, out, workers=self.jobs, cluster=self.cluster, on_progress=on_progress)
-        return _show(chosen.outcome(effort, answers), out, console, self.report)
+        return _show(chosen.outcome(effort, answers), out, console)
 
     def _effort(self) -> Effort:
         from dataclasses import replace
@@ -88,12 +84,10 @@ class RunExperiment:
         return replace(effort, seeds=self.seeds) if self.seeds else effort
 
 
-def _show(outcome: Outcome, out: Path, console: Console, report: Path | None = None) -> dict[str, Any]:
-    """Print the table, write table, figure and report."""
+def _show(outcome: Outcome, out: Path, console: Console) -> dict[str, Any]:
+    """Print the table, write table and figure."""
     from sym2real.cli.output import write_json
-    from sym2real.cli.page_file import write_report
     from sym2real.report.experiment import outcome_figure, outcome_table
-    from sym2real.report.html.study import study_page
     from sym2real.report.style import save
 
     console.print(outcome_table(outcome))
@@ -104,8 +98,6 @@ def _show(outcome: Outcome, out: Path, console: Console, report: Path | None = N
     if outcome.panels:
         result["figure"] = save(outcome_figure(outcome), out, "figure")
         console.print(f"curves in {result['figure']}", markup=False)
-    if report:
-        result["report"] = write_report(study_page(outcome), report, console)
     write_json(result, out / ANSWER)
     return result
 

@@ -49,7 +49,7 @@ def places_read(verb: Any) -> dict[str, list[Path]]:
     ):
         value = getattr(verb, name)
         given = value if isinstance(value, tuple) else (value,)
-        found[name] = [Path(entry) for entry in given if entry is not None and _exists(Path(entry))]
+        found[name] = [Path(entry) for entry in given if entry is not None and there(Path(entry))]
     return found
 
 
@@ -61,7 +61,8 @@ def _names_places(hint: Any) -> bool:
     )
 
 
-def _exists(path: Path) -> bool:
+def there(path: Path) -> bool:
+    """Whether it is a place that exists."""
     try:
         return path.exists()
     except (OSError, ValueError):  # too long for a file's name, or with a zero byte: it is a name of something else

@@ -5,21 +5,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 from rich.console import Console
 
 from sym2real.cli.numbers import NotNegative, Seconds, steps_in
 from sym2real.cli.of_logs import OfLogs
-from sym2real.cli.places import Place
+from sym2real.cli.places import LOG_ENDINGS, Place, there
 from sym2real.cli.positionals import JsonFile
-from sym2real.errors import ModelError, UnknownNameError
+from sym2real.errors import ModelError
 
 if TYPE_CHECKING:
     from sym2real.dataset import Dataset
     from sym2real.diagnosis import AssumedNoise, Plan
     from sym2real.robots import Robot
+    from sym2real.symbolic import Equations
     from sym2real.tasks.standard_paths import Manoeuvre
 
 
@@ -27,10 +28,10 @@ if TYPE_CHECKING:
 class PlanFlight(OfLogs):
     """Say what a planned manoeuvre can show: the smallest effect of each kind, and which it cannot tell apart.
 
-    With a robot's name, or the folder of a model that holds its robot, its manoeuvres are flown or driven in the plain
-    simulator: hover, circle or eight (cars: circle or eight), each followed by its size= and speed= (m, m/s), height=
-    and swing= (m), modulation= (part of the speed) or clockwise=1; of joints regulate, followed by their goals (m,
-    rad). With logs, what was flown is judged, with the noise that the logs have.
+    Manoeuvres are flown or driven in the plain simulator of MODEL's robot: hover, circle or eight (cars: circle or
+    eight), each followed by its size= and speed= (m, m/s), height= and swing= (m), modulation= (part of the speed) or
+    clockwise=1; of joints regulate, followed by their goals (m, rad). With logs, what was flown is judged, with the
+    noise that the logs have.
 
     For example:
       sym2real plan crazyflie hover
@@ -40,11 +41,13 @@ class PlanFlight(OfLogs):
       sym2real plan runs/nominal flight1.csv flight2.csv --spec flight.toml
     """
 
+    model: Annotated[
+        Place,
+        tyro.conf.Positional,
+        tyro.conf.arg(metavar="MODEL", help="A model folder, or a robot's name for its first-principles equations."),
+    ]
     what: tyro.conf.Positional[tuple[Place, ...]]
-    """A robot's name or a model folder, then manoeuvres (its usual ones by default) or logs; or logs alone."""
-    model: Place | None = None
-    """A model folder beside a robot's name or logs; by default the first-principles equations of the robot, or of
-    the one whose columns the logs have."""
+    """Manoeuvres, the robot's usual ones by default; or logs."""
     seconds: Seconds = 8.0
     """Length of each manoeuvre in s."""
     yaw_rate: float = 0.0
@@ -67,88 +70,62 @@ class PlanFlight(OfLogs):
     def _planned(self, console: Console) -> Plan:
         from sym2real.effects.catalogue import require_patterns
         from sym2real.experiments.models import robot_called
-        from sym2real.robots import ROBOTS
-        from sym2real.symbolic.storage import EQUATIONS
 
         require_patterns(self.exclude)
-        if not self.what:
-            raise ModelError(f"expected a robot ({', '.join(ROBOTS)}) and manoeuvres, or logs; found neither")
-        first, rest = self.what[0], self.what[1:]
-        if not (Path(first) / EQUATIONS).exists():
-            if first in ROBOTS:
-                return self._of_robot(ROBOTS[first], self.model, rest, console)
-            if not Path(first).exists():
-                raise UnknownNameError("robot or log", first, ROBOTS)
-            return self._of_logs(self.what, self.model, console)
-        if self.model is not None:
-            raise ModelError(f"--model: expected one model, found {self.model} beside {first}")
-        if rest and Path(rest[0]).exists():
-            return self._of_logs(rest, first, console)
-        return self._of_robot(robot_called(first), first, rest, console)
+        first = Path(self.what[0]) if self.what else Path()
+        if self.what and (there(first) or first.suffix.lower() in LOG_ENDINGS):
+            return self._of_logs(console)
+        return self._of_robot(robot_called(self.model), console)
 
-    def _of_robot(self, robot: Robot, model: str | None, texts: Sequence[str], console: Console) -> Plan:
+    def _equations(self, console: Console) -> tuple[Equations, tuple[str, ...]]:
+        """The model's, and what to say of it."""
         from sym2real.cli.model import equations_below
+        from sym2real.robots import ROBOTS
+
+        named = self.model in ROBOTS and not Path(self.model).is_dir()
+        return (ROBOTS[self.model].nominal(), ()) if named else equations_below(self.model, console)
+
+    def _of_robot(self, robot: Robot, console: Console) -> Plan:
         from sym2real.cli.progress import stages_progress
         from sym2real.diagnosis import plan
         from sym2real.effects.visible import visible_state
 
-        equations, notes = (robot.nominal(), ()) if model is None else equations_below(model, console)
+        equations, notes = self._equations(console)
         if (visible_state(equations), equations.layouts.action) != (robot.layouts.state, robot.layouts.action):
             other = f"one of a {equations.robot}" if equations.robot not in ("", robot.name) else "other columns"
-            raise ModelError(f"{model}: expected a model with the columns of a {robot.name}, found {other}")
+            raise ModelError(f"{self.model}: expected a model with the columns of a {robot.name}, found {other}")
         steps_in(self.seconds, robot.dt)
         with stages_progress() as on_progress:
             on_progress("flying in the plain simulator")
-            runs, noise = self._simulated(robot, texts)
+            runs, noise = self._simulated(robot)
             on_progress("computing the Fisher information of every effect")
             found = plan(equations, runs, noise, self.exclude)
         return replace(found, notes=(*notes, *found.notes))
 
-    def _simulated(self, robot: Robot, texts: Sequence[str]) -> tuple[Dataset, AssumedNoise | None]:
+    def _simulated(self, robot: Robot) -> tuple[Dataset, AssumedNoise | None]:
         """Runs of a robot, and the noise that they lack."""
         from sym2real.cli.chosen_effects import with_values
         from sym2real.experiments.planned import goals_of, planned_moves, planned_runs, usual_noise
         from sym2real.tasks.task import follows_paths
 
         if not follows_paths(robot):
-            goals = goals_of(robot, with_values(texts, "a manoeuvre"))
+            goals = goals_of(robot, with_values(self.what, "a manoeuvre"))
             return planned_moves(robot, goals, seconds=self.seconds, dither=self.dither), None
-        chosen = manoeuvres_of(texts, robot)
+        chosen = manoeuvres_of(self.what, robot)
         runs = planned_runs(robot, chosen, seconds=self.seconds, yaw_rate=self.yaw_rate, dither=self.dither)
         return runs, usual_noise(robot)
 
-    def _of_logs(self, logs: Sequence[str], model: str | None, console: Console) -> Plan:
-        from sym2real.cli.model import equations_below, logs_for
+    def _of_logs(self, console: Console) -> Plan:
+        from sym2real.cli.model import logs_for
         from sym2real.cli.progress import stages_progress
         from sym2real.diagnosis import plan
 
-        paths = [Path(name) for name in logs]
-        if model is None:
-            robot = self._robot_of(paths)
-            console.print(f"the logs have the columns of a {robot.title}: its first-principles equations are taken")
-            equations, notes = robot.nominal(), tuple[str, ...]()
-        else:
-            equations, notes = equations_below(model, console)
-        data = logs_for(equations, paths, self.naming)
+        equations, notes = self._equations(console)
+        data = logs_for(equations, [Path(name) for name in self.what], self.naming)
         with stages_progress() as on_progress:
             on_progress("estimating the covariance of errors")
             found = plan(equations, data, exclude=self.exclude)
         return replace(found, notes=(*notes, *found.notes))
-
-    def _robot_of(self, paths: Sequence[Path]) -> Robot:
-        """The one robot whose states and actions all logs have."""
-        from sym2real.logs import read_logs
-        from sym2real.robots import ROBOTS
-
-        logs = read_logs(paths, spec=self.naming)
-        shared = set.intersection(*({*log.layouts.state, *log.layouts.action} for log in logs))
-        robots = [
-            robot for robot in ROBOTS.values() if shared.issuperset({*robot.layouts.state, *robot.layouts.action})
-        ]
-        if len(robots) != 1:
-            wanted = "--model MODEL for logs that have not the columns of one registered robot"
-            raise ModelError(f"expected {wanted} ({', '.join(ROBOTS)}): a model folder or a robot's name; found none")
-        return robots[0]
 
 
 def manoeuvres_of(texts: Sequence[str], robot: Robot) -> list[Manoeuvre]:

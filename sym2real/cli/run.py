@@ -10,15 +10,13 @@ from rich.console import Console
 
 from sym2real.cli.numbers import OptionalSamples, OptionalSeconds, Seed, steps_in
 from sym2real.cli.places import Place
-from sym2real.cli.positionals import HtmlFile, JsonFile, ModelPlace, TaskName
+from sym2real.cli.positionals import JsonFile, ModelPlace, TaskName
 from sym2real.errors import ModelError, UnknownNameError
 
 if TYPE_CHECKING:
-    from sym2real.experiments.flying import Flight
     from sym2real.neural import Composed, Ensemble, Model
     from sym2real.neural.composed import Base
     from sym2real.plants import EquationsPlant, ModelPlant, MujocoPlant
-    from sym2real.report.html.page import Page
     from sym2real.robots import Robot
 
 # Plants that are no folders.
@@ -48,13 +46,11 @@ class Run:
     """Of the start and the samples."""
     out: Path | None = None
     """Folder for the log (CSV) and a figure of the path."""
-    report: HtmlFile = None
     json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
         """Fly, print the figures, write the log."""
         from sym2real.cli.model import flown_robot, open_with_progress
-        from sym2real.cli.page_file import write_report
         from sym2real.cli.progress import steps_progress
         from sym2real.control import mppi_controller
         from sym2real.experiments.flying import fly
@@ -84,26 +80,7 @@ class Run:
             write_log(flight.trajectory, log)
             result["figure"] = save(path_figure(flight.trajectory), self.out, name)
             console.print(f"log in {log}, path in {result['figure']}", markup=False)
-        if self.report:
-            result["report"] = write_report(self._page(model, flight), self.report, console)
         return result
-
-    def _page(self, model: Model, flight: Flight) -> Page:
-        from sym2real.cli.page_file import title_of
-        from sym2real.dataset import Dataset
-        from sym2real.diagnosis import compare
-        from sym2real.layout import unit_of_place
-        from sym2real.neural.composed import in_double
-        from sym2real.report.html.pages import comparison_page
-        from sym2real.report.tables import number
-
-        predictor, data = in_double(model), Dataset([flight.trajectory])
-        facts = [
-            ("from the reference", f"{number(flight.tracking)} {unit_of_place(flight.trajectory.layouts.state)}"),
-            ("ended", "by a crash" if flight.crashed else "in time"),
-        ]
-        title = title_of(self.model, f"flying {self.task}")
-        return comparison_page(predictor, data, compare(predictor, data), title, facts)
 
     def _require_inputs(self, base: Base, robot: Robot) -> None:
         from sym2real.effects.inputs import TIME

@@ -152,4 +152,4 @@ def fall_of_error(stages: Sequence[Stage]) -> tuple[str, float, float] | None:
     first, last = stages[0].horizons[horizon], stages[-1].horizons[horizon]
     channels = judged(first)
     best = min(channels, key=lambda channel: last[channel].value / max(first[channel].value, 1e-12))
-    return f"{best} ({horizon:g} s)", first[best].value, last[best].value
+    return f"{best} ({horizon:.3g} s)", first[best].value, last[best].value

@@ -16,15 +16,6 @@ from sym2real.robots import Robot
 from sym2real.tasks.task import Task
 
 Effects = Sequence[tuple[str, Mapping[str, float]]]
-# Of which `sym2real demo` hides one in a quadrotor.
-HIDDEN: Effects = (
-    ("added_mass", {"value": 0.005}),
-    ("com_offset", {"rx": 0.002}),
-    ("wind", {"fx": 0.02, "fy": 0.01}),
-    ("linear_drag", {"cx": 0.02, "cy": 0.02, "cz": 0.02}),
-    ("delay", {"value": 0.04}),
-    ("battery_sag", {"value": 0.01}),
-)
 
 
 def noisy_runs(

@@ -54,6 +54,9 @@ def _thrust(draft: Draft) -> None:
         return
     values, named = draft.values("thrust"), draft.named_unit("thrust")
     level = signals.mean(values)
+    if level < 0:  # along the body's z down, as PX4 has it
+        draft.suspect(draft.column("thrust"), f"mean {level:.3g}, and what carries a robot points up")
+        values, level = [-part for part in values], -level
     force = specific_force(draft)
     hover = signals.mean(force) if force else GRAVITY
     share = level / hover

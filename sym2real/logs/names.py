@@ -203,8 +203,9 @@ def _position(name: _Words) -> Found:
 
 
 def _letter(name: _Words) -> Found:
-    """Aeronautics' p, q, r, which mean rates only where all three are there."""
-    return ("letter", name.words[0]) if name.words in {("p",), ("q",), ("r",)} else None
+    """Aeronautics' p, q, r, alone or behind a word for rates, which mean axes only where all three are there."""
+    left = tuple(word for word in name.words if word not in RATE - {"w"})
+    return ("letter", left[0]) if left in {("p",), ("q",), ("r",)} else None
 
 
 def _time(name: _Words) -> Found:
@@ -213,7 +214,7 @@ def _time(name: _Words) -> Found:
 
 # In this order: "local_position/pose/orientation.x" is an attitude, "attitude_rate.x" a rate.
 RULES = (
-    _electric, _command, _wrench, _wheel, _rate, _acceleration, _quaternion, _velocity, _angle, _position, _letter,
+    _electric, _command, _wrench, _wheel, _letter, _rate, _acceleration, _quaternion, _velocity, _angle, _position,
     _time,
 )  # fmt: skip
 

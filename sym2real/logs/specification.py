@@ -26,13 +26,12 @@ Standard names are those of :data:`sym2real.vocabulary.VOCABULARY`, ``yaw`` (whi
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from sym2real.errors import DataError, UnknownNameError, reason
-from sym2real.files import require_file, write_text
+from sym2real.files import meant, require_file, write_text
 from sym2real.logs import spec_check, spec_text
 from sym2real.logs.parts import Attitude, Derived, Frames, Source, TimeBase, VelocityFrame
 from sym2real.registry import Registry
@@ -131,13 +130,6 @@ def _shipped() -> dict[str, LogSpec]:
     return {path.stem: LogSpec.load(path) for path in sorted(folder.glob("*.toml"))}
 
 
-def _meant(path: Path) -> str:
-    """Which specification beside a path that is none may have been meant."""
-    beside = [str(file) for file in path.parent.glob("*.toml")]
-    near = difflib.get_close_matches(str(path), beside, n=1, cutoff=0.8)
-    return f"; did you mean {near[0]}?" if near else ""
-
-
 SPECS: Registry[LogSpec] = Registry("log specification", _shipped())
 
 
@@ -157,6 +149,6 @@ def load_spec(name: LogSpec | str | Path) -> LogSpec:
         return spec if spec.name != LogSpec.name else replace(spec, name=Path(name).stem)
     if str(name) not in SPECS:
         if Path(name).suffix or len(Path(name).parts) > 1:
-            raise DataError(name, "a specification", f"no such file.toml{_meant(Path(name))}")
+            raise DataError(name, "a specification that ends in .toml", f"{Path(name).suffix!r}{meant(Path(name))}")
         raise UnknownNameError("log specification", str(name), [*SPECS, "FILE.toml"])
     return SPECS[str(name)]

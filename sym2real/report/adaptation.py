@@ -22,7 +22,7 @@ def rounds_table(reports: Sequence[RoundReport], on_top: int, settled: bool) -> 
         on_top: round whose model is the one that the folder's verbs open.
         settled: whether the run ended because nothing got better.
     """
-    ahead, best = f"{reports[0].horizon:g} s", reports[on_top]
+    ahead, best = f"{reports[0].horizon:.3g} s", reports[on_top]
     title = "rounds: the model of each has learned from the logs of those before"
     table = compact_table(title, *rounds_headings(reports), left=("",))
     for cells in rounds_rows(reports, on_top):
@@ -51,7 +51,7 @@ def _refused(report: RoundReport) -> bool:
 
 def rounds_headings(reports: Sequence[RoundReport]) -> list[str]:
     """Of what :func:`rounds_rows` gives."""
-    return ["round", "rows", "error m", "% better", "cost", f"{reports[0].horizon:g} s m", "% better", "λ", "s", ""]
+    return ["round", "rows", "error m", "% better", "cost", f"{reports[0].horizon:.3g} s m", "% better", "λ", "s", ""]
 
 
 def rounds_rows(reports: Sequence[RoundReport], on_top: int) -> list[list[str]]:
@@ -88,7 +88,7 @@ def rounds_figure(reports: Sequence[RoundReport], on_top: int) -> Figure:
     flown, predicted = ([getattr(report, name) for report in reports] for name in ("error", "prediction"))
     if not all(math.isnan(error) for error in flown):
         axis.plot(rounds, flown, "o-", color=INFORMED, label="mean distance from the reference")
-    axis.plot(rounds, predicted, "s--", color=PREDICTED, label=f"prediction {reports[0].horizon:g} s ahead")
+    axis.plot(rounds, predicted, "s--", color=PREDICTED, label=f"prediction {reports[0].horizon:.3g} s ahead")
     axis.axvline(on_top, color="0.8", zorder=0, label="on top")
     axis.set(xlabel="trajectories learned from", ylabel="position error in m", xticks=rounds)
     logarithmic(axis)

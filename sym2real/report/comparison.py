@@ -35,7 +35,7 @@ def comparison_table(comparison: Comparison) -> Table:
         table.add_column(f"{channel}\n{error.unit}", justify="right", no_wrap=True)
     for errors in (comparison.one_step, *comparison.horizons, comparison.free_run):
         cells = [f"{number(entry.value, 2)} [dim]{number(entry.hold, 2)}[/]" for entry in errors.errors.values()]
-        table.add_row(f"{errors.horizon:g}", str(errors.windows), *cells)
+        table.add_row(number(errors.horizon), str(errors.windows), *cells)
     return table
 
 
@@ -46,7 +46,7 @@ def floor_table(comparison: Comparison) -> Table:
     """
     shown = comparison.horizons or (comparison.one_step,)
     errors = min(shown, key=lambda at: abs(at.horizon - JUDGED_AT))
-    table = compact_table(f"{errors.horizon:g} s ahead, beside what the sensors' noise alone makes")
+    table = compact_table(f"{errors.horizon:.3g} s ahead, beside what the sensors' noise alone makes")
     table.add_column("channel")
     for heading in ("error", "sensor\nnoise", "excess", "fit %", "skill\nhold", "skill\nmean"):
         table.add_column(heading, justify="right", no_wrap=True)

@@ -39,7 +39,7 @@ def ladder_table(
     horizon = stages[0].nearest(JUDGED_AT)
     channels = stages[0].horizons[horizon]
     main = next(iter(channels))
-    title = f"the ladder: error {horizon:g} s ahead on {_names(held_out, apart)}"
+    title = f"the ladder: error {horizon:.3g} s ahead on {_names(held_out, apart)}"
     table = compact_table(title)
     table.padding = (0, 0)  # the box parts columns by one space: four channels and long intervals stay within 80
     table.add_column("model", overflow="fold", min_width=13)

@@ -11,6 +11,7 @@ from sym2real.robots import mjcf_columns as columns
 from sym2real.robots.planar import Wheels
 from sym2real.vocabulary import rate_column
 
+WHERE_IT_ROLLS = 'a caster without friction has condim="1" priority="1"; the body\'s origin is the middle of the axle'
 LEARN = "in Python, ROBOTS.register(name, robot) and then `learn` finds equations in the simulator"
 
 
@@ -31,7 +32,7 @@ def against_rolling(model: mujoco.MjModel, wheels: Wheels) -> list[str]:
     forward, aside, turning = wheels.moves
     drags = " and ".join(way for way, free in (("as it goes ahead", forward), ("as it turns", turning)) if not free)
     wrong = {
-        f'contacts with friction that drag {drags} (a caster without friction has condim="1")': bool(drags),
+        f"contacts with friction that drag {drags} ({WHERE_IT_ROLLS})": bool(drags),
         "no wheel that keeps it from going aside": aside,
         "joints that do not roll with it": not wheels.ways.any(axis=1).all(),
         "springs or servos of position on wheels": model.jnt_stiffness.any() or model.actuator_biasprm[:, 1].any(),

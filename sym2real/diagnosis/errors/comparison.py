@@ -65,7 +65,7 @@ class Comparison:
     def __repr__(self) -> str:
         shown = self.at(JUDGED_AT) if self.horizons else self.one_step
         errors = ", ".join(f"{name} {error.value:.3g} {error.unit}" for name, error in shown.errors.items())
-        return f"<Comparison: {shown.horizon:g} s ahead {errors}>"
+        return f"<Comparison: {shown.horizon:.3g} s ahead {errors}>"
 
     def plot(self) -> Figure:
         """Error of every channel over the horizon, beside "hold" and the sensors' noise: a figure of matplotlib."""
@@ -146,11 +146,11 @@ def _notes(data: Dataset, left_out: Sequence[float], errors: Sequence[HorizonErr
     ]
     lost = {name: at.horizon for at in errors[::-1] for name, error in at.errors.items() if isnan(error.value)}
     if lost:
-        found = ", ".join(f"{name} {horizon:g} s ahead" for name, horizon in lost.items())
+        found = ", ".join(f"{name} {horizon:.3g} s ahead" for name, horizon in lost.items())
         notes.append(f"the model predicts no number of {found}: check the units of its commands and its parameters")
     if left_out:
         notes.append(f"no log is long enough for horizons {left_out} s")
-    few = [f"{at.windows} {at.horizon:g} s ahead" for at in errors if at.too_few]
+    few = [f"{at.windows} {at.horizon:.3g} s ahead" for at in errors if at.too_few]
     if few:
         notes.append(f"too few windows for fit or skill: {', '.join(few)}")
     return tuple(notes)

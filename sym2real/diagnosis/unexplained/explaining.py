@@ -105,5 +105,5 @@ def find_astray(stage: Stage, noise: Floor) -> tuple[Leftover, ...]:
         error, (lowest, _) = stage.horizons[nearest][channel], noise.errors[channel]
         if error.low > SETTINGS.above_noise * lowest:
             found.append((error.value / max(lowest, 1e-12), channel))
-    words = f"{noise.horizon:g} s ahead, which is worse than if nothing changed"
+    words = f"{noise.horizon:.3g} s ahead, which is worse than if nothing changed"
     return tuple(Leftover(MISFIT, channel, 1.0 - times**-2, words) for times, channel in sorted(found)[-1:])

@@ -67,7 +67,7 @@ def _reading(channel: str, value: float, hold: float, horizon: float, unit: str)
     ratio = hold / value if value > 0 else math.inf
     times = f"{ratio:.0f}" if ratio >= 10 else number(ratio, 2)
     than = f"{times} times less than" if value < hold else "no better than"
-    return f"{number(value, 2)} {unit} off in {channel} after {horizon:g} s, {than} predicting that nothing changes."
+    return f"{number(value, 2)} {unit} off in {channel} after {horizon:.3g} s, {than} predicting that nothing changes."
 
 
 def _table(comparison: Comparison) -> Table:
@@ -78,7 +78,7 @@ def _table(comparison: Comparison) -> Table:
     for errors in (comparison.one_step, *comparison.horizons, comparison.free_run):
         first = next(iter(errors.errors.values()))
         sizes = [number(error.value) for error in errors.errors.values()]
-        rows.append([f"{errors.horizon:g}", *sizes, decimals(first.skill, 2), decimals(first.fit, 0)])
+        rows.append([f"{errors.horizon:.3g}", *sizes, decimals(first.skill, 2), decimals(first.fit, 0)])
     name = next(iter(channels))
     reading = (
         f"Skill of {name} against hold (1 is perfect, 0 no better); fit of {name} against its mean. Last row: free run."

@@ -95,7 +95,7 @@ def ladder_rows(stages: Sequence[Stage], held_out: Sequence[str], *, apart: bool
     how = f"{logs} that took no part in any fit" if apart else f"{logs}, each by the fit of the others"
     if held_out and not apart and len(held_out) == 1:
         how = f"{held_out[0]}, by the fit to the rest of it"
-    return Table(f"Held-out error {horizon:g} s ahead", columns, rows, f"On {how}; 95 % intervals.")
+    return Table(f"Held-out error {horizon:.3g} s ahead", columns, rows, f"On {how}; 95 % intervals.")
 
 
 def _with_interval(error: object) -> str:

@@ -31,9 +31,7 @@ from sym2real.trajectory import Trajectory
 ADDED = "What happens when it is added?"
 
 
-def comparison_page(
-    model: Predicting, data: Dataset, comparison: Comparison, title: str, facts: Sequence[tuple[str, str]] = ()
-) -> Page:
+def comparison_page(model: Predicting, data: Dataset, comparison: Comparison, title: str) -> Page:
     """How good a model is on logs, and where it fails.
 
     Args:
@@ -41,9 +39,8 @@ def comparison_page(
         data: the logs of the comparison.
         comparison: what was found.
         title: of the page.
-        facts: label and text of what else to know.
     """
-    return model_page(Given((model,)), data, title, comparison=comparison, facts=facts)
+    return model_page(Given((model,)), data, title, comparison=comparison)
 
 
 def model_page(
@@ -53,7 +50,6 @@ def model_page(
     *,
     comparison: Comparison | None = None,
     summary: str = "",
-    facts: Sequence[tuple[str, str]] = (),
     added: Section | None = None,
     arrays: Arrays | None = None,
 ) -> Page:
@@ -62,7 +58,7 @@ def model_page(
     Args:
         models: predict in float64.
         data: logs.
-        title, summary, facts: of the page.
+        title, summary: of the page.
         comparison: of the first model; made where it is none.
         added: section of what was added, which gets the curves.
         arrays: those that ``added`` draws.
@@ -82,7 +78,7 @@ def model_page(
         title,
         summary or _said(comparison),
         sections,
-        facts=(*_facts(data), *facts),
+        facts=_facts(data),
         arrays=arrays,
         switches=models.switches,
         logs=_names(data),
@@ -169,4 +165,4 @@ def _names(data: Dataset) -> list[str]:
 def _said(comparison: Comparison) -> str:
     errors = comparison.at(JUDGED_AT) if comparison.horizons else comparison.one_step
     name, first = next(iter(errors.errors.items()))
-    return f"{errors.horizon:g} s ahead the model's {name} is {first.value:.2g} {first.unit} off (root mean square)."
+    return f"{errors.horizon:.3g} s ahead the model's {name} is {first.value:.2g} {first.unit} off (root mean square)."

@@ -32,7 +32,7 @@ def adaptation_page(
     arrays, switch = Arrays(), Switch("what was learned", f"the model of round {on_top}")
     best = reports[on_top]
     learned = f"from {best.learned.rows} rows" if on_top else "nothing: the model that was given is the best"
-    horizon = f"{best.horizon:g} s ahead"
+    horizon = f"{best.horizon:.3g} s ahead"
     reading = f"Learned {learned}; {horizon} its position is {number(best.prediction, 2)} m off on an unseen log."
     better = "Better than the best model before, with its 95 % interval."
     table = Table("Rounds", rounds_headings(reports), rounds_rows(reports, on_top), better)
@@ -46,7 +46,7 @@ def _charts(reports: Sequence[RoundReport], arrays: Arrays) -> list[Chart]:
     charts, first = [], reports[0]
     about = {
         "error": ("position error of the episodes", "mean distance from the reference"),
-        "prediction": (f"prediction error {first.horizon:g} s ahead", "on the round's own log, which is unseen"),
+        "prediction": (f"prediction error {first.horizon:.3g} s ahead", "on the round's own log, which is unseen"),
     }
     for name, (title, label) in about.items():
         values = np.array([getattr(report, name) for report in reports])

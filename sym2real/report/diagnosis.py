@@ -18,7 +18,7 @@ from sym2real.report.tables import number, table_of
 STYLE = {"EFFECT": "bold yellow", "NOTHING_MISSING": "bold green", "UNEXPLAINED": "bold red", "CANNOT_TELL": "bold"}
 # A share goes by what statistics sees, the ladder by what a user does.
 SHARES = "misfit: squared errors within a second, all channels against their noise; the ladder: errors further ahead"
-NOT_FORETOLD = "predictions here are worse than that nothing changes, and judge nothing"
+NOT_FORETOLD = "that nothing changes predicts these logs better than any model, so whole logs judge"
 
 
 def diagnosis_report(diagnosis: Diagnosis, shown_before: Collection[str] = ()) -> RenderableType:
@@ -150,7 +150,7 @@ def known_of(finding: Finding) -> list[tuple[str, str]]:
         facts.append(("probability", f"{100 * finding.probability:.0f} % against {others}"))
     rivals = [rival for rival in finding.group if rival != finding.effect]
     if rivals:
-        facts.append(("or", f"{', '.join(rivals)}: these logs cannot tell"))
+        facts.append(("or", f"{', '.join(rivals)}: as good here, or within a hundredth of the misfit"))
     if finding.separate_by:
         facts.append(("tell apart", finding.separate_by))
     return [*facts, ("fix", finding.fix)]

@@ -15,8 +15,8 @@ from sym2real.diagnosis.settings import SETTINGS
 def join_narrow(needed: Needed, predicted: Predicted) -> Needed:
     """Put effects that move few of the measured directions beside what was chosen, where logs are not few.
 
-    Such an effect pays less than any other, so predictions and whole logs must both bear it out, and no error may be
-    larger with it: it could push another one out.
+    Such an effect pays less than others, so whole logs must establish it, and no error may be larger with it: it could
+    push another one out. It moves too little for an error to rise beyond its interval without it.
 
     Args:
         needed: what became of the choice without them.

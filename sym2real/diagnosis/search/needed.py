@@ -87,15 +87,14 @@ class Predicted:
         return _small(self.selection.chosen, *self.without_each())
 
     def bears_out(self, larger: EffectSet) -> bool:
-        """Whether predictions need, and whole logs establish, one effect more, and no error is larger with it.
+        """Whether whole logs establish one effect more, and no error is larger with it.
 
         Logs that are too short to predict bear out whatever was chosen.
         """
         if not self.horizons:
             return True
         whole, other = self._by([(larger.chosen, larger.fit), (self.selection.chosen, self.selection.fit)])
-        needed = largest_rise(whole, other) > 1.0 and self.established(larger.fit, larger.candidate)
-        return needed and _no_worse(whole, other)
+        return self.established(larger.fit, larger.candidate) and _no_worse(whole, other)
 
     def established(self, fit: Fit, candidate: Candidate) -> bool:
         """Whether whole logs tell an effect of a fit from trim."""

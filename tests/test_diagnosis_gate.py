@@ -83,7 +83,7 @@ def test_predictions_that_are_worse_than_no_change_judge_nothing() -> None:
     assert gate.passed
     assert not gate.foretold
     assert not Gate(ends[0], replace(ends[1], foretells=True)).passed
-    assert "worse than that nothing changes" in gate_line(gate, Fall(0.8, "position", -1.0))
+    assert "that nothing changes predicts these logs better" in gate_line(gate, Fall(0.8, "position", -1.0))
 
 
 def test_predictions_of_a_hover_judge() -> None:

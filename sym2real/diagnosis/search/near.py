@@ -92,9 +92,13 @@ class Near:
 def _place(selection: Selection, candidate: Candidate, joined: Mapping[str, float]) -> Place:
     """The place of a chosen effect; of others, by their names, what the set costs with them (``joined``)."""
     rest = selection.set_of(*selection.without(candidate))
-    others = [scored for scored in selection.larger(rest) if scored.candidate is not candidate]
-    others = [scored for scored in others if joined.get(scored.candidate.name, inf) >= scored.price]
-    rivals = [scored for scored in others if not selection.at_bound(scored.fit, scored.candidate)]
+    rivals = [
+        other
+        for other in selection.larger(rest)
+        if other.candidate is not candidate
+        and joined.get(other.candidate.name, inf) >= other.price
+        and not selection.at_bound(other.fit, other.candidate)
+    ]
     return Place(candidate, rest.fit, rest.held_out, rivals)
 
 

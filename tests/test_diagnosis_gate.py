@@ -219,13 +219,14 @@ def test_a_fault_alone_is_an_answer_only_where_noise_is_left(misfit: float, answ
     assert verdict((fault,), (), find_misfit(misfit), Gate(), problems_of(800)) == answer
 
 
-def test_a_block_is_a_second_and_half_a_second_from_the_next() -> None:
+def test_blocks_are_a_second_and_a_half_of_one_log_and_leave_nothing_out() -> None:
+    """What an effect does in a rhythm of its own must not fall between the blocks that test it."""
     problems = problems_of(800)
     segments, dt = problems.problem.segments, CRAZYFLIE.dt
-    inside = [segments.row[problems.blocks == block] for block in range(problems.block_count)]
-    first, last = [rows.min() for rows in inside], [rows.max() + segments.length for rows in inside]
-    assert all((end - begin) * dt >= 1.0 for begin, end in zip(first[:-1], last[:-1], strict=True))
-    assert all((begin - end) * dt >= 0.5 - 1e-9 for begin, end in zip(first[1:], last[:-1], strict=True))
+    inside = [np.flatnonzero(problems.blocks == block) for block in range(problems.block_count)]
+    assert np.array_equal(np.concatenate(inside), np.arange(len(segments)))
+    assert all(len({*segments.log[block].tolist()}) == 1 for block in inside)
+    assert all(len(block) * segments.length * dt >= 1.5 for block in inside[:-1])
 
 
 def test_asking_for_rivals_changes_no_answer() -> None:

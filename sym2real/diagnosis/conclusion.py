@@ -109,7 +109,7 @@ def _no_answer(findings: Sequence[Finding], gate: Gate, interrupted: str) -> lis
     provisional, found = any(finding.provisional for finding in findings), "; ".join(map(_one, findings))
     if provisional or not (findings or interrupted):
         tested = ", so that no finding can be tested" if findings else ""
-        pieces = f"{SETTINGS.fewest_pieces} independent pieces of a second (some 15 s)"
+        pieces = f"{SETTINGS.fewest_pieces} independent pieces of 1.5 s (15 s in all)"
         parts = [f"too little data: fewer than {pieces}{tested}"]
         parts += [f"{interrupted} was interrupted before it ended"] if interrupted else []
         return [*parts, f"perhaps missing: {found}"] if findings else parts

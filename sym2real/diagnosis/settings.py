@@ -26,7 +26,7 @@ class Settings:
     false_alarms: float = _of(0.002, "theory", "chance of a false alarm per data set, shared among all that compete")
     false_alarms_by_logs: float = _of(0.01, "theory", "chance of a false alarm of an effect by whole logs")
     level: float = _of(0.05, "theory", "chance or weight from which a thing may be so, shared among all asked")
-    fewest_pieces: int = _of(10, "theory", "blocks of a second, or windows, without which no test is made")
+    fewest_pieces: int = _of(10, "theory", "blocks of 1.5 s, or windows, without which no test is made")
     fewest_logs: int = _of(6, "theory", "logs from which whole logs are tested as well, each with a trim of its own")
     most_findings: int = _of(8, "theory", "effects in one set: more have no test left on the logs of a day")
     worth_saying: float = _of(0.1, "theory", "part of an error, a variance or a noise that matters to a user")

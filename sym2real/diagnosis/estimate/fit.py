@@ -70,7 +70,7 @@ class Problems:
 
     @classmethod
     def of(cls, problem: Problem, whitening: Whitening, nuisance: Nuisance = NONE) -> Problems:
-        """With one fold per log and blocks of a second."""
+        """With one fold per log and blocks of 1.5 s."""
         dt = problem.data.dt
         return cls(problem, whitening, folds_of(problem.segments), blocks_of(problem.segments, dt), nuisance)
 

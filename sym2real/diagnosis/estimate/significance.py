@@ -1,4 +1,4 @@
-"""Whether parameters differ from none beyond chance: tests on blocks of a second, or on whole logs."""
+"""Whether parameters differ from none beyond chance: tests on blocks of 1.5 s, or on whole logs."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ class Distance:
         return cls((1.0 + step[:1]).clamp_min(0.0), [0], gradient + curvature @ step, curvature)
 
     def chance(self, clusters: NDArray[np.int64]) -> float:
-        """Probability of being so far by chance: Hotelling's test on the jackknife by clusters, -1 for none ``# (S,)``.
+        """Probability of being so far by chance: Hotelling's test on the jackknife by clusters ``# (S,)``.
 
         Where one cluster holds all that tells the parameters, they are none without it. J. MacKinnon,
         M. Nielsen, M. Webb, "Cluster-robust inference: a guide to empirical practice", J. Econometrics 232 (2023).
@@ -165,7 +165,7 @@ class Distance:
         gradient, curvature = (part.sum(0) - summed(part, clusters) for part in (none, self.curvature))
         left_out = -(torch.linalg.pinv(curvature, hermitian=True) @ gradient[..., None])[:, self.places, 0]
         apart, count = left_out - left_out.mean(0), len(left_out)
-        return apart.T @ apart * _gaps(clusters) * (count - 1) / count, count
+        return apart.T @ apart * (count - 1) / count, count
 
 
 def clustered(gradient: Tensor, curvature: Tensor, clusters: NDArray[np.int64]) -> Tensor:
@@ -173,24 +173,19 @@ def clustered(gradient: Tensor, curvature: Tensor, clusters: NDArray[np.int64]) 
 
     Args:
         gradient, curvature: half the loss's derivatives ``# (S, A), (S, A, A)``.
-        clusters: of every segment, -1 for none ``# (S,)``.
+        clusters: of every segment ``# (S,)``.
     """
     scores = summed(gradient, clusters)
     count, inverse = len(scores), torch.linalg.pinv(curvature.sum(0), hermitian=True)
-    meat = (scores - scores.mean(0)).T @ (scores - scores.mean(0)) * _gaps(clusters) * count / max(1, count - 1)
+    meat = (scores - scores.mean(0)).T @ (scores - scores.mean(0)) * count / max(1, count - 1)
     result: Tensor = inverse @ meat @ inverse
     return result
-
-
-def _gaps(clusters: NDArray[np.int64]) -> float:
-    """Segments over those that lie in a cluster: what is in the gaps between blocks tells parameters, too."""
-    return len(clusters) / max(1, int(np.sum(clusters >= 0)))
 
 
 def half_widths(problems: Problems, fit: Fit) -> Tensor:
     """Half-widths of 95 % intervals of the free parameters in units of their scale ``# (A,)``.
 
-    The wider of two Student intervals: on blocks of a second, which are many, and on logs, which have a trim of their
+    The wider of two Student intervals: on blocks of 1.5 s, which are many, and on logs, which have a trim of their
     own. A parameter that few logs tell has few degrees of freedom there: 1/Σ s² - 1, s the shares of the logs in its
     variance (Satterthwaite's for unequal variances).
 
@@ -227,10 +222,7 @@ def chance_of(away: Tensor, spread: Tensor, count: int) -> float:
 
 
 def standard_error(problems: Problems, difference: Tensor) -> float:
-    """Standard error of a sum over segments ``# (S,)``, by blocks; of a single block nobody can say.
-
-    The gaps between blocks count as the blocks do.
-    """
+    """Standard error of a sum over segments ``# (S,)``, by blocks; of a single block nobody can say."""
     if problems.block_count < 2:
         return inf
-    return sqrt(problems.block_count) * float(summed(difference, problems.blocks).std()) * _gaps(problems.blocks)
+    return sqrt(problems.block_count) * float(summed(difference, problems.blocks).std())

@@ -110,7 +110,7 @@ def find_constants(
 
 
 def _clusters(problems: Problems) -> NDArray[np.int64]:
-    """Logs, each with a trim of its own; blocks of a second where there are few."""
+    """Logs, each with a trim of its own; blocks of 1.5 s where there are few."""
     return problems.blocks if problems.log_count < SETTINGS.fewest_logs else problems.logs
 
 

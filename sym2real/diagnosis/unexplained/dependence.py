@@ -109,7 +109,7 @@ class Terms:
         return float(whitening.loss(self.side.columns[None, ..., 0]).sum())
 
     def beyond_chance(self, judged: Judged) -> bool:
-        """Whether a term differs from none beyond chance, by blocks of a second and by whole logs."""
+        """Whether a term differs from none beyond chance, by blocks of 1.5 s and by whole logs."""
         tried = len(self.side.terms) * len(self.side.spread.names)
         if judged.chance(self.problems.blocks) >= SETTINGS.false_alarms / tried:
             return False

@@ -68,13 +68,18 @@ def known_field(column: str) -> Field:
 
 
 def rate_per_speed(action: str) -> str:
-    """Number of a command that is the rate of a rolling wheel: that rate per speed of the robot, rad/m."""
+    """Number of a command that is the rate of a rolling wheel, or quantity of the wheel: rate per speed, rad/m."""
     return f"{action}_per_speed"
 
 
 def rate_per_turn(action: str) -> str:
     """The same per turning rate of the robot, 1."""
     return f"{action}_per_turn"
+
+
+def wheel_lever(wheel: str) -> str:
+    """Distance of a rolling wheel to the right of the robot's middle, m: its rate per turn over that per speed."""
+    return f"{wheel}_lever"
 
 
 def armature_quantity(joint: str) -> str:

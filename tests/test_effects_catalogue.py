@@ -27,7 +27,7 @@ CAR = {
 }
 BOTH = {"wind", "linear_drag", "quadratic_drag", "periodic_force"}
 MOTORS_ONLY = {"torque_scale"}
-WHEELS_ONLY = {"turning_friction"}
+WHEELS_ONLY = {"turning_friction", "wheel_radius", "track_width"}
 JOINTS = {"joint_damping", "joint_friction", "armature", "gravity_tilt", "load"}
 SENSOR = {"sensor_sign", "sensor_bias", "sensor_scale", "sensor_lag", "time_shift"}
 UNITS = {

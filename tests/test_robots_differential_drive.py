@@ -31,6 +31,8 @@ HIDDEN = [
     ("armature:left_wheel", {"value": 0.001}, set()),
     ("rolling_resistance", {"value": 0.1}, set()),
     ("turning_friction", {"value": 0.05}, set()),
+    ("wheel_radius", {"value": 0.95}, set()),
+    ("track_width", {"value": 1.05}, set()),
     ("delay", {"value": 0.04}, set()),
 ]
 
@@ -74,6 +76,9 @@ def test_equations_are_the_simulator_but_for_the_give_of_its_contacts(base: Equa
         ("joint_damping:right_wheel", {"value": 0.005}),
         ("joint_friction:left_wheel", {"value": 0.05}),
         ("turning_friction", {"value": 0.5}),
+        ("wheel_radius", {"value": 0.9}),
+        ("wheel_radius:left_wheel", {"value": 1.1}),
+        ("track_width", {"value": 0.9}),
         ("linear_drag", {"cx": 10.0}),
         ("wind", {"fx": 5.0, "fy": -3.0}),
     ],

@@ -11,7 +11,8 @@ parts of a period as the servos of the wheels need, moved along the arc of the m
 that slips, tips or lifts a wheel is not described.
 
 Effects bind to the rate ``J_rate`` of wheel J, which is a quantity, to ``damping_J``, ``friction_J`` and ``armature_J``
-as of :mod:`sym2real.robots.multibody`, to ``drilling`` (N m, of wheels with a width), and to the pushes.
+as of :mod:`sym2real.robots.multibody`, to ``J_per_speed`` (rad/m) and ``J_lever`` (m), to ``drilling`` (N m, of wheels
+with a width), and to the pushes.
 """
 
 from __future__ import annotations
@@ -39,7 +40,15 @@ from sym2real.robots.spatial import Values, exact
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import dry_friction
 from sym2real.trajectory import Array
-from sym2real.vocabulary import DRILLING, armature_quantity, damping_quantity, friction_quantity, rate_column
+from sym2real.vocabulary import (
+    DRILLING,
+    armature_quantity,
+    damping_quantity,
+    friction_quantity,
+    rate_column,
+    rate_per_speed,
+    wheel_lever,
+)
 
 WIDE = "wide wheels brake a turn by {:.3g} N m where they drill on the floor; how they creep then is not described"
 MASSES = ("mass_ahead", "mass_both", "mass_turning")  # kg, kg m, kg m²
@@ -65,7 +74,8 @@ class _Body:
 
     def accelerations(self, build: Build, rates: Values) -> Values:
         """Of the speed ahead (m/s²) and the turning (rad/s²) ``# (2,)``."""
-        names, ways, (speed, turning) = self.wheels.names, self.wheels.ways.tolist(), rates
+        names, (speed, turning) = self.wheels.names, rates
+        ways = [_way(name) for name in names]
         of_wheels = [
             build.name(rate_column(name), a * speed + b * turning) for name, (a, b) in zip(names, ways, strict=True)
         ]
@@ -101,9 +111,12 @@ def rolling(model: mujoco.MjModel, data: Any, layouts: Layouts, actions: Mapping
     aside, turn = (wheels.first + dof for dof in OF_FREE[1:])
     moment, lever = float(columns.inertias(model, data)[aside, turn]), model.body_ipos[wheels.body, :2].tolist()
     inertia, brakes = wheels.inertia(model, data), drilling(model, data)
+    spinning = columns.inertias(model, data)[wheels.dofs, wheels.dofs]
     decay = fastest(inertia, wheels.ways.T @ np.diag(braking(model)[wheels.dofs]) @ wheels.ways)
     build = Build(
-        _numbers(links, wheels, inertia) | {DRILLING: as_expression(brakes)}, dt, parts_of(decay, dt, dry=True)
+        _numbers(links, wheels, inertia, spinning) | {DRILLING: as_expression(brakes)},
+        dt,
+        parts_of(decay, dt, dry=True),
     )
     forces = Forces(model, links, actions, build.part)
     described = _Body(
@@ -131,15 +144,34 @@ def rolling(model: mujoco.MjModel, data: Any, layouts: Layouts, actions: Mapping
     return Equations(following, layouts, dt, quantities=build.quantities, notes=notes)
 
 
-def _numbers(links: Sequence[Link], wheels: Wheels, inertia: Array) -> dict[str, Expr]:
-    """What joints have, by the names of :mod:`sym2real.robots.multibody`, and the matrix of masses with them."""
+def _way(wheel: str) -> tuple[Expr, Expr]:
+    """Rate of a wheel per speed forward and per turning rate."""
+    per_speed = symbol(rate_per_speed(wheel))
+    return per_speed, per_speed * symbol(wheel_lever(wheel))
+
+
+def _numbers(links: Sequence[Link], wheels: Wheels, inertia: Array, spinning: Array) -> dict[str, Expr]:
+    """What joints have, by the names of :mod:`sym2real.robots.multibody`, and the matrix of masses with them.
+
+    Args:
+        links: the wheels' joints.
+        wheels: how they roll.
+        inertia: of all that moves with the body, wheels and all ``# (2, 2)``.
+        spinning: of each wheel about its axle, kg m² ``# (n,)``.
+    """
     found: dict[str, Expr] = {}
-    for link in links:
+    for link, (ahead, turn) in zip(links, wheels.ways.tolist(), strict=True):
+        found[rate_per_speed(link.joint)] = as_expression(ahead)
+        found[wheel_lever(link.joint)] = as_expression(turn / ahead)
         found[armature_quantity(link.joint)] = as_expression(link.armature)
         found[damping_quantity(link.joint)] = as_expression(link.damping)
         found[friction_quantity(link.joint)] = as_expression(link.friction)
     for name, (row, column) in zip(MASSES, ((0, 0), (0, 1), (1, 1)), strict=True):
-        parts = [(link, float(way[row] * way[column])) for link, way in zip(links, wheels.ways, strict=True)]
-        plain = float(inertia[row, column]) - sum(link.armature * part for link, part in parts)
-        found[name] = plain + sum(part * symbol(armature_quantity(link.joint)) for link, part in parts)
+        body = float(inertia[row, column] - wheels.ways[:, row] * wheels.ways[:, column] @ spinning)
+        turned = [
+            float(spin) - link.armature + symbol(armature_quantity(link.joint))
+            for link, spin in zip(links, spinning, strict=True)
+        ]
+        ways = [_way(link.joint) for link in links]
+        found[name] = body + sum(spin * way[row] * way[column] for spin, way in zip(turned, ways, strict=True))
     return found

@@ -1,0 +1,42 @@
+"""Wheels further apart, or closer, than nominal: b → k·b, so that a difference of their rates turns less, or more."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sym2real.effects.body import Body
+from sym2real.effects.domain import POSITIVE
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.searching import Searching, Shown
+from sym2real.effects.truth import editing
+from sym2real.effects.wheel_radius import scaled
+from sym2real.symbolic import Equations
+from sym2real.vocabulary import DRILLING, wheel_lever
+
+
+def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    return scaled(equations, map(wheel_lever, body.joints), values["value"])
+
+
+def _widen(spec: Any, body: Body, values: Numbers) -> None:
+    for joint in body.joints:
+        wheel = spec.joint(joint).parent
+        x, y, z = wheel.pos
+        wheel.pos = [x, values["value"] * y, z]
+
+
+TRACK_WIDTH = Kind(
+    name="track_width",
+    stage="loop",
+    parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.5, high=2.0, scale=0.05, domain=POSITIVE)),
+    formula=r"b \to k\,b",
+    summary="The wheels of an axle touch the floor further apart, or closer, than nominal.",
+    confused_with="the radius of all wheels while the robot turns on the spot",
+    shown_by="turns on the spot beside straight drives",
+    fix="turn on the spot some times round, and set the width that makes the odometry agree in the model",
+    inject=editing(_widen),
+    substitute=_substitute,
+    needs=(DRILLING,),
+    robot="car",
+    searching=Searching(shown_in=lambda _: (Shown.BOTH_WAYS,)),
+)

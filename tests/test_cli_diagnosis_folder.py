@@ -19,7 +19,7 @@ from sym2real.diagnosis import Diagnosis, diagnose
 from sym2real.diagnosis.errors.rungs import Stage, StageError
 from sym2real.diagnosis.score.finding import Finding
 from sym2real.diagnosis.score.held_out import Gate
-from sym2real.diagnosis.score.intervals import Estimate
+from sym2real.diagnosis.search.intervals import Estimate
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import load_model
 

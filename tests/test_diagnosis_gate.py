@@ -21,8 +21,8 @@ from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
-from sym2real.diagnosis.score.intervals import about
 from sym2real.diagnosis.search.beam import Beam
+from sym2real.diagnosis.search.intervals import about
 from sym2real.diagnosis.search.near import Near, groups_of
 from sym2real.diagnosis.search.needed import LAST_THIRD
 from sym2real.diagnosis.search.select import Selection

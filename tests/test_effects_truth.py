@@ -66,7 +66,11 @@ def test_every_effect_is_held_against_the_simulator() -> None:
     """Those of joints in test_robots_from_mjcf.py, and of wheels on one axle in test_robots_differential_drive.py."""
     keys = [key for _, key, *_ in CASES] + [key for key, *_ in OF_MOTORS]
     of_joints = {name for name, kind in EFFECTS.items() if kind.robot == "robot with joints"}
-    assert {key.partition(":")[0] for key in keys} == set(EFFECTS) - of_joints - {"turning_friction", "wheel_radius", "track_width"}
+    assert {key.partition(":")[0] for key in keys} == set(EFFECTS) - of_joints - {
+        "turning_friction",
+        "wheel_radius",
+        "track_width",
+    }
 
 
 @pytest.mark.parametrize(("key", "values", "cosine", "tolerance"), OF_MOTORS)

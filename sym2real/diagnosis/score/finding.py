@@ -16,8 +16,8 @@ from sym2real.diagnosis.json_objects import fields_of
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.score.held_out import Gate, Steps
 from sym2real.diagnosis.score.importance import by_importance
-from sym2real.diagnosis.score.intervals import Estimate, about, estimates, spread_over_logs
 from sym2real.diagnosis.search.beam import SearchResult
+from sym2real.diagnosis.search.intervals import Estimate, about, estimates, spread_over_logs
 from sym2real.diagnosis.search.near import Near, groups_of
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
@@ -100,8 +100,7 @@ def findings(
     findings = []
     for (candidate, _), share in zip(ordered, shares, strict=True):
         logs = spread_over_logs(selection, candidate, fit)
-        form = {} if near is None else dict(zip(candidate.slots, near.variances(candidate).tolist(), strict=True))
-        found = estimates(selection, candidate, fit, form)
+        found = estimates(selection, candidate, fit, near)
         for key, parameters in found.items():
             of = library.effects[key]
             group = tuple(dict.fromkeys((key, *groups.get(candidate.name, ()))))

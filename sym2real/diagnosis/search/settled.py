@@ -1,8 +1,10 @@
-"""What is left of a choice once effects have gone that predictions do not need.
+"""What is left of a choice once effects have gone that predictions do not need, or that the sets around it refute.
 
 The others did part of what such an effect had done, or undid it, and are fitted again without it. What was the cheapest
-set of effects beyond chance need not be one any more: so an effect that is now within chance, or that has next to no
-weight against none, or against another one in its place, gives way to what is cheapest there, which may be nothing.
+set of effects beyond chance need not be one any more. And it is one set among those near it: an effect beyond chance
+beside some effects alone is not there for sure. So an effect that is within chance, that has next to no weight against
+none or another one in its place, or that is none within its intervals, which cover the choice of the effects beside it,
+gives way to what is cheapest there, which may be nothing.
 """
 
 from __future__ import annotations
@@ -10,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from sym2real.diagnosis.search.effect_set import EffectSet
+from sym2real.diagnosis.search.intervals import none_within
 from sym2real.diagnosis.search.near import Near, Place
 from sym2real.diagnosis.search.needed import Needed, Predicted, keep_needed
 from sym2real.diagnosis.search.select import Selection
@@ -17,10 +20,10 @@ from sym2real.diagnosis.settings import SETTINGS
 
 
 def settle(predicted: Predicted) -> Needed:
-    """Drop effects that predictions do not need, until the logs bear out all of the others as well."""
+    """Drop effects that predictions do not need, and those that the logs do not bear out, until all others stand."""
     selection, needed = predicted.selection, keep_needed(predicted)
     dropped, gone = needed.dropped, {candidate.name for candidate in needed.dropped}
-    while gone and (place := _refuted(selection)) is not None:
+    while (place := _refuted(selection)) is not None:
         gone.add(place.candidate.name)
         instead = _in_place(selection, place, gone)
         selection.put(instead.chosen, instead.fit)
@@ -31,13 +34,15 @@ def settle(predicted: Predicted) -> Needed:
 
 
 def _refuted(selection: Selection) -> Place | None:
-    """Of the effects that are within chance or have next to no weight in their places, the one with the least."""
+    """Of the effects that the logs do not bear out, the one with the least weight in its place."""
     near = Near.of(selection)
     weights = near.probabilities()
     refuted = [
         place
         for place in near.places
-        if weights[place.candidate.name] < SETTINGS.level or not selection.significant(selection.fit, place.candidate)
+        if weights[place.candidate.name] < SETTINGS.level
+        or not selection.significant(selection.fit, place.candidate)
+        or none_within(near, place.candidate)
     ]
     return min(refuted, key=lambda place: weights[place.candidate.name], default=None)
 

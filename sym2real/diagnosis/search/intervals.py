@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import torch
@@ -12,9 +12,10 @@ from sym2real.diagnosis.estimate.quadratic import Fit
 from sym2real.diagnosis.estimate.significance import half_widths
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.search.near import Near
 from sym2real.diagnosis.search.select import Selection, reported
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.effects.kind import with_unit
+from sym2real.effects.kind import Parameter, with_unit
 
 # Filters act on the mean of a command over a control step. One that changes steadily within the step moves a position
 # by a third of its change, its mean by a half: a sixth of a step that a lag's time cannot be told from.
@@ -53,30 +54,51 @@ def about(value: float, deviation: float, unit: str) -> Estimate:
 
 
 def estimates(
-    selection: Selection, candidate: Candidate, fit: Fit, form: Mapping[int, float]
+    selection: Selection, candidate: Candidate, fit: Fit, near: Near | None
 ) -> dict[str, dict[str, Estimate]]:
-    """Values of a chosen candidate in a fit of all, by effect and parameter; form: variances over near sets.
+    """Values of a chosen candidate in a fit of all, by effect and parameter; intervals cover the choice of near sets.
 
-    Of effects that compete as one, those that are zero within their intervals are left out.
+    Of effects that compete as one, those that are none within their intervals are left out.
     """
-    problem, halves = selection.problems.problem, half_widths(selection.problems, fit)
-    library = problem.library
     by_effect: dict[str, dict[str, Estimate]] = {}
     there = set()
+    for index, value, half in _around(selection, candidate, fit, near):
+        of, slot = selection.problems.problem.library.slots[index].effect, _parameter(selection, index)
+        by_effect.setdefault(of, {})[slot.name] = Estimate(value, value - half, value + half, slot.unit)
+        if abs(value - slot.null) >= half:
+            there.add(of)
+    return {of: parameters for of, parameters in by_effect.items() if of in there or not there}
+
+
+def none_within(near: Near, candidate: Candidate) -> bool:
+    """Whether a chosen candidate is none within the intervals of all its parameters; with few blocks nobody can say."""
+    selection = near.selection
+    around = _around(selection, candidate, selection.fit, near)
+    enough = selection.problems.block_count >= SETTINGS.fewest_pieces
+    return enough and all(abs(value - _parameter(selection, index).null) < half for index, value, half in around)
+
+
+def _parameter(selection: Selection, index: int) -> Parameter:
+    return selection.problems.problem.library.slots[index].parameter
+
+
+def _around(
+    selection: Selection, candidate: Candidate, fit: Fit, near: Near | None
+) -> Iterator[tuple[int, float, float]]:
+    """Slot, reported value and half of its 95 % interval, of each parameter of a chosen candidate."""
+    problem, halves = selection.problems.problem, half_widths(selection.problems, fit)
+    library = problem.library
+    form = dict.fromkeys(candidate.slots, 0.0)
+    if near is not None:
+        form = dict(zip(candidate.slots, near.variances(candidate).tolist(), strict=True))
     for place, tied in zip(selection.places(selection.chosen, candidate), candidate.free, strict=True):
         for index in tied:
-            of, slot = library.slots[index].effect, library.slots[index].parameter
-            origin = float(selection.origin[index])
-            value = reported(float(fit.values[index]), origin, slot)
-            half = float(halves[place]) * slot.scale
+            of, slot = library.slots[index].effect, _parameter(selection, index)
+            value = reported(float(fit.values[index]), float(selection.origin[index]), slot)
             reference = value - slot.null if slot.null in (0.0, 1.0) else value
-            floor = (SETTINGS.interval_floor**2 + _stiffness(library, of) ** 2) ** 0.5
-            choice = TWO_SIDED**2 * form.get(index, 0.0)
-            half = (half**2 + choice + (floor * reference) ** 2 + _unresolved(library, of, problem.data.dt) ** 2) ** 0.5
-            by_effect.setdefault(of, {})[slot.name] = Estimate(value, value - half, value + half, slot.unit)
-            if abs(value - slot.null) >= half:
-                there.add(of)
-    return {of: parameters for of, parameters in by_effect.items() if of in there or not there}
+            by_form = SETTINGS.interval_floor**2 + _stiffness(library, of) ** 2
+            squares = (float(halves[place]) * slot.scale) ** 2 + TWO_SIDED**2 * form[index] + by_form * reference**2
+            yield index, value, (squares + _unresolved(library, of, problem.data.dt) ** 2) ** 0.5
 
 
 def _unresolved(library: Library, name: str, dt: float) -> float:

@@ -140,7 +140,6 @@ def test_actuators_and_period_are_chosen_on_the_command_line(tmp_path: Path) -> 
         (["none.xml"], "none.xml"),
         (["links.xml", "--actions", "tau9"], "did you mean 'tau"),
         (["links.xml", "--state", "q1", "q3"], "q3"),
-        (["links.xml", "--dt", "0.0015"], "whole steps of 0.001 s"),
         (["links.xml", "--spec", "log.toml"], "found no --log"),
         (["links.xml", "--log", "unstamped.csv"], "a column of stamps, or --dt"),
     ],

@@ -320,9 +320,20 @@ def test_a_robots_name_as_model_is_its_nominal_equations(tmp_path: Path, monkeyp
     assert load_model(tmp_path / "base").to_json() == CART_POLE.nominal().to_json()
 
 
-def test_a_period_is_whole_steps(arm: Robot) -> None:
-    with pytest.raises(ModelError, match="whole steps"):
-        Robot.from_mjcf(arm.description.mjcf, dt=0.0105)
+def test_any_period_is_whole_steps_no_longer_than_the_files(arm: Robot) -> None:
+    """Logs of 30 or 60 Hz have a period that no file's step divides."""
+    for period in (1 / 30, 1 / 60, 0.0007):
+        robot = Robot.from_mjcf(arm.description.mjcf, dt=period)
+        plant = MujocoPlant(robot)
+        plant.step(robot.rest)
+        assert plant.time == pytest.approx(period, rel=1e-9)
+        assert plant.mj_model.opt.timestep <= arm.description.physics_dt
+    for nothing in (0.0, -0.02, float("nan"), float("inf")):
+        with pytest.raises(ModelError, match="more than 0 s"):
+            Robot.from_mjcf(arm.description.mjcf, dt=nothing)
+
+
+def test_an_actuator_that_the_file_lacks_is_refused(arm: Robot) -> None:
     with pytest.raises(UnknownNameError, match="actuator"):
         Robot.from_mjcf(arm.description.mjcf, actions=["push"])
 

@@ -3,30 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import replace
+from functools import partial
 
 from sym2real.diagnosis.estimate.significance import least_gain
 from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.needed import Needed, Predicted
 from sym2real.diagnosis.search.select import PROMISING, REFITTED, Selection, parameter_set
+from sym2real.diagnosis.search.settled import refuted
 from sym2real.diagnosis.settings import SETTINGS
 
 
 def join_narrow(needed: Needed, predicted: Predicted) -> Needed:
     """Put effects that move few of the measured directions beside what was chosen, where logs are not few.
 
-    Such an effect pays less than others, so whole logs must establish it, and no error may be larger with it: it could
-    push another one out. It moves too little for an error to rise beyond its interval without it.
+    Such an effect pays less than others, so whole logs must establish it, no error may be larger with it, and the sets
+    around must refute none: it could push another one out. It moves too little for an error to rise beyond its interval
+    without it.
 
     Args:
         needed: what became of the choice without them.
         predicted: logs, and what was chosen.
     """
-    before = len(predicted.selection.chosen)
-    while (larger := next(filter(predicted.bears_out, _narrow(predicted.selection)), None)) is not None:
-        predicted.selection.put(larger.chosen, larger.fit)
-    joined = len(predicted.selection.chosen) > before
-    return replace(needed, small=predicted.small()) if joined else needed
+    selection, before = predicted.selection, len(predicted.selection.chosen)
+    while (larger := next(filter(partial(_stands, predicted), _narrow(selection)), None)) is not None:
+        selection.put(larger.chosen, larger.fit)
+    return replace(needed, small=predicted.small()) if len(selection.chosen) > before else needed
+
+
+def _stands(predicted: Predicted, larger: EffectSet) -> bool:
+    if not predicted.bears_out(larger):
+        return False
+    selection = copy(predicted.selection)
+    selection.put(larger.chosen, larger.fit)
+    return refuted(selection) is None
 
 
 def _narrow(selection: Selection) -> Iterator[EffectSet]:

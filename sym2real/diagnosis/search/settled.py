@@ -23,7 +23,7 @@ def settle(predicted: Predicted) -> Needed:
     """Drop effects that predictions do not need, and those that the logs do not bear out, until all others stand."""
     selection, needed = predicted.selection, keep_needed(predicted)
     dropped, gone = needed.dropped, {candidate.name for candidate in needed.dropped}
-    while (place := _refuted(selection)) is not None:
+    while (place := refuted(selection)) is not None:
         gone.add(place.candidate.name)
         instead = _in_place(selection, place, gone)
         selection.put(instead.chosen, instead.fit)
@@ -33,18 +33,18 @@ def settle(predicted: Predicted) -> Needed:
     return Needed(dropped, needed.small)
 
 
-def _refuted(selection: Selection) -> Place | None:
+def refuted(selection: Selection) -> Place | None:
     """Of the effects that the logs do not bear out, the one with the least weight in its place."""
     near = Near.of(selection)
     weights = near.probabilities()
-    refuted = [
+    doubtful = [
         place
         for place in near.places
         if weights[place.candidate.name] < SETTINGS.level
         or not selection.significant(selection.fit, place.candidate)
         or none_within(near, place.candidate)
     ]
-    return min(refuted, key=lambda place: weights[place.candidate.name], default=None)
+    return min(doubtful, key=lambda place: weights[place.candidate.name], default=None)
 
 
 def _in_place(selection: Selection, place: Place, gone: Collection[str]) -> EffectSet:

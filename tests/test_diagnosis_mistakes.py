@@ -21,6 +21,7 @@ from sym2real.diagnosis.data.preparation import with_columns
 from sym2real.diagnosis.faults import sanity
 from sym2real.diagnosis.faults.fault import Breach
 from sym2real.diagnosis.faults.misread_attitudes import FROM_WORLD, OfAttitude
+from sym2real.diagnosis.faults.mistakes.balance import Balances
 from sym2real.diagnosis.faults.mistakes.judge import mistakes
 from sym2real.diagnosis.faults.mistakes.rows import bad_rows
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Late, OtherAxes, Transformation, Turned, of_all
@@ -89,6 +90,19 @@ def made(one: Transformation, log: Trajectory) -> Trajectory:
     if isinstance(one, Scaled):
         return replace(one, factor=1.0 / one.factor).undone(log)
     return one.undone(log)
+
+
+@pytest.mark.parametrize("rows", [-6, -2, 2, 6])
+@pytest.mark.parametrize("columns", [W, ("thrust", *RATE_COMMANDS)])
+def test_shifts_are_compared_without_the_rows_that_they_make_up(columns: tuple[str, ...], rows: int) -> None:
+    """A log that begins in a hard turn: what was sent before is unknown, and held ends cost a right shift its place."""
+    late, inside = Late("", columns, rows, CRAZYFLIE.dt), slice(20, 220)
+    balances = Balances.of(CRAZYFLIE.nominal(), healthy("crazyflie"))
+    assert balances is not None
+    cut_last = Dataset(late.undone(log).rows(inside.start, inside.stop) for log in healthy("crazyflie"))
+    cut_first = Dataset(late.undone(log.rows(inside.start, inside.stop)) for log in healthy("crazyflie"))
+    np.testing.assert_array_equal(balances.inside(cut_last).losses, balances.inside(cut_first).losses)
+    assert (balances(cut_last).losses != balances(cut_first).losses).any()
 
 
 CASES = [(robot, one) for robot in PAPER_ROBOTS for one in listed(robot)]

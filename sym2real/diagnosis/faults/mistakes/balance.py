@@ -30,6 +30,7 @@ from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import ATTITUDE, HEADING
 
 STRETCH, FEWEST_ROWS = 0.4, 4  # s; rows
+SHIFTED = 6  # rows by which columns may be late or early: at the ends of a log nobody knows what they held there
 TURNED = "turn about {} by its rate"
 LEVEL = 2  # the first components of a world vector lie level, whichever way its axes are turned
 
@@ -100,6 +101,11 @@ class Balances:
         """None where the logs have other columns than the model."""
         found = from_row_to_row(model, data)
         return None if found is None else cls(model, found[0])
+
+    def inside(self, data: Dataset) -> Balance:
+        """The balance without the ends of logs that are long enough, which shifts of columns make up."""
+        least = 2 * SHIFTED + max(FEWEST_ROWS, round(STRETCH / data.dt))
+        return self(Dataset(log.rows(SHIFTED, len(log) - SHIFTED) if len(log) > least else log for log in data))
 
     def __call__(self, data: Dataset) -> Balance:
         """The balance of the logs as they stand."""

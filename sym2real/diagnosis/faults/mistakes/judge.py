@@ -10,7 +10,7 @@ from scipy.stats import wilcoxon
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.preparation import present
 from sym2real.diagnosis.faults.fault import Breach
-from sym2real.diagnosis.faults.mistakes.balance import Balance, Balances, without_arm, without_drag
+from sym2real.diagnosis.faults.mistakes.balance import SHIFTED, Balance, Balances, without_arm, without_drag
 from sym2real.diagnosis.faults.mistakes.listed import mimics, transformations
 from sym2real.diagnosis.faults.mistakes.lost_commands import step_likelihood
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Late, Transformation, Turned, of_all
@@ -21,7 +21,8 @@ from sym2real.trajectory import Array
 from sym2real.vocabulary import POSITION
 
 MOST = 3  # mistakes in one set of logs
-COMMAND_ROWS = range(-6, 3)  # that commands may be written late by; as many as a delay may take where less than none
+# That commands may be written late by; as many as a delay may take where less than none.
+COMMAND_ROWS = range(-SHIFTED, 3)
 ROUNDING = 1e-6  # of the squares
 Gain = tuple[float, Breach]  # by how much the squares missed fall over all quantities, and what is undone
 
@@ -49,9 +50,9 @@ def _is_a_sensors_sign(transformation: Transformation, data: Dataset) -> bool:
 
 def _best(balances: Balances, data: Dataset) -> Breach | None:
     """The transformation that gains most; of two kinds that gain as much the simpler."""
-    now = balances(data)
+    now, inside = balances(data), balances.inside(data)
     tried = [*transformations(data, now), *fitting_scales(balances, data, now)]
-    judged = [_judged(balances, now, transformation, data, len(tried)) for transformation in tried]
+    judged = [_judged(balances, inside if isinstance(one, Late) else now, one, data, len(tried)) for one in tried]
     held = sorted((one for one in judged if one is not None), key=lambda one: one[0])
     best = {type(breach.transformation): (gain, breach) for gain, breach in held}
     least = SETTINGS.nearly * max((gain for gain, _ in held), default=0.0)
@@ -98,7 +99,8 @@ def _apart(one: Transformation, other: Transformation) -> bool:
 
 def _judged(balances: Balances, now: Balance, transformation: Transformation, data: Dataset, tried: int) -> Gain | None:
     """What undoing it gains, where that is beyond chance and nothing else becomes worse."""
-    then = balances(of_all(transformation, data))
+    of = balances.inside if isinstance(transformation, Late) else balances
+    then = of(of_all(transformation, data))
     old, new = now.losses.mean(0), then.losses.mean(0)
     better = old - new
     clear = (old > SETTINGS.far * new) & (new < SETTINGS.mostly)
@@ -112,7 +114,7 @@ def _judged(balances: Balances, now: Balance, transformation: Transformation, da
     if isinstance(transformation, Late | Turned):
         clear &= without_arm(now) > SETTINGS.far * new
     for other in mimics(transformation, data.layouts.action.columns):
-        mimicked = balances(of_all(other, data)).losses.mean(0)
+        mimicked = of(of_all(other, data)).losses.mean(0)
         clear &= (mimicked > SETTINGS.far * new) & (_in_all(mimicked) > _in_all(new))
     chance = [_chance(now.missed(place), then.missed(place)) if clear[place] else 1.0 for place in range(len(old))]
     most = int(np.argmin(chance))

@@ -16,7 +16,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, VELOCITIES
 from sym2real.diagnosis.data.preparation import present
 from sym2real.diagnosis.faults.misread_attitudes import COMMANDED, FROM_WORLD, OfAttitude
-from sym2real.diagnosis.faults.mistakes.balance import Balance
+from sym2real.diagnosis.faults.mistakes.balance import SHIFTED, Balance
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Late, OtherAxes, Transformation, Turned
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.layout import Layout, motors_of
@@ -26,7 +26,7 @@ from sym2real.trajectory import Array
 from sym2real.vocabulary import ATTITUDE, HEADING, POSITION, RATE_COMMAND
 
 TILTED = ("level velocity", "attitude about x", "attitude about y")  # what roll and pitch change
-SHIFTS = (2, 3, 4, 5, 6)  # rows; honest sensors are up to one behind
+SHIFTS = range(2, SHIFTED + 1)  # rows; honest sensors are up to one behind
 
 
 def transformations(data: Dataset, balance: Balance) -> Iterator[Transformation]:

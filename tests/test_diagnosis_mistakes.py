@@ -96,7 +96,7 @@ def made(one: Transformation, log: Trajectory) -> Trajectory:
 @pytest.mark.parametrize("columns", [W, ("thrust", *RATE_COMMANDS)])
 def test_shifts_are_compared_without_the_rows_that_they_make_up(columns: tuple[str, ...], rows: int) -> None:
     """A log that begins in a hard turn: what was sent before is unknown, and held ends cost a right shift its place."""
-    late, inside = Late("", columns, rows, CRAZYFLIE.dt), slice(20, 220)
+    late, inside = Late("", columns, rows, CRAZYFLIE.dt), slice(20, 221)
     balances = Balances.of(CRAZYFLIE.nominal(), healthy("crazyflie"))
     assert balances is not None
     cut_last = Dataset(late.undone(log).rows(inside.start, inside.stop) for log in healthy("crazyflie"))

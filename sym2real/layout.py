@@ -22,6 +22,7 @@ from sym2real.field import Field, Group, Kind
 from sym2real.vocabulary import (
     MOTOR_COLUMNS,
     POSITION,
+    RATE,
     VOCABULARY,
     is_push,
     known_field,
@@ -32,6 +33,11 @@ from sym2real.vocabulary import (
 def motors_of(action: Layout) -> tuple[str, ...]:
     """Columns of the rotors that are commanded; none of a robot that is commanded otherwise."""
     return tuple(column for column in action if column in MOTOR_COLUMNS)
+
+
+def turned_by_motors(layouts: Layouts) -> bool:
+    """Whether single motors are commanded, and the rates that their torques change are part of the state."""
+    return bool(motors_of(layouts.action)) and RATE.columns[0] in layouts.state
 
 
 def unit_of_place(state: Layout) -> str:

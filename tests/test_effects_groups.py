@@ -17,11 +17,12 @@ from sym2real.effects.manoeuvres import (
     one_direction,
     one_speed,
     steady_thrust,
+    steady_thrust_alone,
     steady_yaw,
     tyres_hold,
 )
 from sym2real.effects.trim import TRIM, is_trim
-from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS
 from sym2real.trajectory import Array, Trajectory
 
 ROWS = 300
@@ -94,6 +95,20 @@ def test_equal_effects_compete_in_one_place() -> None:
     separated = candidates(library_for(CRAZYFLIE.nominal(), Dataset([busy])), Dataset([busy]))
     assert all(not one.excludes for one in separated)
     assert {"offset:thrust", "thrust_curve"} <= {one.name for one in separated}
+
+
+def test_motors_that_turn_the_body_tell_their_strength_from_a_mass() -> None:
+    robot = ROBOTS["hexarotor"]
+    rows = np.repeat(robot.rest[None], ROWS, axis=0)
+    state = np.repeat(robot.start[None], ROWS, axis=0)
+    log = Trajectory(
+        np.arange(ROWS) * robot.dt, state, rows, np.zeros((ROWS, len(robot.layouts.inputs))), robot.layouts
+    )
+    assert steady_thrust([log])
+    assert not steady_thrust_alone([log])
+    assert "offset:thrust" in others_of("added_mass", holding([log]))
+    assert "gain:thrust" not in others_of("added_mass", holding([log]))
+    assert "thrust_curve" in others_of("gain:thrust", holding([log]))
 
 
 def test_drag_at_one_speed_is_called_linear() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,12 +11,16 @@ import torch
 import whole_way
 
 from sym2real.cli import main
+from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
 from sym2real.effects import effect
 from sym2real.errors import ModelError
+from sym2real.experiments.excitation import dithered
 from sym2real.experiments.noisy_runs import noisy_runs
-from sym2real.plants import MujocoPlant
+from sym2real.experiments.standard_conditions import sensors
+from sym2real.plants import MujocoPlant, run_episode
+from sym2real.protocols import Change
 from sym2real.robots import CRAZYFLIE, ROBOTS, Motors
 from sym2real.symbolic import Equations, compile_model, symbol
 from sym2real.tasks import make_task
@@ -52,6 +57,26 @@ def test_equations_of_six_rotors_are_the_simulator(base: Equations) -> None:
         after = plant.step(action)
         found = model(*map(torch.as_tensor, (state, action, push))).numpy()
         assert np.abs(found - after).max() < 2e-3 * np.abs(after - state).max()
+
+
+def test_weak_rotors_are_no_mass(base: Equations) -> None:
+    """Their torques fall with their thrusts, which one number says; a mass would need three levers beside it."""
+
+    def weaken(spec: Any) -> None:
+        for actuator in spec.actuators:
+            actuator.gear = [0.9 * gear for gear in actuator.gear]
+
+    flights = []
+    for number, task in enumerate(make_task(name, HEXAROTOR) for name in ("circle", "lemniscate") * 2):
+        rng = np.random.default_rng(number)
+        controller = dithered(geometric_controller(HEXAROTOR, task.reference), HEXAROTOR, rng, 2.0)
+        plant = MujocoPlant(HEXAROTOR, (sensors(HEXAROTOR, rng), Change("weak", edit=weaken)))
+        flights.append(run_episode(plant, controller, task, seed=number, steps=250))
+    found = diagnose(base, Dataset(flights))
+    assert [finding.effect for finding in found.findings] == ["gain:thrust"], found.summary
+    assert "added_mass" not in found.findings[0].group
+    value = found.findings[0].parameters["value"]
+    assert value.low < 0.9 < value.high
 
 
 @pytest.mark.parametrize(("key", "values", "alike"), HIDDEN, ids=[key for key, *_ in HIDDEN])

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from sym2real.effects.alike import ONE_MAP, ONE_STRENGTH, ONE_THRUST, Member
+from sym2real.effects.alike import ONE_LIFT, ONE_MAP, ONE_STRENGTH, ONE_THRUST, Member
 from sym2real.effects.body import Body
 from sym2real.effects.domain import Domain
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
@@ -56,5 +56,5 @@ ADDED_MASS = Kind(
     numbers=("mass",),
     robot="quadrotor",
     weighed="scales do: weigh the robot",
-    alike=(Member(ONE_STRENGTH, 0), Member(ONE_THRUST, 0), Member(ONE_MAP, 0)),
+    alike=(Member(ONE_STRENGTH, 0), Member(ONE_THRUST, 0), Member(ONE_MAP, 0), Member(ONE_LIFT, 0)),
 )

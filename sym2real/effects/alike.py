@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from sym2real.effects.manoeuvres import (
     always,
     calm_rates,
+    no_motors,
     one_circle,
     one_direction,
     one_speed,
     steady_thrust,
+    steady_thrust_alone,
     steady_yaw,
     tyres_hold,
 )
@@ -51,8 +53,8 @@ class Member:
     on: str = ""
 
 
-ONE_STRENGTH = Alike("always", always)
-ONE_THRUST = Alike("thrust stays near one value", steady_thrust)
+ONE_STRENGTH = Alike("no motor's torque is predicted", no_motors)
+ONE_THRUST = Alike("thrust stays near one value", steady_thrust_alone)
 ONE_TORQUE = Alike("always", always)
 ONE_TORQUE_AT_ONE_THRUST = Alike("thrust hardly varies")
 ONE_TURN = Alike("speed is low")
@@ -67,11 +69,26 @@ ONE_BRAKE = Alike("the tyres hold", tyres_hold)
 # the mass, because near one thrust every thrust map is a gain; a steering gain, a lever arm and a lag of the steering,
 # because at one speed tyres turn the car by one part less, move it by one arm, and are late by one time.
 ONE_DRAG = Alike("speed stays near one value", one_speed, one_of=True, counts=False)
-ONE_MAP = Alike("thrust stays near one value", steady_thrust, one_of=True, counts=False)
+ONE_MAP = Alike("thrust stays near one value", steady_thrust_alone, one_of=True, counts=False)
+# Where motors turn the body as well, their torques tell what scales them from what does not.
+ONE_LIFT = Alike("thrust stays near one value", steady_thrust, one_of=True, counts=False)
+ONE_ROTOR = Alike("thrust stays near one value", steady_thrust, one_of=True, counts=False)
 ONE_STEERING = Alike("speed stays near one value", one_speed, one_of=True, counts=False)
 ONE_ARM = Alike("speed stays near one value", one_speed, one_of=True, counts=False)
 ONE_WAY_TO_TURN = Alike("speed stays near one value", one_speed, one_of=True, counts=False)
 ALL = (
     *(ONE_STRENGTH, ONE_THRUST, ONE_TORQUE, ONE_TORQUE_AT_ONE_THRUST, ONE_TURN, ONE_PULL, ONE_LEAN, ONE_FORCE),
-    *(ONE_HEADING, ONE_LAG, ONE_DELAY, ONE_BRAKE, ONE_DRAG, ONE_MAP, ONE_STEERING, ONE_ARM, ONE_WAY_TO_TURN),
+    *(
+        ONE_HEADING,
+        ONE_LAG,
+        ONE_DELAY,
+        ONE_BRAKE,
+        ONE_DRAG,
+        ONE_MAP,
+        ONE_LIFT,
+        ONE_ROTOR,
+        ONE_STEERING,
+        ONE_ARM,
+        ONE_WAY_TO_TURN,
+    ),
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sym2real.effects.alike import ONE_MAP, ONE_STEERING, ONE_STRENGTH, ONE_THRUST, ONE_TURN, Member
+from sym2real.effects.alike import ONE_MAP, ONE_ROTOR, ONE_STEERING, ONE_STRENGTH, ONE_THRUST, ONE_TURN, Member
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching, Shown, alone_on, by_role
@@ -17,13 +17,18 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return equations.substitute({body.column: values["value"] * symbol(body.column)})
 
 
+def _stood_for_by(body: Body) -> str:
+    """A mass, but where motors turn the body as well: their torques show how strong they are."""
+    return "added_mass" if body.role == "thrust" and not body.turned_by_motors else ""
+
+
 GAIN = Kind(
     name="gain",
     stage="command",
     parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.2, high=3.0, scale=0.1)),
     formula=r"a \to k\,a",
     summary="The robot answers a command with a fixed multiple of it.",
-    confused_with="an offset while the command hardly varies; for thrust also added mass, which weighing tells apart",
+    confused_with="an offset while the command hardly varies; for thrust also added mass, unless motors turn the body",
     shown_by="commands over a wide range, through zero where the robot allows it",
     fix="correct the map from command to actuator (thrust per unit, servo travel, speed per unit) by this factor",
     inject=commanding(lambda command, _, values: command * values["value"]),
@@ -33,12 +38,13 @@ GAIN = Kind(
         Member(ONE_STRENGTH, 1, "thrust"),
         Member(ONE_THRUST, 1, "thrust"),
         Member(ONE_MAP, 1, "thrust"),
+        Member(ONE_ROTOR, 0, "thrust"),
         Member(ONE_TURN, 1, "steer"),
         Member(ONE_STEERING, 0, "steer"),
     ),
     searching=Searching(
         why_not=alone_on("motors"),
-        stood_for_by=by_role({"thrust": "added_mass"}, ""),
+        stood_for_by=_stood_for_by,
         shown_in=by_role({"speed": (Shown.SPEEDS,)}, ()),
     ),
 )

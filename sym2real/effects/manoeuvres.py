@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from sym2real.layout import Layout, motors_of
+from sym2real.layout import Layout, motors_of, turned_by_motors
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import ATTITUDE, VELOCITY
 
@@ -47,6 +47,11 @@ def always(logs: Iterable[Trajectory]) -> bool:
     return True
 
 
+def no_motors(logs: Iterable[Trajectory]) -> bool:
+    """Whether no motor's torque shows in what is predicted: else it tells a motor's strength from the robot's mass."""
+    return not any(turned_by_motors(log.layouts) for log in logs)
+
+
 def steady_yaw(logs: Iterable[Trajectory]) -> bool:
     """Whether a quadrotor looks one way: a force from the ground then looks like a tilted sensor."""
     if not (found := _joined(logs, ATTITUDE.columns)):
@@ -63,6 +68,12 @@ def steady_thrust(logs: Iterable[Trajectory]) -> bool:
         return False
     together = np.concatenate(values)
     return bool(together.std() < STEADY_THRUST * abs(together.mean()))
+
+
+def steady_thrust_alone(logs: Iterable[Trajectory]) -> bool:
+    """The same, where nothing but the thrust shows how strong motors are."""
+    logs = list(logs)
+    return no_motors(logs) and steady_thrust(logs)
 
 
 def one_speed(logs: Iterable[Trajectory]) -> bool:

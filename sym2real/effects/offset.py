@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sym2real.effects.alike import ONE_MAP, ONE_PULL, ONE_THRUST, ONE_TORQUE, ONE_TORQUE_AT_ONE_THRUST, Member
+from sym2real.effects.alike import ONE_LIFT, ONE_MAP, ONE_PULL, ONE_THRUST, ONE_TORQUE, ONE_TORQUE_AT_ONE_THRUST, Member
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Parameter, Values
 from sym2real.effects.searching import Searching, Shown, alone_on, by_role
@@ -33,6 +33,7 @@ OFFSET = Kind(
     alike=(
         Member(ONE_THRUST, 2, "thrust"),
         Member(ONE_MAP, 2, "thrust"),
+        Member(ONE_LIFT, 1, "thrust"),
         Member(ONE_TORQUE, 1, "w?_cmd"),
         Member(ONE_TORQUE_AT_ONE_THRUST, 2, "w?_cmd"),
         Member(ONE_PULL, 1, "speed"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sympy import Max
 
-from sym2real.effects.alike import ONE_MAP, Member
+from sym2real.effects.alike import ONE_MAP, ONE_ROTOR, Member
 from sym2real.effects.body import GRAVITY, Body
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching, Shown
@@ -40,6 +40,6 @@ THRUST_CURVE = Kind(
     needs=("thrust",),
     numbers=("mass",),
     robot="quadrotor",
-    alike=(Member(ONE_MAP, 3),),
+    alike=(Member(ONE_MAP, 3), Member(ONE_ROTOR, 1)),
     searching=Searching(shown_in=lambda _: (Shown.CLIMBS,)),
 )

@@ -1,9 +1,10 @@
-"""The diagnosis on simulators that are not ours: RotorPy's and drone-models' quadrotors, two cars that slide.
+"""The diagnosis on simulators that are not ours: RotorPy's, drone-models' and Bullet's rotorcraft, two cars that slide.
 
 Physics, rotors, drag and tyres are their authors'; the runs are those of the standard set, with its sensor noise. The
 quadrotors' base is learned in MuJoCo and calibrated there. RotorPy's rotors need 4 ms where MuJoCo's are immediate,
 which every case but two has beside its own effect; drone-models' are Crazyflies as they were identified in flight, 5 to
-16 g heavier than the base's, with slow rotors and drag. The cars are CommonRoad's and highway-env's, held against a
+16 g heavier than the base's, with slow rotors and drag. Bullet's is a hexarotor that is commanded motor by motor, held
+against its first principles. The cars are CommonRoad's and highway-env's, held against a
 bicycle without slip and without a simulator, so that every case also lacks the lags of servo and motor, the slip of its
 tyres, and the arm from the rear axle to its centre.
 
@@ -24,6 +25,7 @@ from pathlib import Path
 import numpy as np
 import torch
 import tyro
+from bullet_plant import BulletPlant, Hexarotor
 from figures import Figure, report
 from highway_plant import WHEELBASE as ROAD_WHEELBASE
 from highway_plant import Tyres, drives
@@ -34,20 +36,23 @@ from rotorpy_plant import QUICK, Quadrotor, RotorpyPlant
 from single_track_plant import WHEELBASE, Car, SingleTrackPlant
 from standard_set import standard_run
 
+from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, diagnose
 from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.effects import same_group
 from sym2real.errors import UnknownNameError
+from sym2real.experiments.excitation import dithered
 from sym2real.experiments.models import cached_base
-from sym2real.plants import MujocoPlant
+from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Plant
 from sym2real.report.diagnosis import diagnosis_report
 from sym2real.robots import ROBOTS, Robot, car
 from sym2real.robots.robot import GRAVITY
 from sym2real.symbolic import Equations
+from sym2real.tasks import make_task
 
-RUNS = 8
+RUNS, ROWS = 8, 400
 HORIZON = 0.8  # s
 Truth = Mapping[str, Mapping[str, float]]
 
@@ -124,6 +129,27 @@ ROADS = {
     "road car, stiff tyres": Tyres(front=4.0, rear=4.0),
     "road car, soft tyres": Tyres(front=0.5, rear=0.5),
     "road car, soft front": Tyres(front=0.6),
+}
+
+
+BULLET: dict[str, tuple[Hexarotor, Truth]] = {
+    "hexarotor": (Hexarotor(), {}),
+    "hexarotor, 150 g more": (Hexarotor(load=0.15), {"added_mass": {"value": 0.15}}),
+    "hexarotor, weak rotors": (Hexarotor(strength=0.9), {"gain:thrust": {"value": 0.9}}),
+    "hexarotor, slow rotors": (Hexarotor(motor=0.05), {"motor_lag": {"value": 0.05}}),
+    "hexarotor, drag": (Hexarotor(drag=0.3), {"linear_drag": dict.fromkeys(("cx", "cy", "cz"), 0.3)}),
+    "hexarotor, wind": (Hexarotor(wind=(0.4, -0.3, 0.0)), {"wind": {"fx": 0.4, "fy": -0.3}}),
+    "hexarotor, centre of mass": (Hexarotor(centre=(0.008, -0.004)), {"com_offset": {"rx": 0.008, "ry": -0.004}}),
+    "hexarotor, late commands": (Hexarotor(late=2), {"delay": {"value": 0.04}}),
+    "hexarotor, all of it": (
+        Hexarotor(load=0.15, drag=0.3, late=2, centre=(0.004, 0.0)),
+        {
+            "added_mass": {"value": 0.15},
+            "linear_drag": dict.fromkeys(("cx", "cy", "cz"), 0.3),
+            "delay": {"value": 0.04},
+            "com_offset": {"rx": 0.004, "ry": 0.0},
+        },
+    ),
 }
 
 
@@ -204,6 +230,16 @@ def standard_runs(robot: Robot, plant: Callable[[np.random.Generator], Plant], s
     return Dataset([standard_run(robot, plant, seed, index, yaw=index % 2 > 0) for index in range(RUNS)])
 
 
+def dithered_flights(hexarotor: Hexarotor, seed: int) -> Dataset:
+    """Circles and figures of eight of a controller that knows the plain hexarotor, with dither on its motors."""
+    robot, flights = ROBOTS["hexarotor"], []
+    for number, name in zip(range(RUNS), ("circle", "lemniscate") * RUNS, strict=False):
+        rng, task = np.random.default_rng([seed, number]), make_task(name, robot)
+        sent = dithered(geometric_controller(robot, task.reference), robot, rng, 2.0)
+        flights.append(run_episode(BulletPlant(hexarotor, rng), sent, task, seed=number, steps=ROWS))
+    return Dataset(flights)
+
+
 def questions() -> Iterator[Question]:
     """All cases, without simulating any."""
     flyer, driver = ROBOTS["crazyflie"], ROBOTS["mushr"]
@@ -213,6 +249,8 @@ def questions() -> Iterator[Question]:
     for case, identified in IDENTIFIED.items():
         runs = partial(standard_runs, flyer, partial(LsyPlant, identified))
         yield Question(case, identified.truth, runs, cached_base(flyer), MujocoPlant(flyer))
+    for case, (hexarotor, truth) in BULLET.items():
+        yield Question(case, truth, partial(dithered_flights, hexarotor), ROBOTS["hexarotor"].nominal())
     for case, (told, truth) in DRIVES.items():
         own = {"lag:speed": {"value": told.speed_lag}, "tyre_slip": {"value": told.compliance}}
         runs = partial(standard_runs, driver, partial(SingleTrackPlant, told))

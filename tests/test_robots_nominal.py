@@ -351,8 +351,11 @@ def test_speeds_of_a_flight_give_the_thrust_per_squared_speed() -> None:
 def test_a_guess_is_written_down_and_a_given_number_is_not() -> None:
     assert len(quadrotor(1.2, interface="motors").notes) == 2
     assert quadrotor(1.2, (0.01, 0.01, 0.02), interface="motors", motors=MOTORS).notes == ()
-    assert quadrotor(1.0, (0.01, 0.01, 0.02)).notes == ()
-    assert quadrotor(None, (0.01, 0.01, 0.02)).notes == (PER_KILOGRAM,)
+    loop = (20.0, 20.0, 8.0)
+    assert quadrotor(1.0, (0.01, 0.01, 0.02), rate_gains=loop).notes == ()
+    assert quadrotor(None, (0.01, 0.01, 0.02), rate_gains=loop).notes == (PER_KILOGRAM,)
+    (guessed,) = quadrotor(1.0, (0.01, 0.01, 0.02)).notes
+    assert "50 50 20 1/s" in guessed
     hovering = step(quadrotor(1.2, interface="motors"), state13(z=1.0), [0.5] * 4)
     np.testing.assert_allclose(hovering, state13(z=1.0), atol=1e-12)
     scaled = quadrotor(0.027)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from rich.console import Console
 
-from sym2real.cli.numbers import NotNegative, OptionalPositive, OptionalThreePositive, Positive, ThreePositive
+from sym2real.cli.numbers import NotNegative, OptionalPositive, OptionalThreePositive, Positive
 from sym2real.cli.of_logs import OfLogs
 from sym2real.cli.positionals import JsonFile, LogsOfModel
 from sym2real.errors import ModelError
@@ -48,8 +48,8 @@ class NominalQuadrotor(OfLogs):
     """Whether the attitude is predicted, or known along the log."""
     dt: OptionalPositive = None
     """Time step in s; by default that of --log or --fit-thrust, else 0.02."""
-    rate_gains: ThreePositive = (50.0, 50.0, 20.0)
-    """Gains of the on-board rate loop in 1/s (thrust_rates)."""
+    rate_gains: OptionalThreePositive = None
+    """Gains of the on-board rate loop in 1/s (thrust_rates); by default the Crazyflie's, 50 50 20."""
     attitude_time_constant: NotNegative = 0.15
     """Of the on-board attitude loop in s (thrust_attitude)."""
     motor_unit: Literal["command", "rad/s"] | None = None

@@ -100,7 +100,6 @@ _COUNT = _whole(1, MOST_COUNT)
 
 Positive = Annotated[float, _positive()]
 OptionalPositive = Annotated[float | None, _positive()]
-ThreePositive = Annotated[tuple[float, float, float], _positive(count=3)]
 OptionalThreePositive = Annotated[tuple[float, float, float] | None, _positive(count=3)]
 NotNegative = Annotated[float, option(float, "FLOAT", "a number that is not negative", lambda value: value >= 0)]
 Seconds = Annotated[float, _SECONDS]

@@ -82,7 +82,7 @@ def quadrotor(
     interface: Interface = "thrust_rates",
     attitude: Attitude = "predicted",
     dt: float = 0.02,
-    rate_gains: Sequence[float] = (50.0, 50.0, 20.0),
+    rate_gains: Sequence[float] | None = None,
     attitude_time_constant: float = 0.15,
     motors: Motors | None = None,
     robot: str = "",
@@ -97,7 +97,7 @@ def quadrotor(
         attitude: "predicted", or "measured": the quaternion is then an input, known along a log and held over a
             horizon, the state is position and velocity, and only what pushes along body z remains of the actions.
         dt: time step in s.
-        rate_gains: gains of the on-board rate loop in 1/s (interface "thrust_rates").
+        rate_gains: gains of the on-board rate loop in 1/s (interface "thrust_rates"); None for the Crazyflie's.
         attitude_time_constant: of the on-board attitude loop in s (interface "thrust_attitude"); 0 answers at once.
         motors: the rotors; None for rotors in scaled Crazyflie geometry that hover at half command.
         robot: name of the robot they describe.
@@ -111,8 +111,9 @@ def quadrotor(
     """
     notes, mass = ([PER_KILOGRAM], 1.0) if mass is None else ([], mass)
     _check(mass, inertia, interface, attitude, dt)
-    if not (0 <= attitude_time_constant < math.inf and all(0 < gain < math.inf for gain in rate_gains)):
-        raise ModelError(f"loops need τ ≥ 0 s and gains > 0 1/s, found {attitude_time_constant} and {rate_gains}")
+    gains = crazyflie.RATE_GAINS if rate_gains is None else rate_gains
+    if not (0 <= attitude_time_constant < math.inf and all(0 < gain < math.inf for gain in gains)):
+        raise ModelError(f"loops need τ ≥ 0 s and gains > 0 1/s, found {attitude_time_constant} and {gains}")
     build = _Build(notes=notes, numbers={"mass": mass})
     torque = _motors(build, motors, mass, attitude) if interface == "motors" else symbols(TORQUE)
     middle = symbols(QUATERNION)
@@ -122,8 +123,11 @@ def quadrotor(
         moments = _scaled_inertia(build, mass) if inertia is None else tuple(inertia)
         build.numbers |= dict(zip(("jx", "jy", "jz"), moments, strict=True))
         if interface == "thrust_rates":
-            build.numbers |= dict(zip(("kx", "ky", "kz"), rate_gains, strict=True))
-            middle = _rate_loop(build, moments, rate_gains, torque, dt)
+            if rate_gains is None:
+                known = " ".join(f"{gain:g}" for gain in gains)
+                build.notes.append(f"the rate loop has the Crazyflie's gains, {known} 1/s: give those of your own")
+            build.numbers |= dict(zip(("kx", "ky", "kz"), gains, strict=True))
+            middle = _rate_loop(build, moments, gains, torque, dt)
         else:
             middle = _free_rotation(build, moments, torque, dt)
     _translation(build, mass, middle, dt)

@@ -274,3 +274,19 @@ def test_a_strong_drag_under_precise_velocities_turns_no_heading(seed: int) -> N
     """What misses hardly anything misses three times less by chance of its form: that is no turn by thirty degrees."""
     logs = simulate_case(Case("crazyflie", (("quadratic_drag", {"value": 0.05}),), seed=seed), trajectories=6, rows=220)
     assert check(CRAZYFLIE.nominal(), rates_on_time(logs)).faults == ()
+
+
+def test_what_is_let_go_under_full_force_does_not_jump() -> None:
+    """A light joint that has 30 rad/s within a row and comes to rest by its damping, then stands but for noise."""
+    robot, rows = ROBOTS["cart_pole"], 400
+    joint, rate = (robot.layouts.state.index(name) for name in ("pole", "pole_rate"))
+    state = np.random.default_rng(0).normal(0.0, 1e-3, (rows, len(robot.layouts.state)))
+    speed = 30.0 * np.exp(-np.arange(rows) / 3.0) * (np.arange(rows) > 0)
+    state[:, rate] += speed
+    state[1:, joint] += np.cumsum(0.5 * (speed[1:] + speed[:-1])) * robot.dt
+    quiet = np.zeros((rows, len(robot.layouts.action))), np.zeros((rows, len(robot.layouts.inputs)))
+    log = Trajectory(np.arange(rows) * robot.dt, state, *quiet, robot.layouts)
+    assert not bad_rows(Dataset([log]))
+    state[200:, joint] += 0.3
+    (jump,) = bad_rows(Dataset([replace(log, state=state)]))
+    assert (jump.columns, jump.cuts) == (("pole",), ((200,),))

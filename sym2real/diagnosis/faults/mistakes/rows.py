@@ -2,7 +2,8 @@
 
 A row repeats where a sensor's columns hold to the last bit what they held in the row before although the robot moves,
 as a slower sensor or a lost packet writes it: the next fresh row has then moved by more than one step. A value jumps
-where it leaves its neighbours by far more than any of its own steps. Of up to three such rows in a row the values are
+where it leaves its neighbours by far more than its changes vary, and by more than they move there: what is let go under
+full torque does not jump. Of up to three such rows in a row the values are
 interpolated; longer runs cut the log, and nothing is made up inside.
 """
 
@@ -112,7 +113,8 @@ def _jumping(data: Dataset, columns: tuple[str, ...]) -> BadRows | None:
     layout = data.layouts.state
     places = layout.indices(columns)
     changes = [np.diff(log.state[:, places], axis=0) for log in data]
-    sizes = [np.linalg.norm(change - _usual(change), axis=1) for change in changes]
+    usual = [_usual(change) for change in changes]
+    sizes = [np.linalg.norm(change - around, axis=1) for change, around in zip(changes, usual, strict=True)]
     every = np.concatenate(sizes)
     least = max(
         SETTINGS.unheard_of * MAD_TO_SIGMA * float(np.median(every)),
@@ -120,7 +122,9 @@ def _jumping(data: Dataset, columns: tuple[str, ...]) -> BadRows | None:
     )
     stays = columns[0] in layout.rates or layout.units[columns[0]] == "m"
     least = max(least, SETTINGS.jump_metres) if stays else least
-    places_of = [np.flatnonzero(size > least) + 1 for size in sizes]
+    moving = [np.linalg.norm(around, axis=1) for around in usual]
+    beyond = [np.flatnonzero(size > np.maximum(least, move)) for size, move in zip(sizes, moving, strict=True)]
+    places_of = [places + 1 for places in beyond]
     found = [_excursions(change, there, stays=stays) for change, there in zip(changes, places_of, strict=True)]
     if least <= 0.0 or not any(rows.any() or cuts for rows, cuts in found):
         return None

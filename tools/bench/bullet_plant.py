@@ -53,6 +53,7 @@ class BulletPlant(ForeignPlant):
     """
 
     def __init__(self, hexarotor: Hexarotor, rng: np.random.Generator) -> None:
+        import pybullet
         from pybullet_utils.bullet_client import BulletClient
 
         super().__init__(ROBOT, hexarotor.late, rng)
@@ -60,7 +61,7 @@ class BulletPlant(ForeignPlant):
         described = compile_robot(ROBOT)
         sites = described.site_pos[described.actuator_trnid[:, 0]]
         self._places, self._gears = sites - self._centre, described.actuator_gear * described.actuator_gainprm[:, :1]
-        self._client = BulletClient()
+        self._client = BulletClient(connection_mode=pybullet.DIRECT)
         self._client.setGravity(0.0, 0.0, -GRAVITY)
         self._client.setTimeStep(self.dt / SUBSTEPS)
         self._body = self._client.createMultiBody(baseMass=ROBOT.mass + hexarotor.load)

@@ -136,7 +136,7 @@ BULLET: dict[str, tuple[Hexarotor, Truth]] = {
     "hexarotor": (Hexarotor(), {}),
     "hexarotor, 150 g more": (Hexarotor(load=0.15), {"added_mass": {"value": 0.15}}),
     "hexarotor, weak rotors": (Hexarotor(strength=0.9), {"gain:thrust": {"value": 0.9}}),
-    "hexarotor, slow rotors": (Hexarotor(motor=0.05), {"motor_lag": {"value": 0.05}}),
+    "hexarotor, slow rotors": (Hexarotor(motor=0.05), {"lag": {"value": 0.05}}),
     "hexarotor, drag": (Hexarotor(drag=0.3), {"linear_drag": dict.fromkeys(("cx", "cy", "cz"), 0.3)}),
     "hexarotor, wind": (Hexarotor(wind=(0.4, -0.3, 0.0)), {"wind": {"fx": 0.4, "fy": -0.3}}),
     "hexarotor, centre of mass": (Hexarotor(centre=(0.008, -0.004)), {"com_offset": {"rx": 0.008, "ry": -0.004}}),

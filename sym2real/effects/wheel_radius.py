@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
-import mujoco
 from sympy import Expr
 
 from sym2real.effects.body import Body
@@ -18,8 +17,8 @@ from sym2real.symbolic import Equations
 from sym2real.symbolic.expressions import canonical
 from sym2real.vocabulary import DRILLING, rate_per_speed
 
-# Of these the first size is the radius, and the next one half the length.
-LONG = (mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE)
+# mujoco.mjtGeom, capsules and cylinders: their first size is the radius, the next one half the length.
+LONG = (3, 5)
 
 
 def scaled(equations: Equations, quantities: Iterable[str], factor: Expr) -> Equations:
@@ -45,7 +44,7 @@ def _resize(spec: Any, body: Body, values: Numbers) -> None:
         turning.pos = [x, y, z + (values["value"] - 1.0) * max(geom.size[0] for geom in turning.geoms)]
         for geom in turning.geoms:
             radius, *others = values["value"] * geom.size
-            geom.size = [radius, *(geom.size[1:] if geom.type in LONG else others)]
+            geom.size = [radius, *(geom.size[1:] if int(geom.type) in LONG else others)]
 
 
 WHEEL_RADIUS = Kind(

@@ -66,8 +66,8 @@ def _report_quaternion(draft: Draft, name: str, lettered: bool) -> None:
     norms = np.concatenate([np.linalg.norm(part, axis=1) for part in values])
     other: Order = "xyzw" if attitude.order == "wxyz" else "wxyz"
     upright, otherwise = uprightness(values, attitude.order), uprightness(values, other)
-    evidence = f"norm {norms.min():.4f} to {norms.max():.4f}; mean body z is {upright:+.2f} up read as {attitude.order}"
-    evidence += "" if lettered else f", {otherwise:+.2f} as {other}"
+    evidence = f"norm {norms.min():.4f} to {norms.max():.4f}; mean body z is {upright:+.2f} up"
+    evidence += "" if lettered else f" read as {attitude.order}, {otherwise:+.2f} as {other}"
     if lettered and upright < otherwise - CLEAR:
         evidence += f"; the names may be in another order: as {other} it is {otherwise:+.2f}"
         draft.comment(name, f'order = "{other}"  # the body would stand upright')

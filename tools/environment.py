@@ -6,6 +6,7 @@ python3 tools/environment.py test docs      # with these extras
 from __future__ import annotations
 
 import hashlib
+import os
 import subprocess
 import sys
 import venv
@@ -15,6 +16,7 @@ ROOT = Path(__file__).resolve().parent.parent
 ENVIRONMENT = ROOT / ".venv"
 CONSTRAINTS = ROOT / "tools" / "constraints.txt"
 OLDEST = (3, 11)
+USED = ("sym2real.cli", "sym2real.control", "sym2real.diagnosis", "sym2real.logs", "sym2real.report")
 
 
 def python_with(extra: str) -> Path:
@@ -51,6 +53,9 @@ def _install(python: Path, extra: str) -> None:
     command = [str(python), "-m", "pip", "install", *quiet, "--editable", target]
     if subprocess.run(command, check=False).returncode != 0:
         sys.exit("installation failed; pip's message above says why")
+    # Where machines keep no bytecode, every command would compile for five seconds what it imports.
+    kept = {**os.environ, "PYTHONDONTWRITEBYTECODE": ""}
+    subprocess.run([str(python), "-c", f"import {', '.join(USED)}"], env=kept, cwd=ROOT, check=True)
 
 
 if __name__ == "__main__":

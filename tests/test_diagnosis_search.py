@@ -12,7 +12,10 @@ from sym2real.diagnosis.estimate.quadratic import Hypothesis, solve
 from sym2real.diagnosis.faults.sanity import Question
 from sym2real.diagnosis.pipeline import prepare
 from sym2real.diagnosis.search.beam import Beam
+from sym2real.diagnosis.search.intervals import none_within
+from sym2real.diagnosis.search.near import Near
 from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.search.settled import refuted
 from sym2real.diagnosis.stages import Stages
 from sym2real.effects import effect
 from sym2real.plants import MujocoPlant
@@ -56,6 +59,21 @@ def test_a_delay_that_stays_where_its_fit_began_is_found_from_its_other_starts()
     assert [one.name for one in selection.chosen] == ["delay"]
     assert float(selection.fit.values[delay.slots[0]]) == pytest.approx(0.16, rel=0.05)
     assert selection.fit.total < 0.5 * stuck.total
+
+
+def test_what_is_none_within_its_interval_does_not_stand_beside_what_is_there() -> None:
+    selection = selection_of(Case("mushr", (("offset:steer", {"value": 0.05}),), seed=5))
+    offset, gain = (one for name in ("offset:steer", "gain:speed") for one in selection.candidates if one.name == name)
+    hypothesis = Hypothesis(selection.free([offset, gain]), selection.origin)
+    selection.put([offset, gain], selection.problems.fit([hypothesis], REFIT_STEPS)[0])
+    near = Near.of(selection)
+    assert none_within(near, gain)
+    assert not none_within(near, offset)
+    found = refuted(selection)
+    assert found is not None
+    assert found.candidate is gain
+    selection.put(*selection.without(gain))
+    assert refuted(selection) is None
 
 
 def test_nothing_that_comes_before_the_search_depends_on_the_order_of_the_logs() -> None:

@@ -27,6 +27,7 @@ ROUNDING = 1e-6  # of the squares
 Gain = tuple[float, Breach]  # by how much the squares missed fall over all quantities, and what is undone
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of a wrong unit predictions may run away; what is no number gains none
 def mistakes(model: Equations, data: Dataset) -> list[Breach]:
     """The transformations that the logs ask for, one after the other; on a line nothing can be turned or exchanged."""
     balances = Balances.of(model, data) if len(present(data, POSITION.columns)) != 1 else None

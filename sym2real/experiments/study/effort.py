@@ -60,6 +60,23 @@ class OfStudy:
         return {name: value for name, value in held.items() if name not in {"effort", "base"}} | self.effort.to_dict()
 
 
+@dataclass(frozen=True)
+class OfBase(OfStudy):
+    """A job about one base.
+
+    Args:
+        robot: name.
+        model: "sr" or "nn".
+        seed: of the training, with its starts, commands and samples.
+        effort: of the study.
+    """
+
+    robot: str
+    model: str
+    seed: int
+    effort: Effort
+
+
 # MPPI with MuJoCo itself as its model, which all are held against on as many samples, decides how many there can be:
 # with the paper's 1024 one action takes a second for a quadrotor, and six for a car.
 QUICK = Effort(

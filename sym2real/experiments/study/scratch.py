@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,7 @@ from sym2real.adaptation import StageOne, stage_one
 from sym2real.experiments.learning import training_tasks
 from sym2real.experiments.study.case import Case
 from sym2real.experiments.study.curves import CONVERGED, LAST
-from sym2real.experiments.study.effort import Effort, OfStudy
+from sym2real.experiments.study.effort import Effort, OfBase
 from sym2real.experiments.study.judged import judge, planning_with
 from sym2real.experiments.study.neural_base import networks
 from sym2real.experiments.study.outcome import Line, Outcome, Panel
@@ -39,21 +39,8 @@ TITLES = {"sr": "SR", "nn": "NN"}
 EVALUATIONS = 2  # on each of three tasks
 
 
-@dataclass(frozen=True)
-class FromScratch(OfStudy):
-    """A base model from nothing, as a job of the sweep.
-
-    Args:
-        robot: name.
-        model: "sr" or "nn".
-        seed: of starts, commands and samples.
-        effort: of the study.
-    """
-
-    robot: str
-    model: str
-    seed: int
-    effort: Effort
+class FromScratch(OfBase):
+    """A base model from nothing, as a job of the sweep."""
 
     @property
     def name(self) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from torch import nn
@@ -11,7 +10,7 @@ from torch import nn
 from sym2real.adaptation import StageOne, learn_base
 from sym2real.control import mppi_controller
 from sym2real.experiments.flying import fly
-from sym2real.experiments.study.effort import Effort, OfStudy
+from sym2real.experiments.study.effort import Effort, OfBase
 from sym2real.experiments.study.neural_base import networks
 from sym2real.experiments.study.outcome import Outcome
 from sym2real.experiments.study.scratch import TITLES
@@ -35,21 +34,8 @@ PAPER = {
 }
 
 
-@dataclass(frozen=True)
-class ZeroShot(OfStudy):
-    """One row of the table, as a job of the sweep.
-
-    Args:
-        robot: name.
-        model: "sr" or "nn".
-        seed: of the training.
-        effort: of the study.
-    """
-
-    robot: str
-    model: str
-    seed: int
-    effort: Effort
+class ZeroShot(OfBase):
+    """One row of the table, as a job of the sweep."""
 
     @property
     def name(self) -> str:

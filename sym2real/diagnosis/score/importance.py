@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
 import torch
 
 from sym2real.diagnosis.data.segments import WARM_UP
@@ -90,6 +91,7 @@ def _windows(selection: Selection) -> Problem:
     return Problem(problem.library, problem.data, windows_of(problem.data, steps))
 
 
+@np.errstate(over="ignore")  # with some effects alone a prediction may run away: none is as bad
 def _score(selection: Selection, windows: Problem, kept: Sequence[Candidate]) -> float:
     """Sum of the logarithms of the errors at the windows' end with some effects at their values among all."""
     values = parameter_set(selection, kept, selection.fit.values)

@@ -11,15 +11,13 @@ import torch
 import whole_way
 
 from sym2real.cli import main
-from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
 from sym2real.effects import effect
 from sym2real.errors import ModelError
-from sym2real.experiments.excitation import dithered
 from sym2real.experiments.noisy_runs import noisy_runs
 from sym2real.experiments.standard_conditions import sensors
-from sym2real.plants import MujocoPlant, run_episode
+from sym2real.plants import MujocoPlant
 from sym2real.protocols import Change
 from sym2real.robots import CRAZYFLIE, ROBOTS, Motors
 from sym2real.symbolic import Equations, compile_model, symbol
@@ -66,13 +64,11 @@ def test_weak_rotors_are_no_mass(base: Equations) -> None:
         for actuator in spec.actuators:
             actuator.gear = [0.9 * gear for gear in actuator.gear]
 
-    flights = []
-    for number, task in enumerate(make_task(name, HEXAROTOR) for name in ("circle", "lemniscate") * 2):
-        rng = np.random.default_rng(number)
-        controller = dithered(geometric_controller(HEXAROTOR, task.reference), HEXAROTOR, rng, 2.0)
-        plant = MujocoPlant(HEXAROTOR, (sensors(HEXAROTOR, rng), Change("weak", edit=weaken)))
-        flights.append(run_episode(plant, controller, task, seed=number, steps=250))
-    found = diagnose(base, Dataset(flights))
+    def weak(rng: np.random.Generator) -> MujocoPlant:
+        return MujocoPlant(HEXAROTOR, (sensors(HEXAROTOR, rng), Change("weak", edit=weaken)))
+
+    tasks = [make_task(name, HEXAROTOR) for name in ("circle", "lemniscate")]
+    found = diagnose(base, noisy_runs(HEXAROTOR, tasks, count=4, rows=250, plant=weak))
     assert [finding.effect for finding in found.findings] == ["gain:thrust"], found.summary
     assert "added_mass" not in found.findings[0].group
     value = found.findings[0].parameters["value"]

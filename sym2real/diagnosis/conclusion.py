@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal
 
+from sym2real.diagnosis.data.segments import BLOCK_SECONDS
 from sym2real.diagnosis.data.windows import JUDGED_AT, judged
 from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.diagnosis.estimate.fit import Problems
@@ -109,7 +110,8 @@ def _no_answer(findings: Sequence[Finding], gate: Gate, interrupted: str) -> lis
     provisional, found = any(finding.provisional for finding in findings), "; ".join(map(_one, findings))
     if provisional or not (findings or interrupted):
         tested = ", so that no finding can be tested" if findings else ""
-        pieces = f"{SETTINGS.fewest_pieces} independent pieces of 1.5 s (15 s in all)"
+        least = SETTINGS.fewest_pieces * BLOCK_SECONDS
+        pieces = f"{SETTINGS.fewest_pieces} independent pieces of {BLOCK_SECONDS:g} s ({least:g} s in all)"
         parts = [f"too little data: fewer than {pieces}{tested}"]
         parts += [f"{interrupted} was interrupted before it ended"] if interrupted else []
         return [*parts, f"perhaps missing: {found}"] if findings else parts

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from sym2real.effects.manoeuvres import (
     always,
     calm_rates,
-    no_motors,
+    no_motor_torques,
     one_circle,
     one_direction,
     one_speed,
@@ -53,7 +53,7 @@ class Member:
     on: str = ""
 
 
-ONE_STRENGTH = Alike("no motor's torque is predicted", no_motors)
+ONE_STRENGTH = Alike("no motor's torque is predicted", no_motor_torques)
 ONE_THRUST = Alike("thrust stays near one value", steady_thrust_alone)
 ONE_TORQUE = Alike("always", always)
 ONE_TORQUE_AT_ONE_THRUST = Alike("thrust hardly varies")
@@ -78,17 +78,6 @@ ONE_ARM = Alike("speed stays near one value", one_speed, one_of=True, counts=Fal
 ONE_WAY_TO_TURN = Alike("speed stays near one value", one_speed, one_of=True, counts=False)
 ALL = (
     *(ONE_STRENGTH, ONE_THRUST, ONE_TORQUE, ONE_TORQUE_AT_ONE_THRUST, ONE_TURN, ONE_PULL, ONE_LEAN, ONE_FORCE),
-    *(
-        ONE_HEADING,
-        ONE_LAG,
-        ONE_DELAY,
-        ONE_BRAKE,
-        ONE_DRAG,
-        ONE_MAP,
-        ONE_LIFT,
-        ONE_ROTOR,
-        ONE_STEERING,
-        ONE_ARM,
-        ONE_WAY_TO_TURN,
-    ),
+    *(ONE_HEADING, ONE_LAG, ONE_DELAY, ONE_BRAKE, ONE_DRAG, ONE_MAP, ONE_LIFT, ONE_ROTOR),
+    *(ONE_STEERING, ONE_ARM, ONE_WAY_TO_TURN),
 )

@@ -8,7 +8,7 @@ from math import sqrt
 from typing import Protocol
 
 from sym2real.errors import ModelError
-from sym2real.layout import Layouts, motors_of, turned_by_motors
+from sym2real.layout import Layouts, motors_of
 from sym2real.vocabulary import MOTOR_COLUMNS, STEER_COLUMN, push_column, rate_column, rate_per_speed
 
 GRAVITY = 9.81  # m/s²
@@ -110,11 +110,6 @@ class Body:
     def rotors(self) -> int:
         """Number of rotors: as many as are commanded, four where a loop commands them."""
         return len(motors_of(self.layouts.action)) or 4
-
-    @property
-    def turned_by_motors(self) -> bool:
-        """Whether single motors are commanded, and the rates that their torques change are predicted."""
-        return turned_by_motors(self.layouts)
 
     @property
     def mass(self) -> float:

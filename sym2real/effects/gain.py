@@ -8,6 +8,7 @@ from sym2real.effects.kind import Kind, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching, Shown, alone_on, by_role
 from sym2real.effects.thrust import scaled
 from sym2real.effects.truth import commanding
+from sym2real.layout import turned_by_motors
 from sym2real.symbolic import Equations, symbol
 
 
@@ -19,7 +20,7 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
 
 def _stood_for_by(body: Body) -> str:
     """A mass, but where motors turn the body as well: their torques show how strong they are."""
-    return "added_mass" if body.role == "thrust" and not body.turned_by_motors else ""
+    return "added_mass" if body.role == "thrust" and not turned_by_motors(body.layouts) else ""
 
 
 GAIN = Kind(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 from sympy import Expr
@@ -29,6 +30,12 @@ def raised(equations: Equations, quantity: str, value: Expr) -> Equations:
     """The equations with more of a quantity, wherever they use it."""
     more = canonical(equations.quantities[quantity] + value)
     return replace(equations, quantities={**equations.quantities, quantity: more})
+
+
+def multiplied(equations: Equations, quantities: Iterable[str], factor: Expr) -> Equations:
+    """The equations with so many times some of their quantities, wherever they use them."""
+    changed = {name: canonical(equations.quantities[name] * factor) for name in quantities}
+    return replace(equations, quantities={**equations.quantities, **changed})
 
 
 def braked(equations: Equations, body: Body, quantity: str, value: Expr, force: Expr) -> Equations:

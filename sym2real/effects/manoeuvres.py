@@ -47,7 +47,7 @@ def always(logs: Iterable[Trajectory]) -> bool:
     return True
 
 
-def no_motors(logs: Iterable[Trajectory]) -> bool:
+def no_motor_torques(logs: Iterable[Trajectory]) -> bool:
     """Whether no motor's torque shows in what is predicted: else it tells a motor's strength from the robot's mass."""
     return not any(turned_by_motors(log.layouts) for log in logs)
 
@@ -73,7 +73,7 @@ def steady_thrust(logs: Iterable[Trajectory]) -> bool:
 def steady_thrust_alone(logs: Iterable[Trajectory]) -> bool:
     """The same, where nothing but the thrust shows how strong motors are."""
     logs = list(logs)
-    return no_motors(logs) and steady_thrust(logs)
+    return no_motor_torques(logs) and steady_thrust(logs)
 
 
 def one_speed(logs: Iterable[Trajectory]) -> bool:

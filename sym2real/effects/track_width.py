@@ -6,16 +6,16 @@ from typing import Any
 
 from sym2real.effects.body import Body
 from sym2real.effects.domain import POSITIVE
+from sym2real.effects.joint_push import multiplied
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.truth import editing
-from sym2real.effects.wheel_radius import scaled
 from sym2real.symbolic import Equations
 from sym2real.vocabulary import DRILLING, wheel_lever
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    return scaled(equations, map(wheel_lever, body.joints), values["value"])
+    return multiplied(equations, map(wheel_lever, body.joints), values["value"])
 
 
 def _widen(spec: Any, body: Body, values: Numbers) -> None:

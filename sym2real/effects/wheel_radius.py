@@ -2,29 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import replace
 from typing import Any
-
-from sympy import Expr
 
 from sym2real.effects.body import Body
 from sym2real.effects.domain import POSITIVE
+from sym2real.effects.joint_push import multiplied
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.truth import editing
 from sym2real.symbolic import Equations
-from sym2real.symbolic.expressions import canonical
 from sym2real.vocabulary import DRILLING, rate_per_speed
 
 # mujoco.mjtGeom, capsules and cylinders: their first size is the radius, the next one half the length.
 LONG = (3, 5)
-
-
-def scaled(equations: Equations, quantities: Iterable[str], factor: Expr) -> Equations:
-    """The equations with so many times some of their quantities."""
-    changed = {name: canonical(equations.quantities[name] * factor) for name in quantities}
-    return replace(equations, quantities={**equations.quantities, **changed})
 
 
 def wheels_of(body: Body) -> tuple[str, ...]:
@@ -33,7 +23,7 @@ def wheels_of(body: Body) -> tuple[str, ...]:
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    return scaled(equations, map(rate_per_speed, wheels_of(body)), 1 / values["value"])
+    return multiplied(equations, map(rate_per_speed, wheels_of(body)), 1 / values["value"])
 
 
 def _resize(spec: Any, body: Body, values: Numbers) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from sym2real.effects import effect
 from sym2real.experiments.excitation import dithered
 from sym2real.experiments.standard_conditions import sensors
 from sym2real.plants import MujocoPlant, run_episode
+from sym2real.protocols import Plant
 from sym2real.robots import Robot
 from sym2real.tasks.task import Task
 
@@ -27,6 +28,7 @@ def noisy_runs(
     rows: int = 400,
     dither: float = 2.0,
     seed: int = 0,
+    plant: Callable[[np.random.Generator], Plant] | None = None,
 ) -> Dataset:
     """Logs of a robot with effects that nothing in them names.
 
@@ -38,11 +40,12 @@ def noisy_runs(
         rows: of a run; fewer where it ends in a crash.
         dither: factor on the usual one of the robot.
         seed: of noise and dither.
+        plant: in place of the robot's simulator with these effects, by the generator of its sensors' noise.
     """
     runs, changes = [], tuple(effect(key, robot).inject(**values) for key, values in effects)
     for number in range(count):
         rng, task = np.random.default_rng([seed, number]), tasks[number % len(tasks)]
         sent = dithered(geometric_controller(robot, task.reference), robot, rng, dither)
-        plant = MujocoPlant(robot, (sensors(robot, rng), *changes))
-        runs.append(run_episode(plant, sent, task, seed=number, steps=rows, name=f"run_{number + 1}"))
+        target = plant(rng) if plant else MujocoPlant(robot, (sensors(robot, rng), *changes))
+        runs.append(run_episode(target, sent, task, seed=number, steps=rows, name=f"run_{number + 1}"))
     return Dataset(runs)

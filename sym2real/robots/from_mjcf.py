@@ -105,7 +105,7 @@ def from_mjcf(
     else:
         against = against_tree(model, layouts.state)
     described, period = rigid_body is not None or not against, _period(model, dt)
-    robot = Robot(
+    return Robot(
         name=name or Path(file).stem,
         layouts=layouts,
         dt=period,
@@ -128,8 +128,7 @@ def from_mjcf(
         mppi=mppi or MPPISettings(horizon=HORIZON * period, noise=tuple(NOISE * (high - low))),
         rigid_body=rigid_body or cache(partial(_equations, file, layouts, wanted, period)),
         title=title,
-    )
-    return robot.at_period(period)
+    ).at_period(period)
 
 
 def default_recipe(

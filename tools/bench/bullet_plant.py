@@ -7,14 +7,18 @@ they push, is the MJCF's; how a body moves for that is Bullet's.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import mujoco
 import numpy as np
 from foreign_plant import ForeignPlant
 
+from sym2real.dataset import Dataset
+from sym2real.experiments.noisy_runs import noisy_runs
 from sym2real.plants.mujoco_plant import compile_robot
 from sym2real.robots import ROBOTS
 from sym2real.robots.robot import GRAVITY
+from sym2real.tasks import make_task
 from sym2real.trajectory import Array
 
 ROBOT = ROBOTS["hexarotor"]
@@ -99,6 +103,12 @@ class BulletPlant(ForeignPlant):
         quaternion = np.r_[attitude[3], attitude[:3]] * np.sign(attitude[3])
         arm = _turned(quaternion) @ self._centre
         return np.r_[place - arm, quaternion, velocity - np.cross(rates, arm), _turned(quaternion).T @ np.array(rates)]
+
+
+def flights_in_bullet(hexarotor: Hexarotor, seed: int) -> Dataset:
+    """Circles and figures of eight of a controller that knows the plain hexarotor, with dither on its motors."""
+    tasks = [make_task(name, ROBOT) for name in ("circle", "lemniscate")]
+    return noisy_runs(ROBOT, tasks, seed=seed, plant=partial(BulletPlant, hexarotor))
 
 
 def _turned(quaternion: Array) -> Array:

@@ -25,7 +25,7 @@ from pathlib import Path
 import numpy as np
 import torch
 import tyro
-from bullet_plant import BulletPlant, Hexarotor
+from bullet_plant import Hexarotor, flights_in_bullet
 from figures import Figure, report
 from highway_plant import WHEELBASE as ROAD_WHEELBASE
 from highway_plant import Tyres, drives
@@ -36,23 +36,20 @@ from rotorpy_plant import QUICK, Quadrotor, RotorpyPlant
 from single_track_plant import WHEELBASE, Car, SingleTrackPlant
 from standard_set import standard_run
 
-from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, diagnose
 from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.effects import same_group
 from sym2real.errors import UnknownNameError
-from sym2real.experiments.excitation import dithered
 from sym2real.experiments.models import cached_base
-from sym2real.plants import MujocoPlant, run_episode
+from sym2real.plants import MujocoPlant
 from sym2real.protocols import Plant
 from sym2real.report.diagnosis import diagnosis_report
 from sym2real.robots import ROBOTS, Robot, car
 from sym2real.robots.robot import GRAVITY
 from sym2real.symbolic import Equations
-from sym2real.tasks import make_task
 
-RUNS, ROWS = 8, 400
+RUNS = 8
 HORIZON = 0.8  # s
 Truth = Mapping[str, Mapping[str, float]]
 
@@ -230,16 +227,6 @@ def standard_runs(robot: Robot, plant: Callable[[np.random.Generator], Plant], s
     return Dataset([standard_run(robot, plant, seed, index, yaw=index % 2 > 0) for index in range(RUNS)])
 
 
-def dithered_flights(hexarotor: Hexarotor, seed: int) -> Dataset:
-    """Circles and figures of eight of a controller that knows the plain hexarotor, with dither on its motors."""
-    robot, flights = ROBOTS["hexarotor"], []
-    for number, name in zip(range(RUNS), ("circle", "lemniscate") * RUNS, strict=False):
-        rng, task = np.random.default_rng([seed, number]), make_task(name, robot)
-        sent = dithered(geometric_controller(robot, task.reference), robot, rng, 2.0)
-        flights.append(run_episode(BulletPlant(hexarotor, rng), sent, task, seed=number, steps=ROWS))
-    return Dataset(flights)
-
-
 def questions() -> Iterator[Question]:
     """All cases, without simulating any."""
     flyer, driver = ROBOTS["crazyflie"], ROBOTS["mushr"]
@@ -250,7 +237,7 @@ def questions() -> Iterator[Question]:
         runs = partial(standard_runs, flyer, partial(LsyPlant, identified))
         yield Question(case, identified.truth, runs, cached_base(flyer), MujocoPlant(flyer))
     for case, (hexarotor, truth) in BULLET.items():
-        yield Question(case, truth, partial(dithered_flights, hexarotor), ROBOTS["hexarotor"].nominal())
+        yield Question(case, truth, partial(flights_in_bullet, hexarotor), ROBOTS["hexarotor"].nominal())
     for case, (told, truth) in DRIVES.items():
         own = {"lag:speed": {"value": told.speed_lag}, "tyre_slip": {"value": told.compliance}}
         runs = partial(standard_runs, driver, partial(SingleTrackPlant, told))

@@ -34,7 +34,7 @@ SETTLING = 12
 WARM_UP = 8
 # Folds of the cross-validation where there are fewer logs.
 FEWEST_FOLDS = 4
-# Of a block of the cluster-robust tests: several times as long as what disturbs a robot lasts.
+# Of a block of the cluster-robust tests; the fewest that are tested make a quarter of a minute.
 BLOCK_SECONDS = 1.5
 COMPARED = ("position", "attitude", "heading", "rate", JOINT_DISPLACEMENT.name, JOINT_ANGLE.name)
 

@@ -47,13 +47,16 @@ class Scales:
     def of(cls, rows: Leftover, starts: Tensor, steps: int) -> Scales:
         """Scales of the base's errors.
 
-        Noise of the measured state makes an error once, what a model lacks adds up from step to step: so the residual's
-        scale is the least error per step over the steps of a window.
+        What a model lacks in every step stays in the mean of one-step errors over a window, and noise of the measured
+        state does not: a residual's scale is the least that such a mean is of, over all lengths up to the window's.
+        Errors after many steps would not do: they hardly grow in what brakes itself, as a rate that a loop commands.
         """
         errors = rolled_errors(rows.error[..., None], rows.carried, starts, steps)
-        floor = FLOOR * rows.change.square().mean(0).sqrt()[:, None] + torch.finfo(torch.float32).tiny
-        error = torch.maximum(errors.square().mean(1, keepdim=True).sqrt(), floor)
-        per_step = (error[:, 0, :, 0] / torch.arange(1, steps + 1)[:, None]).amin(0)
+        floor = FLOOR * rows.change.square().mean(0).sqrt() + torch.finfo(torch.float32).tiny
+        error = torch.maximum(errors.square().mean(1, keepdim=True).sqrt(), floor[:, None])
+        window = rows.error[starts[:, None] + torch.arange(steps)]
+        means = window.cumsum(1) / torch.arange(1, steps + 1)[:, None]
+        per_step = torch.maximum(means.square().mean(0).sqrt().amin(0), floor)
         return cls(error, _columns_of(rows, per_step))
 
 

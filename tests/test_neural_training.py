@@ -191,6 +191,15 @@ def test_what_mujoco_pushes_with_is_found(windy: Transitions, base: Equations, s
     assert position_error(doubled(model), elsewhere) < 0.5 * position_error(alone, elsewhere)
 
 
+def test_what_a_loop_brakes_is_learned_from_one_flight(base: Equations) -> None:
+    """A centre of mass off the middle turns the robot against its rate loop: errors of rates soon grow no further."""
+    plant = MujocoPlant(CRAZYFLIE, (effect("com_offset", CRAZYFLIE).inject(rx=0.003),))
+    model = ResidualTraining().fit(flown(plant, CRAZYFLIE, rows=400), base)
+    elsewhere = flown(plant, CRAZYFLIE, tasks=("lemniscate",))
+    alone = Composed(base, ResidualMLP(CRAZYFLIE.layouts), torch.float64)
+    assert position_error(doubled(model), elsewhere, 40) < 0.5 * position_error(alone, elsewhere, 40)
+
+
 @pytest.mark.parametrize(("learner", "least"), [(ResidualTraining(widths=(32,)), 0.8), (FineTuning(), 0.99)])
 def test_what_goes_by_commands_that_jump_is_learned(learner: ResidualTraining | FineTuning, least: float) -> None:
     """The speed command is too strong: what a row lacks goes by its own command and not by the one before."""

@@ -7,7 +7,7 @@ import pytest
 from noisy_flights import flights_with
 
 from sym2real.diagnosis import Gate, diagnose
-from sym2real.diagnosis.errors.rungs import Stage, StageError, error_of
+from sym2real.diagnosis.errors.rungs import SHORTEST_BLOCK, Stage, StageError, error_of
 from sym2real.diagnosis.score.finding import shares_of
 from sym2real.diagnosis.search.needed import largest_rise
 from sym2real.effects import applicable
@@ -38,6 +38,18 @@ def test_an_effect_is_needed_where_errors_rise_by_a_tenth_in_all_logs_alike(
     whole, without = (Stage("", {0.8: {"position": error_of(values, log, "m")}}) for values in (errors, worse))
     assert without.horizons[0.8]["position"].low < whole.horizons[0.8]["position"].value
     assert (largest_rise(whole, without) > 1.0) is needed
+
+
+@pytest.mark.parametrize("ahead", [8, 20, 50])
+def test_an_interval_holds_the_error_of_windows_that_overlap(ahead: int) -> None:
+    """Eight logs of 20 s, a window every 0.1 s, each error the sum of what comes in it: its size is known."""
+    rng, log, held = np.random.default_rng(0), np.repeat(np.arange(8), 200), 0
+    for _ in range(100):
+        walks = rng.standard_normal((8, 200 + ahead, 2)).cumsum(1)
+        errors = np.linalg.norm(walks[:, ahead:] - walks[:, :200], axis=-1).ravel()
+        interval = error_of(errors, log, "m", max(SHORTEST_BLOCK, ahead))
+        held += interval.low <= (2 * ahead) ** 0.5 <= interval.high
+    assert held >= 80  # of the 95 that it promises: few blocks, from which an interval is drawn
 
 
 def test_no_finding_removes_more_than_there_is() -> None:

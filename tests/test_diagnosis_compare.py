@@ -13,15 +13,17 @@ from motor_level import motor_level_equations
 from noisy_flights import flights
 from sympy import sqrt
 
+from sym2real.control import RandomCommands
 from sym2real.data import example_flight
 from sym2real.dataset import Dataset
-from sym2real.diagnosis import ROWS, compare, diagnose, predict_windows
+from sym2real.diagnosis import ROWS, add, compare, diagnose, predict_windows
 from sym2real.diagnosis.data.start import noise_level, start_states
 from sym2real.diagnosis.errors.skill import off_the_mean
+from sym2real.effects.visible import VisibleModel
 from sym2real.errors import ModelError, ShapeError
 from sym2real.layout import Layout, Layouts
 from sym2real.logs import read_log
-from sym2real.plants import ModelPlant, run_episode
+from sym2real.plants import EquationsPlant, ModelPlant, run_episode
 from sym2real.robots import ROBOTS
 from sym2real.symbolic import Equations, compile_model, symbol
 from sym2real.symbolic.native_choice import torch_alone
@@ -260,3 +262,23 @@ def test_the_real_flight_shows_the_gap_that_is_known() -> None:
     # An analyst of the NanoBench flights found 0.28 m/s for this one with thrust fitted on its first seconds.
     assert 0.2 < error.value < 0.36
     assert error.skill > 0.5
+
+
+def test_hidden_states_go_on_between_windows() -> None:
+    """A thrust that lags is, where a window starts, what the commands before it have made of it."""
+    base = ROBOTS["crazyflie"].nominal()
+    data, knows = flights("motor_lag", value=0.1), add(base, "motor_lag", {"value": 0.1})
+    errors = [compare(model, data).horizons[-1].errors["position"].value for model in (base, knows)]
+    assert errors[1] < 0.5 * errors[0]
+
+
+def test_hidden_states_along_a_log_are_those_that_made_it() -> None:
+    robot = ROBOTS["crazyflie"]
+    knows = add(robot.nominal(), "motor_lag", {"value": 0.1})
+    log = run_episode(EquationsPlant(knows, robot), RandomCommands(robot), steps=30)
+    model = VisibleModel(knows, torch.float64)
+    states, actions, inputs = map(torch.as_tensor, (log.state, log.action, log.inputs))
+    after = model.after_each(states, actions, inputs)
+    torch.testing.assert_close(after[:-1], states[1:], rtol=0, atol=1e-12)
+    anew = model(states, actions, inputs)
+    assert float((anew[:-1] - states[1:]).abs().max()) > 1e-4

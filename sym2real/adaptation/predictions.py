@@ -18,7 +18,7 @@ from sym2real.control.backend import equations_of
 from sym2real.effects.filters import filter_commands
 from sym2real.effects.inputs import inputs_along
 from sym2real.effects.sensors import Sensors
-from sym2real.effects.visible import visible_in_double
+from sym2real.effects.visible import hidden_rows, visible_in_double
 from sym2real.neural.model_folder import Model
 from sym2real.past import past_rows
 from sym2real.symbolic import Equations, rollout
@@ -60,6 +60,7 @@ class Predictor:
         self._past_rows = past_rows(self._model)
         self._precision = next((weight.dtype for weight in weights), torch.float64)
 
+    @torch.no_grad()
     def windows(self, log: Trajectory, rows: NDArray[np.int64], steps: int) -> Windows:
         """What drives predictions of so many steps from these rows of a log ``# (rows,)``."""
         state, action, inputs = (torch.as_tensor(values) for values in (log.state, log.action, log.inputs))
@@ -69,7 +70,9 @@ class Predictor:
         reached = replace(log, state=state.numpy(), action=action.numpy())
         ahead = rows[:, None] + np.arange(steps)
         past = torch.as_tensor(reached.past(*self._past_rows)[rows])
-        return Windows(state[rows], action[ahead], inputs[ahead], past)
+        along = [values.to(self._precision) for values in (state, action, inputs)]
+        start = torch.cat([state, hidden_rows(self._model, *along)], dim=-1)
+        return Windows(start[rows], action[ahead], inputs[ahead], past)
 
     def predict(self, windows: Windows) -> Tensor:
         """What will be measured in every row of the windows ``# (windows, steps, state)``."""

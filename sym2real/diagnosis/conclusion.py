@@ -110,8 +110,7 @@ def _no_answer(findings: Sequence[Finding], gate: Gate, interrupted: str) -> lis
     provisional, found = any(finding.provisional for finding in findings), "; ".join(map(_one, findings))
     if provisional or not (findings or interrupted):
         tested = ", so that no finding can be tested" if findings else ""
-        least = SETTINGS.fewest_pieces * BLOCK_SECONDS
-        pieces = f"{SETTINGS.fewest_pieces} independent pieces of {BLOCK_SECONDS:g} s ({least:g} s in all)"
+        pieces = f"{SETTINGS.fewest_pieces} independent pieces of at least {BLOCK_SECONDS:g} s"
         parts = [f"too little data: fewer than {pieces}{tested}"]
         parts += [f"{interrupted} was interrupted before it ended"] if interrupted else []
         return [*parts, f"perhaps missing: {found}"] if findings else parts

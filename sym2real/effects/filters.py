@@ -6,7 +6,7 @@ them, and calls :meth:`FilterState.remember` with what was sent.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 
 import torch
@@ -19,6 +19,8 @@ from sym2real.effects.memory import as_given, replaced
 from sym2real.errors import ModelError
 from sym2real.symbolic import Equations, compile_function, symbol
 from sym2real.symbolic.expressions import exchange, names_in
+
+Step = Callable[[Tensor, Tensor, Tensor | None], Tensor]
 
 
 def command_filters(equations: Equations) -> list[tuple[Effect, Mapping[str, Expr]]]:
@@ -111,7 +113,7 @@ class FilterState:
 
 
 def with_hidden_start(equations: Equations, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
-    """States of the equations ``# (..., n)`` for states without their hidden columns.
+    """States of the equations ``# (..., n)`` for states without their hidden columns; those that have them stay.
 
     Args:
         equations: hidden columns last, as effects add them.
@@ -119,9 +121,9 @@ def with_hidden_start(equations: Equations, state: Tensor, action: Tensor, input
         action: the first action ``# (..., action)``.
         inputs: ``# (..., inputs)``; None for zeros.
     """
-    if not equations.start:
-        return state
     layouts = equations.layouts
+    if state.shape[-1] == len(layouts.state):
+        return state
     if inputs is None:
         inputs = state.new_zeros(*state.shape[:-1], len(layouts.inputs))
     columns = [layouts.state.columns[: state.shape[-1]], layouts.action.columns, layouts.inputs.columns]
@@ -130,6 +132,28 @@ def with_hidden_start(equations: Equations, state: Tensor, action: Tensor, input
     hidden = _function_of(first, tuple(names for names, _ in given))(*(values for _, values in given))
     batch = torch.broadcast_shapes(state.shape[:-1], hidden.shape[:-1])
     return torch.cat([state.expand(*batch, -1), hidden.expand(*batch, -1)], dim=-1)
+
+
+def hidden_along(
+    equations: Equations, step: Step, states: Tensor, actions: Tensor, inputs: Tensor | None = None
+) -> Tensor:
+    """Hidden states in every row of a stretch ``# (..., T, hidden)``: they go on beneath the measured ones.
+
+    Args:
+        equations: say what they begin with in the first row.
+        step: from whole states ``# (..., n)`` to the next ones, under actions and inputs.
+        states: measured ``# (..., T, n - hidden)``.
+        actions: that reach the robot ``# (..., T, action)``.
+        inputs: ``# (..., T, inputs)``; None for zeros.
+    """
+    given = [None if inputs is None else inputs[..., row, :] for row in range(states.shape[-2])]
+    whole = with_hidden_start(equations, states[..., 0, :], actions[..., 0, :], given[0])
+    size = states.shape[-1]
+    hidden = [whole[..., size:]]
+    for row in range(1, states.shape[-2] if equations.start else 1):
+        hidden.append(step(whole, actions[..., row - 1, :], given[row - 1])[..., size:])
+        whole = torch.cat([states[..., row, :], hidden[-1]], dim=-1)
+    return torch.stack(hidden, dim=-2).expand(*states.shape[:-1], -1)
 
 
 @lru_cache(maxsize=16)

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from sym2real.effects.filters import spelled_out
-from sym2real.effects.visible import visible_in_double, visible_state
+from sym2real.effects.visible import hidden_rows, visible_in_double, visible_state
 from sym2real.past import past_rows
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations, compile_function, rollout, symbol
@@ -100,8 +100,13 @@ class MeasuredModel:
         past: Tensor | None = None,
     ) -> Tensor:
         """Measured states ``# (..., H, visible)`` after each action; arguments as of ``rollout``."""
-        start, behind = self._sensors.state(state), self._meant(past)
+        visible, behind = len(self._sensors.layout), self._meant(past)
+        start = torch.cat([self._sensors.state(state[..., :visible]), state[..., visible:]], dim=-1)
         return self._sensors.measured(rollout(self._visible, start, actions, inputs, parameters, past=behind))
+
+    def hidden_along(self, states: Tensor, actions: Tensor, inputs: Tensor | None = None) -> Tensor:
+        """Hidden states in every row of a measured stretch ``# (T, hidden)``, with which rollouts may start."""
+        return hidden_rows(self._visible, self._sensors.state(states), actions, inputs)
 
     def _meant(self, past: Tensor | None) -> Tensor | None:
         """The past with the states that were measured as those in it."""

@@ -7,7 +7,7 @@ from functools import lru_cache
 import torch
 from torch import Tensor
 
-from sym2real.effects.filters import with_hidden_start
+from sym2real.effects.filters import hidden_along, with_hidden_start
 from sym2real.layout import Layout
 from sym2real.symbolic import Equations, compile_model, rollout
 
@@ -20,7 +20,7 @@ def visible_state(equations: Equations) -> Layout:
 class VisibleModel:
     """A model of the visible columns.
 
-    Hidden states (motor lag) begin anew with every rollout and every single step, and go on in :meth:`after_each`.
+    Hidden states (motor lag) begin anew with every rollout, unless the start has them: see :meth:`hidden_along`.
 
     Args:
         equations: with or without hidden states; their command filters are not applied here.
@@ -31,6 +31,7 @@ class VisibleModel:
         self.equations = equations
         self.columns = visible_state(equations).size
         self.compiled = compile_model(equations, dtype=dtype)
+        self.values: Tensor | None = None
 
     def __call__(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
         """State ``# (..., visible)`` after one action ``# (..., action)``."""
@@ -38,25 +39,35 @@ class VisibleModel:
 
     def after_each(self, states: Tensor, actions: Tensor, inputs: Tensor | None = None) -> Tensor:
         """States ``# (..., H, visible)`` one step after each of a measured stretch, hidden ones going on within it."""
-        if not self.equations.start:
-            return self(states, actions, inputs)
-        rows = range(states.shape[-2])
-        given = [None if inputs is None else inputs[..., row, :] for row in rows]
-        later = [with_hidden_start(self.equations, states[..., 0, :], actions[..., 0, :], given[0])]
-        for row in rows:
-            now = torch.cat([states[..., row, :], later[-1][..., self.columns :]], dim=-1)
-            later.append(rollout(self.compiled, now, actions[..., row, None, :], given[row])[..., 0, :])
-        return torch.stack(later[1:], dim=-2)[..., : self.columns]
+        return self(torch.cat([states, self.hidden_along(states, actions, inputs)], dim=-1), actions, inputs)
+
+    def hidden_along(self, states: Tensor, actions: Tensor, inputs: Tensor | None = None) -> Tensor:
+        """Hidden states in every row of a measured stretch ``# (..., T, hidden)``, with which rollouts may start."""
+        return hidden_along(self.equations, self._step, states, actions, inputs)
+
+    def _step(self, state: Tensor, action: Tensor, inputs: Tensor | None) -> Tensor:
+        return rollout(self.compiled, state, action[..., None, :], inputs, self.values)[..., 0, :]
 
     def rollout(
         self, state: Tensor, actions: Tensor, inputs: Tensor | None = None, parameters: Tensor | None = None
     ) -> Tensor:
-        """States ``# (..., H, visible)`` after each action ``# (..., H, action)``; inputs as of ``rollout``."""
+        """States ``# (..., H, visible)`` after each action ``# (..., H, action)``; inputs as of ``rollout``.
+
+        The start may have its hidden states ``# (..., n)``.
+        """
         first = inputs
         if inputs is not None and inputs.dim() >= actions.dim():
             first = inputs[..., 0, :]
         start = with_hidden_start(self.equations, state, actions[..., 0, :], first)
-        return rollout(self.compiled, start, actions, inputs, parameters)[..., : self.columns]
+        values = self.values if parameters is None else parameters
+        return rollout(self.compiled, start, actions, inputs, values)[..., : self.columns]
+
+
+def hidden_rows(model: object, states: Tensor, actions: Tensor, inputs: Tensor | None = None) -> Tensor:
+    """Hidden states of any model in every row of a measured stretch ``# (..., T, hidden)``; none of most."""
+    along = getattr(model, "hidden_along", None)
+    found: Tensor = states[..., :0] if along is None else along(states, actions, inputs)
+    return found
 
 
 @lru_cache(maxsize=32)

@@ -14,7 +14,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn.functional import pad
 
-from sym2real.effects.filters import with_hidden_start
+from sym2real.effects.filters import hidden_along, with_hidden_start
 from sym2real.effects.visible import visible_state
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout, Layouts
@@ -114,7 +114,7 @@ class Composed(nn.Module):
 
     Args:
         base: equations or an ensemble. Hidden states of equations (motor lag) begin where they say with every rollout,
-            and with every single step; the residual neither sees nor changes them.
+            unless the start has them; the residual neither sees nor changes them.
         residual: over the same columns of state and action that a log holds.
         dtype: of both.
 
@@ -168,9 +168,13 @@ class Composed(nn.Module):
         return following[..., : self._visible]
 
     def _whole(self, state: Tensor, action: Tensor, inputs: Tensor | None) -> Tensor:
-        if self._equations is None or not self._equations.start:
-            return state
-        return with_hidden_start(self._equations, state, action, inputs)
+        return state if self._equations is None else with_hidden_start(self._equations, state, action, inputs)
+
+    def hidden_along(self, states: Tensor, actions: Tensor, inputs: Tensor | None = None) -> Tensor:
+        """Hidden states in every row of a measured stretch ``# (..., T, hidden)``, with which rollouts may start."""
+        if self._equations is None:
+            return states[..., :0]
+        return hidden_along(self._equations, self.base, states, actions, inputs)
 
     def rollout(
         self,

@@ -21,7 +21,7 @@ import torch
 from torch import Tensor
 
 from sym2real.dataset import Transitions
-from sym2real.effects.filters import command_filters, filter_commands, with_hidden_start
+from sym2real.effects.filters import command_filters, filter_commands, hidden_along
 from sym2real.effects.sensors import Sensors
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout
@@ -120,7 +120,7 @@ def errors_by_parameters(transitions: Transitions, base: Equations) -> Callable[
     state, following = (_meant(values, base) for values in (transitions.state, transitions.next_state))
     runs, inputs = runs_of(transitions), _inputs(transitions, base)
     action = _reached(transitions, base, runs)
-    hidden = _hidden_along(base, state, action, inputs, runs) if base.start else state[:, :0]
+    hidden = _hidden_along(base, state, action, inputs, runs)
     module, whole = build_module(base).double(), torch.cat([state, hidden], dim=-1)
 
     def errors(sets: Tensor) -> Tensor:
@@ -193,7 +193,7 @@ def _base_step(
         frozen: Ensemble = copy.deepcopy(base).double().requires_grad_(False)
         return frozen
     module, size = build_module(base).double(), state.shape[-1]
-    hidden = _hidden_along(base, state, action, inputs, runs) if base.start else state[:, :0]
+    hidden = _hidden_along(base, state, action, inputs, runs)
     return lambda values, commands: module(torch.cat([values, hidden], dim=-1), commands, inputs)[..., :size]
 
 
@@ -201,12 +201,8 @@ def _hidden_along(
     base: Equations, state: Tensor, action: Tensor, inputs: Tensor | None, runs: tuple[tuple[int, int], ...]
 ) -> Tensor:
     """Hidden states along a log: they begin with every run and go on beneath the measured ones."""
-    module, size, rows = build_module(base).double(), state.shape[-1], list[Tensor]()
+    module, parts = build_module(base).double(), list[Tensor]()
     for first, end in runs:
-        known = None if inputs is None else inputs[first]
-        whole = with_hidden_start(base, state[first], action[first], known)
-        for row in range(first, end):
-            whole = torch.cat([state[row], whole[size:]])
-            rows.append(whole[size:])
-            whole = module(whole, action[row], None if inputs is None else inputs[row])
-    return torch.stack(rows)
+        known = None if inputs is None else inputs[first:end]
+        parts.append(hidden_along(base, module, state[first:end], action[first:end], known))
+    return torch.cat(parts)

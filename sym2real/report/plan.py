@@ -34,7 +34,7 @@ def plan_report(plan: Plan) -> RenderableType:
         parts.append("[bold]what cannot be told apart here[/]")
         parts += [f"  {escape(effect)}: {escape(', '.join(others))}" for effect, others in alike.items() if others]
     if plan.blocks < 10:
-        parts.append(f"only {plan.blocks} independent pieces of 1.5 s: findings would be provisional; fly longer")
+        parts.append(f"only {plan.blocks} independent pieces: findings would be provisional; fly longer")
     parts += [f"[dim]note: {escape(note)}[/]" for note in plan.notes]
     advice = {row.effect: row.shown_by for row in plan.visible if row.smallest is None or row.like}
     if advice:

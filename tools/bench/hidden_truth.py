@@ -7,7 +7,6 @@ import numpy as np
 from standard_set import Case
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.segments import WARM_UP
 from sym2real.diagnosis.data.windows import HORIZONS
 from sym2real.diagnosis.errors.rungs import windows_of
 from sym2real.effects import effect
@@ -42,21 +41,21 @@ def error_of_the_truth(case: Case, data: Dataset, horizon: float) -> float:
     errors = []
     for number in range(len(windows)):
         starts = [sensors.state(states[number]).numpy() for states in (windows.before, windows.start)]
-        log, row = data[int(windows.log[number])], int(windows.row[number])
-        predicted = _predicted(plant, starts, log.action[: row + steps], row)
+        log, row, warm_up = (int(values[number]) for values in (windows.log, windows.row, windows.warm_up))
+        predicted = _predicted(plant, starts, data[log].action[row - warm_up : row + steps], row, warm_up)
         errors.append(predicted[place] - windows.measured[number, steps, place].numpy())
     return float(np.sqrt(np.mean(np.sum(np.square(errors), axis=1))))
 
 
-def _predicted(plant: MujocoPlant, starts: list[Array], actions: Array, row: int) -> Array:
-    """State measured after the last action, from a start at ``row`` and one :data:`WARM_UP` rows before it."""
+def _predicted(plant: MujocoPlant, starts: list[Array], actions: Array, row: int, warm_up: int) -> Array:
+    """State measured after the last action, from a start at ``row`` and one so many rows before it."""
     plant.reset(starts[0])
-    plant.mj_data.time = (row - WARM_UP) * plant.dt
-    for action in actions[row - WARM_UP : row]:
+    plant.mj_data.time = (row - warm_up) * plant.dt
+    for action in actions[:warm_up]:
         plant.step(action)
     coordinates, velocities = plant.robot.description.to_coordinates(starts[1])
     plant.mj_data.qpos[:7], plant.mj_data.qvel[:6] = coordinates[:7], velocities[:6]
     mujoco.mj_forward(plant.mj_model, plant.mj_data)
-    for action in actions[row:]:
+    for action in actions[warm_up:]:
         state = plant.step(action)
     return state

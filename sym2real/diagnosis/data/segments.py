@@ -30,11 +30,11 @@ LENGTH = {"attitude": 25, "heading": 20}
 OTHER_LENGTH, SECONDS = 25, 0.5
 # Rows of a log before the first segment: filters and smoothers settle in them.
 SETTLING = 12
-# Rows before a segment from which hidden states are brought to its start.
-WARM_UP = 8
+# Fewest rows before a segment, through which hidden states are brought to its start, and of longer logs for how long.
+WARM_UP, WARM_UP_SECONDS = 8, 0.5
 # Folds of the cross-validation where there are fewer logs.
 FEWEST_FOLDS = 4
-# Of a block of the cluster-robust tests; the fewest that are tested make a quarter of a minute.
+# Of a block of the cluster-robust tests, or a little longer: it holds whole segments.
 BLOCK_SECONDS = 1.5
 COMPARED = ("position", "attitude", "heading", "rate", JOINT_DISPLACEMENT.name, JOINT_ANGLE.name)
 
@@ -47,7 +47,8 @@ class Segments:
         log: which log each is from ``# (S,)``.
         row: its first row there ``# (S,)``.
         start: estimated state at the first row ``# (S, state)``.
-        before: estimated state :data:`WARM_UP` rows earlier ``# (S, state)``.
+        warm_up: rows before it through which hidden states go ``# (S,)``.
+        before: estimated state so many rows earlier ``# (S, state)``.
         measured: ``# (S, N, state)``.
         layout: state columns of the log.
         compared: positions in the tangent of what is compared ``# (C,)``.
@@ -58,6 +59,7 @@ class Segments:
     log: NDArray[np.int64]
     row: NDArray[np.int64]
     start: Tensor
+    warm_up: NDArray[np.int64]
     before: Tensor
     measured: Tensor
     layout: Layout
@@ -81,12 +83,16 @@ class Segments:
 
     def of(self, which: Tensor) -> Segments:
         """Those of an index or mask ``# (S,)``."""
-        own = ("log", "row", "start", "before", "measured")
+        own = ("log", "row", "start", "warm_up", "before", "measured")
         return replace(self, **{name: getattr(self, name)[which.numpy()] for name in own})
 
     def edges(self, pieces: int) -> NDArray[np.int64]:
         """Steps at which equal pieces of a segment begin, and the last one ends ``# (pieces + 1,)``."""
         return np.linspace(0, self.length - 1, pieces + 1).round().astype(np.int64)
+
+    def rows_before(self) -> NDArray[np.int64]:
+        """Rows that lead to each segment, and beyond where its warm-up is shorter than others' ``# (S, longest)``."""
+        return (self.row - self.warm_up)[:, None] + np.arange(self.warm_up.max())
 
     def ahead(self) -> NDArray[np.int64]:
         """Rows whose actions lead through each segment ``# (S, N - 1)``."""
@@ -122,11 +128,13 @@ def segments_at(
 ) -> Segments:
     """So many rows of these logs from each of these rows on ``# (S,)``, fields of these names compared."""
     compared, channel = compared_components(data.layouts.state, names)
+    warm_up = np.minimum(max(WARM_UP, round(WARM_UP_SECONDS / data.dt)), np.maximum(row - ROWS + 1, WARM_UP))
     return Segments(
         log=log,
         row=row,
         start=_states(data, log, row),
-        before=_states(data, log, row - WARM_UP),
+        warm_up=warm_up,
+        before=_states(data, log, row - warm_up),
         measured=torch.as_tensor(np.stack([data[i].state[k : k + length] for i, k in zip(log, row, strict=True)])),
         layout=data.layouts.state,
         compared=compared,

@@ -12,6 +12,7 @@ from torch import Tensor
 
 from sym2real.diagnosis.data.start import ROWS, Start, start_states
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.effects.visible import hidden_rows
 from sym2real.errors import ShapeError
 from sym2real.field import Field
 from sym2real.layout import Layout
@@ -110,7 +111,8 @@ def predict_windows(
     """Predict ``steps`` rows ahead from every start along a log.
 
     Args:
-        model: predicts in float64; one that sees the past says of how many commands and states by ``past_rows``.
+        model: predicts in float64; one that sees the past says of how many commands and states by ``past_rows``. Hidden
+            states go on along the log, and windows start from what they are there.
         trajectory: the log, its columns those of the model.
         steps: length of a window in rows.
         start: how the start state is found (:mod:`sym2real.diagnosis.data.start`).
@@ -132,7 +134,8 @@ def predict_windows(
     seen = past_rows(model)
     past = torch.as_tensor(trajectory.past(*seen)[rows]) if any(seen) else None
     with torch.no_grad():
-        predicted = rollout(model, state, action, inputs, past=past)
+        hidden = hidden_rows(model, *map(torch.as_tensor, (trajectory.state, trajectory.action, trajectory.inputs)))
+        predicted = rollout(model, torch.cat([state, hidden[rows]], dim=-1), action, inputs, past=past)
         # What single precision does not hold is no number: squares of all others are numbers.
         predicted = torch.where(predicted.float().isfinite(), predicted, torch.nan)
     layout = trajectory.layouts.state

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,8 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.trajectory import Array
 
 RESAMPLES = 200
+# Windows of a block of the bootstrap, of longer windows as many as one is long.
+SHORTEST_BLOCK = 10
 
 
 @dataclass(frozen=True)
@@ -144,31 +147,35 @@ def ladder(
     folds = torch.zeros(len(windows), dtype=torch.long)
     if fold_of is not None:
         folds = torch.as_tensor(fold_of)[torch.as_tensor(windows.log)].long()
-    found, unchanged = [], [_errors(windows.start, windows, count) for count in steps.values()]
+    stride = max(1, round(STRIDE / data.dt))
+    blocks = {count: max(SHORTEST_BLOCK, ceil(count / stride)) for count in steps.values()}
+    found, unchanged = [], [_errors(windows.start, windows, *block) for block in blocks.items()]
     for name, sets in stages:
         mine = problem.states_by_segment(sets, folds if len(sets) > 1 else torch.zeros_like(folds))
-        table = {horizon: _errors(mine[:, count], windows, count) for horizon, count in steps.items()}
+        table = {at: _errors(mine[:, count], windows, count, blocks[count]) for at, count in steps.items()}
         pairs = zip(table.items(), unchanged, strict=True)
         worse = {at: tuple(c for c in judged(own) if own[c].low > still[c].high) for (at, own), still in pairs}
         found.append(Stage(name, table, not all(worse.values()), worse))
     return found
 
 
-def _errors(predicted: Tensor, windows: Segments, step: int) -> dict[str, StageError]:
+def _errors(predicted: Tensor, windows: Segments, step: int, block: int) -> dict[str, StageError]:
     units = channel_units(windows.layout)
     errors = channel_errors(windows.layout, predicted, windows.measured[:, step])
-    return {channel: error_of(values, windows.log, units[channel]) for channel, values in errors.items()}
+    return {channel: error_of(values, windows.log, units[channel], block) for channel, values in errors.items()}
 
 
-def error_of(values: Array, log: NDArray[np.int64], unit: str) -> StageError:
-    """With an interval from resampling blocks of ten windows (1 s).
+def error_of(values: Array, log: NDArray[np.int64], unit: str, block: int = SHORTEST_BLOCK) -> StageError:
+    """With an interval from resampling blocks of consecutive windows.
 
     Args:
         values: error norm of every window ``# (windows,)``.
         log: of every window, in the order of the logs ``# (windows,)``.
         unit: of the errors.
+        block: windows in one: windows that overlap share errors, so none is shorter than a window.
     """
-    blocks = np.unique(log * 10_000 + np.arange(len(log)) // 10, return_inverse=True)[1]
+    number = np.arange(len(log)) - np.searchsorted(log, log)
+    blocks = np.unique(log * len(log) + number // block, return_inverse=True)[1]
     sums = np.bincount(blocks, values**2)
     counts = np.bincount(blocks).astype(float)
     draws = np.random.default_rng(0).integers(0, len(sums), (RESAMPLES, len(sums)))

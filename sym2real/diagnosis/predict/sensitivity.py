@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.segments import WARM_UP, Segments, compared_fields, cut, padded
+from sym2real.diagnosis.data.segments import Segments, compared_fields, cut, padded
 from sym2real.diagnosis.predict.filtered import FilteredCommands
 from sym2real.diagnosis.predict.library import Library
 from sym2real.effects.inputs import inputs_along
@@ -224,7 +224,7 @@ class Problem:
     def _warmed_up(self, commands: tuple[Tensor, Tensor], sets: Tensor, parameters: Tensor) -> Tensor:
         segments, first = self.segments, self.library.hidden_start
         log = torch.as_tensor(segments.log)[:, None]
-        rows = torch.as_tensor(segments.row)[:, None] + torch.arange(-WARM_UP, 0)
+        rows = segments.rows_before()
         sent, known = commands[0][:, log, rows][commands[1]], self._inputs[log, rows]
         before = self._start(segments.before, sets, parameters, None)
         size = self.library.equations.layouts.state.size - self._visible
@@ -234,7 +234,7 @@ class Problem:
         assert first is not None
         whole[..., self._visible :] = first(*groups)
         moved = self._rolled_out(whole, sent, known.expand(len(parameters), -1, -1, -1), parameters)
-        return moved[..., -1, self._visible :]
+        return moved[:, torch.arange(len(segments)), torch.as_tensor(segments.warm_up) - 1, self._visible :]
 
     def _rolled_out(self, start: Tensor, actions: Tensor, inputs: Tensor, parameters: Tensor) -> Tensor:
         """States after each action ``# (B, S, N, state)``: the one place where the diagnosis rolls out."""

@@ -13,7 +13,6 @@ from typing import Protocol
 
 import torch
 from sympy import Expr
-from torch import Tensor
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Finding
@@ -156,13 +155,7 @@ class _At(VisibleModel):
 
     def __init__(self, compiled: torch.jit.ScriptModule, equations: Equations) -> None:
         self.compiled, self.equations, self.columns = compiled, equations, visible_state(equations).size
-
-    def rollout(
-        self, state: Tensor, actions: Tensor, inputs: Tensor | None = None, parameters: Tensor | None = None
-    ) -> Tensor:
-        """As of :class:`VisibleModel`; the parameters are those of the equations."""
-        parameters = torch.tensor(list(self.equations.parameters.values()), dtype=torch.float64)
-        return super().rollout(state, actions, inputs, parameters)
+        self.values = torch.tensor(list(equations.parameters.values()), dtype=torch.float64)
 
 
 def _switch(group: Sequence[Finding]) -> Switch:

@@ -95,8 +95,10 @@ class Case:
             lasting = self.step.residual.sizes[0] - len(robot.start) - actions
             past = torch.randn(lasting, generator=generator)
         noise = 0.1 * torch.randn(SAMPLES, HORIZON, actions, generator=generator)
+        size = len(self.step.equations.start)
+        hidden = 0.1 * torch.randn(size, generator=generator) if size else None
         sloped = mean + 0.01 * torch.arange(HORIZON)[:, None]
-        return [first, first._replace(mean=sloped, steps=3, noise=noise, memory=memory, past=past)]
+        return [first, first._replace(mean=sloped, steps=3, noise=noise, memory=memory, past=past, hidden=hidden)]
 
     def same(self, found: tuple, expected: tuple, tolerance: float) -> None:
         """Costs, and the means within the limits."""

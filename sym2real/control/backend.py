@@ -75,7 +75,7 @@ def planned_with(model: DynamicsModel | Callable[[Tensor, Tensor], Tensor], dtyp
     """A model over measured states that takes inputs.
 
     A plain ``(state, action)`` callable is given no inputs; hidden states of a compiled model start where its equations
-    say, anew with every plan.
+    say, unless they stand behind the measured ones.
     """
     equations = equations_of(model)
     hidden = equations is not None and visible_state(equations) != equations.layouts.state

@@ -57,6 +57,7 @@ class FusedStep:
         plan.reference, plan.mean = pointer("reference", given.reference), following.data_ptr()
         plan.noise = pointer("noise", given.noise)
         plan.memory, plan.past = pointer("memory", given.memory), pointer("past", given.past)
+        plan.hidden = pointer("hidden", given.hidden)
         plan.begun, plan.costs = self._operands.begun(given), costs.data_ptr()
         plan.seed, plan.call = given.seed & 0xFFFFFFFF, given.call & 0xFFFFFFFF
         before, steps = pointer("mean", given.mean), min(max(given.steps, 0), self.horizon)

@@ -51,6 +51,7 @@ class Call(NamedTuple):
         noise: ``# (N, H, action)`` instead of the kernel's own.
         memory: of the command filters, in their order ``# (size,)``; None before anything was sent.
         past: commands that reached the robot, newest first, then states, as a residual sees them; None likewise.
+        hidden: states that nobody measures ``# (hidden,)``; None where they begin with each sample's first action.
     """
 
     state: Tensor
@@ -63,13 +64,15 @@ class Call(NamedTuple):
     noise: Tensor | None = None
     memory: Tensor | None = None
     past: Tensor | None = None
+    hidden: Tensor | None = None
 
 
 class PlanArguments(ctypes.Structure):
     """``struct plan`` of plan.h."""
 
     _fields_ = (
-        *((name, ctypes.c_void_p) for name in ("state", "inputs", "reference", "memory", "past", "weights")),
+        *((name, ctypes.c_void_p) for name in ("state", "inputs", "reference", "memory")),
+        *((name, ctypes.c_void_p) for name in ("past", "hidden", "weights")),
         *((name, ctypes.c_void_p) for name in ("mean", "low", "high", "spread", "smooth", "noise", "costs")),
         ("temperature", ctypes.c_float),
         ("correlation", ctypes.c_float),
@@ -130,6 +133,7 @@ class Operands:
             "noise": (sizes.samples, *steps),
             "memory": (step.filters.size,),
             "past": (0 if step.residual is None else step.residual.sizes[0] - states - actions,),
+            "hidden": (len(step.equations.start),),
         }
         self._remembered = [name for name in ("memory", "past") if self.shapes[name] != (0,)]
 

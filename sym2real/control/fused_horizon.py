@@ -70,7 +70,7 @@ def _named(program: Program) -> dict[int, str]:
 
 
 def _start(equations: Equations) -> list[str]:
-    """The measured state, on the manifold."""
+    """The measured state, on the manifold, and the hidden one as it has gone on so far."""
     visible = [field for field in equations.layouts.state.fields if not field.hidden]
     columns = [column for field in visible for column in field.columns]
     lines = [f"v x_{column} = splat(p->state[{i}]);" for i, column in enumerate(columns)]
@@ -81,7 +81,7 @@ def _start(equations: Equations) -> list[str]:
             lines.append(f"const v scale_{field.columns[0]} = reciprocal_root(maximum({square}, {least}));")
             lines += [f"x_{column} *= scale_{field.columns[0]};" for column in field.columns]
     hidden = [column for field in equations.layouts.state.fields if field.hidden for column in field.columns]
-    return lines + [f"v x_{column} = splat(R(0.0));" for column in hidden]
+    return lines + [f"v x_{column} = splat(p->hidden ? p->hidden[{i}] : R(0.0));" for i, column in enumerate(hidden)]
 
 
 def _inputs(equations: Equations) -> list[str]:
@@ -103,14 +103,14 @@ def _loaded(equations: Equations, program: Program) -> list[str]:
 
 
 def _hidden(equations: Equations) -> list[str]:
-    """Hidden states before the first step, from the first action that reaches the robot."""
+    """Hidden states that begin: before the first step, from the first action that reaches the robot."""
     if not equations.start:
         return []
     program = function_program_of_start(equations)
     lines = CLines(program, SINGLE)
     inner = lines.lines(set(program.computed))
     inner += [f"x_{c} = {lines.vector(value)};" for c, value in zip(equations.start, program.outputs, strict=True)]
-    return ["if (h == 0) {", *(f"    {line}" for line in inner), "}"]
+    return ["if (h == 0 && !p->hidden) {", *(f"    {line}" for line in inner), "}"]
 
 
 def function_program_of_start(equations: Equations) -> Program:

@@ -153,7 +153,10 @@ class MPPI:
         self._call = 0
 
     def remember(self, sent: ArrayLike) -> None:
-        """Note what was sent on the state that :meth:`act` was given last: filters and models with memory need it."""
+        """Note what was sent on the state that :meth:`act` was given last.
+
+        Command filters, hidden states (rotors that lag) and models that see the past go on from there.
+        """
         self._gone_by.remember(sent)
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
@@ -165,7 +168,7 @@ class MPPI:
             ShapeError: for other numbers of states or inputs, and without inputs that the model's equations use.
         """
         started = time.perf_counter()
-        self._gone_by.measured = state
+        self._gone_by.see(state, inputs)
         gone, self._step = 0 if self._step is None else max(step - self._step, 0), step
         self._call += 1
         if self._fused is None:
@@ -197,7 +200,8 @@ class MPPI:
             assert self.plan is not None
             return self.plan
         actions = torch.clamp(self.mean + noise, self._low, self._high)
-        self._plan = self._torch.plan(state, step, actions, inputs, self._gone_by.past(state))
+        past, hidden = self._gone_by.past(state), self._gone_by.hidden()
+        self._plan = self._torch.plan(state, step, actions, inputs, past=past, hidden=hidden)
         self._seen = None
         self._count(self._plan.rejected, len(noise), step)
         if self.rejected < len(noise):
@@ -209,12 +213,12 @@ class MPPI:
     ) -> None:
         """The kernel's update; the mean is shifted by the steps that have gone by."""
         assert self._fused is not None
-        memory, past = self._gone_by.memory(), self._gone_by.past(state)
+        memory, past, hidden = self._gone_by.memory(), self._gone_by.past(state), self._gone_by.hidden()
         measured, known = single(state, self.device), self._torch.given(inputs)
-        self._seen, self._plan = Seen(measured, known, self.mean, gone, noise, self._call, past), None
+        self._seen, self._plan = Seen(measured, known, self.mean, gone, noise, self._call, past, hidden), None
         known = self._torch.nothing if known is None else known
         reference = self._table.after(step)
-        given = Call(measured, known, reference, self.mean, gone, self.seed, self._call, noise, memory, past)
+        given = Call(measured, known, reference, self.mean, gone, self.seed, self._call, noise, memory, past, hidden)
         self.mean, self._costs, rejected = self._fused(given)
         self._count(rejected, self.samples, step)
 
@@ -231,7 +235,7 @@ class MPPI:
             seen = self._seen
             noise = self._fused.noise(self.seed, seen.call) if seen.noise is None else seen.noise
             actions = torch.clamp(seen.mean + noise, self._low, self._high)
-            states = self._torch.rollout(seen.state, actions, seen.inputs, seen.past)
+            states = self._torch.rollout(seen.state, actions, seen.inputs, past=seen.past, hidden=seen.hidden)
             self._plan = Plan(states, actions, self._costs, weigh(self._costs, self.settings.temperature))
         return self._plan
 

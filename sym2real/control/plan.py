@@ -41,6 +41,7 @@ class Seen:
     noise: Tensor | None
     call: int
     past: Tensor | None = None
+    hidden: Tensor | None = None
 
     @property
     def mean(self) -> Tensor:

@@ -70,20 +70,34 @@ class TorchStep:
         return running_cost(self.task, self.robot.layouts)
 
     def plan(
-        self, state: ArrayLike, step: int, actions: Tensor, inputs: ArrayLike | None, past: Tensor | None = None
+        self,
+        state: ArrayLike,
+        step: int,
+        actions: Tensor,
+        inputs: ArrayLike | None,
+        *,
+        past: Tensor | None = None,
+        hidden: Tensor | None = None,
     ) -> Plan:
         """What comes of actions ``# (N, H, action)`` from a state at a step."""
-        states = self.rollout(state, actions, inputs, past)
+        states = self.rollout(state, actions, inputs, past=past, hidden=hidden)
         costs = self.cost(states, actions, self.reference(step)).sum(-1)
         costs = costs.masked_fill(~states.sum((-2, -1)).isfinite(), torch.inf)
         return Plan(states, actions, costs, weigh(costs, self.temperature))
 
     def rollout(
-        self, state: ArrayLike, actions: Tensor, inputs: ArrayLike | None, past: Tensor | None = None
+        self,
+        state: ArrayLike,
+        actions: Tensor,
+        inputs: ArrayLike | None,
+        *,
+        past: Tensor | None = None,
+        hidden: Tensor | None = None,
     ) -> Tensor:
         """States ``# (N, H, state)`` after actions ``# (N, H, action)``, which go through the filters first.
 
-        A model that sees the past is given ``past`` of the start ``# (columns,)``.
+        A model that sees the past is given ``past`` of the start ``# (columns,)``, one with hidden states begins with
+        ``hidden`` ``# (hidden,)``; without, they begin with each sample's first action.
 
         Raises:
             ShapeError: for another number of states, and as of :meth:`given`.
@@ -94,7 +108,7 @@ class TorchStep:
         start = self.robot.layouts.state.normalise(start)  # a measured quaternion, say
         if self.filters is not None:
             actions = self.filters.apply(actions)
-        start = start.expand(len(actions), -1)
+        start = (start if hidden is None else torch.cat([start, hidden])).expand(len(actions), -1)
         with torch_alone() if self.alone else nullcontext():
             return rollout(self.model, start, actions, known, past=past, normalise=self.robot.layouts.state.normalise)
 

@@ -1,9 +1,10 @@
 /* One step of MPPI for one block of samples: noise, rollout, cost. ACTIONS and COLOUR are defined before.
  *
- * What went before, in `memory` of the filters and `past` of a network, is there once something was sent: `begun`.
+ * What went before, in `memory` of the filters and `past` of a network, is there once something was sent: `begun`. States
+ * that nobody measures lie in `hidden`, null where each sample's begin with its own first action.
  * COLOUR: 0 white, 1 first-order correlated, 2 draws through the matrix `smooth`. */
 struct plan {
-    const real *state, *inputs, *reference, *memory, *past, *weights;
+    const real *state, *inputs, *reference, *memory, *past, *hidden, *weights;
     const real *mean, *low, *high, *spread, *smooth, *noise;
     real *costs;
     real temperature, correlation, fresh; /* of a step that follows another: correlation² + fresh² = 1 */

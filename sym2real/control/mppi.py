@@ -153,7 +153,7 @@ class MPPI:
         self._call = 0
 
     def remember(self, sent: ArrayLike) -> None:
-        """Note what was sent on the state that :meth:`act` was given last.
+        """Note what was sent on the state that was planned from last.
 
         Command filters, hidden states (rotors that lag) and models that see the past go on from there.
         """
@@ -195,6 +195,7 @@ class MPPI:
     def improve(self, state: ArrayLike, step: int, noise: Tensor, inputs: ArrayLike | None = None) -> Plan:
         """One update of :attr:`mean` by noise ``# (N, H, action)``, ShapeError for other; :attr:`plan` tells of it."""
         require_steps(noise, self.mean)
+        self._gone_by.see(state, inputs)
         if self._fused is not None and len(noise) == self.samples:
             self._improve_fused(state, step, inputs, noise.contiguous())
             assert self.plan is not None

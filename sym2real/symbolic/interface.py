@@ -41,7 +41,10 @@ def outside_said(equations: Equations) -> tuple[str, ...]:
     if inputs:
         clauses.append(f"{', '.join(inputs)} must be given with every step: inputs that are left out count as zero")
     if equations.start:
-        clauses.append(f"{', '.join(equations.start)} is a state that no sensor reports: it begins where `start` says")
+        hidden = ", ".join(equations.start)
+        clauses.append(
+            f"{hidden} is a state that no sensor reports: it begins where `start` says, and goes on by steps"
+        )
     if equations.output:
         clauses.append(
             f"{', '.join(equations.output)} is reported other than it is, as `measured` says; states are true"

@@ -171,12 +171,25 @@ def test_a_piece_of_a_few_rows_hides_no_fault_and_changes_no_noise(rows: int) ->
     assert readings(Dataset([data[0].rows(0, rows)])) == ()
 
 
+def one_circle(seed: int, seconds: float) -> Trajectory:
+    task, noise = make_task("circle", MUSHR), standard_conditions.sensors(MUSHR, np.random.default_rng(seed))
+    controller = geometric_controller(MUSHR, task.reference)
+    return fly(MujocoPlant(MUSHR, [noise]), controller, task, seconds=seconds).trajectory
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_one_circle_of_a_healthy_car_shows_no_fault_of_its_gyro(seed: int) -> None:
     """The rate hardly changes, so that noise alone decides what scale, bias and shift fit best."""
-    task, noise = make_task("circle", MUSHR), standard_conditions.sensors(MUSHR, np.random.default_rng(seed))
-    log = fly(MujocoPlant(MUSHR, [noise]), geometric_controller(MUSHR, task.reference), task, seconds=15.0).trajectory
-    assert readings(Dataset([log])) == ()
+    assert readings(Dataset([one_circle(seed, 15.0)])) == ()
+
+
+@pytest.mark.parametrize("first", [1000, 1012])
+def test_many_circles_of_a_healthy_car_show_no_fault_and_one_that_is_there(first: int) -> None:
+    """A lag too small to be one fits noise best: scale and bias are not read at it."""
+    circles = Dataset(one_circle(seed, 20.0) for seed in range(first, first + 6))
+    assert readings(circles) == ()
+    (found,) = readings(changed(circles, "wz", lambda rate: rate + 0.3))
+    assert found.faulty == {"sensor_bias": pytest.approx(0.3, abs=0.06)}
 
 
 def answered_noise(seed: int, swing: float, late: int) -> Trajectory:

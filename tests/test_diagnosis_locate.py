@@ -134,6 +134,9 @@ def test_features_are_what_they_say() -> None:
 
 def test_training_ranges_of_norms_reach_the_farthest_corner() -> None:
     assert training_range("speed", {"vx": (-3.0, 1.0), "vy": (0.0, 4.0)}) == (0.0, 5.0)
+    car = {"vx": (-0.8, 0.6), "vy": (-0.6, 0.1), "speed": (-1.0, 3.0)}  # the last is a command
+    assert training_range("speed", car) == (0.0, 1.0)
+    assert training_range("speed command", car) == (-1.0, 3.0)
     assert training_range("time", {"vx": (0.0, 1.0)}) is None
     reach = training_range("tilt", {"qx": (-np.sin(0.25), 0.1), "qy": (0.0, 0.0)})
     assert reach == pytest.approx((0.0, 0.5))

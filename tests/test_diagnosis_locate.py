@@ -77,6 +77,12 @@ def test_worst_segments_do_not_overlap_and_come_in_order() -> None:
             assert one.log != other.log or one.end <= other.start or other.end <= one.start
 
 
+def test_logs_of_one_name_are_different_logs_when_the_worst_seconds_are_sought() -> None:
+    errors = planted()
+    unnamed = worst_segments(replace(errors, names=("",) * len(errors.names)), ["z"], 20)
+    assert unnamed == tuple(replace(one, log="") for one in worst_segments(errors, ["z"], 20))
+
+
 def test_the_worst_seconds_are_those_that_stand_out_from_the_noise_whatever_the_unit() -> None:
     """An attitude that is off by 0.3 rad, of which noise makes 0.1, is nothing beside a height off by 0.08 m."""
     errors = planted()

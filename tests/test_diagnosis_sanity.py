@@ -15,7 +15,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, add, compare
 from sym2real.diagnosis.data.preparation import with_columns
 from sym2real.diagnosis.data.segments import component_noise
-from sym2real.diagnosis.faults.sanity import check
+from sym2real.diagnosis.faults.sanity import Question, check, check_data
 from sym2real.diagnosis.faults.sensor_faults import readings
 from sym2real.diagnosis.predict.candidate import library_for
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -44,6 +44,15 @@ def test_honest_logs_have_no_fault_and_are_looked_at_once() -> None:
     assert checked.faults == ()
     assert check(model, Dataset(list(honest))) is checked
     assert check(MUSHR.nominal(), simulate_case(Case("mushr", (), seed=4), rows=200)).faults == ()
+
+
+def test_logs_without_names_and_with_one_name_are_told_apart() -> None:
+    """What a simulator says of a log is found by its name; of logs with one name it would be their mean."""
+    data, model = simulate_case(Case("mushr", (), seed=4), 4, 100), MUSHR.nominal()
+    named = Dataset(replace(log, name=name) for log, name in zip(data, ("", "drive", "", "drive"), strict=True))
+    names = [log.name for log in check_data(Question(model, named)).checked.data]
+    assert names == ["log 1", "drive", "log 3", "drive (4)"]
+    assert [log.name for log in check_data(Question(model, data)).checked.data] == [log.name for log in data]
 
 
 def test_what_the_model_says_of_its_sensors_is_no_fault_and_its_absence_is() -> None:

@@ -191,7 +191,7 @@ class Robot:
         return from_mjcf(path, **options)
 
     def nominal(self) -> Equations:
-        """First-principles equations over its period, with the robot's name and numbers; their own step where longer."""
+        """First-principles equations over its period, or their own where that is longer, with its name and numbers."""
         return self.signed(at_period(self.rigid_body(), self.dt))
 
     def signed(self, equations: Equations) -> Equations:

@@ -15,7 +15,7 @@ from sym2real.logs import LogSpec
 from sym2real.logs.inspect_time import nice_period
 from sym2real.logs.reader import read_each
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
-from sym2real.trajectory import Trajectory
+from sym2real.trajectory import Trajectory, usual_interval
 
 
 class Measured(NamedTuple):
@@ -42,7 +42,7 @@ def measured(name: str) -> Measured:
 
 def step_of(logs: Iterable[Sequence[Trajectory]]) -> float:
     """The usual step in s of the pieces of every log, of a whole number of rows a second where it is nearly that."""
-    return nice_period(float(np.median(np.concatenate([np.diff(piece.time) for pieces in logs for piece in pieces]))))
+    return nice_period(usual_interval(np.concatenate([np.diff(piece.time) for pieces in logs for piece in pieces])))
 
 
 def step_of_logs(paths: Sequence[Path], spec: LogSpec | None, layouts: Layouts | None = None) -> float:

@@ -14,6 +14,9 @@ from sym2real.layout import Layouts
 from sym2real.past import past_of_rows
 from sym2real.trajectory import Array, Trajectory, check_shape
 
+SAME_STEP = 0.02  # part of the time step by which those of logs in one set may differ
+FEW = 10  # rows; fewer, between two gaps, tell no step
+
 
 @dataclass(frozen=True, eq=False)
 class Transitions:
@@ -79,7 +82,7 @@ class Dataset:
     """Trajectories with the same columns.
 
     Raises:
-        ShapeError: when the trajectories' layouts differ.
+        ShapeError: when the trajectories' layouts differ, or their time steps by more than :data:`SAME_STEP`.
 
     Examples:
         >>> log = Trajectory.from_arrays(np.zeros((5, 7)), np.zeros((5, 2)), car(wheelbase=0.3).layouts, dt=0.05)
@@ -95,6 +98,17 @@ class Dataset:
             if other.layouts != self.layouts:
                 raise ShapeError(
                     f"trajectories {self.trajectories[0].name!r} and {other.name!r} have different columns"
+                )
+        self._check_steps()
+
+    def _check_steps(self) -> None:
+        steps = [(_called(log, number), log.dt) for number, log in enumerate(self.trajectories, 1) if len(log) >= FEW]
+        for other in steps[1:]:
+            (first, usual), (name, dt) = steps[0], other
+            if abs(dt - usual) > SAME_STEP * min(dt, usual):
+                raise ShapeError(
+                    f"{first} has a time step of {usual:.4g} s, {name} one of {dt:.4g} s: expected one step of all "
+                    "logs in a set (read_logs with dt brings files to one)"
                 )
 
     def __len__(self) -> int:
@@ -141,6 +155,10 @@ class Dataset:
             trajectory=np.concatenate([np.full(len(part) - 1, i) for i, part in enumerate(parts)]),
             step=np.concatenate([np.arange(len(part) - 1) for part in parts]),
         )
+
+
+def _called(log: Trajectory, number: int) -> str:
+    return f"trajectory {log.name!r}" if log.name else f"trajectory number {number}"
 
 
 # What is judged: logs in a data set or a list, or one.

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
+UNUSUAL = 0.5  # × the median interval, that another one may differ by: beyond, a row is missing or out of place
 
 
 def check_shape(name: str, values: Array, rows: int, layout: Layout) -> None:
@@ -36,6 +37,14 @@ def check_shape(name: str, values: Array, rows: int, layout: Layout) -> None:
         raise ShapeError(
             f"{name} must have shape ({rows}, {layout.size}) for columns {layout.columns}, found {values.shape}"
         )
+
+
+def usual_interval(intervals: Array) -> float:
+    """Mean of the usual ones of intervals between rows ``# (rows,)``: rounding of their stamps averages out."""
+    if not len(intervals):
+        return float("nan")
+    median = np.median(intervals)
+    return float(intervals[np.abs(intervals - median) <= UNUSUAL * median].mean())
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -181,8 +190,8 @@ class Trajectory:
 
     @cached_property
     def dt(self) -> float:
-        """Median time step in s."""
-        return float(np.median(np.diff(self.time)))
+        """Usual time step in s, see :func:`usual_interval`."""
+        return usual_interval(np.diff(self.time))
 
     def column(self, name: str) -> Array:
         """One column of state, action, inputs or extra by name ``# (rows,)``.

@@ -17,6 +17,7 @@ from sym2real.control import RandomCommands
 from sym2real.data import example_flight
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import ROWS, add, compare, diagnose, predict_windows
+from sym2real.diagnosis.data.preparation import long_enough
 from sym2real.diagnosis.data.start import noise_level, start_states
 from sym2real.diagnosis.errors.skill import off_the_mean
 from sym2real.effects.visible import VisibleModel
@@ -282,3 +283,17 @@ def test_hidden_states_along_a_log_are_those_that_made_it() -> None:
     torch.testing.assert_close(after[:-1], states[1:], rtol=0, atol=1e-12)
     anew = model(states, actions, inputs)
     assert float((anew[:-1] - states[1:]).abs().max()) > 1e-4
+
+
+def test_rows_that_stamps_say_are_missing_make_no_errors() -> None:
+    """One row in twenty, and half a second: two steps are no faster one."""
+    whole = [accelerated(acceleration=0.0, speed=0.1 * number) for number in range(1, 4)]
+    rng = np.random.default_rng(0)
+    kept = [np.setdiff1d(np.arange(len(log)), [*rng.integers(1, 50, 5), *range(60, 85)]) for log in whole]
+    parts = ("time", "state", "action", "inputs")
+    some = [
+        replace(log, **{part: getattr(log, part)[rows] for part in parts})
+        for log, rows in zip(whole, kept, strict=True)
+    ]
+    assert compare(FALLING, some, horizons=(0.2,)).at(0.2).errors["position"].value < 1e-9
+    assert {log.name for log in long_enough(some[0], FALLING)} == {f"{some[0].name}#1", f"{some[0].name}#2"}

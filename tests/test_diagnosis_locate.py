@@ -77,6 +77,12 @@ def test_worst_segments_do_not_overlap_and_come_in_order() -> None:
             assert one.log != other.log or one.end <= other.start or other.end <= one.start
 
 
+def test_logs_of_one_name_are_different_logs_when_the_worst_seconds_are_sought() -> None:
+    errors = planted()
+    unnamed = worst_segments(replace(errors, names=("",) * len(errors.names)), ["z"], 20)
+    assert unnamed == tuple(replace(one, log="") for one in worst_segments(errors, ["z"], 20))
+
+
 def test_the_worst_seconds_are_those_that_stand_out_from_the_noise_whatever_the_unit() -> None:
     """An attitude that is off by 0.3 rad, of which noise makes 0.1, is nothing beside a height off by 0.08 m."""
     errors = planted()
@@ -134,6 +140,9 @@ def test_features_are_what_they_say() -> None:
 
 def test_training_ranges_of_norms_reach_the_farthest_corner() -> None:
     assert training_range("speed", {"vx": (-3.0, 1.0), "vy": (0.0, 4.0)}) == (0.0, 5.0)
+    car = {"vx": (-0.8, 0.6), "vy": (-0.6, 0.1), "speed": (-1.0, 3.0)}  # the last is a command
+    assert training_range("speed", car) == (0.0, 1.0)
+    assert training_range("speed command", car) == (-1.0, 3.0)
     assert training_range("time", {"vx": (0.0, 1.0)}) is None
     reach = training_range("tilt", {"qx": (-np.sin(0.25), 0.1), "qy": (0.0, 0.0)})
     assert reach == pytest.approx((0.0, 0.5))

@@ -15,7 +15,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, add, compare
 from sym2real.diagnosis.data.preparation import with_columns
 from sym2real.diagnosis.data.segments import component_noise
-from sym2real.diagnosis.faults.sanity import check
+from sym2real.diagnosis.faults.sanity import Question, check, check_data
 from sym2real.diagnosis.faults.sensor_faults import readings
 from sym2real.diagnosis.predict.candidate import library_for
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -44,6 +44,15 @@ def test_honest_logs_have_no_fault_and_are_looked_at_once() -> None:
     assert checked.faults == ()
     assert check(model, Dataset(list(honest))) is checked
     assert check(MUSHR.nominal(), simulate_case(Case("mushr", (), seed=4), rows=200)).faults == ()
+
+
+def test_logs_without_names_and_with_one_name_are_told_apart() -> None:
+    """What a simulator says of a log is found by its name; of logs with one name it would be their mean."""
+    data, model = simulate_case(Case("mushr", (), seed=4), 4, 100), MUSHR.nominal()
+    named = Dataset(replace(log, name=name) for log, name in zip(data, ("", "drive", "", "drive"), strict=True))
+    names = [log.name for log in check_data(Question(model, named)).checked.data]
+    assert names == ["log 1", "drive", "log 3", "drive (4)"]
+    assert [log.name for log in check_data(Question(model, data)).checked.data] == [log.name for log in data]
 
 
 def test_what_the_model_says_of_its_sensors_is_no_fault_and_its_absence_is() -> None:
@@ -171,12 +180,25 @@ def test_a_piece_of_a_few_rows_hides_no_fault_and_changes_no_noise(rows: int) ->
     assert readings(Dataset([data[0].rows(0, rows)])) == ()
 
 
+def one_circle(seed: int, seconds: float) -> Trajectory:
+    task, noise = make_task("circle", MUSHR), standard_conditions.sensors(MUSHR, np.random.default_rng(seed))
+    controller = geometric_controller(MUSHR, task.reference)
+    return fly(MujocoPlant(MUSHR, [noise]), controller, task, seconds=seconds).trajectory
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_one_circle_of_a_healthy_car_shows_no_fault_of_its_gyro(seed: int) -> None:
     """The rate hardly changes, so that noise alone decides what scale, bias and shift fit best."""
-    task, noise = make_task("circle", MUSHR), standard_conditions.sensors(MUSHR, np.random.default_rng(seed))
-    log = fly(MujocoPlant(MUSHR, [noise]), geometric_controller(MUSHR, task.reference), task, seconds=15.0).trajectory
-    assert readings(Dataset([log])) == ()
+    assert readings(Dataset([one_circle(seed, 15.0)])) == ()
+
+
+@pytest.mark.parametrize("first", [1000, 1012])
+def test_many_circles_of_a_healthy_car_show_no_fault_and_one_that_is_there(first: int) -> None:
+    """A lag too small to be one fits noise best: scale and bias are not read at it."""
+    circles = Dataset(one_circle(seed, 20.0) for seed in range(first, first + 6))
+    assert readings(circles) == ()
+    (found,) = readings(changed(circles, "wz", lambda rate: rate + 0.3))
+    assert found.faulty == {"sensor_bias": pytest.approx(0.3, abs=0.06)}
 
 
 def answered_noise(seed: int, swing: float, late: int) -> Trajectory:

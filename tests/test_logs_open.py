@@ -13,6 +13,7 @@ import pytest
 
 from sym2real.cli import main
 from sym2real.errors import DataError
+from sym2real.experiments.measured import step_of_logs
 from sym2real.field import Field
 from sym2real.layout import Layout, Layouts
 from sym2real.logs import LogSpec, inspect_logs, read_log, read_logs
@@ -280,6 +281,15 @@ def test_a_model_gets_the_step_of_its_logs_and_no_row_is_lost(tmp_path: Path) ->
     (thinned,) = read_logs(files, spec, dt=2 * STEP)
     assert len(thinned) == ROWS / 2
     assert any("a model with a step of 25 ms uses them all" in note for note in thinned.notes)
+
+
+def test_a_model_takes_the_usual_step_of_logs_with_different_ones(tmp_path: Path) -> None:
+    files = [tmp_path / "slow.csv", tmp_path / "fast.csv"]
+    for file, hertz in zip(files, (10, 50), strict=True):
+        time = np.arange(0.0, 4.0, 1.0 / hertz)
+        zeros = np.zeros_like(time)
+        written(file, np.column_stack([time, time, zeros, zeros + 1.0]), ["t", "x", "y", "speed"])
+    assert step_of_logs(files, None) == 0.02
 
 
 def _inspected(files: list[str], folder: Path) -> Path:

@@ -13,6 +13,7 @@ from sym2real import rotation
 from sym2real.errors import DataError
 from sym2real.layout import Layout, Layouts
 from sym2real.logs import read_log, read_logs, write_log
+from sym2real.logs.equal_steps import equal_steps
 from sym2real.logs.resample import GAP_INTERVALS
 from sym2real.trajectory import Trajectory
 
@@ -185,3 +186,39 @@ def test_derived_velocities_do_not_reach_across_a_gap(tmp_path: Path) -> None:
     first, second = read_logs(tmp_path / "log.csv", tmp_path / "spec.toml")
     assert np.allclose(first.column("vx"), 1.0)
     assert np.allclose(second.column("vx"), -1.0)
+
+
+@pytest.mark.parametrize("clock", [0.984, 1.008])
+def test_rows_of_another_clock_are_brought_to_the_models_step(tmp_path: Path, clock: float) -> None:
+    """Taken as they are, what moves at 3 m/s would seem to move 1.6 % slower or 0.8 % faster."""
+    log = reread(tmp_path, 0.02 * clock * np.arange(200), 0.02)
+    assert np.allclose(np.diff(log.time), 0.02)
+    assert_on_the_motion(log)
+    sent = log.action[:-1, 0]  # rows of the file are counted from 1, and held until the next
+    assert np.mean(sent - log.time[:-1] / (0.02 * clock)) == pytest.approx(1.0 + 0.5 * (1.0 / clock - 1.0), abs=0.01)
+
+
+@pytest.mark.parametrize("hertz", [20, 25, 50, 100, 125])
+def test_stamps_in_whole_milliseconds_of_the_models_clock_stay_untouched(tmp_path: Path, hertz: int) -> None:
+    time = np.round(1.234567 + np.arange(300) / hertz, 3)
+    log = reread(tmp_path, time, 1.0 / hertz)
+    assert np.array_equal(log.time, time)
+    assert log.dt == pytest.approx(1.0 / hertz, rel=1e-4)
+
+
+def test_a_log_from_arrays_is_cut_and_resampled_as_a_file_is(tmp_path: Path) -> None:
+    kept = np.setdiff1d(np.arange(200), [20, 51, 52, 100, *range(130, 140)])
+    log = log_at(0.02 * kept)
+    write_log(log, tmp_path / "log.csv")
+    read = read_logs(tmp_path / "log.csv", layouts=LAYOUTS, dt=0.02)
+    made = equal_steps(log, 0.02)
+    assert len(made) == len(read) == 2
+    for one, other in zip(made, read, strict=True):
+        assert one.name == other.name
+        for group in ("time", "state", "action", "inputs"):
+            assert np.allclose(getattr(one, group), getattr(other, group), atol=1e-9)
+        assert_on_the_motion(one)
+    regular = log_at(0.02 * np.arange(50))
+    assert equal_steps(regular, 0.02) == [regular]
+    fast = log_at(0.01 * np.arange(50))
+    assert equal_steps(fast, 0.02) == [fast]

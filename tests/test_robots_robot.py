@@ -96,6 +96,17 @@ def test_front_wheels_share_one_turning_centre() -> None:
         assert -track / 2 + length / np.tan(right) == pytest.approx(length / np.tan(steer))
 
 
+@every_robot
+def test_at_a_longer_period_the_equations_have_it_too(robot: Robot) -> None:
+    slow, nominal = robot.at_period(3 * robot.dt).nominal(), robot.nominal()
+    assert (nominal.dt, slow.dt) == (pytest.approx(robot.dt), pytest.approx(3 * robot.dt))
+    action = robot.rest * 1.05 + 0.05
+    state = robot.start
+    for _ in range(3):
+        state = nominal.predict(state, action)
+    np.testing.assert_allclose(slow.predict(robot.start, action), state, atol=1e-12)
+
+
 def test_wrong_names_and_sizes_are_refused() -> None:
     with pytest.raises(UnknownNameError, match="crazyflie"):
         ROBOTS["crazyfly"]

@@ -15,7 +15,7 @@ from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Memoryless
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import Equations, compile_model, rollout, symbol
-from sym2real.symbolic.period import at_period
+from sym2real.symbolic.period import at_period, steps_within
 from sym2real.tasks import make_task
 from sym2real.trajectory import Array, Trajectory
 
@@ -91,6 +91,17 @@ def test_a_period_no_longer_than_the_step_changes_nothing() -> None:
     equations = CRAZYFLIE.nominal()
     assert at_period(equations, equations.dt) is equations
     assert at_period(equations, 0.999 * equations.dt) is equations
+
+
+def test_a_clock_that_is_a_little_slower_is_a_longer_period() -> None:
+    """A car goes 0.8 % farther in it, which would be taken for a gain."""
+    equations = MUSHR.nominal()
+    slow = at_period(equations, 1.008 * equations.dt)
+    assert slow.dt == pytest.approx(1.008 * equations.dt)
+    state = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0])
+    ways = [one.predict(state, np.array([0.0, 1.0]))[0] for one in (equations, slow)]
+    assert ways[1] / ways[0] == pytest.approx(1.008, rel=1e-3)
+    assert steps_within(equations, 2.999 * equations.dt) == steps_within(equations, 3.001 * equations.dt) == 3
 
 
 def test_a_log_of_every_third_row_is_predicted_as_every_row_is() -> None:

@@ -13,10 +13,10 @@ from sym2real.trajectory import Trajectory
 LAYOUTS = Layouts(Layout.of(["x", "vx"]), Layout.of(["speed"]), Layout.of(["fx"]))
 
 
-def counting(rows: int, offset: float, name: str = "") -> Trajectory:
+def counting(rows: int, offset: float, name: str = "", dt: float = 0.1) -> Trajectory:
     steps = np.arange(rows, dtype=float)
     return Trajectory(
-        time=0.1 * steps,
+        time=dt * steps,
         state=np.stack([offset + steps, np.ones(rows)], axis=1),
         action=steps[:, None],
         inputs=np.zeros((rows, 1)),
@@ -65,3 +65,14 @@ def test_misfits_are_refused() -> None:
     other = Trajectory(good.time, good.state, good.action, good.inputs[:, :0], Layouts(LAYOUTS.state, LAYOUTS.action))
     with pytest.raises(ShapeError, match="different columns"):
         Dataset([good, other])
+
+
+def test_logs_of_different_rates_are_refused_by_name() -> None:
+    """The fast rows would be taken for steps of the slow ones."""
+    slow, fast = counting(20, 0.0, "slow"), counting(20, 0.0, "fast", dt=0.05)
+    with pytest.raises(ShapeError, match=r"'slow' has a time step of 0\.1 s, trajectory 'fast' one of 0\.05 s"):
+        Dataset([slow, fast])
+    with pytest.raises(ShapeError, match=r"number 1 .* number 3"):
+        Dataset([counting(20, 0.0), counting(20, 0.0), counting(20, 0.0, dt=0.05)])
+    assert len(Dataset([slow, counting(20, 0.0, dt=0.101)])) == 2  # clocks differ
+    assert len(Dataset([slow, fast.rows(0, 3)])) == 2  # of three rows nobody knows

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from sym2real.dataset import Dataset
 from sym2real.errors import UnknownNameError
 from sym2real.layout import Layouts
-from sym2real.logs import LogSpec, read_logs
+from sym2real.logs import LogSpec
 from sym2real.logs.inspect_time import nice_period
+from sym2real.logs.reader import read_each
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
+from sym2real.trajectory import Trajectory, usual_interval
 
 
 class Measured(NamedTuple):
@@ -39,9 +40,9 @@ def measured(name: str) -> Measured:
     return Measured(LIKE[name], known=False) if name in LIKE else Measured(ROBOTS[name], known=True)
 
 
-def step_of(logs: Dataset) -> float:
-    """The usual step of logs in s, of a whole number of rows a second where it is nearly that."""
-    return nice_period(float(np.median(np.concatenate([np.diff(log.time) for log in logs]))))
+def step_of(logs: Iterable[Sequence[Trajectory]]) -> float:
+    """The usual step in s of the pieces of every log, of a whole number of rows a second where it is nearly that."""
+    return nice_period(usual_interval(np.concatenate([np.diff(piece.time) for pieces in logs for piece in pieces])))
 
 
 def step_of_logs(paths: Sequence[Path], spec: LogSpec | None, layouts: Layouts | None = None) -> float:
@@ -51,4 +52,4 @@ def step_of_logs(paths: Sequence[Path], spec: LogSpec | None, layouts: Layouts |
         DataError: when one cannot be read.
     """
     as_recorded = None if spec is None else replace(spec, time=replace(spec.time, dt=None))
-    return step_of(read_logs(paths, spec=as_recorded, layouts=layouts))
+    return step_of(read_each(paths, spec=as_recorded, layouts=layouts))

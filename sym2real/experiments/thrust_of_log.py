@@ -10,7 +10,7 @@ import numpy as np
 from sym2real.errors import DataError
 from sym2real.experiments.measured import step_of
 from sym2real.logs import LogSpec, read_logs
-from sym2real.logs.reader import logs_of
+from sym2real.logs.reader import logs_of, read_each
 from sym2real.logs.units import UNITS
 from sym2real.robots import fit_thrust_per_unit, quadrotor
 from sym2real.robots.motors import MotorUnit
@@ -58,7 +58,7 @@ def thrust_of_log(
     layouts = quadrotor(interface="motors", attitude="measured").layouts
     if len(logs := logs_of(path, spec)) > 1:
         raise DataError(path, "one log to fit the thrust on", f"a folder of {len(logs)}")
-    step = dt or step_of(read_logs(path, spec=spec, layouts=layouts))
+    step = dt or step_of(read_each(path, spec=spec, layouts=layouts))
     pieces = tuple(read_logs(path, spec=spec, layouts=layouts, dt=step, upsample=True))
     log = max(pieces, key=len)
     counted = _unit(path, log, spec, unit)

@@ -7,13 +7,13 @@ import numpy as np
 from sym2real.logs.draft import Draft
 from sym2real.logs.evidence import stretches, words
 from sym2real.logs.parts import TimeBase
-from sym2real.logs.resample import GAP_INTERVALS, gaps, is_regular
+from sym2real.logs.resample import GAP_INTERVALS, SAME_CLOCK, gaps, is_regular
 from sym2real.logs.signals import Series
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import stamps
 from sym2real.logs.table import Table
 from sym2real.logs.units import UNITS
-from sym2real.trajectory import Array
+from sym2real.trajectory import Array, usual_interval
 
 # Logs of robots have between 2 and 2000 rows a second, most about 50.
 SHORTEST_STEP, USUAL_STEP, LONGEST_STEP = 5e-4, 2e-2, 0.5
@@ -35,7 +35,7 @@ def inspect_time(draft: Draft) -> None:
 
 def _with_stamps(draft: Draft, column: str) -> None:
     counts = [stamps(table, LogSpec(time=TimeBase(column))) for table in draft.tables]
-    step = float(np.median(np.concatenate([np.diff(values) for values in counts])))
+    step = usual_interval(np.concatenate([np.diff(values) for values in counts]))
     unit, evidence = _unit(draft, column, step)
     times = [values * UNITS[unit][1] for values in counts]
     draft.drop_first = max(_first_rows(time) for time in times)
@@ -47,11 +47,11 @@ def _with_stamps(draft: Draft, column: str) -> None:
 
 
 def nice_period(step: float) -> float:
-    """The period of a whole number of rows a second where that is within half a percent; else three digits."""
+    """The period of a whole number of rows a second where that is the same clock; else four digits."""
     rate = 1.0 / step
-    if rate >= 1.0 and abs(rate - round(rate)) < 0.005 * rate:
+    if rate >= 1.0 and abs(rate - round(rate)) < SAME_CLOCK * rate:
         return 1.0 / round(rate)
-    return float(f"{step:.3g}")
+    return float(f"{step:.4g}")
 
 
 def _column(tables: list[Table], candidates: list[str]) -> str | None:

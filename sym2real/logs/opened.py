@@ -20,7 +20,7 @@ from sym2real.logs.sources import sources_of
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import Standard, own_specification, stamps, standardise, tidy
 from sym2real.logs.table import Table
-from sym2real.trajectory import Trajectory
+from sym2real.trajectory import Trajectory, usual_interval
 
 # Steps of the model between two rows; beyond, stamps are hardly in s.
 COARSEST = 20
@@ -91,14 +91,14 @@ class Opened:
 
     @property
     def apart(self) -> float:
-        """Median time between rows in s, zero of a single row.
+        """Usual time between rows in s, zero of a single row.
 
         Raises:
             DataError: where that is out of all proportion to the step.
         """
         if self.dt is None or len(self.standard.time) < 2:
             return 0.0
-        dt, apart = self.dt, float(np.median(np.diff(self.standard.time)))
+        dt, apart = self.dt, usual_interval(np.diff(self.standard.time))
         expected, found = "", f"rows {apart:.4g} s apart"
         if apart > COARSEST * dt:
             expected, found = f"rows at most {COARSEST:g} of the model's steps of {dt:g} s apart", f"{apart:.4g} s"

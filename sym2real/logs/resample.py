@@ -11,11 +11,13 @@ from sym2real.layout import Layouts
 from sym2real.logs import derive
 from sym2real.logs.parts import ATTITUDES, STANDARD_COLUMNS
 from sym2real.logs.standard import Columns, Standard, attitude_columns
-from sym2real.trajectory import Array
+from sym2real.trajectory import Array, usual_interval
 from sym2real.vocabulary import VOCABULARY
 
 # Stamps are regular when every interval is within this share of the step: rounding stays far below it.
 REGULAR = 0.02
+# Share of a step by which a log's own may differ and be the same: as much would be seen as a gain or a speed.
+SAME_CLOCK = 1e-3
 # One or two missing rows are bridged; a longer interval is a gap, and nothing is made up inside it.
 GAP_INTERVALS = 3.5
 # Rows of a log over those that a model's step leaves of it, from which it is said what uses all.
@@ -26,8 +28,14 @@ CIRCLES = (("sin_yaw", "cos_yaw"), ("ref_sin_yaw", "ref_cos_yaw"))
 
 
 def is_regular(time: Array, dt: float) -> bool:
-    """Whether every interval of the stamps ``# (rows,)`` is ``dt`` within :data:`REGULAR`."""
-    return bool(np.all(np.abs(np.diff(time) - dt) <= REGULAR * dt))
+    """Whether stamps ``# (rows,)`` are ``dt`` apart: each interval within :data:`REGULAR`, all in the mean exactly.
+
+    In the mean means within :data:`SAME_CLOCK`, of a few rows within what their first and last stamp may be off.
+    """
+    if not np.all(np.abs(np.diff(time) - dt) <= REGULAR * dt):
+        return False
+    length = dt * (len(time) - 1)
+    return len(time) < 2 or bool(abs(time[-1] - time[0] - length) <= max(SAME_CLOCK * length, 2.0 * REGULAR * dt))
 
 
 def gaps(time: Array, dt: float) -> NDArray[np.int64]:
@@ -46,8 +54,8 @@ def resample(log: Standard, dt: float, layouts: Layouts) -> Standard:
 
     Vectors go linearly, attitudes on the great circle, circles by their angle. Commands hold: a row gets the one that
     was in force in the middle of its step, so that jitter of the stamps delays no command by a whole step; of a log at
-    another step than ``dt`` the mean of those in force, but for attitudes. Columns outside the vocabulary and the
-    model's ``layouts`` hold their last value.
+    another step than ``dt``, or whose even stamps are of another clock, the mean of those in force, but for attitudes.
+    Columns outside the vocabulary and the model's ``layouts`` hold their last value.
     """
     commands = COMMANDS.union(layouts.action)
     moving = {*STANDARD_COLUMNS, *layouts.state, *layouts.inputs}
@@ -57,9 +65,7 @@ def resample(log: Standard, dt: float, layouts: Layouts) -> Standard:
     in_force = np.searchsorted(time, grid + 0.5 * dt, side="left") - 1
     latest = np.searchsorted(time, grid, side="right") - 1
     turned = {column for name in ATTITUDES for column in attitude_columns(name)}.union(*CIRCLES)
-    # Of a row a step the stamps jitter, and each command was held for its period.
-    a_row_a_step = abs(np.median(np.diff(time)) - dt) <= REGULAR * dt
-    averaged = frozenset[str]() if a_row_a_step else commands - turned
+    averaged = frozenset[str]() if _a_row_a_step(time, dt) else commands - turned
     columns: Columns = {}
     for name, values in log.columns.items():
         if name in commands:
@@ -69,6 +75,14 @@ def resample(log: Standard, dt: float, layouts: Layouts) -> Standard:
     columns |= _circles(log, grid, commands) | _attitudes(log, grid, latest, commands)
     others = {name: values[latest] for name, values in log.others.items()}
     return Standard(grid, columns, others, (*log.notes, _note(time, dt, len(grid))))
+
+
+def _a_row_a_step(time: Array, dt: float) -> bool:
+    """Whether stamps jitter and each command was held for its period; even stamps tell how long it was held."""
+    intervals = np.diff(time)
+    usual = float(np.median(intervals))
+    even = float(np.median(np.abs(intervals - usual))) <= SAME_CLOCK * usual
+    return abs(usual - dt) <= REGULAR * dt and not (even and abs(usual_interval(intervals) - dt) > SAME_CLOCK * dt)
 
 
 def _mean(time: Array, values: Array, grid: Array, dt: float) -> Array:

@@ -15,6 +15,7 @@ from sym2real.errors import ShapeError
 from sym2real.layout import Layouts
 from sym2real.robots.description import Description
 from sym2real.robots.recipe import Recipe
+from sym2real.symbolic.period import at_period
 from sym2real.trajectory import Array
 
 if TYPE_CHECKING:
@@ -190,8 +191,8 @@ class Robot:
         return from_mjcf(path, **options)
 
     def nominal(self) -> Equations:
-        """First-principles equations, with the robot's name and numbers."""
-        return self.signed(self.rigid_body())
+        """First-principles equations over its period, or their own where that is longer, with its name and numbers."""
+        return self.signed(at_period(self.rigid_body(), self.dt))
 
     def signed(self, equations: Equations) -> Equations:
         """Equations that say whose they are: name and numbers, and of a robot of one's own what it was made from."""

@@ -14,15 +14,15 @@ from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.expressions import exchange, symbol
 from sym2real.symbolic.source import TIME
 
-# Part of a step by which a period may miss a whole number of them and be that number: a log's stamps are rounded.
-WHOLE = 0.01
+# Part of a step by which a period may miss a whole number of them and be that number; ratios are rounded to as much.
+WHOLE = 1e-3
 MOST = 20  # steps; stamps in another unit than s would make thousands
 SMALLEST_NORM = 1e-12
 
 
 def steps_within(equations: Equations, period: float) -> int:
     """Equal parts of a period, none shorter than the equations' own step; one where the period is no longer."""
-    return max(1, int(_ratio(equations, period) + WHOLE))
+    return max(1, int(round(_ratio(equations, period) + WHOLE, 6)))
 
 
 def at_period(equations: Equations, period: float, *, apart: bool = False) -> Equations:

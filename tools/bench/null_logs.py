@@ -1,4 +1,4 @@
-"""False alarms in logs with nothing to find: at other rates than the model's, with rows lost, with rows repeated.
+"""False alarms in logs with nothing to find: at other rates than the model's, rows lost or repeated, one circle only.
 
 The robot is controlled and logged at the rate; logs go through files as on the command line, which brings them to the
 step of the base from the plain simulator. What is said of the damage itself is no alarm.
@@ -23,14 +23,19 @@ from repeated import Settings, share
 from rich.console import Console
 from standard_set import Case, simulate_case
 
+from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset
-from sym2real.robots import ROBOTS
+from sym2real.experiments.standard_conditions import sensors
+from sym2real.plants import MujocoPlant, run_episode
+from sym2real.robots import ROBOTS, Robot
+from sym2real.tasks import make_task
 from sym2real.trajectory import Trajectory
 
 BENCH = "null logs"
 RATES = {f"{rate} Hz": float(rate) for rate in (16, 20, 25, 45, 100)}
 SECONDS = {"crazyflie": 8.0, "mushr": 20.0}
 LOST, LONGEST = 0.03, 3  # part of the rows at which rows begin to be lost, and how many in a row
+CIRCLES = 6  # logs of one circle
 STALE = 0.05  # part of the rows that repeat the state before
 OF_DAMAGE = re.compile("lost|missing|gap|repeat|stale|duplicate|froze", re.IGNORECASE)
 
@@ -73,8 +78,24 @@ def with_stale_rows(data: Dataset, rng: np.random.Generator) -> Dataset:
     return Dataset(stale(log) for log in data)
 
 
+def circles(robot: Robot, seed: int) -> Dataset:
+    """Logs of one and the same steady circle, in which rates hardly change."""
+    task, found = make_task("circle", robot), list[Trajectory]()
+    for log in range(CIRCLES):
+        plant = MujocoPlant(robot, [sensors(robot, np.random.default_rng([seed, log]))])
+        run = run_episode(plant, geometric_controller(robot, task.reference), task, steps=rows_of(robot))
+        found.append(replace(run, name=f"circle_{log + 1}"))
+    return Dataset(found)
+
+
+def rows_of(robot: Robot) -> int:
+    """Of one log."""
+    return round(SECONDS[robot.name] / robot.dt)
+
+
 DAMAGES = {"as it is": None, "rows lost": with_lost_rows, "rows repeated": with_stale_rows}
-KINDS = (*DAMAGES, *RATES)
+ONE_CIRCLE = "one circle"
+KINDS = (*DAMAGES, ONE_CIRCLE, *RATES)
 
 
 @dataclass(frozen=True)
@@ -100,12 +121,16 @@ class Null:
         tell("simulating")
         robot = ROBOTS[self.base.robot]
         robot = robot.at_period(1.0 / RATES[self.kind]) if self.kind in RATES else robot
-        case = Case(robot.name, seed=self.seed)
-        data = simulate_case(case, rows=round(SECONDS[robot.name] / robot.dt), robot=robot)
-        damage = DAMAGES.get(self.kind)
-        data = damage(data, np.random.default_rng([self.seed, 1])) if damage else data
+        data = self._simulated(robot)
         tell("diagnosing")
         return diagnosed(self.base.equations, data)
+
+    def _simulated(self, robot: Robot) -> Dataset:
+        if self.kind == ONE_CIRCLE:
+            return circles(robot, self.seed)
+        data = simulate_case(Case(robot.name, seed=self.seed), rows=rows_of(robot), robot=robot)
+        damage = DAMAGES.get(self.kind)
+        return damage(data, np.random.default_rng([self.seed, 1])) if damage else data
 
 
 def alarm(answer: Record) -> bool:

@@ -102,13 +102,14 @@ def training_range(feature: str, region: Region) -> tuple[float, float] | None:
     for column, name in DIRECT.items():
         if name == feature and column in region:
             return region[column]
+    # Before columns of the same name: a car's command is a column "speed" too.
+    if feature in NORMS:
+        largest = [max(map(abs, region[column])) for column in NORMS[feature] if column in region]
+        return (0.0, float(np.linalg.norm(largest))) if largest else None
     if feature in region:
         return region[feature]
     if feature in map(_pace, region):
         return 0.0, max(map(abs, region[feature.strip("|")]))
-    if feature in NORMS:
-        largest = [max(map(abs, region[column])) for column in NORMS[feature] if column in region]
-        return (0.0, float(np.linalg.norm(largest))) if largest else None
     if feature == "tilt" and all(column in region for column in TILTED):
         sine = float(np.linalg.norm([max(map(abs, region[column])) for column in TILTED]))
         return 0.0, 2.0 * float(np.arcsin(min(1.0, sine)))

@@ -20,10 +20,14 @@ from sym2real.effects.sensors import MeasuredModel
 from sym2real.effects.visible import VisibleModel, visible_in_double, visible_state
 from sym2real.errors import ShapeError
 from sym2real.logs.dropouts import LEFT_OUT
+from sym2real.logs.equal_steps import equal_steps
+from sym2real.logs.resample import SAME_CLOCK
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
 from sym2real.symbolic.period import at_period, steps_within
 from sym2real.trajectory import Array, Trajectory
+
+FEW_TELL = 5.0 * SAME_CLOCK  # part of a step that rounded stamps of a piece of few rows leave open
 
 
 def with_columns(log: Trajectory, columns: dict[str, Array]) -> Trajectory:
@@ -43,15 +47,23 @@ def present(data: Dataset, columns: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for name in columns if name in layouts.state or name in layouts.action or name in layouts.inputs)
 
 
-def long_enough(data: Logs) -> Dataset:
+def long_enough(data: Logs, model: Equations | DynamicsModel | None = None) -> Dataset:
     """The logs that are longer than a window's history; the first of them notes which others were left out.
 
     Pieces between two gaps may be short; a noise or a time step cannot be told of a few rows.
+
+    Args:
+        data: logs.
+        model: for which they are cut at gaps and brought to equal steps, as files are when they are read; None leaves
+            them at their stamps.
 
     Raises:
         ShapeError: naming the logs, when none is long enough.
     """
     logs = [data] if isinstance(data, Trajectory) else list(data)
+    if model is not None:
+        step = step_of(model)
+        logs = [piece for log in logs for piece in equal_steps(log, step)]
     kept, short = [log for log in logs if len(log) > ROWS], [log for log in logs if len(log) <= ROWS]
     if not kept:
         raise ShapeError(f"expected a log of more than {ROWS} rows without a gap, found {rows_of(short)}")
@@ -59,6 +71,20 @@ def long_enough(data: Logs) -> Dataset:
         note = f"{LEFT_OUT}: {rows_of(short)}, where more than {ROWS} are needed"
         kept[0] = replace(kept[0], notes=(*kept[0].notes, note))
     return Dataset(kept)
+
+
+def told_apart(data: Dataset) -> Dataset:
+    """The logs with a name each, by which others are found for them; as they are where they have that.
+
+    Logs without a name are named by their number, and of logs with one name the later ones have their number behind it.
+    """
+    names = list[str]()
+    for number, log in enumerate(data, 1):
+        name = log.name or f"log {number}"
+        names.append(name if name not in names else f"{name} ({number})")
+    if names == [log.name for log in data]:
+        return data
+    return Dataset(replace(log, name=name) for log, name in zip(data, names, strict=True))
 
 
 def rows_of(logs: list[Trajectory]) -> str:
@@ -72,8 +98,8 @@ def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[Dynami
     Raises:
         ShapeError: when columns or time steps differ.
     """
-    equations = model if isinstance(model, Equations) else getattr(model, "equations", None)
-    if not isinstance(equations, Equations):
+    equations = equations_of(model)
+    if equations is None:
         return cast(DynamicsModel, model), dataset
     dataset = with_inputs(equations.layouts.inputs, dataset)
     wanted = replace(equations.layouts, state=visible_state(equations))
@@ -81,13 +107,25 @@ def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[Dynami
         raise ShapeError(f"the model's columns are {wanted}, the log's are {dataset.layouts}")
     whole = None if isinstance(model, Equations) else model
     longer = dataset.dt / equations.dt - 1.0
-    if longer < -SETTINGS.same or (whole is not None and longer > SETTINGS.same):
+    if longer < -FEW_TELL or (whole is not None and longer > SETTINGS.same):
         raise ShapeError(
             f"the model's time step is {equations.dt:g} s, the log's is {dataset.dt:g} s: read it with "
             f"dt={equations.dt:g}{', upsample=True' if longer > 0.0 else ''}"
         )
     slow, logs = in_parts(equations, dataset)
     return MeasuredModel(slow, model=whole), logs
+
+
+def equations_of(model: Equations | DynamicsModel) -> Equations | None:
+    """The model, or what lies below its residual, where that is equations."""
+    equations = model if isinstance(model, Equations) else getattr(model, "equations", None)
+    return equations if isinstance(equations, Equations) else None
+
+
+def step_of(model: Equations | DynamicsModel) -> float | None:
+    """Of a model's equations in s; None where it has none."""
+    equations = equations_of(model)
+    return None if equations is None else equations.dt
 
 
 def from_row_to_row(model: Equations, data: Dataset) -> tuple[VisibleModel, Dataset] | None:

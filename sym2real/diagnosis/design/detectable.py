@@ -65,7 +65,7 @@ def plan(equations: Equations, data: Logs, noise: AssumedNoise | None = None, ex
         >>> {row.effect for row in plan(model, log).visible} >= {"offset:steer", "gain:speed"}
         True
     """
-    dataset = with_filtered_commands(equations, long_enough(data))
+    dataset = with_filtered_commands(equations, long_enough(data, equations))
     library = library_for(equations, dataset, exclude)
     problem, tried = Problem(library, dataset), candidates(library, dataset)
     problems, sensors = _with_noise(problem, tried, noise)

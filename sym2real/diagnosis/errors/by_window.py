@@ -61,7 +61,7 @@ def window_errors(model: Equations | DynamicsModel, data: Logs, horizon: float =
     Raises:
         ShapeError: when columns or time steps differ, or no log is long enough for a window.
     """
-    predictor, dataset = prepared(model, long_enough(data))
+    predictor, dataset = prepared(model, long_enough(data, model))
     longest = max(len(trajectory) for trajectory in dataset) - ROWS
     steps = max(1, min(round(horizon / dataset.dt), longest))
     layout, parts = dataset.layouts.state, []

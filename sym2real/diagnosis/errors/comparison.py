@@ -110,7 +110,7 @@ def compare(
         >>> compare(model, log).at(0.5).errors["position"].value < 0.05
         True
     """
-    logs = long_enough(data)
+    logs = long_enough(data, model)
     predictor, dataset = prepared(model, with_lost_commands(model, logs) if isinstance(model, Equations) else logs)
     horizons = horizons_in_rows(dataset.dt) if horizons is None else horizons
     rows = {horizon: rows_ahead(horizon, dataset.dt) for horizon in horizons}
@@ -120,7 +120,7 @@ def compare(
     floor = floor_of_noise(predictor, dataset, steps, start)
     table = dict(zip(steps, prediction_errors(predictor, dataset, steps, start, floor), strict=True))
     equations = model if isinstance(model, Equations) else getattr(model, "equations", None)
-    about = data_report(logs, equations if isinstance(equations, Equations) else None)
+    about = data_report(data, equations if isinstance(equations, Equations) else None)
     errors = window_errors(predictor, dataset)
     return Comparison(
         one_step=table[1],

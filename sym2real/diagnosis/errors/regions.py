@@ -219,12 +219,14 @@ def worst_segments(errors: WindowErrors, channels: Sequence[str] = (), count: in
     """
     chosen = list(channels or errors.errors)
     ratios = np.stack([errors.errors[channel] / errors.floor[channel] for channel in chosen])  # (channels, windows)
-    segments: list[Segment] = []
+    segments, taken = list[Segment](), list[tuple[int, float, float]]()
     for place in np.argsort(-ratios, axis=None):
         channel, index = chosen[place // ratios.shape[1]], int(place % ratios.shape[1])
-        name, start, end = errors.names[errors.log[index]], float(errors.start[index]), float(errors.end[index])
-        if all(segment.log != name or end <= segment.start or start >= segment.end for segment in segments):
-            segments.append(Segment(name, start, end, channel, float(errors.errors[channel][index])))
+        log, start, end = int(errors.log[index]), float(errors.start[index]), float(errors.end[index])
+        # By number: logs may have one name, or none.
+        if all(other != log or end <= first or start >= last for other, first, last in taken):
+            taken.append((log, start, end))
+            segments.append(Segment(errors.names[log], start, end, channel, float(errors.errors[channel][index])))
         if len(segments) == count:
             break
     return tuple(segments)

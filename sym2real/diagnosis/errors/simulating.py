@@ -57,6 +57,6 @@ def simulate(equations: Equations, log: Trajectory, horizon: float | None = None
 
 def score(equations: Equations, data: Logs, horizon: float) -> dict[str, float]:
     """See :meth:`~sym2real.Equations.score`."""
-    model, logs = prepared(equations, long_enough(data))
+    model, logs = prepared(equations, long_enough(data, equations))
     (errors,) = prediction_errors(model, logs, [rows_ahead(horizon, logs.dt)], "smoothed", ())
     return {channel: error.fit for channel, error in errors.errors.items()}

@@ -93,9 +93,9 @@ def data_report(data: Logs, model: Equations | None = None) -> DataReport:
     Raises:
         ShapeError: when no log is long enough to say anything.
     """
-    logs = list(long_enough(data))
+    steps = np.concatenate([np.diff(log.time) for log in long_enough(data)])
+    logs = list(long_enough(data, model))
     checked = check(model, Dataset(logs))
-    steps = np.concatenate([np.diff(trajectory.time) for trajectory in logs])
     dt = float(np.median(steps)) if len(steps) else 0.0
     gaps = steps[steps > SETTINGS.gap * dt]
     regular = steps[steps <= SETTINGS.gap * dt]

@@ -13,7 +13,7 @@ from torch import Tensor
 
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.agreement import agreements
-from sym2real.diagnosis.data.preparation import long_enough, with_filtered_commands
+from sym2real.diagnosis.data.preparation import long_enough, told_apart, with_filtered_commands
 from sym2real.diagnosis.faults.fault import Breach, Fault, Settled
 from sym2real.diagnosis.faults.foreign_units import BY_SENSORS, foreign_commands
 from sym2real.diagnosis.faults.misread_attitudes import against_the_path, other_angles, scalar_last
@@ -205,7 +205,10 @@ class Question:
 
     def __post_init__(self) -> None:
         require_patterns(self.exclude)
-        horizon, dt = self.horizon, max(self.model.dt, 0.0 if self.horizon is None else long_enough(self.data).dt)
+        horizon, dt = (
+            self.horizon,
+            max(self.model.dt, 0.0 if self.horizon is None else long_enough(self.data, self.model).dt),
+        )
         if horizon is not None and not (isfinite(horizon) and round(horizon / dt) >= 1):
             raise ShapeError(f"horizon: expected at least one time step, {dt:g} s, and finite, found {horizon:g} s")
 
@@ -231,9 +234,9 @@ def check_data(question: Question) -> Examined:
     Raises:
         ShapeError: when no log is long enough to judge.
     """
-    parts = [long_enough(part) for part in (question.data, question.held_out) if part is not None]
+    parts = [long_enough(part, question.model) for part in (question.data, question.held_out) if part is not None]
     # Logs that go on from those of the search have their battery.
-    logs = list(with_one_clock(Dataset(log for part in parts for log in part)))
+    logs = list(told_apart(with_one_clock(Dataset(log for part in parts for log in part))))
     halves = (logs[: len(parts[0])], logs[len(parts[0]) :])
     found = [check(question.model, Dataset(half)) for half in halves if half]
     checked, *aside = (replace(one, data=with_filtered_commands(question.model, one.data)) for one in found)

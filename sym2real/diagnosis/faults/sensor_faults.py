@@ -157,34 +157,42 @@ def _reading(told: Sequence[Told], column: str, of: str, honest: float) -> Readi
     # A likelihood ratio, which must be as far beyond chance as the rest.
     if len(tables[0]) * np.log(max(left[0], 1e-300) / max(left[rows], 1e-300)) < SETTINGS.sensor_deviations**2:
         rows = 0
-    (inverse, constant, late), covariance, _ = _fit(tables[rows])
+    noise = float(np.median([noise_level(values[:, None]) for _, values, _ in told]) * dt * np.sqrt(length))
+    of_angle = float(np.median([noise_level(np.cumsum(change)[:, None]) for _, _, change in told]))
+    (inverse, _, late), covariance, _ = _fit(tables[rows])
+    if inverse <= 0:
+        return None
+    shift = rows * dt + late / inverse
+    shifted = (
+        abs(shift) > SETTINGS.sensor_deviations * sqrt(covariance[2, 2]) / inverse
+        and abs(shift) > honest * dt
+        and _misses_more(tables[0], noise**2 + 2.0 * of_angle**2)
+    )
+    # A lag that is none was chosen for errors that it makes small: scale and bias read there take these errors up.
+    table = tables[rows] if shifted else tables[0]
+    (inverse, constant, _), covariance, _ = _fit(table)
     if inverse <= 0:
         return None
     spread = np.sqrt(covariance.diagonal())
-    noise = float(np.median([noise_level(values[:, None]) for _, values, _ in told]) * dt * np.sqrt(length))
-    of_angle = float(np.median([noise_level(np.cumsum(change)[:, None]) for _, _, change in told]))
-    weakened = _attenuation(tables[rows], noise)
-    turned_by = weakened * abs(tables[rows][:, 1].sum() / tables[rows][:, 2].sum())
-    scale, bias, shift = 1.0 / inverse, -constant / inverse, rows * dt + late / inverse
-    least, most = _slopes(tables[rows])
-    sure = {
-        "scale": abs(inverse - 1.0) > SETTINGS.sensor_deviations * spread[0] + weakened
+    weakened = _attenuation(table, noise)
+    turned_by = weakened * abs(table[:, 1].sum() / table[:, 2].sum())
+    scale, bias = 1.0 / inverse, -constant / inverse
+    least, most = _slopes(table)
+    scaled = (
+        abs(inverse - 1.0) > SETTINGS.sensor_deviations * spread[0] + weakened
         and abs(np.log(scale)) > SETTINGS.uneven
         and inverse > SETTINGS.sensor_deviations * spread[0]
-        and not least <= 1.0 <= most,
-        "bias": abs(constant) > SETTINGS.sensor_deviations * spread[1] + turned_by
-        and abs(bias) > SETTINGS.sensor_bias * max(1.0, scale),
-        "shift": abs(shift) > SETTINGS.sensor_deviations * spread[2] / inverse
-        and abs(shift) > honest * dt
-        and _misses_more(tables[0], noise**2 + 2.0 * of_angle**2),
-    }
+        and not least <= 1.0 <= most
+    )
+    usual = SETTINGS.sensor_bias * max(1.0, scale)
+    biased = abs(constant) > SETTINGS.sensor_deviations * spread[1] + turned_by and abs(bias) > usual
     return Reading(
         column,
         POSITION.name if of in POSITION.columns else of,
-        scale if sure["scale"] else 1.0,
-        bias if sure["bias"] else 0.0,
-        shift if sure["shift"] else 0.0,
-        correlation=float(np.corrcoef(tables[rows][:, 0], tables[rows][:, 1])[0, 1]),
+        scale if scaled else 1.0,
+        bias if biased else 0.0,
+        shift if shifted else 0.0,
+        correlation=float(np.corrcoef(table[:, 0], table[:, 1])[0, 1]),
     )
 
 

@@ -10,6 +10,7 @@ from rich.text import Text
 
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis import Comparison, Diagnosis, compare
+from sym2real.diagnosis.data.preparation import long_enough
 from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.report.diagnosis import gate_line
@@ -26,7 +27,6 @@ from sym2real.report.html.render import write_page
 from sym2real.report.html.sentences import sentence
 from sym2real.report.html.variants import Given, Predicting, Variants, WithFindings
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Trajectory
 
 ADDED = "What happens when it is added?"
 
@@ -129,7 +129,7 @@ def write_diagnosis_page(found: Diagnosis, base: Equations, logs: Logs, file: st
         logs: those of the diagnosis; the faults that it found are undone again.
         file: what to write.
     """
-    data = Dataset([logs] if isinstance(logs, Trajectory) else logs)
+    data = long_enough(logs, base)
     title = f"{base.robot or 'model'}, diagnosed"
     return write_page(diagnosis_page(base, check(base, data).data, found, title), Path(file))
 

@@ -1,0 +1,56 @@
+"""Logs from arrays as the reader makes them of files: cut at gaps, and at equal steps."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from sym2real.logs.dropouts import CUT
+from sym2real.logs.resample import REGULAR, gaps, is_regular, resample
+from sym2real.logs.standard import Standard
+from sym2real.trajectory import Array, Trajectory
+
+GROUPS = ("state", "action", "inputs")
+
+
+def equal_steps(log: Trajectory, dt: float | None = None) -> list[Trajectory]:
+    """The stretches of a log without gaps, at steps of ``dt``; the log itself where it is that already.
+
+    Args:
+        log: rows at their stamps.
+        dt: the model's step in s; that of a slower log is its own, as is that of a log which is faster by more than
+            :data:`~sym2real.logs.resample.REGULAR`: that is no jitter, and whoever asks must say so.
+    """
+    if len(log) < 2 or log.between is not None:
+        return [log]
+    step = log.dt if dt is None or abs(log.dt - dt) > REGULAR * dt else dt
+    cuts = gaps(log.time, step).tolist()
+    if not cuts:
+        return [_resampled(log, step)]
+    pieces = []
+    for number, (start, stop) in enumerate(pairwise([0, *cuts, len(log)]), 1):
+        note = f"{CUT}: rows {start + 1} to {stop}"
+        piece = replace(log.rows(start, stop), name=f"{log.name}#{number}", notes=(*log.notes, note))
+        pieces.append(_resampled(piece, step))
+    return pieces
+
+
+def _resampled(log: Trajectory, dt: float) -> Trajectory:
+    if len(log) < 2 or is_regular(log.time, dt):
+        return log
+    columns: dict[str, Array] = dict(log.extra)
+    for group in GROUPS:
+        columns |= dict(zip(getattr(log.layouts, group), getattr(log, group).T, strict=True))
+    made = resample(Standard(log.time, columns, {}, log.notes), dt, log.layouts)
+    rows = len(made.time)
+    groups: dict[str, Any] = {
+        group: np.stack([made.columns[name] for name in getattr(log.layouts, group)], axis=1)
+        if getattr(log.layouts, group).size
+        else np.zeros((rows, 0))
+        for group in GROUPS
+    }
+    extra = {name: made.columns[name] for name in log.extra}
+    return replace(log, time=made.time, extra=extra, notes=made.notes, **groups)

@@ -20,6 +20,7 @@ Columns = dict[str, Array]
 
 QUATERNION = ("qw", "qx", "qy", "qz")
 VELOCITY = ("vx", "vy", "vz")
+INVERSE = np.array([1.0, -1.0, -1.0, -1.0])  # times a quaternion
 NORM_TOLERANCE = 0.05
 # Half a turn about x leads from north-east-down to z up, and from forward-right-down to forward-left-up.
 TURNED_ABOUT_X = frozenset(
@@ -154,16 +155,19 @@ def _column(table: Table, spec: LogSpec, name: str, source: Source) -> Array:
     return shifted if scale == 1.0 else shifted * scale
 
 
-def _attitude(table: Table, spec: LogSpec, name: str, attitude: Attitude) -> Array:
-    signs = [-1.0 if column in spec.flip else 1.0 for column in attitude.sources]
-    values = np.stack([table.column(column, f"for the {name}") for column in attitude.sources], axis=1) * signs
+def quaternions(values: Array, attitude: Attitude) -> Array:
+    """Attitudes w x y z, body→world ``# (rows, 4)`` of the columns ``# (rows, 4 or 3)`` that a log has for them."""
     if attitude.euler:
         quaternion = derive.from_euler(values * UNITS[attitude.unit][1])
     else:
         quaternion = np.roll(values, 1, axis=1) if attitude.order == "xyzw" else values
-    if attitude.direction == "world_to_body":
-        quaternion = quaternion * np.array([1.0, -1.0, -1.0, -1.0])
-    return quaternion
+    return quaternion * INVERSE if attitude.direction == "world_to_body" else quaternion
+
+
+def _attitude(table: Table, spec: LogSpec, name: str, attitude: Attitude) -> Array:
+    signs = [-1.0 if column in spec.flip else 1.0 for column in attitude.sources]
+    columns = [table.column(column, f"for the {name}") for column in attitude.sources]
+    return quaternions(np.stack(columns, axis=1) * signs, attitude)
 
 
 def _check_quaternions(table: Table, columns: Columns) -> None:

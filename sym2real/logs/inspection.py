@@ -108,7 +108,7 @@ def inspect_logs(
 def _assigned(names: Sequence[str], layouts: Layouts | None, moved: Mapping[str, str]) -> tuple[Assignment, Matching]:
     """Which column of the model, or of all standard ones, each column of a log may be."""
     if layouts is None:
-        return assign(names), Matching({}, {})
+        return assign(names), Matching()
     matching = match_own(names, layouts, moved)
     own = {column: match.source for column, match in matching.found.items()}
     rest = within(assign([name for name in names if name not in own.values()]), layouts)

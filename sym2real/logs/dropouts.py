@@ -72,8 +72,7 @@ def _require_pace(table: Table, name: str) -> None:
 def last_number(values: Array) -> Array:
     """Values ``# (rows,)`` with the last number in place of every NaN after one."""
     row = np.where(np.isnan(values), 0, np.arange(len(values)))
-    found: Array = values[np.maximum.accumulate(row)]
-    return found
+    return values[np.maximum.accumulate(row)]
 
 
 def _stretches(lines: NDArray[np.int64]) -> str:

@@ -159,8 +159,7 @@ def _at(time: Array, values: Array, when: Array) -> Array:
     """Linear interpolation of columns ``# (rows, columns)`` at times within the log."""
     row = np.clip(np.searchsorted(time, when, side="right") - 1, 0, len(time) - 2)
     part = ((when - time[row]) / (time[row + 1] - time[row]))[:, None]
-    found: Array = (1.0 - part) * values[row] + part * values[row + 1]
-    return found
+    return (1.0 - part) * values[row] + part * values[row + 1]
 
 
 def _by_block(tables: Sequence[tuple[Array, Array, Array, NDArray[np.int64]]]) -> Array:
@@ -183,5 +182,4 @@ def _centred(values: Array, blocks: NDArray[np.int64]) -> Array:
     """Columns ``# (n, k)`` without their means over every block."""
     sums = np.zeros((int(blocks[-1]) + 1, values.shape[1]))
     np.add.at(sums, blocks, values)
-    found: Array = values - (sums / np.maximum(np.bincount(blocks), 1)[:, None])[blocks]
-    return found
+    return values - (sums / np.maximum(np.bincount(blocks), 1)[:, None])[blocks]

@@ -128,8 +128,7 @@ def stamps(table: Table, spec: LogSpec) -> Array:
         DataError: when there are none, or they do not increase strictly.
     """
     if spec.time.rate is not None:
-        counted: Array = table.lines / spec.time.rate
-        return counted
+        return table.lines / spec.time.rate
     raw = table.column(spec.time.column, "of time stamps")
     if len(bad := np.flatnonzero(np.diff(raw) <= 0)):
         before, after = raw[bad[0]], raw[bad[0] + 1]

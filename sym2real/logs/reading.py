@@ -57,7 +57,7 @@ def settle(draft: Draft, names: Sequence[str], said: Said, found: Mapping[str, f
     """File standard columns of one unit; those that correlate with what they should be, and how, are ``found``."""
     unit, evidence, confidence = said
     for name in names:
-        agreement = f"correlation {found[name]:+.2f} with {what}" if name in found else "too little motion for its sign"
+        agreement = f"correlation {found[name]:+.3f} with {what}" if name in found else "too little motion for its sign"
         draft.settle(name, unit, f"{evidence}; {agreement}", confidence)
         if found.get(name, 0.0) < -CLEAR:
             draft.suspect(draft.column(name), agreement)

@@ -62,6 +62,11 @@ def attitude_columns(name: str) -> tuple[str, ...]:
     return tuple(f"{prefix}{column}{suffix}" for column in QUATERNION)
 
 
+def side_by_side(columns: Columns, names: Sequence[str]) -> Array | None:
+    """Columns of these names ``# (rows, names)``; None unless all are there."""
+    return np.stack([columns[name] for name in names], axis=1) if columns.keys() >= set(names) else None
+
+
 def own_specification(names: Collection[str]) -> LogSpec:
     """The specification of a file whose columns already have standard names."""
     time = "time" if "time" in names else "t"
@@ -113,11 +118,9 @@ def tidy(log: Standard, start: float) -> Standard:
     """Attitudes of unit length with continuous signs, and time that counts from ``start``."""
     columns = dict(log.columns)
     for name in ATTITUDES:
-        names = attitude_columns(name)
-        if all(column in columns for column in names):
-            values = np.stack([columns[column] for column in names], axis=1)
+        if (values := side_by_side(columns, attitude_columns(name))) is not None:
             unit = derive.continuous(values / np.linalg.norm(values, axis=1, keepdims=True))
-            columns |= dict(zip(names, unit.T, strict=True))
+            columns |= dict(zip(attitude_columns(name), unit.T, strict=True))
     return Standard(log.time - start, columns, log.others, log.notes)
 
 
@@ -171,13 +174,11 @@ def _attitude(table: Table, spec: LogSpec, name: str, attitude: Attitude) -> Arr
 
 def _check_quaternions(table: Table, columns: Columns) -> None:
     for name in ATTITUDES:
-        names = attitude_columns(name)
-        if not all(column in columns for column in names):
-            continue
-        norm = np.sqrt(sum(columns[column] ** 2 for column in names))
+        values = side_by_side(columns, attitude_columns(name))
+        norm = np.ones(0) if values is None else np.linalg.norm(values, axis=1)
         if len(bad := np.flatnonzero(np.abs(norm - 1.0) > NORM_TOLERANCE)):
-            found = f"a norm of {norm[bad[0]]:.4g}"
-            raise table.error(f"a unit quaternion in {', '.join(names)}", found, int(bad[0]))
+            expected = f"a unit quaternion in {', '.join(attitude_columns(name))}"
+            raise table.error(expected, f"a norm of {norm[bad[0]]:.4g}", int(bad[0]))
 
 
 def _velocity_to_world(table: Table, columns: Columns) -> Columns:
@@ -185,13 +186,11 @@ def _velocity_to_world(table: Table, columns: Columns) -> Columns:
     if missing:
         raise DataError(table.path, "vx and vy in the columns, for velocities in body axes", f"no {missing[0]}")
     rows = len(columns["vx"])
-    body = np.stack([columns.get(name, np.zeros(rows)) for name in VELOCITY], axis=1)
-    if all(name in columns for name in QUATERNION):
-        world = derive.to_world(np.stack([columns[name] for name in QUATERNION], axis=1), body)
-    elif "sin_yaw" in columns:
-        sine, cosine = columns["sin_yaw"], columns["cos_yaw"]
-        turned = (cosine * body[:, 0] - sine * body[:, 1], sine * body[:, 0] + cosine * body[:, 1], body[:, 2])
-        world = np.stack(turned, axis=1)
-    else:
+    quaternion = side_by_side(columns, QUATERNION)
+    if quaternion is None and "sin_yaw" in columns:
+        half, zero = np.arctan2(columns["sin_yaw"], columns["cos_yaw"]) / 2.0, np.zeros(rows)
+        quaternion = np.stack([np.cos(half), zero, zero, np.sin(half)], axis=1)
+    if quaternion is None:
         raise DataError(table.path, "an attitude or a yaw that turns body velocities into the world", "neither")
+    world = derive.to_world(quaternion, np.stack([columns.get(name, np.zeros(rows)) for name in VELOCITY], axis=1))
     return {name: world[:, i] for i, name in enumerate(VELOCITY) if name in columns}

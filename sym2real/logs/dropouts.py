@@ -55,7 +55,7 @@ def without_dropouts(table: Table, columns: Sequence[str], hold: Sequence[str] =
     where = _stretches(table.lines[gone])
     names = ", ".join(name for name, missing in empty.items() if missing.any())
     note = f"{gone.sum()} of {len(table)} {LEFT_OUT}, for want of numbers in {names}: rows {where}"
-    return table.kept(~gone), (note,)
+    return table[~gone], (note,)
 
 
 def _require_pace(table: Table, name: str) -> None:

@@ -46,7 +46,7 @@ def log_of_frame(
         raise DataError(FRAME, "a column of numbers", "none")
     texts = tuple(name for name in names if name not in numeric)
     known: dict[str, Any] = dict(frame.attrs)
-    table = Table(FRAME, numeric, first_row=0, texts=texts, metadata={str(k): str(v) for k, v in known.items()})
+    table = Table(FRAME, numeric, np.arange(len(frame)), texts, {str(k): str(v) for k, v in known.items()})
     return log_of_table(table, spec, layouts, dt)
 
 

@@ -41,7 +41,7 @@ def _with_stamps(draft: Draft, column: str) -> list[Array]:
         remark = f"the first interval is {intervals} ms where the others are {usual:.4g} ms"
         draft.add("", f"drop the first {first} row(s)", "", remark, "certain")
         draft.comment("drop_first", remark)
-    draft.tables = [table.rows(first, len(table)) for table in draft.tables]
+    draft.tables = [table[first:] for table in draft.tables]
     times = [time[first:] for time in times]
     draft.time = TimeBase(column, unit, dt=nice_period(step * UNITS[unit][1]))
     draft.add(column, "time", unit, evidence, "guess" if "counter" in evidence else "certain")
@@ -98,7 +98,7 @@ def _jitter(draft: Draft, times: list[Array], period: float) -> None:
     draft.add("", "time step", "s", f"{1e3 * period:g} ms, {spread}", "certain")
     for table, time in zip(draft.tables, times, strict=True):
         for row in gaps(time, period)[:3]:
-            evidence = f"{time[row] - time[row - 1]:.4g} s before row {table.line(row)} of {table.path.name}"
+            evidence = f"{time[row] - time[row - 1]:.4g} s before row {table.lines[row]} of {table.path.name}"
             draft.add("", f"gap (more than {GAP_INTERVALS} steps)", "", evidence, "certain")
 
 

@@ -61,11 +61,11 @@ class Opened:
             raise whole.without(used.time.column, "of time stamps", specification(whole.path))
         table, left_out = without_dropouts(whole[used.drop_first : used.drop_first + rows], used.sources, used.hold)
         standard = standardise(table, used)
-        standard = replace(standard, notes=()) if given is None else tidy(standard, _first_stamp(whole, used))
+        notes = [] if given is None else [*standard.notes]
         if dropped := len(whole) - rows:
-            note = f"{dropped} of {len(whole)} rows dropped at the ends"
-            standard = replace(standard, notes=(*standard.notes, note))
-        standard = replace(standard, notes=(*standard.notes, *left_out))
+            notes.append(f"{dropped} of {len(whole)} rows dropped at the ends")
+        standard = standard if given is None else tidy(standard, _first_stamp(whole, used))
+        standard = replace(standard, notes=(*notes, *left_out))
         step = dt if dt is not None else used.time.dt
         # Where rows are missing, a log is in pieces whether anybody asks for equal steps or not.
         cuts = [] if step is None and not left_out else gaps(standard.time, step or 0.0).tolist()

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 
 from sym2real.errors import DataError
 from sym2real.logs import derive
 from sym2real.logs.parts import ATTITUDES, STANDARD_COLUMNS, Attitude, Source, TimeBase
-from sym2real.logs.specification import LogSpec
+from sym2real.logs.specification import LogSpec, load_spec
 from sym2real.logs.table import Table
 from sym2real.logs.units import UNITS, factor
 from sym2real.trajectory import Array
@@ -75,9 +76,14 @@ def own_specification(names: Collection[str]) -> LogSpec:
     return LogSpec("standard names", time=TimeBase(time), columns=columns)
 
 
-def with_header(spec: LogSpec | None, columns: Sequence[str]) -> LogSpec | None:
-    """A specification that names the columns of files without a header; unchanged without such names."""
-    return replace(spec or own_specification(columns), header=tuple(columns)) if columns else spec
+def with_header(spec: LogSpec | str | Path | None, columns: Sequence[str] = ()) -> LogSpec | None:
+    """A specification, loaded where it is named, that names the columns of files without a header if they are given.
+
+    Raises:
+        DataError, UnknownNameError: as of :func:`~sym2real.logs.load_spec`.
+    """
+    known = None if spec is None else load_spec(spec)
+    return replace(known or own_specification(columns), header=tuple(columns)) if columns else known
 
 
 def standardise(table: Table, spec: LogSpec) -> Standard:

@@ -51,7 +51,7 @@ def _by_velocity(draft: Draft, pace: dict[str, Array]) -> Said | None:
 def _by_tilt(draft: Draft, push: Array) -> Said | None:
     """A body that leans by an angle accelerates by g times it."""
     parts = draft.assignment.quaternions.get("attitude")
-    if draft.assignment.is_car or not parts or push.shape[1] < 2:
+    if draft.assignment.is_car or not parts or not draft.has("x", "y"):
         return None
     caused = GRAVITY * up(read_attitude(draft, usual_reading(draft, parts)))[:, :2]
     if draft.rows.spread(caused) < GRAVITY * TILTING:

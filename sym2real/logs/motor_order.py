@@ -22,6 +22,7 @@ from itertools import permutations, product
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
 from scipy.signal import lfilter
 
 from sym2real.trajectory import Array
@@ -131,8 +132,8 @@ def _stretches(turning: Turning, shift: float, lag: float) -> tuple[Array, Array
         kept = np.exp(-float(np.median(np.diff(turning.time))) / lag)
         start = kept * caused[:1]
         caused = lfilter([1.0 - kept], [1.0, -kept], caused, axis=0, zi=start)[0]
-    motors = _integral(turning.time, caused)
-    early, late = (_at(turning.time, motors, turning.time[rows] - shift) for rows in (first, last))
+    motors = make_interp_spline(turning.time, _integral(turning.time, caused), k=1)
+    early, late = (motors(turning.time[rows] - shift) for rows in (first, last))
     rates = turning.rates
     coupled = np.stack([rates[:, 1] * rates[:, 2], rates[:, 0] * rates[:, 2], rates[:, 0] * rates[:, 1]], axis=1)
     others = _integral(turning.time, np.column_stack([rates, coupled, turning.air]))
@@ -153,13 +154,6 @@ def _integral(time: Array, values: Array) -> Array:
     """From the first row to every row, of values that are held from row to row ``# (rows, columns)``."""
     steps = values[:-1] * np.diff(time)[:, None]
     return np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(steps, axis=0)])
-
-
-def _at(time: Array, values: Array, when: Array) -> Array:
-    """Linear interpolation of columns ``# (rows, columns)`` at times within the log."""
-    row = np.clip(np.searchsorted(time, when, side="right") - 1, 0, len(time) - 2)
-    part = ((when - time[row]) / (time[row + 1] - time[row]))[:, None]
-    return (1.0 - part) * values[row] + part * values[row + 1]
 
 
 def _by_block(tables: Sequence[tuple[Array, Array, Array, NDArray[np.int64]]]) -> Array:

@@ -127,9 +127,23 @@ def read_table(
             return _of_recording(file, RECORDINGS[kind](file), wanted, sent)
         if header and kind not in TEXTS:
             raise DataError(file, "a text file, where names of the columns are given", f"{kind}, which has names")
-        names, cells, first_row, metadata = csv_file.read(file, header) if kind in TEXTS else GROWING[kind](file)
+        return table_of(file, *(csv_file.read(file, header) if kind in TEXTS else GROWING[kind](file)))
     except OSError as error:
         raise DataError(file, "a readable file", error.strerror or type(error).__name__) from None
+
+
+def table_of(
+    file: Path,
+    names: Sequence[str],
+    cells: Sequence[Array | Sequence[str]],
+    first_row: int,
+    metadata: Mapping[str, str] | None,
+) -> Table:
+    """The table of columns by their names and cells, as numbers where they are any.
+
+    Raises:
+        DataError: for names that are none or stand twice, no rows, a column with a few cells of text, or no numbers.
+    """
     _check_names(file, names, cells)
     if not len(cells[0]):
         raise DataError(file, "rows of numbers", "column names only")
@@ -155,8 +169,7 @@ def _of_recording(file: Path, recording: Recording, wanted: Collection[str] | No
         columns = recording.together(wanted, sent)
     else:
         columns = {name: values for topic in recording.topics for name, values in topic.columns.items()}
-    rows = len(next(iter(columns.values())))
-    return Table(file, columns, 1 + np.arange(rows), metadata=recording.metadata)
+    return table_of(file, [*columns], [*columns.values()], 1, recording.metadata)
 
 
 def numbers(table: Table, name: str, cells: Array | Sequence[str]) -> Array | None:

@@ -171,7 +171,7 @@ def test_a_frame_opens_as_the_file_does() -> None:
         (pd.DataFrame({"time": [0.0, 0.1], "place": [0.0, 1.0]}), "standard state columns"),
         (pd.DataFrame({"time": ["a", "b"]}), "a column of numbers"),
         (pd.DataFrame({"time": []}), "rows of numbers"),
-        (pd.DataFrame([[0.0, 1.0, 2.0]], columns=["time", "x", "x"]), "'x' more than once"),
+        (pd.DataFrame([[0.0, 1.0, 2.0]], columns=["time", "x", "x"]), "column 'x': expected every column name once"),
     ],
 )
 def test_a_frame_that_is_no_log_is_refused(frame: pd.DataFrame, told: str) -> None:

@@ -135,7 +135,7 @@ def logs_for(
     found = logs_of(paths, spec)
     _require_different([*(logs_of(apart_from, spec) if apart_from else []), *found])
     layouts, logs = replace(base.layouts, state=state_of(base)), list[Trajectory]()
-    for files, pieces in zip(found, read_each(paths, spec, layouts, base.dt, upsample=upsample), strict=True):
+    for files, pieces in zip(found, read_each(found, spec, layouts, base.dt, upsample=upsample), strict=True):
         longest = max(len(piece) for piece in pieces)
         if longest <= ROWS:
             lost = dict.fromkeys(note for piece in pieces for note in piece.notes if is_unasked(note))

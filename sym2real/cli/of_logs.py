@@ -23,6 +23,6 @@ class OfLogs:
     @property
     def naming(self) -> LogSpec | None:
         """The specification, with the names of the columns where they were given."""
-        from sym2real.logs import load_spec, with_header
+        from sym2real.logs import with_header
 
-        return with_header(None if self.spec is None else load_spec(self.spec), self.columns)
+        return with_header(self.spec, self.columns)

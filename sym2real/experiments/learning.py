@@ -22,7 +22,7 @@ from sym2real.layout import Layouts
 from sym2real.level_ground import PLACE, any_heading_alike, at_many_headings
 from sym2real.logs import LogSpec, read_logs
 from sym2real.logs.differences import differences, rates_on_time
-from sym2real.logs.reader import read_each
+from sym2real.logs.reader import logs_of, read_each
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.regression import ENGINES, BeamSearch, Dependence, dependence
 from sym2real.regression.selection import SearchSettings
@@ -154,7 +154,7 @@ def learn_from_logs(
     """
     like, known = robot
     layouts = Layouts(like.layouts.state, like.layouts.action)  # nobody knows the wrench of a log
-    step = like.dt if known else step_of(read_each(paths, spec=spec, layouts=layouts))
+    step = like.dt if known else step_of(read_each(logs_of(paths, spec), spec, layouts, None))
     data = read_logs(paths, spec=spec, layouts=layouts, dt=step, upsample=True)
     if (steps := data.rows - len(data)) < FEWEST_ROWS:
         raise DataError(", ".join(map(str, paths)), f"at least {FEWEST_ROWS} steps to learn from", f"{steps}")

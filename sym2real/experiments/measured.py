@@ -13,7 +13,7 @@ from sym2real.errors import UnknownNameError
 from sym2real.layout import Layouts
 from sym2real.logs import LogSpec
 from sym2real.logs.inspect_time import nice_period
-from sym2real.logs.reader import read_each
+from sym2real.logs.reader import logs_of, read_each
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 from sym2real.trajectory import Trajectory, usual_interval
 
@@ -52,4 +52,4 @@ def step_of_logs(paths: Sequence[Path], spec: LogSpec | None, layouts: Layouts |
         DataError: when one cannot be read.
     """
     as_recorded = None if spec is None else replace(spec, time=replace(spec.time, dt=None))
-    return step_of(read_each(paths, spec=as_recorded, layouts=layouts))
+    return step_of(read_each(logs_of(paths, as_recorded), as_recorded, layouts, None))

@@ -58,7 +58,7 @@ def thrust_of_log(
     layouts = quadrotor(interface="motors", attitude="measured").layouts
     if len(logs := logs_of(path, spec)) > 1:
         raise DataError(path, "one log to fit the thrust on", f"a folder of {len(logs)}")
-    step = dt or step_of(read_each(path, spec=spec, layouts=layouts))
+    step = dt or step_of(read_each(logs, spec, layouts, None))
     pieces = tuple(read_logs(path, spec=spec, layouts=layouts, dt=step, upsample=True))
     log = max(pieces, key=len)
     counted = _unit(path, log, spec, unit)

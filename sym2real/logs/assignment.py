@@ -11,6 +11,10 @@ from sym2real.logs.name_words import words_and_unit
 from sym2real.logs.names import Named, read_name
 
 PREFIX = {"position": "", "velocity": "v", "rate": "w", "force": "f", "torque": "t"}
+STANDARD = {
+    "motor": "motor", "speed": "measured speed", "wheel speed": "wheel_speed", "thrust": "thrust",
+    "throttle": "throttle", "steer": "steer", "battery": "vbat",
+}  # fmt: skip
 MOVING = ("position", "velocity", "rate")
 # Words of robots of joints, alone or with a number; and angles whose names are also those of joints.
 JOINTS, NUMBERED = frozenset({"joint", "joints", "effort", "efforts"}), frozenset({"tau", "torque", "dq", "qd", "qdot"})
@@ -158,35 +162,25 @@ def _numbered(names: Sequence[str]) -> dict[str, Named]:
 
 def _place(result: Assignment, name: str, named: Named) -> None:
     attitude = ATTITUDE_OF_ROLE[named.role]
+    places, key = result.columns, STANDARD.get(named.quantity, "")
     if named.quantity == "time":
         result.times.append(name)
-    elif named.quantity == "quaternion":
-        _take(result, result.quaternions.setdefault(attitude, {}), named.axis, name)
+        return
+    if named.quantity == "quaternion":
+        places, key = result.quaternions.setdefault(attitude, {}), named.axis
     elif named.quantity in ANGLES:
-        _take(result, result.angles.setdefault(attitude, {}), named.quantity, name)
-    elif standard := _standard(named):
-        _take(result, result.columns, standard, name)
-
-
-def _take(result: Assignment, places: dict[str, str], key: str, name: str) -> None:
+        places, key = result.angles.setdefault(attitude, {}), named.quantity
+    elif named.quantity in PREFIX:
+        command = "_cmd" if (named.role, named.quantity) == ("command", "rate") else ""
+        key = f"{'ref_' if named.role == 'reference' else ''}{PREFIX[named.quantity]}{named.axis}{command}"
+    elif named.quantity == "motor":
+        key += named.axis
+    elif named.quantity in {"speed", "wheel speed"}:
+        key = {"command": "speed", "reference": "ref_speed", "state": key}[named.role]
     if key in places:
         result.rivals[name] = places[key]
-    else:
+    elif key:
         places[key] = name
-
-
-def _standard(named: Named) -> str:
-    if named.quantity in PREFIX:
-        base = PREFIX[named.quantity] + named.axis
-        if named.role == "command" and named.quantity == "rate":
-            return f"{base}_cmd"
-        return f"ref_{base}" if named.role == "reference" else base
-    if named.quantity == "motor":
-        return f"motor{named.axis}"
-    if named.quantity in {"speed", "wheel speed"}:
-        measured = "wheel_speed" if named.quantity == "wheel speed" else "measured speed"
-        return {"command": "speed", "reference": "ref_speed", "state": measured}[named.role]
-    return {"thrust": "thrust", "throttle": "throttle", "steer": "steer", "battery": "vbat"}.get(named.quantity, "")
 
 
 def _settle(result: Assignment) -> None:

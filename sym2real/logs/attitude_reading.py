@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from sym2real.logs import derive, signals
+from sym2real.logs import derive
+from sym2real.logs.course import course, together
 from sym2real.logs.draft import Draft
 from sym2real.logs.parts import Attitude, Order
-from sym2real.logs.signals import Series
-from sym2real.logs.units import GRAVITY, UNITS
+from sym2real.logs.standard import quaternions
+from sym2real.logs.units import GRAVITY
 from sym2real.trajectory import Array
+from sym2real.vocabulary import SPEED_COLUMN
 
 ORDERS: tuple[Order, Order] = ("wxyz", "xyzw")
 TILTING = 0.01  # rad, standard deviation of the tilt that makes accelerations speak
 TURNING = 0.02  # rad/s, of a body rate
-CREEPING = 0.1  # m/s, below which a car's way has no direction
 FACING = 0.3  # what the first component's size counts beside the vertical: robots often start facing along x
 
 
@@ -23,64 +24,31 @@ def up(quaternion: Array) -> Array:
     return derive.to_world(quaternion, np.broadcast_to([0.0, 0.0, 1.0], (len(quaternion), 3)).copy())
 
 
-def values_of(draft: Draft, columns: tuple[str, ...]) -> Series:
-    """Several columns side by side, one array per log."""
-    parts = [draft.raw(column) for column in columns]
-    return [np.stack([part[log] for part in parts], axis=1) for log in range(len(draft.looked_at))]
+def read_attitude(draft: Draft, attitude: Attitude) -> Array:
+    """An attitude w x y z ``# (rows, 4)``, signs and frames as recorded."""
+    read = quaternions(draft.raw(*attitude.sources), attitude)
+    return draft.rows.each(derive.continuous, read / np.linalg.norm(read, axis=1, keepdims=True))
 
 
-def scalar_first(values: Array, order: Order) -> Array:
-    """Quaternions ``# (rows, 4)`` in the log's order as unit w x y z with continuous signs."""
-    turned = np.roll(values, 1, axis=1) if order == "xyzw" else values
-    return derive.continuous(turned / np.linalg.norm(turned, axis=1, keepdims=True))
-
-
-def uprightness(values: Series, order: Order) -> float:
+def uprightness(draft: Draft, attitude: Attitude) -> float:
     """Mean of the body z axis's vertical part: robots stand or fly upright most of the time."""
-    return float(np.mean([up(scalar_first(part, order))[:, 2].mean() for part in values]))
+    return float(up(read_attitude(draft, attitude))[:, 2].mean())
 
 
-def usual_order(values: Series) -> Order:
-    """The order that stands upright and, where both do, the one with the larger scalar part."""
-    scores = {
-        order: uprightness(values, order)
-        + FACING * float(np.mean([np.abs(scalar_first(part, order)[:, 0]).mean() for part in values]))
-        for order in ORDERS
-    }
-    return max(ORDERS, key=lambda order: scores[order])
+def usual_reading(draft: Draft, parts: dict[str, str]) -> Attitude:
+    """Components by letters; of counted ones the order that stands upright and, where both do, has the larger w."""
+    if "w" in parts:
+        return Attitude(tuple(parts[key] for key in "wxyz"))
+    readings = [Attitude(tuple(parts[key] for key in sorted(parts)), order) for order in ORDERS]
+    faced = (FACING * float(np.abs(read_attitude(draft, reading)[:, 0]).mean()) for reading in readings)
+    return max(zip(readings, faced, strict=True), key=lambda pair: uprightness(draft, pair[0]) + pair[1])[0]
 
 
-def quaternion_columns(parts: dict[str, str]) -> tuple[str, ...]:
-    """Columns of a quaternion, lettered ones as w x y z, counted ones as they are counted."""
-    return tuple(parts[key] for key in ("wxyz" if "w" in parts else sorted(parts)))
-
-
-def level_push(draft: Draft) -> Series:
-    """Horizontal acceleration ``# (rows, 2)`` that a measured quaternion's tilt causes, m/s²; empty without one."""
-    parts = draft.assignment.quaternions.get("attitude", {})
-    if draft.assignment.is_car or not parts:
-        return []
-    values = values_of(draft, quaternion_columns(parts))
-    order: Order = "wxyz" if "w" in parts else usual_order(values)
-    return [GRAVITY * up(scalar_first(part, order))[:, :2] for part in values]
-
-
-def read_attitude(draft: Draft, attitude: Attitude) -> Series:
-    """The attitude of every log ``# (rows, 4)`` as w x y z, signs and frames as recorded."""
-    values = values_of(draft, attitude.sources)
-    if attitude.euler:
-        return [derive.from_euler(part * UNITS[attitude.unit][1]) for part in values]
-    return [scalar_first(part, attitude.order) for part in values]
-
-
-def set_world(draft: Draft) -> None:
-    """Set ``world`` and ``body_rates`` of a draft from its present reading of the attitude."""
-    attitude = draft.attitudes["attitude"]
-    world = read_attitude(draft, attitude)
-    if attitude.direction == "world_to_body":
-        world = [part * np.array([1.0, -1.0, -1.0, -1.0]) for part in world]
-    draft.world = world
-    draft.body_rates = [derive.body_rate(time, part) for time, part in zip(draft.stamps, world, strict=True)]
+def set_world(draft: Draft, attitude: Attitude) -> None:
+    """Take the attitude to be this one; sets ``world`` and ``body_rates``."""
+    draft.attitudes["attitude"] = attitude
+    draft.world = read_attitude(draft, attitude)
+    draft.body_rates = draft.rows.each(derive.body_rate, draft.rows.stamps, draft.world)
 
 
 def tilt_agreement(draft: Draft) -> dict[str, float]:
@@ -88,45 +56,38 @@ def tilt_agreement(draft: Draft) -> dict[str, float]:
 
     In the frame that turns with the heading, a level thrust gives g·(body z axis) as horizontal acceleration.
     """
-    if not draft.acceleration or not draft.world or draft.assignment.is_car:
+    if draft.acceleration is None or draft.world is None or draft.assignment.is_car:
         return {}
-    expected: dict[str, Series] = {"pitch": [], "roll": []}
-    found: dict[str, Series] = {"pitch": [], "roll": []}
-    for world, acceleration in zip(draft.world, draft.acceleration, strict=True):
-        yaw = derive.heading(world)
-        for kind, vectors in ((expected, GRAVITY * up(world)), (found, acceleration)):
-            kind["pitch"].append(np.cos(yaw) * vectors[:, 0] + np.sin(yaw) * vectors[:, 1])
-            kind["roll"].append(-np.sin(yaw) * vectors[:, 0] + np.cos(yaw) * vectors[:, 1])
-    return {
-        angle: signals.correlation(expected[angle], found[angle])
-        for angle in expected
-        if signals.spread(expected[angle]) > GRAVITY * TILTING
-    }
+    back = np.exp(-1j * derive.heading(draft.world))
+    expected, found = (
+        back * (part[:, 0] + 1j * part[:, 1]) for part in (GRAVITY * up(draft.world), draft.acceleration)
+    )
+    pairs = {"pitch": (expected.real, found.real), "roll": (expected.imag, found.imag)}
+    tilts = {angle: pair for angle, pair in pairs.items() if draft.rows.spread(pair[0]) > GRAVITY * TILTING}
+    return {angle: draft.rows.correlation(*pair) for angle, pair in tilts.items()}
 
 
 def gyro_agreement(draft: Draft) -> dict[str, float]:
-    """Correlation of each measured rate with the attitude's derivative; empty where nothing turns."""
-    found = {}
-    for i, name in enumerate(("wx", "wy", "wz")):
-        turning = [part[:, i] for part in draft.body_rates]
-        if draft.has(name) and turning and signals.spread(turning) > TURNING:
-            found[name] = signals.correlation(draft.values(name), turning)
-    return found
+    """Correlation of each measured rate with the attitude's, or the heading's; empty where nothing turns."""
+    turning = {name: rate for name, rate in draft.turning.items() if draft.has(name)}
+    return {
+        name: draft.rows.correlation(draft.values(name), rate)
+        for name, rate in turning.items()
+        if draft.rows.spread(rate) > TURNING
+    }
+
+
+def way(draft: Draft) -> Array | None:
+    """The direction in which a car moves in rad ``# (rows,)``, NaN where it stands; None for other robots."""
+    if not draft.assignment.is_car or not draft.has("x", "y"):
+        return None
+    speed = [draft.values(SPEED_COLUMN)] if draft.has(SPEED_COLUMN) else []
+    return draft.rows.each(course, draft.rows.stamps, draft.series("x"), draft.series("y"), *speed)
 
 
 def course_agreement(draft: Draft) -> float:
-    """How far a car's heading goes along with the way it moves: 1 always, 0 (or less) as by chance or unknown.
-
-    The mean |cos| of the angle between them, which is 2/π by chance.
-    """
-    if not draft.assignment.is_car or not draft.world or not draft.has("x", "y"):
+    """How far a car's heading goes along with the way it moves: 1 always, 0 by chance or unknown."""
+    moved = way(draft)
+    if moved is None or draft.world is None:
         return 0.0
-    ways = [signals.slopes(draft.stamps, draft.series(axis)) for axis in "xy"]
-    aligned = []
-    for log, world in enumerate(draft.world):
-        pace, yaw = np.hypot(ways[0][log], ways[1][log]), derive.heading(world)
-        along = np.abs(np.cos(yaw) * ways[0][log] + np.sin(yaw) * ways[1][log])
-        aligned.append(along[pace > CREEPING] / pace[pace > CREEPING])
-    rows = np.concatenate(aligned)
-    chance = 2.0 / np.pi
-    return (float(rows.mean()) - chance) / (1.0 - chance) if len(rows) else 0.0
+    return float(np.nan_to_num(together([moved], [derive.heading(draft.world)])))

@@ -33,8 +33,7 @@ def course(time: Array, x: Array, y: Array, speed: Array | None = None) -> Array
     """
     across, along = derive.slope(time, y), derive.slope(time, x)
     ahead = 1.0 if speed is None else np.where(speed < 0, -1.0, 1.0)
-    found: Array = np.where(np.hypot(along, across) > CREEPING, np.arctan2(ahead * across, ahead * along), np.nan)
-    return found
+    return np.where(np.hypot(along, across) > CREEPING, np.arctan2(ahead * across, ahead * along), np.nan)
 
 
 def courses(logs: Iterable[Trajectory]) -> list[Array]:

@@ -99,14 +99,12 @@ def continuous(quaternion: Array) -> Array:
     steps = np.sign(np.sum(quaternion[1:] * quaternion[:-1], axis=1))
     first = -1.0 if quaternion[0, 0] < 0 else 1.0
     signs = first * np.concatenate([[1.0], np.cumprod(np.where(steps < 0, -1.0, 1.0))])
-    result: Array = quaternion * signs[:, None]
-    return result
+    return quaternion * signs[:, None]
 
 
 def counted_heading(sine: Array, cosine: Array) -> Array:
     """A heading in rad ``# (rows,)`` that counts on beyond a turn."""
-    angle: Array = np.unwrap(np.arctan2(sine, cosine))
-    return angle
+    return np.unwrap(np.arctan2(sine, cosine))
 
 
 def counted_angles(time: Array, quaternion: Array, rates: Array) -> Array:
@@ -146,29 +144,24 @@ def unwrapped(angle: Array) -> Array:
     turns = np.round(steps / (2.0 * np.pi))
     usual = np.abs(steps[turns == 0]).max(initial=0.0)
     turns[np.abs(steps - 2.0 * np.pi * turns) > 2.0 * usual] = 0.0
-    result: Array = angle - 2.0 * np.pi * np.concatenate([[0.0], np.cumsum(turns)])
-    return result
+    return angle - 2.0 * np.pi * np.concatenate([[0.0], np.cumsum(turns)])
 
 
 def heading(quaternion: Array) -> Array:
     """Yaw in rad ``# (rows,)`` of attitudes w x y z ``# (rows, 4)``."""
-    yaw: Array = rotation.yaw(torch.from_numpy(quaternion)).numpy()
-    return yaw
+    return rotation.yaw(torch.from_numpy(quaternion)).numpy()
 
 
 def from_euler(angles: Array) -> Array:
     """Attitudes w x y z ``# (rows, 4)`` of roll, pitch, yaw in rad ``# (rows, 3)``."""
-    quaternion: Array = rotation.from_euler(*torch.from_numpy(angles).unbind(-1)).numpy()
-    return quaternion
+    return rotation.from_euler(*torch.from_numpy(angles).unbind(-1)).numpy()
 
 
 def to_world(quaternion: Array, vectors: Array) -> Array:
     """Body vectors ``# (rows, 3)`` in world axes, for attitudes w x y z ``# (rows, 4)``."""
-    result: Array = rotation.rotate(torch.from_numpy(quaternion), torch.from_numpy(vectors)).numpy()
-    return result
+    return rotation.rotate(torch.from_numpy(quaternion), torch.from_numpy(vectors)).numpy()
 
 
 def slerp(start: Array, end: Array, fraction: Array) -> Array:
     """Great-circle interpolation ``# (rows, 4)`` between attitudes ``# (rows, 4)`` at fractions ``# (rows,)``."""
-    result: Array = rotation.slerp(*(torch.from_numpy(values) for values in (start, end, fraction))).numpy()
-    return result
+    return rotation.slerp(*(torch.from_numpy(values) for values in (start, end, fraction))).numpy()

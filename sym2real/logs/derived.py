@@ -10,7 +10,7 @@ from sym2real.layout import Layouts
 from sym2real.logs import derive
 from sym2real.logs.dropouts import UNWRAPPED
 from sym2real.logs.specification import LogSpec
-from sym2real.logs.standard import QUATERNION, Columns, Standard
+from sym2real.logs.standard import QUATERNION, Columns, Standard, side_by_side
 
 
 def add_derived(log: Standard, spec: LogSpec, layouts: Layouts | None, dt: float | None) -> Standard:
@@ -45,18 +45,16 @@ def _counted_on(log: Standard, layouts: Layouts | None) -> Columns:
 
 
 def _rolling(log: Standard, around: int) -> Columns:
-    there = log.columns.keys()
-    if not {"wheel_speed", "x", "y"} <= there or {"vx", "vy"} & there or not {"sin_yaw", "cos_yaw"} <= there:
+    moved = side_by_side(log.columns, ("x", "y", "sin_yaw", "cos_yaw", "wheel_speed"))
+    if moved is None or {"vx", "vy"} & log.columns.keys():
         return {}
-    position = np.stack([log.columns["x"], log.columns["y"]], axis=1)
-    yaw = np.arctan2(log.columns["sin_yaw"], log.columns["cos_yaw"])
-    velocity = derive.rolling(log.time, position, yaw, log.columns["wheel_speed"], around)
+    yaw = np.arctan2(moved[:, 2], moved[:, 3])
+    velocity = derive.rolling(log.time, moved[:, :2], yaw, moved[:, 4], around)
     return dict(zip(("vx", "vy"), velocity.T, strict=True))
 
 
 def _rates(log: Standard, around: int) -> Columns:
-    if all(column in log.columns for column in QUATERNION):
-        quaternion = np.stack([log.columns[column] for column in QUATERNION], axis=1)
+    if (quaternion := side_by_side(log.columns, QUATERNION)) is not None:
         return dict(zip(("wx", "wy", "wz"), derive.body_rate(log.time, quaternion, around).T, strict=True))
     if "sin_yaw" in log.columns:
         heading = derive.counted_heading(log.columns["sin_yaw"], log.columns["cos_yaw"])

@@ -5,13 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
+import numpy as np
+
 from sym2real.logs.assignment import Assignment
-from sym2real.logs.evidence import Stretch
+from sym2real.logs.evidence import Rows
 from sym2real.logs.parts import Attitude, Derived, Frames, Source, TimeBase, VelocityFrame
-from sym2real.logs.signals import Series
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.table import Table
 from sym2real.logs.units import factor, standard_unit
+from sym2real.trajectory import Array
+from sym2real.vocabulary import RATE
 
 Confidence = Literal["certain", "likely", "guess", "unknown"]
 
@@ -42,16 +45,15 @@ class Draft:
     Args:
         tables: the logs, without the rows at their ends that are to be dropped.
         assignment: what the names say.
-        times: stamps in s.
-        looked_at: stretches of the logs that evidence is taken from; each counts as a log of its own from there on.
+        rows: those that evidence is taken from, which all arrays below are of.
         time: the time base.
         drop_first: rows to drop.
         units: standard column → unit in the log.
         attitudes: attitudes found.
-        heading: of one that stands alone, rad, turned as the path does ``# (rows,)`` per stretch; empty without one.
-        world: measured attitude w x y z, body→world, z up, as far as it is known ``# (rows, 4)`` per stretch.
-        body_rates: angular velocity of that attitude ``# (rows, 3)`` per stretch.
-        acceleration: world acceleration by numeric differences ``# (rows, 3)`` per stretch.
+        heading: of one that stands alone, rad, turned as the path does ``# (rows,)``; None without one.
+        world: measured attitude w x y z, body→world, z up, as far as it is known ``# (rows, 4)``.
+        body_rates: angular velocity of that attitude ``# (rows, 3)``.
+        acceleration: world acceleration by numeric differences ``# (rows, 2 or 3)``.
         held: columns that are slower than the others, whose last number stands until the next.
         flips: columns whose sign is suspected, with the evidence.
         comments: lines for the TOML text by the key that they follow.
@@ -59,8 +61,8 @@ class Draft:
 
     tables: list[Table]
     assignment: Assignment
-    times: Series = field(default_factory=list)
-    looked_at: list[Stretch] = field(default_factory=list)
+    held: tuple[str, ...]
+    rows: Rows = field(init=False)
     time: TimeBase = field(default_factory=TimeBase)
     drop_first: int = 0
     units: dict[str, str] = field(default_factory=dict)
@@ -68,24 +70,19 @@ class Draft:
     frames: Frames = "z_up"
     velocity_frame: VelocityFrame = "world"
     derived: list[Derived] = field(default_factory=list)
-    heading: Series = field(default_factory=list)
-    world: Series = field(default_factory=list)
-    body_rates: Series = field(default_factory=list)
-    acceleration: Series = field(default_factory=list)
-    held: tuple[str, ...] = ()
+    heading: Array | None = None
+    world: Array | None = None
+    body_rates: Array | None = None
+    acceleration: Array | None = None
     flips: dict[str, str] = field(default_factory=dict)
     left_out: set[str] = field(default_factory=set)
     findings: list[Finding] = field(default_factory=list)
     comments: dict[str, list[str]] = field(default_factory=dict)
 
-    def raw(self, column: str) -> Series:
-        """A column of the logs as it stands there, stretch by stretch."""
-        return [self.tables[stretch.log].column(column, "in every log")[stretch.rows] for stretch in self.looked_at]
-
-    @property
-    def stamps(self) -> Series:
-        """Stamps in s that belong to :meth:`raw`."""
-        return [self.times[stretch.log][stretch.rows] for stretch in self.looked_at]
+    def raw(self, *columns: str) -> Array:
+        """A column of the logs as it stands there ``# (rows,)``, or several side by side ``# (rows, k)``."""
+        values = [self.rows.of([table.column(name, "in every log") for table in self.tables]) for name in columns]
+        return values[0] if len(columns) == 1 else np.stack(values, axis=1)
 
     def has(self, *standard: str) -> bool:
         """Whether every one of these standard columns has been found."""
@@ -95,18 +92,24 @@ class Draft:
         """The log's column for a standard one."""
         return self.assignment.columns[standard]
 
-    def values(self, standard: str) -> Series:
-        """A standard column in the log's own unit, axes and signs."""
-        return self.raw(self.column(standard))
+    def values(self, *standard: str) -> Array:
+        """Standard columns in the log's own unit, axes and signs, shaped as :meth:`raw`."""
+        return self.raw(*map(self.column, standard))
 
     def named_unit(self, *standard: str) -> str:
         """The unit that the name of one of the log's columns for these states, or ""."""
         return next((unit for name in standard if (unit := self.assignment.unit(self.column(name)))), "")
 
-    def series(self, standard: str) -> Series:
+    def series(self, standard: str) -> Array:
         """A standard column in its SI unit as far as that is known, axes and signs as in the log."""
-        scale = factor(self.units.get(standard, ""), standard)
-        return [scale * values for values in self.values(standard)]
+        return factor(self.units.get(standard, ""), standard) * self.values(standard)
+
+    @property
+    def turning(self) -> dict[str, Array]:
+        """Body rates in rad/s ``# (rows,)`` by their columns, as attitude or heading have them; none without these."""
+        if self.body_rates is not None:
+            return dict(zip(RATE.columns, self.body_rates.T, strict=True))
+        return {} if self.heading is None else {RATE.columns[2]: self.rows.slopes(np.unwrap(self.heading))}
 
     def add(self, column: str, meaning: str, unit: str, evidence: str, confidence: Confidence) -> None:
         """File one finding."""
@@ -116,6 +119,13 @@ class Draft:
         """File what a standard column holds; the specification names its unit where it is not the usual one."""
         self.units[standard] = "" if unit == standard_unit(standard) else unit
         self.add(self.column(standard), standard, unit, evidence, confidence)
+
+    def leave_open(self, standard: str, meaning: str, evidence: str, worth: str) -> None:
+        """File a standard column whose unit the log cannot know; the text has a line with its worth to fill in."""
+        column = self.column(standard)
+        self.left_out.add(standard)
+        self.add(column, meaning, "?", evidence, "unknown")
+        self.comment("columns", f'{standard} = {{ column = "{column}", {worth}')
 
     def suspect(self, column: str, evidence: str) -> None:
         """File a column whose sign looks reversed; it stays as recorded."""

@@ -55,7 +55,7 @@ def without_dropouts(table: Table, columns: Sequence[str], hold: Sequence[str] =
     where = _stretches(table.lines[gone])
     names = ", ".join(name for name, missing in empty.items() if missing.any())
     note = f"{gone.sum()} of {len(table)} {LEFT_OUT}, for want of numbers in {names}: rows {where}"
-    return table.kept(~gone), (note,)
+    return table[~gone], (note,)
 
 
 def _require_pace(table: Table, name: str) -> None:
@@ -72,8 +72,7 @@ def _require_pace(table: Table, name: str) -> None:
 def last_number(values: Array) -> Array:
     """Values ``# (rows,)`` with the last number in place of every NaN after one."""
     row = np.where(np.isnan(values), 0, np.arange(len(values)))
-    found: Array = values[np.maximum.accumulate(row)]
-    return found
+    return values[np.maximum.accumulate(row)]
 
 
 def _stretches(lines: NDArray[np.int64]) -> str:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sym2real.errors import DataError, needing
+from sym2real.errors import needing
 from sym2real.layout import Layouts
 from sym2real.logs.grouping import layouts_to_json
 from sym2real.logs.reader import log_of_table
 from sym2real.logs.specification import LogSpec
-from sym2real.logs.table import Table
+from sym2real.logs.table import table_of
 from sym2real.logs.writer import columns_of
 from sym2real.trajectory import Trajectory
 
@@ -31,22 +31,13 @@ def log_of_frame(
     dt: float | None = None,
 ) -> Trajectory:
     """See :meth:`~sym2real.Trajectory.from_pandas`."""
-    names = [str(name) for name in frame.columns]
-    repeated = sorted({name for name in names if names.count(name) > 1})
-    if repeated:
-        raise DataError(FRAME, "every column name once", f"{repeated[0]!r} more than once")
-    if not len(frame):
-        raise DataError(FRAME, "rows of numbers", "none")
-    numeric = {
-        name: frame.iloc[:, place].to_numpy(dtype=np.float64, na_value=np.nan)
-        for place, name in enumerate(names)
-        if frame.dtypes.iloc[place].kind in "biuf"
-    }
-    if not numeric:
-        raise DataError(FRAME, "a column of numbers", "none")
-    texts = tuple(name for name in names if name not in numeric)
-    known: dict[str, Any] = dict(frame.attrs)
-    table = Table(FRAME, numeric, first_row=0, texts=texts, metadata={str(k): str(v) for k, v in known.items()})
+    columns = [frame.iloc[:, place] for place in range(frame.shape[1])]
+    cells = [
+        column.to_numpy(dtype=np.float64, na_value=np.nan) if column.dtype.kind in "biuf" else [*map(str, column)]
+        for column in columns
+    ]
+    known = {str(key): str(value) for key, value in frame.attrs.items()}
+    table = table_of(FRAME, [str(name) for name in frame.columns], cells, 0, known)
     return log_of_table(table, spec, layouts, dt)
 
 

@@ -13,7 +13,7 @@ from sym2real.field import Group, read_fields
 from sym2real.layout import Layout, Layouts
 from sym2real.logs import derive
 from sym2real.logs.missing import require_columns
-from sym2real.logs.standard import QUATERNION, Columns, Standard
+from sym2real.logs.standard import QUATERNION, Columns, Standard, side_by_side
 from sym2real.logs.table import Table
 from sym2real.trajectory import Array, Trajectory
 
@@ -51,9 +51,10 @@ def trajectory(table: Table, log: Standard, layouts: Layouts, name: str) -> Traj
 
 def _with_heading(columns: Columns, layouts: Layouts) -> Columns:
     wanted = {"sin_yaw", "cos_yaw"} & {*layouts.state.columns, *layouts.inputs.columns}
-    if not wanted or "sin_yaw" in columns or not all(column in columns for column in QUATERNION):
+    quaternion = side_by_side(columns, QUATERNION)
+    if not wanted or "sin_yaw" in columns or quaternion is None:
         return columns
-    yaw = derive.heading(np.stack([columns[column] for column in QUATERNION], axis=1))
+    yaw = derive.heading(quaternion)
     return {**columns, "sin_yaw": np.sin(yaw), "cos_yaw": np.cos(yaw)}
 
 

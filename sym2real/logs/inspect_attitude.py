@@ -8,30 +8,26 @@ from math import pi
 
 import numpy as np
 
-from sym2real.logs import signals
 from sym2real.logs.attitude_reading import (
     ORDERS,
     course_agreement,
     gyro_agreement,
-    quaternion_columns,
     set_world,
     tilt_agreement,
     uprightness,
-    usual_order,
-    values_of,
+    usual_reading,
 )
 from sym2real.logs.draft import Draft
-from sym2real.logs.parts import Attitude, Direction, Frames, Order
-from sym2real.logs.signals import Series
-from sym2real.logs.units import GRAVITY, unit_by_ratio
+from sym2real.logs.parts import Attitude, Direction, Frames
+from sym2real.logs.reading import CLEAR, Said, by_name, by_ratio, by_size
+from sym2real.logs.units import GRAVITY
 
-CLEAR = 0.5  # a correlation that decides
-WEAK = 0.3  # one below it says nothing
 NORM = 0.05
 # Of readings that fit alike the usual one is taken. Robots fly above the origin: z down goes with negative heights.
 RARE_INVERSE, RARE_NED, RARE_ORDER, HEIGHT_COUNTS = 0.2, 0.5, 0.1, 0.8
 COURSE_COUNTS = 3.0  # a car that drives where it points tells more than the sign of one rate
 ALOFT = 0.05  # m
+ANGLES = ("rad", "deg")
 FRAMES: tuple[tuple[Frames, float], ...] = (("z_up", 1.0), ("ned_frd", -1.0))
 
 
@@ -50,63 +46,44 @@ def inspect_attitudes(draft: Draft) -> None:
 
 
 def _quaternion(draft: Draft, name: str, parts: dict[str, str]) -> None:
-    columns = quaternion_columns(parts)
-    values = values_of(draft, columns)
-    norms = np.concatenate([np.linalg.norm(part, axis=1) for part in values])
-    if np.median(np.abs(norms - 1.0)) > NORM:
-        for column in columns:
-            draft.add(column, "?", "?", f"named like a quaternion, but the norm is {np.median(norms):.3g}", "unknown")
+    norm = float(np.median(np.linalg.norm(draft.raw(*parts.values()), axis=1)))
+    if abs(norm - 1.0) > NORM:
+        for column in parts.values():
+            draft.add(column, "?", "?", f"named like a quaternion, but the norm is {norm:.3g}", "unknown")
         return
-    draft.attitudes[name] = Attitude(columns, "wxyz" if "w" in parts else usual_order(values))
+    draft.attitudes[name] = usual_reading(draft, parts)
 
 
 def _report_quaternion(draft: Draft, name: str, lettered: bool) -> None:
     attitude = draft.attitudes[name]
-    values = values_of(draft, attitude.quaternion)
-    norms = np.concatenate([np.linalg.norm(part, axis=1) for part in values])
-    other: Order = "xyzw" if attitude.order == "wxyz" else "wxyz"
-    upright, otherwise = uprightness(values, attitude.order), uprightness(values, other)
+    norms = np.linalg.norm(draft.raw(*attitude.quaternion), axis=1)
+    other = replace(attitude, order=ORDERS[attitude.order == ORDERS[0]])
+    upright, otherwise = uprightness(draft, attitude), uprightness(draft, other)
     evidence = f"norm {norms.min():.4f} to {norms.max():.4f}; mean body z is {upright:+.2f} up"
-    evidence += "" if lettered else f" read as {attitude.order}, {otherwise:+.2f} as {other}"
+    evidence += "" if lettered else f" read as {attitude.order}, {otherwise:+.2f} as {other.order}"
     if lettered and upright < otherwise - CLEAR:
-        evidence += f"; the names may be in another order: as {other} it is {otherwise:+.2f}"
-        draft.comment(name, f'order = "{other}"  # the body would stand upright')
+        evidence += f"; the names may be in another order: as {other.order} it is {otherwise:+.2f}"
+        draft.comment(name, f'order = "{other.order}"  # the body would stand upright')
     for column, letter in zip(attitude.quaternion, attitude.order, strict=True):
         draft.add(column, f"{name} q{letter}", "1", evidence, "certain" if lettered else "likely")
 
 
 def _euler(draft: Draft, name: str, parts: dict[str, str]) -> None:
     columns = tuple(parts[key] for key in ("roll", "pitch", "yaw"))
-    values = values_of(draft, columns)
-    unit, evidence, sure = angle_unit(draft, list(columns), max(float(np.abs(part).max()) for part in values))
-    if not sure and name == "attitude":
-        unit, evidence = _unit_by_acceleration(draft, values) or (unit, evidence)
+    values = draft.raw(*columns)
+    said = angle_unit(draft, columns, float(np.abs(values).max()))
+    if said[2] != "certain" and name == "attitude" and draft.acceleration is not None and not draft.assignment.is_car:
+        # A tilt of 1 rad accelerates by g: so does one of 57.3 deg.
+        share = draft.rows.ratio(GRAVITY * values[:, :2], draft.acceleration[:, :2])
+        said = by_ratio(ANGLES, share, "the horizontal acceleration over g")
     for column, angle in zip(columns, ("roll", "pitch", "yaw"), strict=True):
-        draft.add(column, f"{name} {angle}", unit, evidence, "certain" if sure else "likely")
-    draft.attitudes[name] = Attitude(euler=columns, unit=unit)
+        draft.add(column, f"{name} {angle}", *said)
+    draft.attitudes[name] = Attitude(euler=columns, unit=said[0])
 
 
-def angle_unit(draft: Draft, columns: list[str], size: float) -> tuple[str, str, bool]:
-    """Unit of angles by name or by size, the evidence, and whether it is beyond doubt."""
-    for column in columns:
-        if named := draft.assignment.unit(column):
-            return named, "the name says so", True
-    if size > 2.0 * pi * 1.01:
-        return "deg", f"up to {size:.4g}, more than a turn in rad", True
-    return "rad", f"up to {size:.3g}, less than a turn in rad", False
-
-
-def _unit_by_acceleration(draft: Draft, values: Series) -> tuple[str, str] | None:
-    """A tilt of 1 rad accelerates by g: so does one of 57.3 deg."""
-    if not draft.acceleration or draft.assignment.is_car:
-        return None
-    tilts = sum(signals.spread([part[:, i] for part in values]) for i in (0, 1))
-    pushes = sum(signals.spread([part[:, i] for part in draft.acceleration]) for i in (0, 1))
-    if not pushes:
-        return None
-    share = GRAVITY * tilts / pushes
-    evidence = f"tilt × g moves {share:.3g} times as much as the horizontal acceleration: 1 in rad, 57.3 in deg"
-    return unit_by_ratio(share, ("rad", "deg")), evidence
+def angle_unit(draft: Draft, columns: tuple[str, ...], size: float) -> Said:
+    """Unit of angles by name or by size, more than a turn in rad."""
+    return by_name(draft, columns) or by_size(ANGLES, size, 2.0 * pi * 1.01)
 
 
 def _decide(draft: Draft) -> None:
@@ -115,22 +92,20 @@ def _decide(draft: Draft) -> None:
     counted = "w" not in draft.assignment.quaternions.get("attitude", {"w": ""})
     orders = ORDERS if counted and not first.euler else (first.order,)
     directions: tuple[Direction, ...] = ("body_to_world",) if first.euler else ("body_to_world", "world_to_body")
-    set_world(draft)
+    set_world(draft, first)
     # One axis alone may as well have its sign reversed.
     evidence_count = len(gyro_agreement(draft)) + len(tilt_agreement(draft)) + bool(course_agreement(draft))
     rare_inverse = RARE_INVERSE if evidence_count > 1 else 2.0
     scores: dict[tuple[Attitude, Frames], float] = {}
     for order, direction in product(orders, directions):
         reading = replace(first, order=order, direction=direction)
-        draft.attitudes["attitude"] = reading
-        set_world(draft)
+        set_world(draft, reading)
         rare = rare_inverse * (direction != "body_to_world") + RARE_ORDER * (order != first.order)
-        rare -= uprightness(values_of(draft, first.quaternion), order) if counted else 0.0
+        rare -= uprightness(draft, reading) if counted else 0.0
         for frames, vertical in FRAMES:
             scores[reading, frames] = _agreement(draft, vertical) - rare - RARE_NED * (frames != "z_up")
     best, draft.frames = max(scores, key=lambda key: scores[key])
-    draft.attitudes["attitude"] = best
-    set_world(draft)
+    set_world(draft, best)
     if counted and not first.euler:
         for name, parts in draft.assignment.quaternions.items():
             if name in draft.attitudes and "w" not in parts:
@@ -150,11 +125,9 @@ def _suspect_exchange(draft: Draft) -> None:
         return
     roll, pitch, yaw = first.euler
     tilt, gyro = tilt_agreement(draft), _level(gyro_agreement(draft))
-    draft.attitudes["attitude"] = replace(first, euler=(pitch, roll, yaw))
-    set_world(draft)
+    set_world(draft, replace(first, euler=(pitch, roll, yaw)))
     then, other = tilt_agreement(draft), _level(gyro_agreement(draft))
-    draft.attitudes["attitude"] = first
-    set_world(draft)
+    set_world(draft, first)
     turned = max(map(abs, gyro.values()), default=1.0) < CLEAR < min(map(abs, other.values()), default=0.0)
     if turned and sum(map(abs, then.values())) > sum(map(abs, tilt.values())):
         shown = ", ".join(f"{name} {gyro[name]:+.2f}, {other[name]:+.2f} then" for name in gyro if name in other)
@@ -171,7 +144,7 @@ def _level(rates: dict[str, float]) -> dict[str, float]:
 def _agreement(draft: Draft, vertical: float) -> float:
     """How well rates, accelerations and heights fit the present reading, with z up (+1) or down (−1)."""
     tilt, gyro = list(tilt_agreement(draft).values()), list(gyro_agreement(draft).values())
-    height = signals.mean(draft.series("z")) if draft.has("z") and tilt else 0.0
+    height = float(draft.series("z").mean()) if draft.has("z") and tilt else 0.0
     aloft = float(np.sign(height)) if abs(height) > ALOFT else 0.0
     fit = HEIGHT_COUNTS * vertical * aloft + COURSE_COUNTS * course_agreement(draft)
     return fit + (float(np.mean(gyro)) if gyro else 0.0) + (vertical * float(np.mean(tilt)) if tilt else 0.0)

@@ -19,21 +19,24 @@ def inspect_columns(draft: Draft, *, of_model: bool) -> None:
     tables = draft.tables
     known = {finding.column for finding in draft.findings}
     pooled = {name: np.concatenate([table.columns[name] for table in tables]) for name in tables[0].columns}
-    for name in pooled:
+    seen: dict[bytes, str] = {}
+    for name, values in pooled.items():
         if name not in known:
             _unknown(draft, name, of_model=of_model)
         if remark := _remark([table.columns[name] for table in tables]):
             draft.add(name, "remark", "", remark, "certain")
-    _copies(draft, pooled)
+        first = seen.setdefault(values.tobytes(), name)
+        if first != name and np.ptp(values) > 0:
+            draft.add(name, "remark", "", f"the same numbers as {first!r}", "certain")
     for name in tables[0].texts:
         draft.add(name, "?", "", "text, left out", "unknown")
 
 
 def _unknown(draft: Draft, name: str, *, of_model: bool) -> None:
-    for standard, column in draft.assignment.columns.items():
-        if column == name:
-            draft.add(name, standard, "", "by its name", "likely")
-            return
+    standard = next((key for key, column in draft.assignment.columns.items() if column == name), "")
+    if standard:
+        draft.add(name, standard, "", "by its name", "likely")
+        return
     if rival := draft.assignment.rivals.get(name):
         draft.add(name, "?", "?", f"looks like the same as {rival!r}, which was taken", "unknown")
         return
@@ -68,17 +71,5 @@ def _remark(pieces: list[Array]) -> str:
 def _are_few(values: Array) -> bool:
     """Whether there are at most :data:`FEW` different values; sorting a million to count them takes long."""
     for _ in range(FEW):
-        values = values[values != values[0]]
-        if not len(values):
-            return True
-    return False
-
-
-def _copies(draft: Draft, pooled: dict[str, Array]) -> None:
-    names = list(pooled)
-    seen: dict[bytes, str] = {}
-    for name in names:
-        key = pooled[name].tobytes()
-        if key in seen and np.ptp(pooled[name]) > 0:
-            draft.add(name, "remark", "", f"the same numbers as {seen[key]!r}", "certain")
-        seen.setdefault(key, name)
+        values = values[values != values[0]] if len(values) else values
+    return not len(values)

@@ -1,87 +1,142 @@
-"""Evidence on velocities and rates: units, axes, signs."""
+"""Evidence on positions, velocities and rates: units, axes, signs, by the slopes of one that another is."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from sym2real.logs import derive, signals
-from sym2real.logs.attitude_reading import TURNING, gyro_agreement, tilt_agreement
+from sym2real.logs import derive
+from sym2real.logs.attitude_reading import TILTING, gyro_agreement, read_attitude, tilt_agreement, up, usual_reading
 from sym2real.logs.draft import Draft
-from sym2real.logs.inspect_attitude import CLEAR, WEAK
 from sym2real.logs.parts import Attitude
-from sym2real.logs.signals import Series
-from sym2real.logs.units import unit_by_ratio
+from sym2real.logs.reading import CLEAR, WEAK, Said, by_name, by_others, by_ratio, by_size, largest, settle
+from sym2real.logs.standard import INVERSE
+from sym2real.logs.units import GRAVITY, UNITS, factor, unit_by_ratio
+from sym2real.trajectory import Array
+from sym2real.vocabulary import POSITION, RATE, VELOCITY
 
-RATE_UNITS = ("rad/s", "deg/s", "mrad/s")
+LENGTHS, RATES = ("m", "mm", "cm"), ("rad/s", "deg/s", "mrad/s")
+SPEEDS = tuple(unit for unit, (meant, _) in UNITS.items() if meant == "m/s")
+FAST = 40.0  # m/s at the 95th percentile: faster than any robot in a laboratory
 FASTEST = 40.0  # rad/s; a gyro of a small robot ends at 2000 deg/s = 35 rad/s
 MOVING = 0.01  # m/s
+DRIVING = 0.05  # m/s, the mean speed below which noise of positions is all of it
 BETTER = 2.0  # how many times more one explanation must leave over for the other to be taken
+NEAR = 1.25  # times; a wheel's unit is taken where the ratio is as near to its own
+
+
+def inspect_positions(draft: Draft) -> None:
+    """Unit of positions; sets ``acceleration``."""
+    axes = [axis for axis in POSITION.columns if draft.has(axis)]
+    if not axes:
+        return
+    pace = {axis: draft.rows.slopes(draft.values(axis)) for axis in axes}
+    push = np.stack([draft.rows.slopes(pace[axis]) for axis in axes], axis=1)
+    fast = float(np.percentile(np.abs([*pace.values()]), 95))
+    told = _by_velocity(draft, pace) or _by_tilt(draft, push)
+    unit, evidence, confidence = by_name(draft, axes) or by_size(LENGTHS, fast, FAST, told)
+    for axis in axes:
+        draft.settle(axis, unit, evidence, confidence)
+    if {"x", "y"} <= set(axes):
+        draft.acceleration = factor(unit, "x") * push
+
+
+def _by_velocity(draft: Draft, pace: dict[str, Array]) -> Said | None:
+    logged = {axis: f"v{axis}" for axis in pace if draft.has(f"v{axis}")}
+    velocity = {axis: UNITS[draft.named_unit(v) or "m/s"][1] * draft.values(v) for axis, v in logged.items()}
+    alike = [axis for axis in velocity if abs(draft.rows.correlation(pace[axis], velocity[axis])) > CLEAR]
+    shares = [draft.rows.ratio(pace[axis], velocity[axis]) for axis in alike]
+    return by_ratio(LENGTHS, float(np.median(shares)), "the logged velocity in m/s says") if shares else None
+
+
+def _by_tilt(draft: Draft, push: Array) -> Said | None:
+    """A body that leans by an angle accelerates by g times it."""
+    parts = draft.assignment.quaternions.get("attitude")
+    if draft.assignment.is_car or not parts or not draft.has("x", "y"):
+        return None
+    caused = GRAVITY * up(read_attitude(draft, usual_reading(draft, parts)))[:, :2]
+    if draft.rows.spread(caused) < GRAVITY * TILTING:
+        return None
+    return by_ratio(LENGTHS, draft.rows.ratio(push[:, :2], caused), "its tilt accelerates it in m/s²")
+
+
+def inspect_wheel(draft: Draft) -> None:
+    """Unit of a measured speed without direction; one that is none leaves a scale in a comment."""
+    if not draft.has("wheel_speed"):
+        return
+    size, unit = np.abs(draft.values("wheel_speed")), draft.named_unit("wheel_speed")
+    slopes = slopes_of_positions(draft)
+    pace = np.hypot(slopes["vx"], slopes["vy"]) if draft.has("x", "y") else np.zeros(1)
+    ratio = float(size.mean() / pace.mean()) if pace.mean() > DRIVING and size.any() else None
+    nearest = unit_by_ratio(ratio or 1.0, SPEEDS)
+    off = (ratio or 1.0) * UNITS[nearest][1]
+    unit = unit if unit in SPEEDS else nearest if max(off, 1.0 / off) < NEAR else ""
+    evidence = "too little motion to tell the unit"
+    if ratio is not None:
+        together = draft.rows.correlation(size, pace)
+        evidence = f"{ratio:.4g} times as fast as the path in m/s, correlation {together:+.2f}"
+    if unit:
+        draft.settle("wheel_speed", unit, evidence, "likely" if ratio is None else "certain")
+        return
+    evidence += f": no unit of a speed ({size.max():.4g} at most)"
+    worth = f"scale = {1.0 / ratio:.6g} }}  # m/s per count, as the path says" if ratio else "scale = 1.0 }"
+    draft.leave_open("wheel_speed", "speed of the wheels", evidence, worth)
 
 
 def inspect_velocities(draft: Draft) -> None:
     """Unit, axes (world or body) and signs of velocities, from the slopes of positions."""
-    names = [name for name in ("vx", "vy", "vz") if draft.has(name)]
-    pairs = [name for name in names if draft.has(name[1])]
-    if not names:
-        if draft.has("x", "y", "wheel_speed") and draft.heading:
+    names = [name for name in VELOCITY.columns if draft.has(name)]
+    if not names and draft.has("x", "y"):
+        statement = "the log has none: slopes of positions"
+        if draft.has("wheel_speed") and draft.heading is not None:
             statement = "the log has none: the wheels' speed along the heading, slopes of positions across it"
-            draft.add("", "velocity", "m/s", statement, "certain")
-        elif draft.has("x", "y"):
+        else:
             draft.derived.append("velocity")
-            draft.add("", "velocity", "m/s", "the log has none: slopes of positions", "certain")
+        draft.add("", "velocity", "m/s", statement, "certain")
+    if not names:
         return
-    true = {name: signals.slopes(draft.stamps, draft.series(name[1])) for name in pairs}
-    moving = [name for name in pairs if signals.spread(true[name]) > MOVING]
-    body = in_body(draft, true) if {"vx", "vy"} <= set(moving) else {}
+    world = slopes_of_positions(draft)
+    moving = [name for name in names if name in world and draft.rows.spread(world[name]) > MOVING]
+    body = in_body(draft, world) if {"vx", "vy"} <= set(moving) else {}
     if body:
-        _decide_velocity_frame(draft, moving, true, body)
-    against = body if draft.velocity_frame == "body" else true
-    for name in names:
-        unit, evidence = _velocity_unit(draft, name, against[name] if name in moving else None)
-        draft.settle(name, unit, evidence, "certain" if name in moving else "likely")
-        found = signals.correlation(draft.values(name), against[name]) if name in moving else 0.0
-        if found < -CLEAR:
-            draft.suspect(draft.column(name), f"correlation {found:+.2f} with the slope of {name[1]}")
+        _decide_velocity_frame(draft, moving, world, body)
+    true = body if draft.velocity_frame == "body" else world
+    expected, what = {name: true[name] for name in moving}, "the slope of the position"
+    said = by_name(draft, names) or by_others(draft, SPEEDS[:3], expected, f"{what} in m")
+    said = said or ("m/s", "too little motion to tell", "likely")
+    settle(
+        draft, names, said, {name: draft.rows.correlation(draft.values(name), expected[name]) for name in moving}, what
+    )
 
 
-def _velocity_unit(draft: Draft, name: str, true: Series | None) -> tuple[str, str]:
-    if named := draft.named_unit(name):
-        return named, "the name says so"
-    if true is None:
-        return "m/s", "too little motion to tell the unit"
-    share = signals.ratio(draft.values(name), true)
-    unit = unit_by_ratio(share, ("m/s", "cm/s", "mm/s"))
-    found = signals.correlation(draft.values(name), true)
-    return unit, f"{share:.3g} times the slope of the position in m, correlation {found:+.2f}"
+def slopes_of_positions(draft: Draft) -> dict[str, Array]:
+    """World velocities in m/s ``# (rows,)`` by positions."""
+    return {f"v{axis}": draft.rows.slopes(draft.series(axis)) for axis in POSITION.columns if draft.has(axis)}
 
 
-def in_body(draft: Draft, true: dict[str, Series]) -> dict[str, Series]:
-    """Slopes of positions in body axes, where the attitude or the heading is known."""
-    logs = range(len(draft.looked_at))
-    zero = [np.zeros(len(time)) for time in draft.stamps]
-    world = [np.stack([true.get(name, zero)[log] for name in ("vx", "vy", "vz")], axis=1) for log in logs]
-    if draft.world:
-        inverse = [part * np.array([1.0, -1.0, -1.0, -1.0]) for part in draft.world]
-    elif draft.heading:
-        half = [-0.5 * yaw for yaw in draft.heading]
-        inverse = [np.stack([np.cos(a), 0 * a, 0 * a, np.sin(a)], axis=1) for a in half]
+def in_body(draft: Draft, world: dict[str, Array]) -> dict[str, Array]:
+    """World velocities in body axes, where the attitude or the heading is known."""
+    if draft.world is not None:
+        inverse = draft.world * INVERSE
+    elif draft.heading is not None:
+        half, zero = -0.5 * draft.heading, np.zeros(len(draft.heading))
+        inverse = np.stack([np.cos(half), zero, zero, np.sin(half)], axis=1)
     else:
         return {}
-    turned = [derive.to_world(inverse[log], world[log]) for log in logs]
-    return {name: [part[:, i] for part in turned] for i, name in enumerate(("vx", "vy", "vz"))}
+    velocity = np.stack([world.get(name, np.zeros(len(inverse))) for name in VELOCITY.columns], axis=1)
+    return dict(zip(VELOCITY.columns, derive.to_world(inverse, velocity).T, strict=True))
 
 
-def _explained(draft: Draft, names: list[str], by: dict[str, Series]) -> float:
+def _explained(draft: Draft, names: list[str], by: dict[str, Array]) -> float:
     """Share of the variance of measured velocities that slopes of positions explain, unit and signs aside."""
-    measured = [signals.centred(signals.smooth(draft.values(name))) for name in names]
-    expected = [signals.centred(signals.smooth(by[name])) for name in names]
-    products = sum(abs(float(a @ b)) for a, b in zip(measured, expected, strict=True))
-    sizes = np.linalg.norm(np.concatenate(measured)) * np.linalg.norm(np.concatenate(expected))
+    measured = draft.rows.moving(draft.values(*names))
+    expected = draft.rows.moving(np.stack([by[name] for name in names], axis=1))
+    products = np.abs(np.sum(measured * expected, axis=0)).sum()
+    sizes = np.linalg.norm(measured) * np.linalg.norm(expected)
     return float((products / sizes) ** 2) if sizes > 0 else 0.0
 
 
-def _decide_velocity_frame(draft: Draft, names: list[str], true: dict[str, Series], body: dict[str, Series]) -> None:
-    in_world, in_body = _explained(draft, names, true), _explained(draft, names, body)
+def _decide_velocity_frame(draft: Draft, names: list[str], world: dict[str, Array], body: dict[str, Array]) -> None:
+    in_world, in_body = _explained(draft, names, world), _explained(draft, names, body)
     left = (1.0 - in_world + 1e-9) / (1.0 - in_body + 1e-9)
     if left > BETTER:
         draft.velocity_frame = "body"
@@ -94,67 +149,26 @@ def _decide_velocity_frame(draft: Draft, names: list[str], true: dict[str, Serie
 
 def inspect_rates(draft: Draft) -> None:
     """Unit and sign of body rates, from the slope of the attitude or of the heading."""
-    names = [name for name in ("wx", "wy", "wz") if draft.has(name)]
-    turning = _turning(draft)
-    if not names:
-        _suspect_signs(draft, tilt_agreement(draft), {})
-        if turning:
-            draft.derived.append("rate")
-            draft.add("", "body rate", "rad/s", "the log has none: slopes of the attitude", "certain")
-        return
-    agreement = gyro_agreement(draft) if draft.world else _yaw_agreement(draft, turning)
-    unit, evidence = _rate_unit(draft, names, agreement, turning)
-    for name in names:
-        found = agreement.get(name)
-        text = f"correlation {found:+.2f} with the slope of the attitude" if found is not None else "too little turning"
-        draft.settle(name, unit, f"{evidence}; {text}", "certain" if found and abs(found) > CLEAR else "guess")
-    _suspect_signs(draft, tilt_agreement(draft), agreement)
+    names = [name for name in RATE.columns if draft.has(name)]
+    what = f"the slope of the attitude{_suspect_angles(draft)}"
+    found = gyro_agreement(draft)
+    if names:
+        heard = {name: draft.turning[name] for name in names if abs(found.get(name, 0.0)) > WEAK}
+        said = by_name(draft, names) or by_others(draft, RATES, heard, "the attitude in rad/s")
+        settle(draft, names, said or by_size(RATES, largest(draft, names), FASTEST), found, what)
+    elif draft.turning:
+        draft.derived.append("rate")
+        draft.add("", "body rate", "rad/s", f"the log has none: {what}", "certain")
 
 
-def _turning(draft: Draft) -> dict[str, Series]:
-    if draft.world:
-        return {name: [part[:, i] for part in draft.body_rates] for i, name in enumerate(("wx", "wy", "wz"))}
-    if draft.heading:
-        return {"wz": signals.slopes(draft.stamps, [np.unwrap(part) for part in draft.heading])}
-    return {}
-
-
-def _yaw_agreement(draft: Draft, turning: dict[str, Series]) -> dict[str, float]:
-    if "wz" not in turning or not draft.has("wz") or signals.spread(turning["wz"]) < TURNING:
-        return {}
-    return {"wz": signals.correlation(draft.values("wz"), turning["wz"])}
-
-
-def _rate_unit(
-    draft: Draft, names: list[str], agreement: dict[str, float], turning: dict[str, Series]
-) -> tuple[str, str]:
-    if named := draft.named_unit(*names):
-        return named, "the name says so"
-    clear = [name for name in names if abs(agreement.get(name, 0.0)) > WEAK]
-    if clear:
-        share = float(np.median([signals.ratio(draft.values(n), turning[n]) for n in clear]))
-        return unit_by_ratio(share, RATE_UNITS), f"moves {share:.3g} times as much as the attitude in rad/s"
-    size = max(signals.largest(draft.values(name)) for name in names)
-    return ("deg/s" if size > FASTEST else "rad/s"), f"up to {size:.3g}"
-
-
-def _suspect_signs(draft: Draft, tilt: dict[str, float], gyro: dict[str, float]) -> None:
-    """Angles against accelerations, then rates against the slopes of angles that are taken the right way round."""
-    attitude = draft.attitudes.get("attitude", Attitude())
-    vertical = 1.0 if draft.frames == "z_up" else -1.0
-    reversed_by = {}
-    for rate, angle, i in (("wx", "roll", 0), ("wy", "pitch", 1), ("wz", "yaw", 2)):
+def _suspect_angles(draft: Draft) -> str:
+    """Files angles that push the other way and takes their slopes the right way round from there on, which it says."""
+    euler = draft.attitudes.get("attitude", Attitude()).euler
+    vertical, tilt, turned = 1.0 if draft.frames == "z_up" else -1.0, tilt_agreement(draft), list[str]()
+    for place, (angle, column) in enumerate(zip(("roll", "pitch"), euler, strict=False)):
         pushed = vertical * tilt.get(angle, 0.0)
-        if attitude.euler and pushed < -CLEAR:
-            reversed_by[rate] = -1.0
-            evidence = f"correlation {pushed:+.3f} of the acceleration with what this angle should cause"
-            draft.suspect(attitude.euler[i], evidence)
-        found = gyro.get(rate, 0.0) * reversed_by.get(rate, 1.0)
-        if found < -CLEAR:
-            evidence = f"correlation {found:+.3f} with the slope of the attitude"
-            agrees = f", which agrees with the acceleration ({pushed:+.2f})" if pushed > CLEAR else ""
-            turned = f" after {attitude.euler[i]!r} is reversed" if rate in reversed_by else agrees
-            draft.suspect(draft.column(rate), evidence + turned)
-    for rate in reversed_by:
-        for part in draft.body_rates:
-            part[:, "xyz".index(rate[1])] *= -1.0
+        if pushed < -CLEAR and draft.body_rates is not None:
+            draft.suspect(column, f"correlation {pushed:+.3f} of the acceleration with what this angle should cause")
+            draft.body_rates[:, place] *= -1.0
+            turned.append(repr(column))
+    return f" with {' and '.join(turned)} reversed" if turned else ""

@@ -6,17 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sym2real.logs import signals, spec_text
+from sym2real.logs import spec_text
 from sym2real.logs.draft import Draft
-from sym2real.logs.inspect_attitude import CLEAR
-from sym2real.logs.inspect_motion import in_body
+from sym2real.logs.inspect_motion import in_body, slopes_of_positions
 from sym2real.logs.motor_order import ORDERS, MotorOrder, Turning, motor_order
 from sym2real.logs.parts import Source
-from sym2real.logs.signals import Series
+from sym2real.logs.reading import CLEAR
 from sym2real.trajectory import Array
-from sym2real.vocabulary import MOTORS
+from sym2real.vocabulary import MOTORS, RATE
 
-RATES = ("wx", "wy", "wz")
 # Torque about forward, left and up by motors front right, rear right, rear left, front left, the first turning
 # counter-clockwise seen from above (docs/specification.md).
 TORQUES = np.array([[-1.0, -1.0, 1.0, 1.0], [-1.0, 1.0, 1.0, -1.0], [-1.0, 1.0, -1.0, 1.0]])
@@ -25,10 +23,10 @@ TORQUES = np.array([[-1.0, -1.0, 1.0, 1.0], [-1.0, 1.0, 1.0, -1.0], [-1.0, 1.0, 
 def inspect_motor_order(draft: Draft) -> None:
     """Whether the rates contradict the order in which the motors are counted; they stay as they are."""
     rates = _rates(draft)
-    if not rates or not draft.has(*MOTORS):
+    if rates is None or not draft.has(*MOTORS):
         return
     columns = [draft.column(name) for name in MOTORS]
-    found = motor_order(_turning(draft, rates, columns))
+    found = motor_order(_turning(draft, rates, draft.raw(*columns)))
     if found is None:
         return
     shown = f"rates correlate with them by {found.correlation:.2f} then, by {found.as_it_stands:.2f} as they stand"
@@ -52,29 +50,24 @@ def _report_order(draft: Draft, columns: Sequence[str], motor_order: MotorOrder,
         draft.comment(MOTORS[-1], f"{name} = {spec_text.text(Source(column, draft.units[name]))}")
 
 
-def _rates(draft: Draft) -> Series:
+def _rates(draft: Draft) -> Array | None:
     """About forward, left and up ``# (rows, 3)``: the gyro's, with signs by the attitude, or the attitude's own."""
     upright = np.array([1.0, 1.0, 1.0] if draft.frames == "z_up" else [1.0, -1.0, -1.0])
-    if not draft.has(*RATES):
-        return [upright * part for part in draft.body_rates]
-    signs = upright
-    if draft.body_rates:
-        pairs = [(draft.series(name), [part[:, axis] for part in draft.body_rates]) for axis, name in enumerate(RATES)]
-        signs = upright * [-1.0 if signals.correlation(*pair) < -CLEAR else 1.0 for pair in pairs]
-    return [signs * np.stack(parts, axis=1) for parts in zip(*map(draft.series, RATES), strict=True)]
+    if not draft.has(*RATE.columns):
+        return None if draft.body_rates is None else upright * draft.body_rates
+    gyro = {name: draft.series(name) for name in RATE.columns}
+    turned = [
+        name in draft.turning and draft.rows.correlation(gyro[name], draft.turning[name]) < -CLEAR for name in gyro
+    ]
+    rates: Array = np.stack([*gyro.values()], axis=1) * upright * np.where(turned, -1.0, 1.0)
+    return rates
 
 
-def _turning(draft: Draft, rates: Series, columns: Sequence[str]) -> list[Turning]:
-    along = {f"v{axis}": signals.slopes(draft.stamps, draft.series(axis)) for axis in "xyz" if draft.has(axis)}
-    body = list((in_body(draft, along) if along else {}).values())
-    sent = [np.stack(parts, axis=1) for parts in zip(*map(draft.raw, columns), strict=True)]
-    flights = []
-    for log, time in enumerate(draft.stamps):
-        air = np.stack([part[log] for part in body], axis=1) if body else np.zeros((len(time), 0))
-        flights.append(Turning(time, rates[log], air, _caused(sent[log])))
-    return flights
-
-
-def _caused(sent: Array) -> Array:
-    """Angular acceleration by motors ``# (rows, 4)`` in every order, in units of each axis ``# (24, rows, 3)``."""
-    return np.stack([sent[:, list(order)] @ TORQUES.T for order in ORDERS])
+def _turning(draft: Draft, rates: Array, sent: Array) -> list[Turning]:
+    """One per stretch; angular acceleration by the motors is in units of each axis."""
+    body = in_body(draft, slopes_of_positions(draft))
+    air = np.stack([*body.values()], axis=1) if body else np.zeros((len(rates), 0))
+    caused = [sent[:, list(order)] @ TORQUES.T for order in ORDERS]
+    columns = (draft.rows.stamps, rates, air, np.stack(caused, axis=1))
+    parts = zip(*map(draft.rows.parts, columns), strict=True)
+    return [Turning(time, turning, wind, by_motors.swapaxes(0, 1)) for time, turning, wind, by_motors in parts]

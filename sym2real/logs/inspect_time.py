@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from sym2real.logs.draft import Draft
-from sym2real.logs.evidence import stretches, words
+from sym2real.logs.evidence import Rows, words
 from sym2real.logs.parts import TimeBase
 from sym2real.logs.resample import GAP_INTERVALS, SAME_CLOCK, gaps, is_regular
-from sym2real.logs.signals import Series
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import stamps
 from sym2real.logs.table import Table
@@ -22,28 +21,32 @@ UNLIKE = (0.6, 1.6)  # × the median: an interval outside is not like the others
 
 
 def inspect_time(draft: Draft) -> None:
-    """Find the time base and the rows to drop; sets ``times`` and ``looked_at``, and shortens ``tables``."""
+    """Find the time base and the rows to drop; sets ``rows``, and shortens ``tables``."""
     column = _column(draft.tables, draft.assignment.times)
-    if column is None:
-        _without_stamps(draft)
-    else:
-        _with_stamps(draft, column)
-    draft.looked_at = stretches(draft.times)
-    if statement := words(draft.times, draft.looked_at):
+    times = _without_stamps(draft) if column is None else _with_stamps(draft, column)
+    draft.rows = Rows(times)
+    if statement := words(times, draft.rows.stretches):
         draft.add("", "not every row is looked at", "", statement, "certain")
 
 
-def _with_stamps(draft: Draft, column: str) -> None:
+def _with_stamps(draft: Draft, column: str) -> list[Array]:
     counts = [stamps(table, LogSpec(time=TimeBase(column))) for table in draft.tables]
     step = usual_interval(np.concatenate([np.diff(values) for values in counts]))
     unit, evidence = _unit(draft, column, step)
     times = [values * UNITS[unit][1] for values in counts]
-    draft.drop_first = max(_first_rows(time) for time in times)
-    period = nice_period(step * UNITS[unit][1])
-    draft.time = TimeBase(column, unit, dt=period)
-    _keep(draft, times)
+    first = draft.drop_first = max(map(_first_rows, times))
+    if first:
+        intervals = ", ".join(f"{1e3 * np.diff(time[: first + 1]).max():.4g}" for time in times)
+        usual = 1e3 * np.median(np.diff(times[0]))
+        remark = f"the first interval is {intervals} ms where the others are {usual:.4g} ms"
+        draft.add("", f"drop the first {first} row(s)", "", remark, "certain")
+        draft.comment("drop_first", remark)
+    draft.tables = [table[first:] for table in draft.tables]
+    times = [time[first:] for time in times]
+    draft.time = TimeBase(column, unit, dt=nice_period(step * UNITS[unit][1]))
     draft.add(column, "time", unit, evidence, "guess" if "counter" in evidence else "certain")
-    _jitter(draft, period)
+    _jitter(draft, times, nice_period(step * UNITS[unit][1]))
+    return times
 
 
 def nice_period(step: float) -> float:
@@ -85,35 +88,23 @@ def _first_rows(time: Array) -> int:
     return int(unlike[-1]) + 1 if len(unlike) and unlike[0] == 0 and len(unlike) == unlike[-1] + 1 else 0
 
 
-def _keep(draft: Draft, times: Series) -> None:
-    first = draft.drop_first
-    if first:
-        intervals = ", ".join(f"{1e3 * np.diff(time[: first + 1]).max():.4g}" for time in times)
-        usual = 1e3 * np.median(np.diff(times[0]))
-        evidence = f"the first interval is {intervals} ms where the others are {usual:.4g} ms"
-        draft.add("", f"drop the first {first} row(s)", "", evidence, "certain")
-        draft.comment("drop_first", evidence)
-    draft.tables = [table.rows(first, len(table)) for table in draft.tables]
-    draft.times = [time[first:] for time in times]
-
-
-def _jitter(draft: Draft, period: float) -> None:
-    intervals = 1e3 * np.concatenate([np.diff(time) for time in draft.times])
+def _jitter(draft: Draft, times: list[Array], period: float) -> None:
+    intervals = 1e3 * np.concatenate([np.diff(time) for time in times])
     low, high = np.percentile(intervals, [5, 95])
     spread = "regular"
-    if not all(is_regular(time, period) for time in draft.times):
+    if not all(is_regular(time, period) for time in times):
         ends = f"90 % within {low:.4g} to {high:.4g} ms, all within {intervals.min():.4g} to {intervals.max():.4g}"
         spread = f"jittered ({ends}): rows will be resampled"
     draft.add("", "time step", "s", f"{1e3 * period:g} ms, {spread}", "certain")
-    for table, time in zip(draft.tables, draft.times, strict=True):
+    for table, time in zip(draft.tables, times, strict=True):
         for row in gaps(time, period)[:3]:
-            evidence = f"{time[row] - time[row - 1]:.4g} s before row {table.line(row)} of {table.path.name}"
+            evidence = f"{time[row] - time[row - 1]:.4g} s before row {table.lines[row]} of {table.path.name}"
             draft.add("", f"gap (more than {GAP_INTERVALS} steps)", "", evidence, "certain")
 
 
-def _without_stamps(draft: Draft) -> None:
+def _without_stamps(draft: Draft) -> list[Array]:
     """Provisional stamps of 100 rows a second; the rate follows from velocities where there are any."""
     draft.time = TimeBase("", "s", rate=100.0)
-    draft.times = [np.arange(len(table)) / 100.0 for table in draft.tables]
     draft.add("", "time", "?", "no column of stamps: the rate of 100 rows a second is only a placeholder", "unknown")
     draft.comment("time", "The log has no stamps: put the true number of rows a second here.")
+    return [np.arange(len(table)) / 100.0 for table in draft.tables]

@@ -23,11 +23,9 @@ from sym2real.logs.inspect_columns import inspect_columns
 from sym2real.logs.inspect_commands import inspect_commands
 from sym2real.logs.inspect_heading import inspect_yaw
 from sym2real.logs.inspect_joints import inspect_joints
-from sym2real.logs.inspect_motion import inspect_rates, inspect_velocities
+from sym2real.logs.inspect_motion import inspect_positions, inspect_rates, inspect_velocities, inspect_wheel
 from sym2real.logs.inspect_motors import inspect_motor_order
-from sym2real.logs.inspect_position import inspect_positions
 from sym2real.logs.inspect_time import inspect_time
-from sym2real.logs.inspect_wheel import inspect_wheel
 from sym2real.logs.joint_names import Matching, match_own
 from sym2real.logs.reader import expand
 from sym2real.logs.several_files import one_log_each, read_parts
@@ -110,7 +108,7 @@ def inspect_logs(
 def _assigned(names: Sequence[str], layouts: Layouts | None, moved: Mapping[str, str]) -> tuple[Assignment, Matching]:
     """Which column of the model, or of all standard ones, each column of a log may be."""
     if layouts is None:
-        return assign(names), Matching({}, {})
+        return assign(names), Matching()
     matching = match_own(names, layouts, moved)
     own = {column: match.source for column, match in matching.found.items()}
     rest = within(assign([name for name in names if name not in own.values()]), layouts)
@@ -128,7 +126,7 @@ def _draft(tables: list[Table], assignment: Assignment) -> Draft:
     whole, notes = zip(*(without_dropouts(table, used, held) for table in tables), strict=True)
     for table, remarks in zip(whole, notes, strict=True):
         _require_rows(table, remarks)
-    draft = Draft(list(whole), assignment, held=tuple(held))
+    draft = Draft(list(whole), assignment, tuple(held))
     for table, remarks in zip(tables, notes, strict=True):
         for note in remarks:
             draft.add("", "rows left out", "", f"{table.path.name}: {note}", "certain")

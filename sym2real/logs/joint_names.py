@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
@@ -55,8 +55,8 @@ class Matching:
         open: column of the model that nothing was found for → why.
     """
 
-    found: Mapping[str, Match]
-    open: Mapping[str, str]
+    found: dict[str, Match] = field(default_factory=dict)
+    open: dict[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -99,104 +99,92 @@ class _Name:
         return "#".join(re.split(r"\d+(?=\D*$)", self.text))
 
 
+Fits = Callable[[_Name, str], bool]  # whether a name may stand for a column of the model
+
+
 def match_own(columns: Sequence[str], layouts: Layouts, moved: Mapping[str, str]) -> Matching:
-    """Columns of a log that are the model's own.
+    """Columns of a log that are the model's own: by their own names first, then by words, then by the order of numbers.
 
     Args:
         columns: of the log.
         layouts: of the model; only its columns outside the vocabulary are looked for.
         moved: joint that an action moves, as far as that is known.
     """
-    return _Matcher([_Name(column) for column in columns], layouts, moved).matching()
+    units, rates = own_units(layouts), layouts.state.rates
+    own = [column for column in (*layouts.state, *layouts.action) if column in units]
+    places = {joint: joint for joint in layouts.state.joints if joint in units}
+    actions = {action: moved.get(action, action) for action in own if action in layouts.action}
 
-
-class _Matcher:
-    def __init__(self, log: Sequence[_Name], layouts: Layouts, moved: Mapping[str, str]) -> None:
-        self.log = log
-        own = own_units(layouts)
-        state = layouts.state
-        self.joints = [joint for joint in state.joints if joint in own]
-        self.actions = [action for action in layouts.action if action in own]
-        self.found: dict[str, Match] = {}
-        self.open: dict[str, str] = {}
-        self.moved, self.rates, self.units = moved, state.rates, own
-        # Columns of the model without a meaning of their own, such as coordinates whose rate it does not hold.
-        named = {*self.joints, *self.actions, *(state.rates[joint] for joint in self.joints)}
-        self.others = [column for column in (*state, *layouts.action) if column in own and column not in named]
-
-    def matching(self) -> Matching:
-        """Own names first, then words, then the order of numbers."""
-        places = {joint: joint for joint in self.joints}
-        rates = {self.rates[joint]: joint for joint in self.joints}
-        actions = {action: self.moved.get(action, action) for action in self.actions}
-        by_text = {name.text.lower(): name for name in self.log}
-        for column in (*places, *rates, *actions, *self.others):
-            if (name := by_text.get(column.lower())) is not None:
-                self.found[column] = Match(name.text, "the model's own name")
-        self._group(places, lambda name, _: name.quantity in {"place", ""} and not name.wanted)
-        self._group(rates, lambda name, _: name.quantity == "rate" and not name.wanted)
-        self._group(actions, self._may_be_told)
-        for column in self.others:
-            if column not in self.found:
-                self.open[column] = "no column is called like it"
-        return Matching(self.found, self.open)
-
-    def _may_be_told(self, name: _Name, action: str) -> bool:
-        told = TOLD.get(self.units[action], "force")
+    def may_be_told(name: _Name, action: str) -> bool:
+        told = TOLD.get(units[action], "force")
         return (name.wanted and name.quantity in {told, ""}) or name.quantity == told == "force"
 
-    def _group(self, joints: Mapping[str, str], fits: Callable[[_Name, str], bool]) -> None:
-        """Columns of one quantity, each with its joint."""
-        for column, joint in joints.items():
-            if column not in self.found:
-                self._by_words(column, {column, joint}, fits)
-        left = [column for column in joints if column not in self.found]
-        if left and left == [*joints]:
-            self._by_order(left, fits)
-        for column in joints:
-            if column not in self.found:
-                self.open.setdefault(column, "no column is called like it")
+    texts = {column.lower(): column for column in columns}
+    result = Matching({
+        column: Match(texts[column.lower()], "the model's own name") for column in own if column.lower() in texts
+    })  # fmt: skip
+    log = [_Name(column) for column in columns]
+    _match(result, log, places, lambda name, _: name.quantity in {"place", ""} and not name.wanted)
+    turned = {rates[joint]: joint for joint in places}
+    _match(result, log, turned, lambda name, _: name.quantity == "rate" and not name.wanted)
+    _match(result, log, actions, may_be_told, told=True)
+    # Columns of the model without a meaning of their own, such as coordinates whose rate it does not hold, too.
+    for column in own:
+        if column not in result.found:
+            result.open[column] = result.open.pop(column, "no column is called like it")
+    return result
 
-    def _free(self, column: str, fits: Callable[[_Name, str], bool]) -> list[_Name]:
-        used = {match.source for match in self.found.values()}
-        return [name for name in self.log if name.text not in used and fits(name, column)]
 
-    def _by_words(self, column: str, called: Iterable[str], fits: Callable[[_Name, str], bool]) -> None:
-        """The one name that has the words, or the number, of the column or its joint."""
-        names = [_Name(text) for text in called]
-        wanted = {(name.joint, name.number) for name in names if name.joint or name.number is not None}
-        alike = [name for name in self._free(column, fits) if (name.joint, name.number) in wanted]
-        # Where numbers count from 0 in the log and not in the model, they are no names.
-        numbers = {name.number for name in names if not name.joint}
-        alike = [name for name in alike if name.joint or (0 in numbers) == (0 in self._numbers(name))]
-        told = [name for name in alike if name.wanted] if column in self.actions else []
-        alike = told or alike
-        if len(alike) == 1:
-            self.found[column] = Match(alike[0].text, "by its name")
-        elif alike:
-            self.open[column] = f"it may be {' or '.join(repr(name.text) for name in alike)}"
+def _match(
+    result: Matching, log: Sequence[_Name], joints: Mapping[str, str], fits: Fits, *, told: bool = False
+) -> None:
+    """Columns of one quantity, each with its joint; ``told`` where names of what is wanted go first."""
 
-    def _numbers(self, name: _Name) -> set[int | None]:
-        return {other.number for other in self.log if other.family == name.family}
+    def free(column: str) -> list[_Name]:
+        used = {match.source for match in result.found.values()}
+        return [name for name in log if name.text not in used and fits(name, column)]
 
-    def _by_order(self, columns: Sequence[str], fits: Callable[[_Name, str], bool]) -> None:
-        """Names that only count, as ROS' ``position[0]``, where there are as many as the model has."""
-        families: dict[str, list[_Name]] = {}
-        for name in self._free(columns[0], fits):
-            if name.number is not None:
-                families.setdefault(name.family, []).append(name)
-        count = len(columns)
-        whole = [
-            sorted(names, key=lambda name: name.number or 0)
-            for names in families.values()
-            if sorted(name.number or 0 for name in names) in ([*range(count)], [*range(1, count + 1)])
-        ]
-        if len(whole) == 1:
-            for place, (column, name) in enumerate(zip(columns, whole[0], strict=True), 1):
-                evidence = f"number {place} of {count}, in the order of the model's: check that the log has the same"
-                self.found[column] = Match(name.text, evidence, sure=False)
-            self.open = {column: why for column, why in self.open.items() if column not in self.found}
-        elif families:
-            said = ", ".join(f"{len(names)} like {names[0].text!r}" for names in families.values())
-            for column in columns:
-                self.open[column] = f"the log has {said} and the model {count}: which is which cannot be known"
+    for column, joint in joints.items():
+        if column not in result.found:
+            alike = _alike({column, joint}, free(column), log)
+            alike = ([name for name in alike if name.wanted] if told else []) or alike
+            if len(alike) == 1:
+                result.found[column] = Match(alike[0].text, "by its name")
+            elif alike:
+                result.open[column] = f"it may be {' or '.join(repr(name.text) for name in alike)}"
+    if joints and not joints.keys() & result.found.keys():
+        _by_order(result, [*joints], free(next(iter(joints))))
+
+
+def _alike(called: Iterable[str], free: Sequence[_Name], log: Sequence[_Name]) -> list[_Name]:
+    """Names that have the words, or the number, of a column or its joint."""
+    names = [_Name(text) for text in called]
+    wanted = {(name.joint, name.number) for name in names if name.joint or name.number is not None}
+    # Where numbers count from 0 in the log and not in the model, they are no names.
+    from_0 = any(name.number == 0 for name in names if not name.joint)
+    counted_from_0 = {name.family for name in log if name.number == 0}
+    return [
+        name
+        for name in free
+        if (name.joint, name.number) in wanted and (name.joint or from_0 == (name.family in counted_from_0))
+    ]
+
+
+def _by_order(result: Matching, columns: Sequence[str], free: Sequence[_Name]) -> None:
+    """Names that only count, as ROS' ``position[0]``, where there are as many as the model has."""
+    families: dict[str, dict[int, _Name]] = {}
+    for name in free:
+        if name.number is not None:
+            families.setdefault(name.family, {})[name.number] = name
+    count = len(columns)
+    counts = [[*range(count)], [*range(1, count + 1)]]
+    whole = [names for names in families.values() if sorted(names) in counts]
+    if len(whole) == 1:
+        for place, (column, (_, name)) in enumerate(zip(columns, sorted(whole[0].items()), strict=True), 1):
+            evidence = f"number {place} of {count}, in the order of the model's: check that the log has the same"
+            result.found[column] = Match(name.text, evidence, sure=False)
+            result.open.pop(column, None)
+    elif families:
+        said = ", ".join(f"{len(names)} like {next(iter(names.values())).text!r}" for names in families.values())
+        found = f"the log has {said} and the model {count}: which is which cannot be known"
+        result.open.update(dict.fromkeys(columns, found))

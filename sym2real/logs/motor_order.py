@@ -22,6 +22,7 @@ from itertools import permutations, product
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
 from scipy.signal import lfilter
 
 from sym2real.trajectory import Array
@@ -131,8 +132,8 @@ def _stretches(turning: Turning, shift: float, lag: float) -> tuple[Array, Array
         kept = np.exp(-float(np.median(np.diff(turning.time))) / lag)
         start = kept * caused[:1]
         caused = lfilter([1.0 - kept], [1.0, -kept], caused, axis=0, zi=start)[0]
-    motors = _integral(turning.time, caused)
-    early, late = (_at(turning.time, motors, turning.time[rows] - shift) for rows in (first, last))
+    motors = make_interp_spline(turning.time, _integral(turning.time, caused), k=1)
+    early, late = (motors(turning.time[rows] - shift) for rows in (first, last))
     rates = turning.rates
     coupled = np.stack([rates[:, 1] * rates[:, 2], rates[:, 0] * rates[:, 2], rates[:, 0] * rates[:, 1]], axis=1)
     others = _integral(turning.time, np.column_stack([rates, coupled, turning.air]))
@@ -155,14 +156,6 @@ def _integral(time: Array, values: Array) -> Array:
     return np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(steps, axis=0)])
 
 
-def _at(time: Array, values: Array, when: Array) -> Array:
-    """Linear interpolation of columns ``# (rows, columns)`` at times within the log."""
-    row = np.clip(np.searchsorted(time, when, side="right") - 1, 0, len(time) - 2)
-    part = ((when - time[row]) / (time[row + 1] - time[row]))[:, None]
-    found: Array = (1.0 - part) * values[row] + part * values[row + 1]
-    return found
-
-
 def _by_block(tables: Sequence[tuple[Array, Array, Array, NDArray[np.int64]]]) -> Array:
     """Correlations of one delay and lag, what nuisances explain taken away ``# (blocks, orders, 2, axes)``."""
     changes, others, motors, _ = (np.concatenate(parts) for parts in zip(*tables, strict=True))
@@ -183,5 +176,4 @@ def _centred(values: Array, blocks: NDArray[np.int64]) -> Array:
     """Columns ``# (n, k)`` without their means over every block."""
     sums = np.zeros((int(blocks[-1]) + 1, values.shape[1]))
     np.add.at(sums, blocks, values)
-    found: Array = values - (sums / np.maximum(np.bincount(blocks), 1)[:, None])[blocks]
-    return found
+    return values - (sums / np.maximum(np.bincount(blocks), 1)[:, None])[blocks]

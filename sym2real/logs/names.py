@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -34,7 +35,9 @@ RATE = frozenset(
 ACCELERATION = frozenset({"a", "acc", "accel", "acceleration", "accelerometer", "accelerations"})
 QUATERNION = frozenset({"q", "quat", "quaternion", "orientation", "rotation", "attitude", "att"})
 VELOCITY = frozenset({"v", "vel", "velocity", "velocities", "twist", "linvel", "dot", "speed"})
-WHEEL, TURNS = frozenset({"wheel", "wheels", "tacho", "tachometer"}), frozenset({"rpm", "erpm"})
+TACHOMETER, TURNS = frozenset({"tacho", "tachometer"}), frozenset({"rpm", "erpm"})
+WHEEL = TACHOMETER | {"wheel", "wheels"}
+ALONE, DERIVATIVE = frozenset({"omega", "angular", "gyro"}), frozenset({"derivative"})
 POSITION = frozenset({"p", "pos", "position", "location", "translation", "coordinate", "xyz"})
 # Rotors in the order of the standard columns, named by where they sit.
 CORNERS = {"fr": "1", "rr": "2", "br": "2", "rl": "3", "bl": "3", "fl": "4"}
@@ -45,6 +48,14 @@ EULER = {
 AXES = {"x": "x", "y": "y", "z": "z", "w": "w", "n": "x", "e": "y"}
 EULER_AXES = {"roll": "x", "pitch": "y", "yaw": "z"}
 RATE_AXES = AXES | {word: EULER_AXES[angle] for word, angle in EULER.items()}
+COUNTED = {"0": "x", "1": "y", "2": "z"}
+# What a unit means of some quantities: ``_ms`` is milliseconds on a stamp; a servo's pulse is no angle.
+SPEEDS = {"ms": "m/s", "mm": "mm/s", "cm": "cm/s"}
+MEANT: Mapping[str, Mapping[str, str]] = {
+    **dict.fromkeys(("velocity", "speed", "wheel speed"), SPEEDS),
+    "steer": {"us": ""},
+    "rate": {"deg": "deg/s", "rad": "rad/s", "mrad": "mrad/s"},
+}
 # What a quantity is whose unit is one of change.
 OF_A_SECOND = {"position": "velocity", "roll": "rate", "pitch": "rate", "yaw": "rate"}
 
@@ -78,154 +89,63 @@ def read_name(name: str) -> Named | None:
         role = "command"
     if REFERENCE.intersection(words):
         role = "reference"
-    rest = _Words(tuple(word for word in words if word not in COMMAND | WANTED | REFERENCE))
-    found = next((found for rule in RULES if (found := rule(rest))), None)
+    found = _quantity([word for word in words if word not in COMMAND | WANTED | REFERENCE])
     if found is None:
         return None
-    quantity, axis = found
+    quantity, axis, counted = found
     if unit.endswith("/s"):
         quantity, axis = OF_A_SECOND.get(quantity, quantity), EULER_AXES.get(quantity, axis)
     if quantity in {"position", "velocity", "acceleration"} and role == "command":
         role = "reference"
     if quantity in {"thrust", "throttle", "motor", "steer"}:
         role = "command"
-    counted = bool(rest.digit and axis) and rest.axis == rest.digit and quantity != "quaternion"
-    return Named(quantity, axis, role, _unit_of(quantity, unit), counted and axis in {"x", "y", "z"})
+    counted = counted and quantity != "quaternion" and axis in {"x", "y", "z"}
+    return Named(quantity, axis, role, MEANT.get(quantity, {}).get(unit, unit), counted)
 
 
-Found = tuple[str, str] | None
+def _quantity(words: Sequence[str]) -> tuple[str, str, bool] | None:
+    """Quantity, axis, and whether that is a number, by the words of a name without those of its role."""
 
+    def has(*vocabulary: frozenset[str]) -> bool:
+        return any(part.intersection(words) for part in vocabulary)
 
-@dataclass(frozen=True)
-class _Words:
-    """The words of a name without those of its role, and the axis among them."""
+    def last(known: Mapping[str, str], *left_out: str) -> str:
+        return ([known[word] for word in words if word in known and word not in left_out] or [""])[-1]
 
-    words: tuple[str, ...]
-
-    def has(self, *vocabulary: frozenset[str]) -> bool:
-        return any(vocabulary_part.intersection(self.words) for vocabulary_part in vocabulary)
-
-    @property
-    def digit(self) -> str:
-        digits = [word for word in self.words if word.isdigit() and len(word) == 1]
-        return digits[-1] if digits else ""
-
-    @property
-    def axis(self) -> str:
-        """A letter x, y, z, w, else a digit, else nothing."""
-        letters = [AXES[word] for word in self.words if word in AXES]
-        return letters[-1] if letters else self.digit
-
-    @property
-    def counted(self) -> str:
-        """x, y or z, where 0, 1, 2 count as such; else nothing."""
-        axis = "xyz"[int(self.axis)] if self.axis in {"0", "1", "2"} else self.axis
-        return axis if axis in {"x", "y", "z"} else ""
-
-    @property
-    def corner(self) -> str:
-        """Number of the rotor that sits there; else nothing."""
-        sides = [side[0] for side in ("front", "rear", "back", "left", "right") if side in self.words]
-        return next((CORNERS[word] for word in (*self.words, "".join(sides)) if word in CORNERS), "")
-
-    @property
-    def angle(self) -> str:
-        angles = [EULER[word] for word in self.words if word in EULER]
-        return angles[-1] if angles else ""
-
-
-def _electric(name: _Words) -> Found:
-    return ("battery", "") if name.has(BATTERY) and not name.has(NOT_VOLTAGE) else None
-
-
-def _command(name: _Words) -> Found:
-    if name.has(STEER) and not name.has(RATE, VELOCITY):
-        return "steer", ""
-    if name.has(SERVO) and not name.digit:
-        return "steer", ""
-    if name.has(THRUST) and name.axis in {"", "z", "2"}:
-        return "thrust", ""
-    if name.has(THROTTLE):
-        return "throttle", ""
-    if name.has(MOTOR) or (name.corner and name.has(RATE, FORCE)):
-        return ("motor", place) if (place := name.corner or name.digit) else None
-    return None
-
-
-def _wrench(name: _Words) -> Found:
-    """By a letter: what is counted are joints, or rotors."""
-    axis = "" if name.axis.isdigit() or name.axis == "w" else name.axis
-    if name.has(FORCE) and axis:
-        return "force", axis
-    return ("torque", axis) if name.has(TORQUE) and axis else None
-
-
-def _rate(name: _Words) -> Found:
+    digit = ([word for word in words if word.isdigit() and len(word) == 1] or [""])[-1]
+    letter, angle = last(AXES), last(EULER)
+    axis = letter or digit
+    along = axis if axis in {"x", "y", "z"} else COUNTED.get(axis, "")
+    pushed = "" if letter == "w" else letter
+    sides = "".join(side[0] for side in ("front", "rear", "back", "left", "right") if side in words)
+    corner = next((CORNERS[word] for word in (*words, sides) if word in CORNERS), "")
     # In "vel_w_x" the w is the world.
-    turning = name.has(RATE - {"w"} if name.has(VELOCITY, POSITION) else RATE) or (
-        bool(name.angle) and name.has(VELOCITY)
+    turning = has(RATE - {"w"} if has(VELOCITY, POSITION) else RATE) or (bool(angle) and has(VELOCITY))
+    about = last(RATE_AXES, "w") or along
+    left = [word for word in words if word not in RATE - {"w"}]
+    # In this order: "local_position/pose/orientation.x" is an attitude, "attitude_rate.x" a rate.
+    rules = (
+        ("battery", has(BATTERY) and not has(NOT_VOLTAGE), ""),
+        ("steer", (has(STEER) and not has(RATE, VELOCITY)) or (has(SERVO) and not digit), ""),
+        ("thrust", has(THRUST) and axis in {"", "z", "2"}, ""),
+        ("throttle", has(THROTTLE), ""),
+        ("motor", has(MOTOR) and (corner or digit), corner or digit),
+        ("motor", corner and has(RATE, FORCE), corner),
+        # By a letter: what is counted are joints, or rotors.
+        ("force", has(FORCE) and pushed, pushed),
+        ("torque", has(TORQUE) and pushed, pushed),
+        ("wheel speed", has(WHEEL) and (has(TACHOMETER) or has(VELOCITY, TURNS)) and not axis, ""),
+        # Aeronautics' p, q, r, alone or behind a word for rates, which mean axes only where all three are there.
+        ("letter", left in (["p"], ["q"], ["r"]), "".join(left)),
+        # A car logs its only rate without an axis.
+        ("rate", turning and not has(DERIVATIVE, ACCELERATION) and (about or has(ALONE)), about or "z"),
+        ("acceleration", has(ACCELERATION) and along, along),
+        ("quaternion", has(QUATERNION) and axis and not angle, axis),
+        ("velocity", has(VELOCITY) and not angle and not has(STEER) and along, along),
+        ("speed", has(VELOCITY) and not angle and not has(STEER) and not axis, ""),
+        (angle, angle, ""),
+        ("position", has(ALTITUDE), "z"),
+        ("position", along and (has(POSITION) or letter), along),
+        ("time", has(TIME) and not axis, ""),
     )
-    if not turning or name.has(frozenset({"derivative"}), ACCELERATION):
-        return None
-    axes = [RATE_AXES[word] for word in name.words if word in RATE_AXES and word != "w"]
-    axis = axes[-1] if axes else name.counted
-    # A car logs its only rate without an axis.
-    return ("rate", axis or "z") if axis or name.has(frozenset({"omega", "angular", "gyro"})) else None
-
-
-def _acceleration(name: _Words) -> Found:
-    return ("acceleration", name.counted) if name.has(ACCELERATION) and name.counted else None
-
-
-def _quaternion(name: _Words) -> Found:
-    return ("quaternion", name.axis) if name.has(QUATERNION) and name.axis and not name.angle else None
-
-
-def _wheel(name: _Words) -> Found:
-    counted = name.has(frozenset({"tacho", "tachometer"})) or name.has(VELOCITY, TURNS)
-    return ("wheel speed", "") if name.has(WHEEL) and counted and not name.axis else None
-
-
-def _velocity(name: _Words) -> Found:
-    if not name.has(VELOCITY) or name.angle or name.has(STEER):
-        return None
-    return ("velocity", name.counted) if name.counted else ("speed", "") if not name.axis else None
-
-
-def _angle(name: _Words) -> Found:
-    return (name.angle, "") if name.angle else None
-
-
-def _position(name: _Words) -> Found:
-    if name.has(ALTITUDE):
-        return "position", "z"
-    return ("position", name.counted) if name.counted and (name.has(POSITION) or not name.axis.isdigit()) else None
-
-
-def _letter(name: _Words) -> Found:
-    """Aeronautics' p, q, r, alone or behind a word for rates, which mean axes only where all three are there."""
-    left = tuple(word for word in name.words if word not in RATE - {"w"})
-    return ("letter", left[0]) if left in {("p",), ("q",), ("r",)} else None
-
-
-def _time(name: _Words) -> Found:
-    return ("time", "") if name.has(TIME) and not name.axis else None
-
-
-# In this order: "local_position/pose/orientation.x" is an attitude, "attitude_rate.x" a rate.
-RULES = (
-    _electric, _command, _wrench, _wheel, _letter, _rate, _acceleration, _quaternion, _velocity, _angle, _position,
-    _time,
-)  # fmt: skip
-
-
-def _unit_of(quantity: str, unit: str) -> str:
-    """The unit a suffix means for this quantity: ``_ms`` is milliseconds on a stamp, m/s on a velocity."""
-    if quantity in {"velocity", "speed", "wheel speed"}:
-        return {"ms": "m/s", "mm": "mm/s", "cm": "cm/s"}.get(unit, unit)
-    if quantity == "steer":
-        # A servo's pulse is no angle: its size says so.
-        return "" if unit == "us" else unit
-    if quantity == "rate":
-        return {"deg": "deg/s", "rad": "rad/s", "mrad": "mrad/s"}.get(unit, unit)
-    return unit
+    return next(((quantity, where, bool(digit) and axis == digit) for quantity, holds, where in rules if holds), None)

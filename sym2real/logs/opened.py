@@ -31,7 +31,7 @@ FINEST = 500
 def _first_stamp(whole: Table, spec: LogSpec) -> float:
     """Time of the file's first row that has one, s."""
     named = [spec.time.column] if spec.time.column else []
-    return float(stamps(without_dropouts(whole, named)[0].rows(0, 1), spec)[0])
+    return float(stamps(without_dropouts(whole, named)[0][:1], spec)[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,13 +59,13 @@ class Opened:
             )
         if given is None and used.time.column not in (*whole.columns, *whole.texts):
             raise whole.without(used.time.column, "of time stamps", specification(whole.path))
-        table, left_out = without_dropouts(whole.rows(used.drop_first, used.drop_first + rows), used.sources, used.hold)
+        table, left_out = without_dropouts(whole[used.drop_first : used.drop_first + rows], used.sources, used.hold)
         standard = standardise(table, used)
-        standard = replace(standard, notes=()) if given is None else tidy(standard, _first_stamp(whole, used))
+        notes = [] if given is None else [*standard.notes]
         if dropped := len(whole) - rows:
-            note = f"{dropped} of {len(whole)} rows dropped at the ends"
-            standard = replace(standard, notes=(*standard.notes, note))
-        standard = replace(standard, notes=(*standard.notes, *left_out))
+            notes.append(f"{dropped} of {len(whole)} rows dropped at the ends")
+        standard = standard if given is None else tidy(standard, _first_stamp(whole, used))
+        standard = replace(standard, notes=(*notes, *left_out))
         step = dt if dt is not None else used.time.dt
         # Where rows are missing, a log is in pieces whether anybody asks for equal steps or not.
         cuts = [] if step is None and not left_out else gaps(standard.time, step or 0.0).tolist()
@@ -75,7 +75,7 @@ class Opened:
         """Rows ``start`` to ``stop``; a suffix of the name says that it was cut."""
         log = self.standard.rows(start, stop)
         if suffix:
-            note = f"{CUT}: rows {self.table.line(start)} to {self.table.line(stop - 1)}"
+            note = f"{CUT}: rows {self.table.lines[start]} to {self.table.lines[stop - 1]}"
             log = replace(log, notes=(*log.notes, note))
         log = add_derived(log, self.spec, self.layouts, self.dt)
         known = self.layouts or Layouts.of(log.columns)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from itertools import pairwise
+from itertools import chain, pairwise
 from pathlib import Path
 
 from sym2real.dataset import Dataset
@@ -14,7 +14,7 @@ from sym2real.logs.recordings import is_bag_folder
 from sym2real.logs.recordings.recording import is_command
 from sym2real.logs.resample import COMMANDS, GAP_INTERVALS
 from sym2real.logs.several_files import LogFiles, one_log_each, read_parts
-from sym2real.logs.specification import LogSpec, load_spec
+from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import with_header
 from sym2real.logs.table import IN_FOLDERS, Table, file_type
 from sym2real.trajectory import Trajectory
@@ -56,8 +56,8 @@ def read_log(
         >>> log.layouts.action.columns
         ('motor1', 'motor2', 'motor3', 'motor4')
     """
-    files = (Path(path),) if isinstance(path, str | Path) else tuple(Path(part) for part in path)
-    known = with_header(_loaded(spec), columns)
+    files = (Path(path),) if isinstance(path, str | Path) else tuple(map(Path, path))
+    known = with_header(spec, columns)
     return log_of_table(_read(files, known, layouts), known, layouts, dt, upsample=upsample)
 
 
@@ -70,7 +70,7 @@ def log_of_table(
     upsample: bool = False,
 ) -> Trajectory:
     """A table as one trajectory; arguments and errors as of :func:`read_log`."""
-    (log,) = in_step([Opened.open(table, _loaded(spec), layouts, dt)], upsample)
+    (log,) = in_step([Opened.open(table, with_header(spec), layouts, dt)], upsample)
     if log.gaps:
         row = log.gaps[0]
         interval = log.standard.time[row] - log.standard.time[row - 1]
@@ -102,23 +102,16 @@ def read_logs(
         >>> len(read_logs([example_flight()], "crazyflie_battery_drag"))
         1
     """
-    logs = read_each(paths, spec, layouts, dt, columns, upsample=upsample)
-    return Dataset(piece for pieces in logs for piece in pieces)
+    known = with_header(spec, columns)
+    return Dataset(chain(*read_each(logs_of(paths, known), known, layouts, dt, upsample=upsample)))
 
 
 def read_each(
-    paths: str | Path | Iterable[str | Path],
-    spec: LogSpec | str | Path | None = None,
-    layouts: Layouts | None = None,
-    dt: float | None = None,
-    columns: Sequence[str] = (),
-    *,
-    upsample: bool = False,
+    logs: Iterable[LogFiles], spec: LogSpec | None, layouts: Layouts | None, dt: float | None, *, upsample: bool = False
 ) -> list[list[Trajectory]]:
-    """The trajectories of every log of :func:`logs_of`; arguments and errors as of :func:`read_logs`."""
+    """The trajectories of each of :func:`logs_of`; arguments and errors as of :func:`read_logs`."""
     found: list[list[Trajectory]] = []
-    known = with_header(_loaded(spec), columns)
-    opened = [Opened.open(_read(files, known, layouts), known, layouts, dt) for files in logs_of(paths, known)]
+    opened = [Opened.open(_read(files, spec, layouts), spec, layouts, dt) for files in logs]
     for log in in_step(opened, upsample):
         bounds = [0, *log.gaps, len(log.table)]
         pieces = [(a, b) for a, b in pairwise(bounds) if b - a >= SHORTEST or len(bounds) == 2]
@@ -157,10 +150,6 @@ def expand(paths: str | Path | Iterable[str | Path]) -> list[Path]:
     if not files:
         raise DataError("logs", "one file or more", "none")
     return files
-
-
-def _loaded(spec: LogSpec | str | Path | None) -> LogSpec | None:
-    return None if spec is None else load_spec(spec)
 
 
 def _read(files: LogFiles, spec: LogSpec | None, layouts: Layouts | None) -> Table:

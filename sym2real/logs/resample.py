@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-
 import numpy as np
 from numpy.typing import NDArray
 
 from sym2real.layout import Layouts
 from sym2real.logs import derive
 from sym2real.logs.parts import ATTITUDES, STANDARD_COLUMNS
-from sym2real.logs.standard import Columns, Standard, attitude_columns
+from sym2real.logs.standard import Columns, Standard, attitude_columns, side_by_side
 from sym2real.trajectory import Array, usual_interval
 from sym2real.vocabulary import VOCABULARY
 
@@ -105,24 +103,23 @@ def _note(time: Array, dt: float, rows: int) -> str:
     )
 
 
-def _circles(log: Standard, grid: Array, commands: Collection[str]) -> Columns:
+def _circles(log: Standard, grid: Array, commands: frozenset[str]) -> Columns:
     columns: Columns = {}
-    for sine, cosine in CIRCLES:
-        if sine in log.columns and cosine in log.columns and sine not in commands:
-            angle = derive.counted_heading(log.columns[sine], log.columns[cosine])
-            turned = np.interp(grid, log.time, angle)
-            columns |= {sine: np.sin(turned), cosine: np.cos(turned)}
+    for names in CIRCLES:
+        circle = side_by_side(log.columns, names)
+        if circle is not None and not commands & {*names}:
+            turned = np.interp(grid, log.time, derive.counted_heading(*circle.T))
+            columns |= dict(zip(names, (np.sin(turned), np.cos(turned)), strict=True))
     return columns
 
 
-def _attitudes(log: Standard, grid: Array, latest: NDArray[np.int64], commands: Collection[str]) -> Columns:
+def _attitudes(log: Standard, grid: Array, latest: NDArray[np.int64], commands: frozenset[str]) -> Columns:
     columns: Columns = {}
     start = np.minimum(latest, len(log.time) - 2)
     fraction = (grid - log.time[start]) / (log.time[start + 1] - log.time[start])
-    for name in ATTITUDES:
-        names = attitude_columns(name)
-        if all(column in log.columns and column not in commands for column in names):
-            values = np.stack([log.columns[column] for column in names], axis=1)
+    for names in map(attitude_columns, ATTITUDES):
+        values = side_by_side(log.columns, names)
+        if values is not None and not commands & {*names}:
             turned = derive.slerp(values[start], values[start + 1], fraction)
             columns |= dict(zip(names, derive.continuous(turned).T, strict=True))
     return columns

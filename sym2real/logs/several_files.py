@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sym2real.errors import DataError
 from sym2real.logs import csv_file, parquet_file
@@ -120,25 +121,25 @@ def _by_stamps(tables: Sequence[Table], clock: str, sent: Sent | None) -> Table:
     recording = Recording(topics)
     columns = recording.together(recording.columns, sent)
     how = f"by {clock!r}: measurements interpolated, commands held"
-    return _named(tables, {clock: columns.pop(TIME), **columns}, 1, how)
+    stamps = columns.pop(TIME)
+    return _named(tables, {clock: stamps, **columns}, 1 + np.arange(len(stamps)), how)
 
 
 def _row_by_row(tables: Sequence[Table]) -> Table:
     longest = max(tables, key=len)
+    columns: dict[str, Array] = {}
     for table in tables:
         if len(table) < len(longest) - 1:
             expected = f"as many rows as {longest.path.name} ({len(longest)}), or one fewer, or stamps in both"
             raise DataError(table.path, expected, f"{len(table)} rows")
-    columns: dict[str, Array] = {}
-    for table in tables:
         for name, values in table.columns.items():
             columns[name] = values if len(values) == len(longest) else np.append(values, values[-1])
     columns |= longest.columns
     short = " (the last row keeps what was sent)" if any(len(table) < len(longest) for table in tables) else ""
-    return _named(tables, columns, longest.first_row, f"row by row{short}")
+    return _named(tables, columns, longest.lines, f"row by row{short}")
 
 
-def _named(tables: Sequence[Table], columns: dict[str, Array], first_row: int, how: str) -> Table:
+def _named(tables: Sequence[Table], columns: dict[str, Array], lines: NDArray[np.int64], how: str) -> Table:
     """A table that errors call by all of its files."""
     names = [table.path.name for table in tables]
     own = {
@@ -146,4 +147,4 @@ def _named(tables: Sequence[Table], columns: dict[str, Array], first_row: int, h
         "notes": json.dumps([f"{' and '.join(names)} are one log, put together {how}"]),
     }
     texts = tuple(name for table in tables for name in table.texts)
-    return Table(tables[0].path.with_name("+".join(names)), columns, first_row, texts, own)
+    return Table(tables[0].path.with_name("+".join(names)), columns, lines, texts, own)

@@ -6,48 +6,41 @@ import tomllib
 from collections.abc import Mapping
 from math import inf
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from sym2real.errors import DataError, UnknownNameError, reason
 from sym2real.field import is_name
-from sym2real.logs.parts import ATTITUDES, Attitude, Derived, Direction, Frames, Order, Source, TimeBase, VelocityFrame
+from sym2real.logs.parts import ATTITUDES, Attitude, Source, TimeBase
 from sym2real.logs.units import UNITS, factor
-from sym2real.toml_tables import ROWS, TABLE, TEXT, checked, number, one_of, texts
+from sym2real.toml_tables import ROWS, TABLE, TEXT, Rule, checked, number, one_of, texts
 
-COLUMNS = texts("a list of column names")
-TOP = {
-    **dict.fromkeys(("name", "title"), TEXT),
-    **dict.fromkeys(("drop_first", "drop_last"), ROWS),
-    **dict.fromkeys(("header", "flip", "hold"), COLUMNS),
-    **dict.fromkeys(("time", "columns", *ATTITUDES), TABLE),
-    "derive": texts(f"one of {', '.join(get_args(Derived))}, or both, in a list", get_args(Derived)),
-    "velocity_frame": one_of(get_args(VelocityFrame)),
-    "frames": one_of(get_args(Frames)),
-    "mass": number(),
-}
-OF_TIME = {
-    "column": TEXT,
-    "unit": one_of([name for name, (unit, _) in UNITS.items() if unit == "s"]),
-    "rate": number(),
-    "dt": number(),
-}
-OF_SOURCE = {
-    "column": TEXT,
-    "unit": TEXT,
-    "scale": number("a number > 0 (flip reverses a sign)"),
-    "zero": number("a number", -inf),
-}
-OF_ATTITUDE = {
-    "quaternion": COLUMNS,
-    "euler": COLUMNS,
-    "order": one_of(get_args(Order)),
-    "direction": one_of(get_args(Direction)),
-    "unit": one_of([name for name, (unit, _) in UNITS.items() if unit == "rad"]),
-}
+UNIT_OF = {meant: one_of([name for name, (unit, _) in UNITS.items() if unit == meant]) for meant in ("s", "rad")}
 
 
-def keywords(text: str, file: str | Path) -> dict[str, Any]:
-    """Keyword arguments of the specification that a text holds.
+def rules_of(kind: type, **special: Rule) -> dict[str, Rule]:
+    """What may stand under the keys of a table: by the types of a dataclass, but for some."""
+    return {name: _rule(hint) for name, hint in get_type_hints(kind).items()} | special
+
+
+def _rule(hint: Any) -> Rule:
+    parts = get_args(hint)
+    if get_origin(hint) is Literal:
+        return one_of(parts)
+    if get_origin(hint) is tuple and (options := get_args(parts[0])):
+        return texts(f"one of {', '.join(options)}, or both, in a list", options)
+    if get_origin(hint) is tuple:
+        return texts("a list of column names")
+    return {str: TEXT, int: ROWS, float: number(), float | None: number()}.get(hint, TABLE)
+
+
+OF_TIME = rules_of(TimeBase, unit=UNIT_OF["s"])
+SCALE, ZERO = number("a number > 0 (flip reverses a sign)"), number("a number", -inf)
+OF_SOURCE = rules_of(Source, scale=SCALE, zero=ZERO)
+OF_ATTITUDE = rules_of(Attitude, unit=UNIT_OF["rad"])
+
+
+def keywords(kind: type, text: str, file: str | Path) -> dict[str, Any]:
+    """Keyword arguments of the specification, a dataclass, that a text holds.
 
     Raises:
         DataError: naming the file, the key, what was expected and what was found.
@@ -56,7 +49,7 @@ def keywords(text: str, file: str | Path) -> dict[str, Any]:
         values = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise DataError(file, "TOML", reason(error)) from None
-    given = checked(file, values, TOP)
+    given = checked(file, values, rules_of(kind))
     given["time"] = _time(file, given.get("time", {}))
     given["columns"] = {name: _source(file, name, source) for name, source in given.get("columns", {}).items()}
     given |= {name: _attitude(file, name, given[name]) for name in ATTITUDES if name in given}

@@ -104,7 +104,7 @@ class LogSpec:
         Raises:
             DataError: naming ``file``, the key, what was expected and what was found.
         """
-        return cls(**spec_check.keywords(text, file))
+        return cls(**spec_check.keywords(cls, text, file))
 
     @classmethod
     def load(cls, path: str | Path) -> LogSpec:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 
 from sym2real.errors import DataError
 from sym2real.logs import derive
 from sym2real.logs.parts import ATTITUDES, STANDARD_COLUMNS, Attitude, Source, TimeBase
-from sym2real.logs.specification import LogSpec
+from sym2real.logs.specification import LogSpec, load_spec
 from sym2real.logs.table import Table
 from sym2real.logs.units import UNITS, factor
 from sym2real.trajectory import Array
@@ -20,6 +21,7 @@ Columns = dict[str, Array]
 
 QUATERNION = ("qw", "qx", "qy", "qz")
 VELOCITY = ("vx", "vy", "vz")
+INVERSE = np.array([1.0, -1.0, -1.0, -1.0])  # times a quaternion
 NORM_TOLERANCE = 0.05
 # Half a turn about x leads from north-east-down to z up, and from forward-right-down to forward-left-up.
 TURNED_ABOUT_X = frozenset(
@@ -61,6 +63,11 @@ def attitude_columns(name: str) -> tuple[str, ...]:
     return tuple(f"{prefix}{column}{suffix}" for column in QUATERNION)
 
 
+def side_by_side(columns: Columns, names: Sequence[str]) -> Array | None:
+    """Columns of these names ``# (rows, names)``; None unless all are there."""
+    return np.stack([columns[name] for name in names], axis=1) if columns.keys() >= set(names) else None
+
+
 def own_specification(names: Collection[str]) -> LogSpec:
     """The specification of a file whose columns already have standard names."""
     time = "time" if "time" in names else "t"
@@ -69,9 +76,14 @@ def own_specification(names: Collection[str]) -> LogSpec:
     return LogSpec("standard names", time=TimeBase(time), columns=columns)
 
 
-def with_header(spec: LogSpec | None, columns: Sequence[str]) -> LogSpec | None:
-    """A specification that names the columns of files without a header; unchanged without such names."""
-    return replace(spec or own_specification(columns), header=tuple(columns)) if columns else spec
+def with_header(spec: LogSpec | str | Path | None, columns: Sequence[str] = ()) -> LogSpec | None:
+    """A specification, loaded where it is named, that names the columns of files without a header if they are given.
+
+    Raises:
+        DataError, UnknownNameError: as of :func:`~sym2real.logs.load_spec`.
+    """
+    known = None if spec is None else load_spec(spec)
+    return replace(known or own_specification(columns), header=tuple(columns)) if columns else known
 
 
 def standardise(table: Table, spec: LogSpec) -> Standard:
@@ -112,11 +124,9 @@ def tidy(log: Standard, start: float) -> Standard:
     """Attitudes of unit length with continuous signs, and time that counts from ``start``."""
     columns = dict(log.columns)
     for name in ATTITUDES:
-        names = attitude_columns(name)
-        if all(column in columns for column in names):
-            values = np.stack([columns[column] for column in names], axis=1)
+        if (values := side_by_side(columns, attitude_columns(name))) is not None:
             unit = derive.continuous(values / np.linalg.norm(values, axis=1, keepdims=True))
-            columns |= dict(zip(names, unit.T, strict=True))
+            columns |= dict(zip(attitude_columns(name), unit.T, strict=True))
     return Standard(log.time - start, columns, log.others, log.notes)
 
 
@@ -127,8 +137,7 @@ def stamps(table: Table, spec: LogSpec) -> Array:
         DataError: when there are none, or they do not increase strictly.
     """
     if spec.time.rate is not None:
-        counted: Array = table.lines / spec.time.rate
-        return counted
+        return table.lines / spec.time.rate
     raw = table.column(spec.time.column, "of time stamps")
     if len(bad := np.flatnonzero(np.diff(raw) <= 0)):
         before, after = raw[bad[0]], raw[bad[0] + 1]
@@ -154,27 +163,28 @@ def _column(table: Table, spec: LogSpec, name: str, source: Source) -> Array:
     return shifted if scale == 1.0 else shifted * scale
 
 
-def _attitude(table: Table, spec: LogSpec, name: str, attitude: Attitude) -> Array:
-    signs = [-1.0 if column in spec.flip else 1.0 for column in attitude.sources]
-    values = np.stack([table.column(column, f"for the {name}") for column in attitude.sources], axis=1) * signs
+def quaternions(values: Array, attitude: Attitude) -> Array:
+    """Attitudes w x y z, body→world ``# (rows, 4)`` of the columns ``# (rows, 4 or 3)`` that a log has for them."""
     if attitude.euler:
         quaternion = derive.from_euler(values * UNITS[attitude.unit][1])
     else:
         quaternion = np.roll(values, 1, axis=1) if attitude.order == "xyzw" else values
-    if attitude.direction == "world_to_body":
-        quaternion = quaternion * np.array([1.0, -1.0, -1.0, -1.0])
-    return quaternion
+    return quaternion * INVERSE if attitude.direction == "world_to_body" else quaternion
+
+
+def _attitude(table: Table, spec: LogSpec, name: str, attitude: Attitude) -> Array:
+    signs = [-1.0 if column in spec.flip else 1.0 for column in attitude.sources]
+    columns = [table.column(column, f"for the {name}") for column in attitude.sources]
+    return quaternions(np.stack(columns, axis=1) * signs, attitude)
 
 
 def _check_quaternions(table: Table, columns: Columns) -> None:
     for name in ATTITUDES:
-        names = attitude_columns(name)
-        if not all(column in columns for column in names):
-            continue
-        norm = np.sqrt(sum(columns[column] ** 2 for column in names))
+        values = side_by_side(columns, attitude_columns(name))
+        norm = np.ones(0) if values is None else np.linalg.norm(values, axis=1)
         if len(bad := np.flatnonzero(np.abs(norm - 1.0) > NORM_TOLERANCE)):
-            found = f"a norm of {norm[bad[0]]:.4g}"
-            raise table.error(f"a unit quaternion in {', '.join(names)}", found, int(bad[0]))
+            expected = f"a unit quaternion in {', '.join(attitude_columns(name))}"
+            raise table.error(expected, f"a norm of {norm[bad[0]]:.4g}", int(bad[0]))
 
 
 def _velocity_to_world(table: Table, columns: Columns) -> Columns:
@@ -182,13 +192,11 @@ def _velocity_to_world(table: Table, columns: Columns) -> Columns:
     if missing:
         raise DataError(table.path, "vx and vy in the columns, for velocities in body axes", f"no {missing[0]}")
     rows = len(columns["vx"])
-    body = np.stack([columns.get(name, np.zeros(rows)) for name in VELOCITY], axis=1)
-    if all(name in columns for name in QUATERNION):
-        world = derive.to_world(np.stack([columns[name] for name in QUATERNION], axis=1), body)
-    elif "sin_yaw" in columns:
-        sine, cosine = columns["sin_yaw"], columns["cos_yaw"]
-        turned = (cosine * body[:, 0] - sine * body[:, 1], sine * body[:, 0] + cosine * body[:, 1], body[:, 2])
-        world = np.stack(turned, axis=1)
-    else:
+    quaternion = side_by_side(columns, QUATERNION)
+    if quaternion is None and "sin_yaw" in columns:
+        half, zero = np.arctan2(columns["sin_yaw"], columns["cos_yaw"]) / 2.0, np.zeros(rows)
+        quaternion = np.stack([np.cos(half), zero, zero, np.sin(half)], axis=1)
+    if quaternion is None:
         raise DataError(table.path, "an attitude or a yaw that turns body velocities into the world", "neither")
+    world = derive.to_world(quaternion, np.stack([columns.get(name, np.zeros(rows)) for name in VELOCITY], axis=1))
     return {name: world[:, i] for i, name in enumerate(VELOCITY) if name in columns}

@@ -39,46 +39,28 @@ class Table:
     Args:
         path: the file.
         columns: values by the file's own column names, each ``# (rows,)``; an empty cell is NaN.
-        first_row: what an error calls the first row (a CSV's line, counted from 1; a Parquet row, counted from 1).
+        lines: what an error calls each row (a CSV's line, counted from 1; a Parquet row, counted from 1) ``# (rows,)``.
         texts: names of the columns that hold text and were left out.
         metadata: what a file of this package says about itself (Parquet, Arrow, MCAP).
-        places: of its rows in the file, counted from ``first_row``, where some are left out; else None ``# (rows,)``.
     """
 
     path: Path
     columns: Mapping[str, Array]
-    first_row: int
+    lines: NDArray[np.int64]
     texts: tuple[str, ...] = ()
     metadata: Mapping[str, str] | None = None
-    places: NDArray[np.int64] | None = None
 
     def __len__(self) -> int:
-        return len(next(iter(self.columns.values())))
+        return len(self.lines)
 
-    def rows(self, start: int, stop: int) -> Table:
-        """The rows ``start … stop-1``; they keep their line numbers."""
-        columns = {name: values[start:stop] for name, values in self.columns.items()}
-        if self.places is not None:
-            return replace(self, columns=columns, places=self.places[start:stop])
-        return replace(self, columns=columns, first_row=self.first_row + start)
-
-    def kept(self, rows: NDArray[np.bool_]) -> Table:
+    def __getitem__(self, rows: slice | NDArray[np.bool_]) -> Table:
         """Some of the rows; they keep their line numbers."""
         columns = {name: values[rows] for name, values in self.columns.items()}
-        return replace(self, columns=columns, places=(self.lines - self.first_row)[rows])
+        return replace(self, columns=columns, lines=self.lines[rows])
 
     def with_columns(self, changed: Mapping[str, Array]) -> Table:
         """The table with other values ``# (rows,)`` in some of its columns."""
         return replace(self, columns={**self.columns, **changed})
-
-    def line(self, position: int) -> int:
-        """What an error calls the row at a position of this table."""
-        return self.first_row + (position if self.places is None else int(self.places[position]))
-
-    @property
-    def lines(self) -> NDArray[np.int64]:
-        """The same of all rows ``# (rows,)``."""
-        return self.first_row + (np.arange(len(self)) if self.places is None else self.places)
 
     def column(self, name: str, purpose: str) -> Array:
         """One column ``# (rows,)`` of finite numbers.
@@ -87,7 +69,7 @@ class Table:
             DataError: when there is no such column, or a cell is not a finite number of a size that is measured.
         """
         if name in self.texts:
-            raise DataError(self.path, "numbers", "text", self.first_row, name)
+            raise DataError(self.path, "numbers", "text", int(self.lines[0]), name)
         if name not in self.columns:
             raise self.without(name, purpose)
         values = self.columns[name]
@@ -115,7 +97,7 @@ class Table:
 
     def error(self, expected: str, found: str, position: int, column: str | None = None) -> DataError:
         """An error at the row that stands at ``position`` of this table."""
-        return DataError(self.path, expected, found, self.line(position), column)
+        return DataError(self.path, expected, found, int(self.lines[position]), column)
 
 
 def read_table(
@@ -145,13 +127,27 @@ def read_table(
             return _of_recording(file, RECORDINGS[kind](file), wanted, sent)
         if header and kind not in TEXTS:
             raise DataError(file, "a text file, where names of the columns are given", f"{kind}, which has names")
-        names, cells, first_row, metadata = csv_file.read(file, header) if kind in TEXTS else GROWING[kind](file)
+        return table_of(file, *(csv_file.read(file, header) if kind in TEXTS else GROWING[kind](file)))
     except OSError as error:
         raise DataError(file, "a readable file", error.strerror or type(error).__name__) from None
+
+
+def table_of(
+    file: Path,
+    names: Sequence[str],
+    cells: Sequence[Array | Sequence[str]],
+    first_row: int,
+    metadata: Mapping[str, str] | None,
+) -> Table:
+    """The table of columns by their names and cells, as numbers where they are any.
+
+    Raises:
+        DataError: for names that are none or stand twice, no rows, a column with a few cells of text, or no numbers.
+    """
     _check_names(file, names, cells)
     if not len(cells[0]):
         raise DataError(file, "rows of numbers", "column names only")
-    table = Table(file, {}, first_row, metadata=metadata)
+    table = Table(file, {}, first_row + np.arange(len(cells[0])), metadata=metadata)
     columns = {name: numbers(table, name, values) for name, values in zip(names, cells, strict=True)}
     texts = tuple(name for name, values in columns.items() if values is None)
     if len(texts) == len(columns):
@@ -169,10 +165,11 @@ def file_type(file: Path) -> str:
 def _of_recording(file: Path, recording: Recording, wanted: Collection[str] | None, sent: Sent | None) -> Table:
     if not recording.topics:
         raise DataError(file, "a topic with numbers", "none")
-    if recording.metadata is not None:
+    if recording.metadata is None:
+        columns = recording.together(wanted, sent)
+    else:
         columns = {name: values for topic in recording.topics for name, values in topic.columns.items()}
-        return Table(file, columns, first_row=1, metadata=recording.metadata)
-    return Table(file, recording.together(wanted, sent), first_row=1)
+    return table_of(file, [*columns], [*columns.values()], 1, recording.metadata)
 
 
 def numbers(table: Table, name: str, cells: Array | Sequence[str]) -> Array | None:

@@ -1,0 +1,63 @@
+"""What columns are counted in, and whether their sign holds: by their names, by what they must move like, by size.
+
+Whatever a log holds twice, measured and as the slope or the cause of something else, must move alike. The ratio of the
+two tells the unit, their correlation the sign.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from sym2real.logs.draft import Confidence, Draft
+from sym2real.logs.units import unit_by_ratio
+from sym2real.trajectory import Array
+
+CLEAR = 0.5  # a correlation that decides
+WEAK = 0.3  # one below it says nothing
+
+Said = tuple[str, str, Confidence]  # a unit, the evidence for it, and how sure that is
+
+
+def largest(draft: Draft, names: Sequence[str]) -> float:
+    """Largest magnitude of standard columns, in the log's unit."""
+    return float(np.abs(draft.values(*names)).max())
+
+
+def by_name(draft: Draft, names: Sequence[str]) -> Said | None:
+    """The unit that the name of one of these states, standard columns or columns of the log."""
+    columns = (draft.assignment.columns.get(name, name) for name in names)
+    unit = next(filter(None, map(draft.assignment.unit, columns)), "")
+    return (unit, "the name says so", "certain") if unit else None
+
+
+def by_ratio(units: Sequence[str], share: float, what: str) -> Said:
+    """The unit of numbers that move so many times as much as something in SI units, in words."""
+    return unit_by_ratio(share, units), f"moves {share:.3g} times as much as {what}", "certain"
+
+
+def by_others(draft: Draft, units: Sequence[str], expected: Mapping[str, Array], what: str) -> Said | None:
+    """The unit of standard columns by what they should be in SI units ``# (rows,)``, in words; None without any."""
+    shares = [draft.rows.ratio(draft.values(name), values) for name, values in expected.items()]
+    return by_ratio(units, float(np.median(shares)), what) if shares else None
+
+
+def by_size(units: Sequence[str], size: float, most: float, otherwise: Said | None = None) -> Said:
+    """The first of the units, or the second where a size is beyond the most that is possible in the first.
+
+    What other evidence says is taken instead, if it is possible.
+    """
+    if otherwise and (size <= most or otherwise[0] != units[0]):
+        return otherwise
+    return (units[1], f"up to {size:.4g}", "certain") if size > most else (units[0], f"up to {size:.3g}", "likely")
+
+
+def settle(draft: Draft, names: Sequence[str], said: Said, found: Mapping[str, float], what: str) -> None:
+    """File standard columns of one unit; those that correlate with what they should be, and how, are ``found``."""
+    unit, evidence, confidence = said
+    for name in names:
+        agreement = f"correlation {found[name]:+.3f} with {what}" if name in found else "too little motion for its sign"
+        draft.settle(name, unit, f"{evidence}; {agreement}", confidence)
+        if found.get(name, 0.0) < -CLEAR:
+            draft.suspect(draft.column(name), agreement)

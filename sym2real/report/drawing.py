@@ -11,8 +11,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import Comparison, Diagnosis, Tried
 from sym2real.files import safe_name
 from sym2real.protocols import DynamicsModel
-from sym2real.report.figures import comparison_figure, predictions_of
-from sym2real.report.ladder_figure import ladder_figure
+from sym2real.report.figures import comparison_figure, ladder_figure, predictions_of
 from sym2real.report.style import save
 from sym2real.symbolic import Equations
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import cycle
 
 import numpy as np
@@ -11,12 +11,15 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis import ROWS, Comparison, Windows, predict_windows
+from sym2real.diagnosis import ROWS, Comparison, Floor, Windows, predict_windows
 from sym2real.diagnosis.data.preparation import prepared
 from sym2real.diagnosis.data.start import Start
 from sym2real.diagnosis.data.windows import JUDGED_AT
+from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.protocols import DynamicsModel
-from sym2real.report.style import MEASURED, MODELS, PREDICTED, REFERENCE, grid, legend_below, logarithmic, small
+from sym2real.report.charts import Chart
+from sym2real.report.horizons import comparison_charts, ladder_charts
+from sym2real.report.style import LOOKS, MEASURED, MODELS, REFERENCE, SERIES, grid, legend_below, logarithmic, small
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Trajectory
 
@@ -54,22 +57,33 @@ def _from_above(above: Axes, trajectory: Trajectory) -> None:
     above.set_title(trajectory.name, parse_math=False)
 
 
-def comparison_figure(comparison: Comparison) -> Figure:
-    """Error of every channel over the horizon, beside "hold" and what the sensors' noise alone makes."""
-    channels = comparison.one_step.errors
-    points = [comparison.one_step, *comparison.horizons]
-    figure, axes = grid(len(channels), len(channels), 3.4, 2.9)
-    for axis, (channel, first) in zip(axes, channels.items(), strict=True):
-        horizons = [errors.horizon for errors in points]
-        axis.plot(horizons, [errors.errors[channel].value for errors in points], "o-", color=PREDICTED, label="model")
-        axis.plot(horizons, [errors.errors[channel].hold for errors in points], "s--", color=REFERENCE, label="hold")
-        floor = [(at.horizon, at.errors[channel][0]) for at in comparison.floor]
-        if floor:
-            axis.plot(*zip(*floor, strict=True), ":", color=MEASURED, label="sensor noise alone")
-        axis.set(xlabel="horizon in s", ylabel=f"error in {first.unit}", title=channel)
+def charts_figure(charts: Sequence[Chart], title: str = "", *, beside: int | None = None) -> Figure:
+    """Charts on logarithmic axes, so many beside each other, all by default; lines show what holds without switches."""
+    figure, axes = grid(len(charts), beside or len(charts), 3.6, 3.1)
+    for axis, chart in zip(axes, charts, strict=True):
+        for line in chart.lines:
+            along = np.asarray(chart.along if line.x is None else line.x)
+            look = LOOKS[line.role] if isinstance(line.role, str) else {"color": SERIES[line.role % len(SERIES)]}
+            axis.plot(along, np.asarray(line.values), **{"marker": "o", **look}, label=line.label)
+            if line.low is not None and line.high is not None:
+                band = np.asarray(line.low), np.asarray(line.high)
+                axis.fill_between(along, *band, color=look["color"], alpha=0.15, linewidth=0)
+        axis.set(xlabel=chart.x, ylabel=chart.y, title=chart.title)
         logarithmic(axis)
     legend_below(figure)
+    if title:
+        figure.suptitle(title)
     return figure
+
+
+def comparison_figure(comparison: Comparison) -> Figure:
+    """Error of every channel over the horizon, beside "hold", the mean and what the sensors' noise alone makes."""
+    return charts_figure(comparison_charts(comparison))
+
+
+def ladder_figure(stages: Sequence[Stage], floor: Sequence[Floor]) -> Figure:
+    """Error of every channel over the horizon for every stage with its 95 % band, down to noise and disturbances."""
+    return charts_figure(ladder_charts(stages, floor), "held-out error, one effect after the other")
 
 
 def prediction_figure(trajectory: Trajectory, windows: dict[str, Windows]) -> Figure:

@@ -17,7 +17,7 @@ from sym2real.diagnosis.errors.by_window import HORIZON, named_channels
 from sym2real.layout import Layout
 from sym2real.report.html.predictions import Starts
 from sym2real.report.html.signals import signals, unwrapped
-from sym2real.report.html.variants import Variants, subsets
+from sym2real.report.html.variants import Given, WithFindings, subsets
 from sym2real.trajectory import Array
 
 
@@ -56,7 +56,7 @@ class Observed:
 
 
 def observe(
-    variants: Variants, data: Dataset, method: Start = "smoothed", single: Sequence[tuple[int, float]] = ()
+    variants: Given | WithFindings, data: Dataset, method: Start = "smoothed", single: Sequence[tuple[int, float]] = ()
 ) -> Observed:
     """Predict with every combination of switches.
 

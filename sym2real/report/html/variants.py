@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Protocol
 
 import torch
 from sympy import Expr
@@ -38,19 +37,6 @@ class Switch:
     about: str
 
 
-class Variants(Protocol):
-    """Models by which switches are on."""
-
-    @property
-    def switches(self) -> tuple[Switch, ...]:
-        """What can be added."""
-        ...
-
-    def prepared(self, on: Sequence[bool], data: Dataset) -> tuple[DynamicsModel, Dataset]:
-        """The model with these switches on, and the logs as it takes them."""
-        ...
-
-
 def subsets(count: int) -> list[tuple[bool, ...]]:
     """Every combination of so many switches; the first switch is the lowest bit of a combination's place."""
     return [tuple(bool(place >> bit & 1) for bit in range(count)) for place in range(2**count)]
@@ -69,7 +55,7 @@ class Given:
     switches: tuple[Switch, ...] = ()
 
     def prepared(self, on: Sequence[bool], data: Dataset) -> tuple[DynamicsModel, Dataset]:
-        """See :class:`Variants`."""
+        """The model with these switches on, and the logs as it takes them."""
         return prepared(self.models[sum(on)], data)
 
 
@@ -87,7 +73,7 @@ class WithFindings:
 
     @property
     def switches(self) -> tuple[Switch, ...]:
-        """See :class:`Variants`."""
+        """What can be added."""
         return tuple(_switch(group) for group in self._groups)
 
     @property
@@ -127,7 +113,7 @@ class WithFindings:
         return {name: of.symbols()[name] if name in fitted else value for name, value in finding.values.items()}
 
     def prepared(self, on: Sequence[bool], data: Dataset) -> tuple[DynamicsModel, Dataset]:
-        """See :class:`Variants`."""
+        """The model with these switches on, and the logs as it takes them."""
         parameters = dict(self.equations.parameters)
         for group, is_on in zip(self._groups, on, strict=True):
             for finding in group if is_on else ():

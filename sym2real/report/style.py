@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -73,20 +72,6 @@ def small(axes: Iterable[Axes]) -> None:
 def save(figure: Figure, folder: Path, name: str) -> Path:
     """Write a figure into a folder, as matplotlib's ``savefig.format`` says: PNG by default."""
     path = folder / f"{name}.{rcParams['savefig.format']}"
-    with whole(path) as beside, _laid_out(figure):
+    with whole(path) as beside:
         figure.savefig(beside, dpi=DPI)
     return path
-
-
-@contextmanager
-def _laid_out(figure: Figure) -> Iterator[None]:
-    """Inside, its axes stay where a layout has put them: ``savefig`` would draw all once more to lay it out."""
-    figure.set_dpi(DPI)
-    layout = figure.get_layout_engine()
-    if layout is not None:
-        layout.execute(figure)
-        figure.set_layout_engine(None)
-    try:
-        yield
-    finally:
-        figure.set_layout_engine(layout)

@@ -18,13 +18,16 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from contextlib import AbstractContextManager
 
-    from sym2real.adaptation import Adaptation, Adapting, RoundReport
+    from sym2real.adaptation import Adapting, RoundReport
     from sym2real.adaptation.progress import OnProgress
     from sym2real.adaptation.training import Inform
     from sym2real.cli.adapt_target import Chosen
+    from sym2real.dataset import Dataset
     from sym2real.neural import Model
-    from sym2real.protocols import Learner
-    from sym2real.report.html.page import Page
+    from sym2real.protocols import Learner, Plant
+    from sym2real.tasks import Task
+
+    Asked = tuple[Model, Plant | Sequence[Dataset], Task | None, Learner[Any, Any], Adapting]
 
 FIGURE = "adaptation"
 
@@ -78,33 +81,31 @@ class AdaptVerb(ABC):
         require_another_folder(self.model, self.out)
         model = open_with_progress(self.model)
         with self.chosen(model, console) as chosen:
-            run = self._prepared(model, chosen)
-            return self._foretell(run, console) if self.dry_run else self._adapted(run, console)
+            return self._foretell(model, chosen, console) if self.dry_run else self._adapted(model, chosen, console)
 
-    def _adapted(self, run: _Run, console: Console) -> dict[str, Any]:
+    def _adapted(self, model: Model, chosen: Chosen, console: Console) -> dict[str, Any]:
         from sym2real.adaptation import adapt
-        from sym2real.cli.page_file import write_report
+        from sym2real.cli.page_file import title_of, write_report
         from sym2real.cli.progress import stage_one_progress
+        from sym2real.report.html.rounds import adaptation_page
 
         with stage_one_progress() as on_progress:
             adaptation = adapt(
-                run.model,
-                run.chosen.target,
-                run.chosen.task,
-                run.learner,
-                run.settings,
-                robot=run.chosen.robot,
-                inform=self._inform(run, on_progress),
+                *self._asked(model, chosen),
+                robot=chosen.robot,
+                inform=self._inform(model, on_progress),
                 folder=self.out,
                 on_progress=on_progress,
-                controller=run.chosen.controller,
+                controller=chosen.controller,
             )
         result = self._tell(adaptation.reports, adaptation.best, console)
         if self.report:
-            result["report"] = write_report(self._page(adaptation), self.report, console)
+            page = adaptation_page(adaptation, title_of(self.out, "adapted"))
+            result["report"] = write_report(page, self.report, console)
         return result
 
-    def _prepared(self, model: Model, chosen: Chosen) -> _Run:
+    def _asked(self, model: Model, chosen: Chosen) -> Asked:
+        """What a run is told from another by."""
         from sym2real.adaptation import Adapting
         from sym2real.experiments.learners import make_learner
 
@@ -120,9 +121,9 @@ class AdaptVerb(ABC):
         )
         angles = () if chosen.robot is None else chosen.robot.recipe.angles
         learner = make_learner(self.learner, self.seed, memory=self.memory, angles=angles)
-        return _Run(model, chosen, learner, settings)
+        return model, chosen.target, chosen.task, learner, settings
 
-    def _inform(self, run: _Run, on_progress: OnProgress) -> Inform | None:
+    def _inform(self, model: Model, on_progress: OnProgress) -> Inform | None:
         from sym2real.adaptation import Progress
         from sym2real.cli.found import plain_simulator
         from sym2real.experiments.informing import informing
@@ -131,32 +132,24 @@ class AdaptVerb(ABC):
 
         if not self.diagnose:
             return None
-        base = below(run.model)
+        base = below(model)
         if not isinstance(base, Equations):
             raise ModelError(f"--diagnose: effects go into equations; {self.model} is made of networks")
         return informing(plain_simulator(base), lambda what: on_progress(Progress(f"diagnosing: {what}", 0, 0)))
 
-    def _foretell(self, run: _Run, console: Console) -> dict[str, Any]:
+    def _foretell(self, model: Model, chosen: Chosen, console: Console) -> dict[str, Any]:
         """What would be done, and what is there already."""
         from sym2real.adaptation import rounds_to_continue
         from sym2real.adaptation.progress import silent
 
-        chosen, settings = run.chosen, run.settings
-        done = rounds_to_continue(
-            run.model,
-            chosen.target,
-            chosen.task,
-            run.learner,
-            settings,
-            folder=self.out,
-            inform=self._inform(run, silent),
-        )
-        most = settings.rounds + 1
+        asked = self._asked(model, chosen)
+        done = rounds_to_continue(*asked, folder=self.out, inform=self._inform(model, silent))
+        most = self.rounds + 1
         if chosen.task is None or chosen.robot is None:
             most = min(most, len(chosen.target))  # type: ignore[arg-type]
             flights = f"nothing flies; at most {most} logs are used, the last of them to score"
         else:
-            seconds = settings.steps * chosen.robot.dt
+            seconds = asked[-1].steps * chosen.robot.dt
             flights = f"{chosen.task.name}: at most {most} episodes of {seconds:g} s, {most * seconds:g} s in all"
         there = f"rounds 0 to {len(done) - 1} of this run, which goes on behind them" if done else "no round yet"
         lines = [
@@ -171,18 +164,6 @@ class AdaptVerb(ABC):
             console.print(line, markup=False)
         return {"dry_run": lines, "rounds": [report.to_dict() for report in done], "most": most}
 
-    def _page(self, adaptation: Adaptation) -> Page:
-        from sym2real.cli.page_file import title_of
-        from sym2real.dataset import Dataset
-        from sym2real.neural.composed import in_double
-        from sym2real.report.html.rounds import adaptation_page
-
-        given, adapted = (in_double(adaptation.models[number]) for number in (0, adaptation.best))
-        unseen = Dataset(log for logs in adaptation.logs[adaptation.best :] for log in logs)
-        return adaptation_page(
-            (given, adapted), unseen, adaptation.reports, adaptation.best, title_of(self.out, "adapted")
-        )
-
     def _tell(self, reports: Sequence[RoundReport], on_top: int, console: Console) -> dict[str, Any]:
         """The table and the figure; what ``adaptation.json`` holds and where things are."""
         from sym2real.adaptation import settled
@@ -194,13 +175,3 @@ class AdaptVerb(ABC):
         figure = save(rounds_figure(reports, on_top), self.out, FIGURE)
         console.print(f"model of round {on_top}, {ANSWER} and figure in {self.out}", markup=False)
         return read_object(self.out / ANSWER, "an adaptation") | {"model": self.out, "figure": figure}
-
-
-@dataclass(frozen=True, eq=False)
-class _Run:
-    """What is asked for, opened and checked."""
-
-    model: Model
-    chosen: Chosen
-    learner: Learner[Any, Any]
-    settings: Adapting

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from sym2real.cli.places import Place
+from sym2real.errors import ModelError
 
 if TYPE_CHECKING:
     from sym2real.logs import LogSpec
@@ -26,3 +27,13 @@ class OfLogs:
         from sym2real.logs import load_spec, with_header
 
         return with_header(None if self.spec is None else load_spec(self.spec), self.columns)
+
+    def naming_of(self, given: object, options: str) -> LogSpec | None:
+        """The same where an option has given logs.
+
+        Raises:
+            ModelError: for names of the columns of none.
+        """
+        if not given and (self.spec is not None or self.columns):
+            raise ModelError(f"--spec and --columns name the columns of {options}, found none")
+        return self.naming

@@ -2,30 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from sym2real.adaptation import RoundReport
+from sym2real.adaptation import Adaptation
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare
+from sym2real.neural.composed import in_double
 from sym2real.report.adaptation import rounds_charts, rounds_headings, rounds_rows
 from sym2real.report.html.page import Figures, Page, Table
 from sym2real.report.html.pages import model_page
-from sym2real.report.html.variants import Given, Predicting, Switch
+from sym2real.report.html.variants import Given, Switch
 from sym2real.report.tables import number
 
 
-def adaptation_page(
-    models: tuple[Predicting, Predicting], data: Dataset, reports: Sequence[RoundReport], on_top: int, title: str
-) -> Page:
-    """The model that was given and the adapted one on logs that neither has learned from, and every round.
-
-    Args:
-        models: both, that predict in float64.
-        data: logs of the rounds from ``on_top`` on.
-        reports: of every round.
-        on_top: round of the adapted model.
-        title: of the page.
-    """
+def adaptation_page(adaptation: Adaptation, title: str) -> Page:
+    """The model that was given and the adapted one on logs that neither has learned from, and every round."""
+    reports, on_top = adaptation.reports, adaptation.best
+    models = tuple(in_double(adaptation.models[number]) for number in (0, on_top))
+    data = Dataset(log for logs in adaptation.logs[on_top:] for log in logs)
     best, switch = reports[on_top], Switch("what was learned", f"the model of round {on_top}")
     learned = f"from {best.learned.rows} rows" if on_top else "nothing: the model that was given is the best"
     horizon = f"{best.horizon:.3g} s ahead"

@@ -305,12 +305,14 @@ def test_a_log_leads_no_figure_out_of_its_folder(written: Path, here: Path) -> N
 
 
 def draw(here: Path) -> list[Path]:
+    from sym2real.report.charts import Chart, Line
     from sym2real.report.drawing import _save
-    from sym2real.report.figures import path_figure, prediction_figure
+    from sym2real.report.figures import charts_figure, path_figure
 
     (log,) = read_logs(here / "log.parquet", layouts=MUSHR.layouts)
     figures = {log.name: path_figure(log)}
-    assert prediction_figure(log, {}).get_suptitle().startswith(log.name)
+    chart = Chart("x", "", "time in s", "x in m", log.time, [Line("measured", "measured", log.column("x"))], "time")
+    assert charts_figure([chart], f"{log.name}: measured").get_suptitle().startswith(log.name)
     return list(_save(figures, here / "figures"))
 
 

@@ -10,12 +10,10 @@ from matplotlib.figure import Figure
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Comparison, Diagnosis, Tried
 from sym2real.files import safe_name
-from sym2real.protocols import DynamicsModel
 from sym2real.report.figures import comparison_figure, ladder_figure, predictions_of
+from sym2real.report.html.variants import Predicting
 from sym2real.report.style import save
-from sym2real.symbolic import Equations
 
-Predicting = Equations | DynamicsModel
 MOST_PREDICTED = 4  # logs that get a figure of their own
 
 

@@ -44,4 +44,4 @@ def _chart(panel: Panel, outcome: Outcome, names: Sequence[str]) -> Chart:
     if panel.level is not None:
         lines.append(Line("MPPI with MuJoCo itself", "floor", np.full(len(longest), panel.level)))
     quotation = textwrap.fill(f"Paper: {panel.paper}", WIDTH) if panel.paper else ""
-    return Chart(panel.title, "", f"{outcome.x}\n{quotation}".strip(), outcome.y, longest, lines)
+    return Chart(panel.title, "", f"{outcome.x}\n{quotation}".strip(), outcome.y, longest, lines, points=True)

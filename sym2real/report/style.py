@@ -15,10 +15,10 @@ from sym2real.files import whole
 
 MEASURED, PREDICTED, INFORMED, REFERENCE = "#1a1d21", "#d55e00", "#0072b2", "#7a8390"
 SERIES = (PREDICTED, INFORMED, "#009e73", "#b58900", "#cc79a7", "#56b4e9", "#5f6670", "#7a3e00", MEASURED)
-MODELS: tuple[dict[str, Any], ...] = ({"color": PREDICTED, "linestyle": "--"}, {"color": INFORMED, "linestyle": "-"})
 # Of a chart's lines, by what they are.
 LOOKS: dict[str, dict[str, Any]] = {
-    "base": {"color": PREDICTED},
+    "measured": {"color": MEASURED, "linewidth": 1.0},
+    "base": {"color": PREDICTED, "linestyle": "--"},
     "model": {"color": INFORMED},
     "hold": {"color": REFERENCE, "linestyle": "--", "marker": "s"},
     "mean": {"color": REFERENCE, "linestyle": "-.", "marker": ""},

@@ -32,16 +32,13 @@ class Adapted(OfStudy):
         base: the equations that it begins with, as JSON, so that all begin alike wherever they run.
     """
 
+    NAME = "{case.name}_{contestant}_{seed}"
+
     case: Case
     contestant: str
     seed: int
     effort: Effort
     base: str
-
-    @property
-    def name(self) -> str:
-        """Of its file."""
-        return f"{self.case.name}_{self.contestant}_{self.seed}"
 
     def run(self, tell: Tell) -> Record:
         """``rounds``, one row each: how it was judged, and how its model came about."""

@@ -30,18 +30,15 @@ class Reference(OfStudy):
         effort: of the study.
     """
 
+    NAME = f"{{case.name}}_{REFERENCE}"
+
     case: Case
     effort: Effort
-
-    @property
-    def name(self) -> str:
-        """Of its file."""
-        return self.name_of(self.case)
 
     @staticmethod
     def name_of(case: Case) -> str:
         """The reference's name on a case."""
-        return f"{case.name}_{REFERENCE}"
+        return Reference.NAME.format(case=case)
 
     def run(self, tell: Tell) -> Record:
         """Errors, costs and crashes of the episodes."""

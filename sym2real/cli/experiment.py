@@ -101,8 +101,5 @@ def _list(console: Console) -> dict[str, Any]:
     about = {name: experiment(name).about for name in experiment_names()}
     titles = {key: contestant.title for key, contestant in CONTESTANTS.items()}
     for kind, rows in (("experiment", about), ("contestant", titles)):
-        table = compact_table("", kind, "", left=(kind, ""))
-        for row in rows.items():
-            table.add_row(*row)
-        console.print(table)
+        console.print(compact_table("", (kind, ""), rows.items(), left=(kind, "")))
     return {"experiments": about, "contestants": {key: asdict(contestant) for key, contestant in CONTESTANTS.items()}}

@@ -26,9 +26,7 @@ def rounds_table(reports: Sequence[RoundReport], on_top: int, settled: bool) -> 
     """
     ahead, best = f"{reports[0].horizon:.3g} s", reports[on_top]
     title = "rounds: the model of each has learned from the logs of those before"
-    table = compact_table(title, *rounds_headings(reports), left=("",))
-    for cells in rounds_rows(reports, on_top):
-        table.add_row(*cells)
+    table = compact_table(title, rounds_headings(reports), rounds_rows(reports, on_top), left=("",))
     lines = [
         f"error: mean distance from the reference; {ahead}: error of the position predicted that far ahead, on the "
         "round's own log, which its model has not seen",

@@ -20,10 +20,7 @@ WIDTH = 48  # characters of a statement below a panel
 
 def outcome_table(outcome: Outcome) -> Table:
     """The rows of an experiment; notes stand below."""
-    table = compact_table(outcome.title, *outcome.columns, left=outcome.columns[:2])
-    for row in outcome.rows:
-        table.add_row(*row)
-    return table
+    return compact_table(outcome.title, outcome.columns, outcome.rows, left=outcome.columns[:2])
 
 
 def outcome_figure(outcome: Outcome) -> Figure:

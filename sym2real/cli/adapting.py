@@ -85,7 +85,7 @@ class AdaptVerb(ABC):
 
     def _adapted(self, model: Model, chosen: Chosen, console: Console) -> dict[str, Any]:
         from sym2real.adaptation import adapt
-        from sym2real.cli.page_file import title_of, write_report
+        from sym2real.cli.output import title_of, write_report
         from sym2real.cli.progress import stage_one_progress
         from sym2real.report.html.rounds import adaptation_page
 

@@ -43,7 +43,7 @@ class Diagnose(OfFit):
         from sym2real.cli.diagnosis_folder import write_diagnosis
         from sym2real.cli.found import plain_simulator
         from sym2real.cli.model import equations_below, folder_of, require_another_folder
-        from sym2real.cli.page_file import title_of, write_report
+        from sym2real.cli.output import title_of, write_report
         from sym2real.cli.progress import stages_progress
         from sym2real.diagnosis import data_report, diagnose, training_region
         from sym2real.diagnosis.faults.sanity import check

@@ -8,13 +8,14 @@ from typing import Any
 
 from rich.console import Console
 
-from sym2real.cli.found import write_figures, write_model_and_simulator
+from sym2real.cli.found import write_figures, write_simulator
 from sym2real.cli.output import write_json
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis
 from sym2real.errors import DataError
 from sym2real.files import read_by, read_object
 from sym2real.symbolic import Equations
+from sym2real.symbolic.storage import PARTS, save_model
 
 ANSWER, FILES = "diagnosis.json", "files"
 
@@ -50,7 +51,10 @@ def write_diagnosis(
 def _files(base: Equations, data: Dataset, diagnosis: Diagnosis, out: Path, console: Console) -> Iterator[Path]:
     informed = diagnosis.apply(base) if diagnosis.findings else None
     if informed is not None and diagnosis.established:
-        yield from write_model_and_simulator(informed, out, console)
+        model = save_model(informed, out / "model")
+        yield from (model / name for name in PARTS)
+        console.print(f"model with it in {model}", markup=False)
+        yield from write_simulator(informed, out / "simulator", console)
     elif informed is not None:
         few = any(finding.provisional for finding in diagnosis.findings)
         why = "too little data to test it" if few else "held-out predictions do not bear it out"

@@ -18,7 +18,6 @@ from sym2real.plants import MujocoPlant, save_plant
 from sym2real.plants.plant_file import PARTS as PLANT_PARTS
 from sym2real.robots.own import robot_of
 from sym2real.symbolic import Equations
-from sym2real.symbolic.storage import PARTS, save_model
 
 
 def plain_simulator(equations: Equations) -> MujocoPlant | None:
@@ -31,14 +30,6 @@ def plain_simulator(equations: Equations) -> MujocoPlant | None:
         return None
     same = visible_state(equations) == robot.layouts.state and equations.layouts.action == robot.layouts.action
     return MujocoPlant(robot) if same else None
-
-
-def write_model_and_simulator(informed: Equations, folder: Path, console: Console) -> Iterator[Path]:
-    """The informed model into ``folder/model``, the robot with the effects into ``folder/simulator``; their files."""
-    model = save_model(informed, folder / "model")
-    yield from (model / name for name in PARTS)
-    console.print(f"model with it in {model}", markup=False)
-    yield from write_simulator(informed, folder / "simulator", console)
 
 
 def write_simulator(informed: Equations, folder: Path, console: Console) -> tuple[Path, ...]:

@@ -46,7 +46,7 @@ class Report(PlainConsole):
         Raises:
             DataError: when the stream takes nothing for another reason than that its reader has gone.
         """
-        put(self._held.stream, self._held.taken())
+        put(self._held.stream, self._held.getvalue())
 
 
 class _Held(io.StringIO):
@@ -62,13 +62,6 @@ class _Held(io.StringIO):
 
     def isatty(self) -> bool:
         return self.stream is not None and self.stream.isatty()
-
-    def taken(self) -> str:
-        """The text so far, which is gone then."""
-        text = self.getvalue()
-        self.seek(0)
-        self.truncate()
-        return text
 
 
 def encoding_of(stream: TextIO | None) -> str:

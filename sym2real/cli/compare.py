@@ -50,7 +50,7 @@ class Compare(OfLogs):
         console.print(comparison_report(comparison))
         figures = []
         if self.out:
-            from sym2real.report.drawing import draw_comparison
+            from sym2real.report.figures import draw_comparison
 
             figures = draw_comparison(model, data, comparison, self.out)
             console.print(f"figures in {self.out}", markup=False)

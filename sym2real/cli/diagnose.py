@@ -40,8 +40,7 @@ class Diagnose(OfFit):
 
     def run(self, console: Console) -> dict[str, Any]:
         """Diagnose, print the report, write the files."""
-        from sym2real.cli.diagnosis_folder import write_diagnosis
-        from sym2real.cli.found import plain_simulator
+        from sym2real.cli.found import plain_simulator, write_diagnosis
         from sym2real.cli.model import equations_below, folder_of, require_another_folder
         from sym2real.cli.output import title_of, write_report
         from sym2real.cli.progress import stages_progress

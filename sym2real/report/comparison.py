@@ -9,8 +9,7 @@ from rich.table import Table
 from sym2real.diagnosis import Comparison
 from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.report.diagnosis import where_lines
-from sym2real.report.sparkline import sparkline
-from sym2real.report.tables import compact_table, decimals, number
+from sym2real.report.tables import compact_table, decimals, number, sparkline
 
 
 def comparison_report(comparison: Comparison) -> RenderableType:

@@ -11,8 +11,7 @@ from torch import nn
 from sym2real.adaptation import Adaptation, Adapting, Progress, adapt
 from sym2real.experiments.learners import make_learner
 from sym2real.experiments.study.case import Case
-from sym2real.experiments.study.contestants import CONTESTANTS
-from sym2real.experiments.study.effects_first import informing
+from sym2real.experiments.study.contestants import CONTESTANTS, informing
 from sym2real.experiments.study.effort import Effort, OfStudy
 from sym2real.experiments.study.judged import Judged, judge, planning_with
 from sym2real.experiments.study.neural_base import cached_ensemble

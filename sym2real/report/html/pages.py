@@ -1,4 +1,4 @@
-"""The pages of a comparison and of a diagnosis."""
+"""The pages of a comparison, of a diagnosis and of an adaptation."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ from pathlib import Path
 
 from rich.text import Text
 
+from sym2real.adaptation import Adaptation
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis import Comparison, Diagnosis, compare
 from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.diagnosis.faults.sanity import check
+from sym2real.neural.composed import in_double
+from sym2real.report.adaptation import rounds_charts, rounds_headings, rounds_rows
 from sym2real.report.diagnosis import gate_line
 from sym2real.report.horizons import ladder_charts
 from sym2real.report.html.accuracy import accuracy
@@ -20,11 +23,12 @@ from sym2real.report.html.failing import failing
 from sym2real.report.html.formulas import formulas
 from sym2real.report.html.missing import missing
 from sym2real.report.html.observed import Observed, observe
-from sym2real.report.html.page import Figures, Lines, Page, Part, Section
+from sym2real.report.html.page import Figures, Lines, Page, Part, Section, Table
 from sym2real.report.html.remaining import remaining
 from sym2real.report.html.render import write_page
 from sym2real.report.html.sentences import sentence
-from sym2real.report.html.variants import Given, Predicting, WithFindings
+from sym2real.report.html.variants import Given, Predicting, Switch, WithFindings
+from sym2real.report.tables import number
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Trajectory
 
@@ -58,6 +62,21 @@ def diagnosis_page(base: Equations, data: Dataset, found: Diagnosis, title: str)
         comparison = replace(comparison, where=found.where)
     lacks = missing(base, found)
     return model_page(variants, data, title, comparison, found.summary, added=_scored(found), lacks=lacks, found=found)
+
+
+def adaptation_page(adaptation: Adaptation, title: str) -> Page:
+    """The model that was given and the adapted one on logs that neither has learned from, and every round."""
+    reports, on_top = adaptation.reports, adaptation.best
+    models = tuple(in_double(adaptation.models[number]) for number in (0, on_top))
+    data = Dataset(log for logs in adaptation.logs[on_top:] for log in logs)
+    best, switch = reports[on_top], Switch("what was learned", f"the model of round {on_top}")
+    learned = f"from {best.learned.rows} rows" if on_top else "nothing: the model that was given is the best"
+    horizon = f"{best.horizon:.3g} s ahead"
+    summary = f"Learned {learned}; {horizon} its position is {number(best.prediction, 2)} m off on an unseen log."
+    better = "Better than the best model before, with its 95 % interval."
+    table = Table("Rounds", rounds_headings(reports), rounds_rows(reports, on_top), better)
+    added = (Figures("Every round", rounds_charts(reports)), table)
+    return model_page(Given(models, (switch,)), data, title, compare(models[0], data), summary, added=added)
 
 
 def model_page(

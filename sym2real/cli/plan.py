@@ -92,13 +92,13 @@ class PlanFlight(OfLogs):
     def _simulated(self, robot: Robot) -> tuple[Dataset, AssumedNoise | None]:
         """Runs of a robot, and the noise that they lack."""
         from sym2real.cli.chosen_effects import with_values
-        from sym2real.experiments.planned import goals_of, manoeuvre, planned_moves, planned_runs, usual_noise
+        from sym2real.experiments.planned import manoeuvre, planned_moves, planned_runs, usual_noise
         from sym2real.tasks.task import follows_paths
 
         steps_in(self.seconds, robot.dt)
         typed = with_values(self.what, "a manoeuvre")
         if not follows_paths(robot):
-            return planned_moves(robot, goals_of(robot, typed), seconds=self.seconds, dither=self.dither), None
+            return planned_moves(robot, typed, seconds=self.seconds, dither=self.dither), None
         chosen = [manoeuvre(robot, shape, options) for shape, options in typed]
         runs = planned_runs(robot, chosen, seconds=self.seconds, yaw_rate=self.yaw_rate, dither=self.dither)
         return runs, usual_noise(robot)

@@ -47,7 +47,7 @@ class Adapted(OfStudy):
         judged = self._judged(adaptation, tell)
         rounds = [
             {
-                **outcome.to_dict(),
+                **outcome._asdict(),
                 "flown": report.error,
                 "crashed": report.crashed,
                 "prediction": report.prediction,

@@ -71,7 +71,7 @@ class PolicyJob(OfStudy):
         for case in targets():
             tell(f"flying {case.title}")
             ours, theirs = judge(case, planner, self.effort), judge(case, lambda *_: policy, self.effort)
-            answer[case.name] = {"mppi": ours.to_dict(), "policy": theirs.to_dict()}
+            answer[case.name] = {"mppi": ours._asdict(), "policy": theirs._asdict()}
         return {"targets": answer}
 
 

@@ -37,7 +37,7 @@ class Report(PlainConsole):
     """
 
     def __init__(self, stream: TextIO | None) -> None:
-        self._held = _Held(stream)
+        self._held = Held(stream)
         super().__init__(file=self._held, highlight=False, emoji=False)
 
     def release(self) -> None:
@@ -49,8 +49,8 @@ class Report(PlainConsole):
         put(self._held.stream, self._held.getvalue())
 
 
-class _Held(io.StringIO):
-    """Text on its way to a stream; rich asks it what the stream could show."""
+class Held(io.StringIO):
+    """Text on its way to a stream; rich and tyro ask it what the stream could show."""
 
     def __init__(self, stream: TextIO | None) -> None:
         super().__init__()
@@ -58,9 +58,11 @@ class _Held(io.StringIO):
 
     @property
     def encoding(self) -> str:  # type: ignore[override]
+        """Of the stream."""
         return encoding_of(self.stream)
 
     def isatty(self) -> bool:
+        """Whether the stream is a terminal."""
         return self.stream is not None and self.stream.isatty()
 
 

@@ -146,7 +146,7 @@ def test_json_cannot_leave_its_script(text: str) -> None:
 
 def test_what_drag_puts_in_is_short_and_stands_beside_what_was_there() -> None:
     """Products of the quaternion are entries of the rotation; before, the force was what is commanded or known."""
-    put_in, _ = formulas(WithFindings(BASE, (one("linear_drag", cx=0.01, cy=0.01, cz=0.01),)))
+    put_in, _ = formulas(BASE, [one("linear_drag", cx=0.01, cy=0.01, cz=0.01)])
     assert [formula.name for formula in put_in.formulas] == ["fx that acts", "fy that acts", "fz that acts"]
     for formula in put_in.formulas:
         assert "linear_drag" not in formula.before

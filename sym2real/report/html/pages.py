@@ -110,7 +110,7 @@ def model_page(
     if found is not None:
         facts += [("hypotheses", str(found.tried)), ("time taken", f"{found.seconds:.0f} s")]
     if added is not None:
-        equations = formulas(variants) if isinstance(variants, WithFindings) else []
+        equations = formulas(variants.base, variants.findings) if isinstance(variants, WithFindings) else []
         sections.append(Section("added", ADDED, (*added, drawn, *equations)))
     return Page(
         title,

@@ -21,7 +21,7 @@ from hardware.plant import HardwarePlant
 from hardware.provenance import about_run
 from hardware.recorder import Recorder
 from hardware.robots import Kind, of_every_robot
-from sym2real.cli.adapting import AdaptVerb
+from sym2real.cli.adapt import AdaptVerb
 from sym2real.cli.positionals import TaskName
 from sym2real.tasks import make_task
 

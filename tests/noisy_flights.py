@@ -52,7 +52,7 @@ def _flown(hidden: tuple[tuple[str, tuple[tuple[str, float], ...]], ...], index:
     push = ColouredNoise(np.array([1.5e-3, 1.5e-3, 1e-3, 1e-6, 1e-6, 1e-6]), 0.2, robot.dt, rng)
     wrench = np.array([push.next() for _ in range(steps)])
     flown = run_episode(
-        MujocoPlant(robot, changes), Disturbed(tracking, dither.of_step, robot.low, robot.high), task,
+        MujocoPlant(robot, changes), Disturbed(tracking, dither.next, robot.low, robot.high), task,
         steps=steps, wrench=wrench, name=f"{name} {index}", seed=index,
     )  # fmt: skip
     return _measured(flown, rng)

@@ -10,7 +10,7 @@ from adaptation_references import keep, take_known
 
 from sym2real.experiments.study.case import load_suite
 from sym2real.experiments.study.effort import QUICK
-from sym2real.experiments.study.reference import Reference
+from sym2real.experiments.study.judged import Reference
 from sym2real.experiments.study.sweep import answer_file
 
 SMALL = replace(QUICK, samples={"crazyflie": 4, "mushr": 4}, rows=4, evaluations=1)

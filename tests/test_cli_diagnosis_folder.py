@@ -13,7 +13,7 @@ import pytest
 from rich.console import Console
 from standard_set import Case, simulate_case
 
-from sym2real.cli.diagnosis_folder import write_diagnosis
+from sym2real.cli.found import write_diagnosis
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, diagnose
 from sym2real.diagnosis.errors.rungs import Stage, StageError
@@ -92,7 +92,7 @@ def test_what_predictions_do_not_bear_out_is_not_written(logs: Dataset, tmp_path
 def test_an_interrupted_drawing_leaves_the_answer_and_the_model(
     logs: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sym2real.report.drawing.predictions_of", lambda *_: signal.raise_signal(signal.SIGINT))
+    monkeypatch.setattr("sym2real.report.figures.predictions_of", lambda *_: signal.raise_signal(signal.SIGINT))
     assert "interrupted" in written(FOUND, logs, tmp_path)
     assert load_model(tmp_path / "model").effects[0][0] == "added_mass"
 

@@ -12,7 +12,7 @@ from typing import Any, get_args, get_type_hints
 import pytest
 
 from sym2real.cli import VERBS, main
-from sym2real.cli.diagnosis_folder import remove_earlier
+from sym2real.cli.found import remove_earlier
 from sym2real.cli.places import LOG_ENDINGS, WRITTEN, kept_apart, places_read
 from sym2real.data import example_flight
 from sym2real.errors import Sym2RealError

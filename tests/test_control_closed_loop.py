@@ -9,7 +9,7 @@ import pytest
 import torch
 
 from sym2real.control import MPPI
-from sym2real.experiments.study.reference import MujocoModel
+from sym2real.experiments.study.judged import MujocoModel
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import compile_model

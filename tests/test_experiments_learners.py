@@ -12,7 +12,7 @@ from sym2real.dataset import Dataset
 from sym2real.effects import effect
 from sym2real.errors import UnknownNameError
 from sym2real.experiments.learners import LEARNERS, Remembering, make_learner
-from sym2real.experiments.noisy_plant import NoisyPlant
+from sym2real.experiments.noisy_runs import NoisyPlant
 from sym2real.neural import Descent, ResidualTraining
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR

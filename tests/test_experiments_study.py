@@ -19,13 +19,12 @@ from sym2real.experiments.study import zero_shot
 from sym2real.experiments.study.adapting import Adapted
 from sym2real.experiments.study.case import Case, load_suite, shipped_suites
 from sym2real.experiments.study.catalogue import experiment, experiment_names
+from sym2real.experiments.study.contestants import MOST_LOGS, WhenDoubled
 from sym2real.experiments.study.curves import Curve, ratio
-from sym2real.experiments.study.effects_first import MOST_LOGS, WhenDoubled
 from sym2real.experiments.study.effort import FULL, QUICK
-from sym2real.experiments.study.judged import judge, planning_with
+from sym2real.experiments.study.judged import Reference, has_reference, judge, planning_with, planning_with_mujoco
 from sym2real.experiments.study.noisy_logs import NoisyFit
 from sym2real.experiments.study.policy import targets, trained
-from sym2real.experiments.study.reference import Reference, has_reference, planning_with_mujoco
 from sym2real.experiments.study.scratch import FromScratch, trajectories_to_converge
 from sym2real.experiments.study.suites import contestants_of, suite_outcome
 from sym2real.plants import MujocoPlant, run_episode

@@ -13,7 +13,6 @@ import pytest
 from report_pages import BASE, HOSTILE, PATIENCE, browser, diagnosis, logs, picture
 
 from sym2real.report import html
-from sym2real.report.html.arrays import Arrays
 from sym2real.report.html.observed import observe
 from sym2real.report.html.page import Page
 from sym2real.report.html.pages import diagnosis_page
@@ -229,10 +228,9 @@ def test_the_page_works_by_keyboard(opened: Opened) -> None:
     assert page.locator("select[name=log]").input_value() == "1"
 
 
-def test_the_file_alone_is_enough(file: Path, made: Page) -> None:
+def test_the_file_alone_is_enough(file: Path) -> None:
     assert file.stat().st_size < 5e6
     text = file.read_text()
     assert "http://" not in text.replace("http://www.w3.org", "").replace("http://github.com", "")
     data = text.split('id="report">')[1].split("</script>")[0]
-    assert json.loads(data)["arrays"]["text"] == made.arrays.text
-    assert isinstance(made.arrays, Arrays)
+    assert len(json.loads(data)["charts"]) == text.count("<figure")

@@ -46,13 +46,14 @@ EVERY_KIND = (
 )
 
 
-def unpacked(arrays: Arrays, name: str) -> np.ndarray:
+def unpacked(arrays: Arrays, number: int) -> np.ndarray:
     """As the page's script does it."""
-    about = arrays.directory[name]
+    about = arrays.directory[number]
     planes = np.frombuffer(zlib.decompress(base64.b64decode(arrays.text)), dtype=np.uint8)
     count = len(planes) // 2
     steps = np.cumsum(planes[:count].astype(np.int64) | planes[count:].astype(np.int64) << 8).astype(np.int16)
-    values = steps[about["at"] : about["at"] + int(np.prod(about["shape"]))].reshape(about["shape"]).astype(float)
+    rows = len(about["scale"])
+    values = steps[about["at"] :][: rows * about["length"]].reshape(rows, about["length"]).astype(float)
     values[values == -32768] = np.nan
     return np.array(about["middle"])[:, None] + np.array(about["scale"])[:, None] * values
 
@@ -60,10 +61,10 @@ def unpacked(arrays: Arrays, name: str) -> np.ndarray:
 @given(st.lists(st.floats(-1e6, 1e6) | st.just(float("nan")), min_size=2, max_size=40), st.integers(1, 3))
 def test_numbers_come_back_to_a_65000th_of_their_range(values: list[float], copies: int) -> None:
     arrays, given_values = Arrays(), np.array([values] * copies) * np.arange(1, copies + 1)[:, None]
-    arrays.add("before", np.array([1.0, 2.0]))
-    arrays.add("rows", given_values)
+    arrays.add(np.array([1.0, 2.0]))
+    assert arrays.add(given_values) == arrays.add(given_values) == 1
     spread = np.nan_to_num(np.nanmax(given_values, 1) - np.nanmin(given_values, 1)) if np.isfinite(values).any() else 0
-    found = unpacked(arrays, "rows")
+    found = unpacked(arrays, 1)
     assert (np.isnan(found) == np.isnan(given_values)).all()
     assert (np.nan_to_num(np.abs(found - given_values)) <= np.atleast_1d(spread)[:, None] / 65000 + 1e-9).all()
 
@@ -145,7 +146,7 @@ def test_json_cannot_leave_its_script(text: str) -> None:
 
 def test_what_drag_puts_in_is_short_and_stands_beside_what_was_there() -> None:
     """Products of the quaternion are entries of the rotation; before, the force was what is commanded or known."""
-    put_in, _ = formulas(WithFindings(BASE, (one("linear_drag", cx=0.01, cy=0.01, cz=0.01),)))
+    put_in, _ = formulas(BASE, [one("linear_drag", cx=0.01, cy=0.01, cz=0.01)])
     assert [formula.name for formula in put_in.formulas] == ["fx that acts", "fy that acts", "fz that acts"]
     for formula in put_in.formulas:
         assert "linear_drag" not in formula.before

@@ -24,7 +24,7 @@ from rich.console import Console
 from sym2real.adaptation.episode_report import EpisodeReport
 from sym2real.adaptation.record import Record
 from sym2real.cli import main
-from sym2real.cli.diagnosis_folder import remove_earlier, write_diagnosis
+from sym2real.cli.found import remove_earlier, write_diagnosis
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, add_term, training_region
 from sym2real.effects import noted
@@ -305,12 +305,13 @@ def test_a_log_leads_no_figure_out_of_its_folder(written: Path, here: Path) -> N
 
 
 def draw(here: Path) -> list[Path]:
-    from sym2real.report.drawing import _save
-    from sym2real.report.figures import path_figure, prediction_figure
+    from sym2real.report.charts import Chart, Line
+    from sym2real.report.figures import _save, charts_figure, path_figure
 
     (log,) = read_logs(here / "log.parquet", layouts=MUSHR.layouts)
     figures = {log.name: path_figure(log)}
-    assert prediction_figure(log, {}).get_suptitle().startswith(log.name)
+    chart = Chart("x", "", "time in s", "x in m", log.time, [Line("measured", "measured", log.column("x"))], "time")
+    assert charts_figure([chart], f"{log.name}: measured").get_suptitle().startswith(log.name)
     return list(_save(figures, here / "figures"))
 
 

@@ -20,7 +20,7 @@ from sym2real.diagnosis import Tried
 from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.experiments.thrust_of_log import thrust_of_log
 from sym2real.logs import load_spec
-from sym2real.report.style import INFORMED, MEASURED, MODELS, PREDICTED, REFERENCE, legend_below
+from sym2real.report.style import INFORMED, LOOKS, MEASURED, PREDICTED, REFERENCE, legend_below
 from sym2real.robots import Motors, quadrotor
 
 SPEC = "crazyflie_battery_drag"
@@ -54,7 +54,7 @@ def draw_path(axis: Axes, log: Trajectory, models: dict[str, Equations]) -> None
     """The path from above: measured, and predicted from starts along it."""
     axis.plot(log.column("x"), log.column("y"), color=MEASURED, linewidth=3, alpha=0.35, label="measured")
     restart = np.arange(len(log)) % round(JUDGED_AT / log.dt) == 0
-    for (label, model), style in zip(models.items(), MODELS, strict=True):
+    for (label, model), style in zip(models.items(), (LOOKS["base"], LOOKS["model"]), strict=True):
         predicted = model.simulate(log, JUDGED_AT)
         x, y = (np.insert(predicted.column(name), np.flatnonzero(restart) + 1, np.nan) for name in "xy")
         axis.plot(x, y, **style, linewidth=1.4, label=label)

@@ -2,19 +2,180 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 from rich.console import Console
 
-from sym2real.cli.adapting import AdaptVerb
+from sym2real.cli.numbers import Count, Memory, OptionalRound, OptionalSamples, OptionalSeconds, Seed, steps_in
 from sym2real.cli.of_logs import OfLogs
-from sym2real.cli.positionals import OptionalTask, TargetPlace
+from sym2real.cli.positionals import HtmlFile, JsonFile, ModelPlace, OptionalTask, TargetPlace
+from sym2real.errors import ModelError
+from sym2real.files import read_object
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from sym2real.adaptation import Adapting, RoundReport
+    from sym2real.adaptation.progress import OnProgress
+    from sym2real.adaptation.training import Inform
     from sym2real.cli.adapt_target import Chosen
+    from sym2real.dataset import Dataset
     from sym2real.neural import Model
+    from sym2real.protocols import Learner, Plant
+    from sym2real.tasks import Task
+
+    Asked = tuple[Model, Plant | Sequence[Dataset], Task | None, Learner[Any, Any], Adapting]
+
+FIGURE = "adaptation"
+
+
+@dataclass(frozen=True, kw_only=True)
+class AdaptVerb(ABC):
+    """An ``adapt`` says what its target is, and has these options and its own."""
+
+    model: ModelPlace
+    out: Path
+    """Folder of the adapted model and of every round."""
+    rounds: Count = 10
+    """Learn from at most so many trajectories; one more tests the last model."""
+    all_rounds: bool = False
+    """Go on to the last round, whether it helps or not."""
+    seconds: OptionalSeconds = None
+    """Length of an episode; the task's own by default."""
+    samples: OptionalSamples = None
+    learner: Literal["residual", "residual-paper", "residual-search", "fine-tune", "none"] = "residual"
+    """What learns on top of the model: a network of 2 × 64 or the paper's 4 × 200, equations, or nothing (with
+    --diagnose); fine-tune fits the model's own constants instead."""
+    memory: Memory = "auto"
+    """Past commands that the network sees, for a delay or a slow actuator: a number, off, or auto, as many as the logs
+    ask for, counted behind the effects that --diagnose adds. A delay of 0.2 s in periods of 0.05 s
+    asks for 4."""
+    diagnose: bool = False
+    """Put the physical effects that predict held-out pieces better into the equations first, provisional ones too; each
+    round asks anew, with all logs. The learner gets what is left."""
+    seed: Seed = 0
+    """Of the start, MPPI's samples, noise and first weights."""
+    dry_run: bool = False
+    """Say what would be done and what is there already; fly, learn and write nothing."""
+    undo: OptionalRound = None
+    """Put the model of this round at the top of OUT, and do nothing else; 0 is the model as it was given."""
+    report: HtmlFile = None
+    json: JsonFile = None
+
+    @abstractmethod
+    def chosen(self, model: Model, console: Console) -> AbstractContextManager[Chosen]:
+        """What to adapt to, open as long as it lasts; errors as of :func:`sym2real.cli.adapt_target.chosen_target`."""
+
+    def run(self, console: Console) -> dict[str, Any]:
+        """Adapt, print the table, write the figure."""
+        from sym2real.adaptation import undo
+        from sym2real.cli.model import open_with_progress, require_another_folder
+
+        if self.undo is not None:
+            if self.report:
+                raise ModelError("--undo trains nothing: expected it without --report")
+            return self._tell(undo(self.out, self.undo), self.undo, console)
+        require_another_folder(self.model, self.out)
+        model = open_with_progress(self.model)
+        with self.chosen(model, console) as chosen:
+            return self._foretell(model, chosen, console) if self.dry_run else self._adapted(model, chosen, console)
+
+    def _adapted(self, model: Model, chosen: Chosen, console: Console) -> dict[str, Any]:
+        from sym2real.adaptation import adapt
+        from sym2real.cli.output import title_of, write_report
+        from sym2real.cli.progress import stage_one_progress
+        from sym2real.report.html.pages import adaptation_page
+
+        with stage_one_progress() as on_progress:
+            adaptation = adapt(
+                *self._asked(model, chosen),
+                robot=chosen.robot,
+                inform=self._inform(model, on_progress),
+                folder=self.out,
+                on_progress=on_progress,
+                controller=chosen.controller,
+            )
+        result = self._tell(adaptation.reports, adaptation.best, console)
+        if self.report:
+            page = adaptation_page(adaptation, title_of(self.out, "adapted"))
+            result["report"] = write_report(page, self.report, console)
+        return result
+
+    def _asked(self, model: Model, chosen: Chosen) -> Asked:
+        """What a run is told from another by."""
+        from sym2real.adaptation import Adapting
+        from sym2real.experiments.learners import make_learner
+
+        steps = Adapting.steps
+        if chosen.task is not None and chosen.robot is not None:
+            steps = steps_in(self.seconds or chosen.task.duration, chosen.robot.dt)
+        settings = Adapting(
+            rounds=self.rounds,
+            steps=steps,
+            samples=self.samples,
+            until_settled=not self.all_rounds,
+            seed=self.seed,
+        )
+        angles = () if chosen.robot is None else chosen.robot.recipe.angles
+        learner = make_learner(self.learner, self.seed, memory=self.memory, angles=angles)
+        return model, chosen.target, chosen.task, learner, settings
+
+    def _inform(self, model: Model, on_progress: OnProgress) -> Inform | None:
+        from sym2real.adaptation import Progress
+        from sym2real.cli.found import plain_simulator
+        from sym2real.experiments.informing import informing
+        from sym2real.neural.model_folder import below
+        from sym2real.symbolic import Equations
+
+        if not self.diagnose:
+            return None
+        base = below(model)
+        if not isinstance(base, Equations):
+            raise ModelError(f"--diagnose: effects go into equations; {self.model} is made of networks")
+        return informing(plain_simulator(base), lambda what: on_progress(Progress(f"diagnosing: {what}", 0, 0)))
+
+    def _foretell(self, model: Model, chosen: Chosen, console: Console) -> dict[str, Any]:
+        """What would be done, and what is there already."""
+        from sym2real.adaptation import rounds_to_continue
+        from sym2real.adaptation.progress import silent
+
+        asked = self._asked(model, chosen)
+        done = rounds_to_continue(*asked, folder=self.out, inform=self._inform(model, silent))
+        most = self.rounds + 1
+        if chosen.task is None or chosen.robot is None:
+            most = min(most, len(chosen.target))  # type: ignore[arg-type]
+            flights = f"nothing flies; at most {most} logs are used, the last of them to score"
+        else:
+            seconds = asked[-1].steps * chosen.robot.dt
+            flights = f"{chosen.task.name}: at most {most} episodes of {seconds:g} s, {most * seconds:g} s in all"
+        there = f"rounds 0 to {len(done) - 1} of this run, which goes on behind them" if done else "no round yet"
+        lines = [
+            f"model: {self.model}",
+            f"target: {chosen.words}",
+            flights,
+            f"learner: {self.learner}{', after a diagnosis' if self.diagnose else ''}",
+            f"in {self.out}: {there}",
+            "nothing was flown, learned or written",
+        ]
+        for line in lines:
+            console.print(line, markup=False)
+        return {"dry_run": lines, "rounds": [report.to_dict() for report in done], "most": most}
+
+    def _tell(self, reports: Sequence[RoundReport], on_top: int, console: Console) -> dict[str, Any]:
+        """The table and the figure; what ``adaptation.json`` holds and where things are."""
+        from sym2real.adaptation import settled
+        from sym2real.adaptation.rounds import ANSWER
+        from sym2real.report.adaptation import rounds_figure, rounds_table
+        from sym2real.report.style import save
+
+        console.print(rounds_table(reports, on_top, settled(reports)))
+        figure = save(rounds_figure(reports, on_top), self.out, FIGURE)
+        console.print(f"model of round {on_top}, {ANSWER} and figure in {self.out}", markup=False)
+        return read_object(self.out / ANSWER, "an adaptation") | {"model": self.out, "figure": figure}
 
 
 @dataclass(frozen=True, kw_only=True)

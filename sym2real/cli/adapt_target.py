@@ -9,7 +9,7 @@ from sym2real.adaptation.target import MakeController
 from sym2real.cli.model import logs_for
 from sym2real.dataset import Dataset
 from sym2real.errors import ModelError, UnknownNameError
-from sym2real.experiments.noisy_plant import NoisyPlant
+from sym2real.experiments.noisy_runs import NoisyPlant
 from sym2real.logs import LogSpec
 from sym2real.logs.reader import logs_of
 from sym2real.neural.composed import Base

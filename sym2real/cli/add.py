@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from rich.console import Console
 
-from sym2real.cli.numbers import OptionalPositive
-from sym2real.cli.of_logs import OfLogs
+from sym2real.cli.of_logs import OfFit
 from sym2real.cli.positionals import EffectTexts, JsonFile, ModelPlace
 from sym2real.errors import ModelError
 
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Add(OfLogs):
+class Add(OfFit):
     """Put physical effects into a model's equations: at values you know, or fitted to logs.
 
     With values the effects are simply there; what is not given stays at its null value. With --fit they are a
@@ -48,21 +47,13 @@ class Add(OfLogs):
     """Folder of the new model; the robot with the effects as a simulator goes to OUT/simulator."""
     fit: tuple[Path, ...] = ()
     """Logs that the values of the effects are fitted to."""
-    held_out: tuple[Path, ...] = ()
-    """Logs that score the fit; by default each log is scored by the fit without it."""
-    exclude: tuple[str, ...] = ()
-    """Effects that are not tested in its place (KIND or KIND:COLUMN)."""
-    horizon: OptionalPositive = None
-    """Longest horizon of the error ladder in s."""
-    calibrate: bool = True
-    """Before a fit, calibrate the base in the robot's plain simulator."""
     json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
         """Fit if asked to, compose, print, write."""
         from sym2real.cli.chosen_effects import beyond_bounds, chosen_effects, require_values
         from sym2real.cli.found import write_simulator
-        from sym2real.cli.model import equations_below, require_another_folder, said_of
+        from sym2real.cli.model import equations_below, require_another_folder
         from sym2real.diagnosis import add, add_term
         from sym2real.effects.catalogue import require_patterns
         from sym2real.effects.noted import TERM
@@ -106,29 +97,18 @@ class Add(OfLogs):
             write_simulator(changed, self.out / "simulator", console)
         added: list[dict[str, Any]] = [{"effect": key, "values": values} for key, values in chosen]
         added += [{"effect": f"{TERM}{channel}", "expression": expression} for channel, _, expression in terms]
-        return {"model": self.out, "effects": added, "latex": changed.latex(), **result, **said_of(about_model, result)}
+        about = {"notes": [*about_model, *result.get("notes", ())]} if about_model else {}
+        return {"model": self.out, "effects": added, "latex": changed.latex(), **result, **about}
 
     def _fitted(self, base: Equations, keys: Sequence[str], console: Console) -> tuple[Tried, list[Path]]:
         from sym2real.cli.found import plain_simulator, write_figures
-        from sym2real.cli.model import logs_for
         from sym2real.cli.progress import stages_progress
         from sym2real.diagnosis import try_effect
         from sym2real.report.diagnosis import tried_report
 
-        data = logs_for(base, self.fit, self.naming)
-        held_out = logs_for(base, self.held_out, self.naming, apart_from=self.fit) if self.held_out else None
+        data, told = self.read(base, self.fit)
         with stages_progress() as on_progress:
-            tried = try_effect(
-                base,
-                keys,
-                data,
-                plain_simulator(base),
-                calibrate=self.calibrate,
-                held_out=held_out,
-                exclude=self.exclude,
-                horizon=self.horizon,
-                on_progress=on_progress,
-            )
+            tried = try_effect(base, keys, data, plain_simulator(base), **told, on_progress=on_progress)
         console.print(tried_report(tried))
         figures = list(write_figures(base, tried.apply(base), data, tried, self.out / "figures"))
         console.print(f"figures in {self.out / 'figures'}", markup=False)

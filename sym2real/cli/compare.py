@@ -34,7 +34,7 @@ class Compare(OfLogs):
     def run(self, console: Console) -> dict[str, Any]:
         """Print the report, draw the figures."""
         from sym2real.cli.model import folder_of, logs_for, open_with_progress
-        from sym2real.cli.page_file import title_of, write_report
+        from sym2real.cli.output import title_of, write_report
         from sym2real.diagnosis import compare, training_region
         from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
         from sym2real.neural.composed import in_double
@@ -50,7 +50,7 @@ class Compare(OfLogs):
         console.print(comparison_report(comparison))
         figures = []
         if self.out:
-            from sym2real.report.drawing import draw_comparison
+            from sym2real.report.figures import draw_comparison
 
             figures = draw_comparison(model, data, comparison, self.out)
             console.print(f"figures in {self.out}", markup=False)

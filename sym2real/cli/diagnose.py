@@ -8,13 +8,12 @@ from typing import Any, ClassVar
 
 from rich.console import Console
 
-from sym2real.cli.numbers import OptionalPositive
-from sym2real.cli.of_logs import OfLogs
+from sym2real.cli.of_logs import OfFit
 from sym2real.cli.positionals import HtmlFile, JsonFile, Logs, ModelPlace
 
 
 @dataclass(frozen=True)
-class Diagnose(OfLogs):
+class Diagnose(OfFit):
     """Name the physical effect that a model lacks, or say that nothing is missing, or that the data cannot tell.
 
     Every effect of the catalogue that the model can be given competes; what is found is tested on data that took no
@@ -34,14 +33,6 @@ class Diagnose(OfLogs):
     model: ModelPlace
     logs: Logs
     """Logs (CSV, Parquet, bags, MCAP, ULog); several of different manoeuvres tell more than one."""
-    held_out: tuple[Path, ...] = ()
-    """Logs that score the result; by default each log is scored by the fit without it."""
-    exclude: tuple[str, ...] = ()
-    """Effects that are not tested (KIND or KIND:COLUMN)."""
-    horizon: OptionalPositive = None
-    """Longest horizon of the error ladder in s."""
-    calibrate: bool = True
-    """Calibrate the base in the robot's plain simulator first."""
     out: Path | None = None
     """Folder for diagnosis.json, figures, the informed model and the simulator with what was found."""
     report: HtmlFile = None
@@ -49,10 +40,9 @@ class Diagnose(OfLogs):
 
     def run(self, console: Console) -> dict[str, Any]:
         """Diagnose, print the report, write the files."""
-        from sym2real.cli.diagnosis_folder import write_diagnosis
-        from sym2real.cli.found import plain_simulator
-        from sym2real.cli.model import equations_below, folder_of, logs_for, require_another_folder
-        from sym2real.cli.page_file import title_of, write_report
+        from sym2real.cli.found import plain_simulator, write_diagnosis
+        from sym2real.cli.model import equations_below, folder_of, require_another_folder
+        from sym2real.cli.output import title_of, write_report
         from sym2real.cli.progress import stages_progress
         from sym2real.diagnosis import data_report, diagnose, training_region
         from sym2real.diagnosis.faults.sanity import check
@@ -64,8 +54,7 @@ class Diagnose(OfLogs):
         if self.out:
             require_another_folder(self.model, self.out / "model")
         base, about_model = equations_below(self.model, console)
-        data = logs_for(base, self.logs, self.naming)
-        held_out = logs_for(base, self.held_out, self.naming, apart_from=self.logs) if self.held_out else None
+        data, told = self.read(base, self.logs)
         about_data = data_report(data, base).remarks
         for line in about_data:
             console.print(f"data: {line}", style="dim", markup=False)
@@ -74,10 +63,7 @@ class Diagnose(OfLogs):
                 base,
                 data,
                 plain_simulator(base),
-                calibrate=self.calibrate,
-                held_out=held_out,
-                exclude=self.exclude,
-                horizon=self.horizon,
+                **told,
                 region=training_region(folder_of(self.model)),
                 on_progress=on_progress,
                 finish_on_interrupt=True,

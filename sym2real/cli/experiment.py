@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,6 @@ from sym2real.cli.positionals import ExperimentPlace, JsonFile
 from sym2real.errors import ModelError
 
 if TYPE_CHECKING:
-    from sym2real.experiments.study.effort import Effort
     from sym2real.experiments.study.outcome import Outcome
 
 LIST, ANSWER = "list", "outcome.json"
@@ -61,27 +60,18 @@ class RunExperiment:
             return _list(console)
         if self.out is None:
             raise ModelError("expected --out FOLDER: every answer is kept there; `sym2real experiment list` needs none")
-        return self._run(console, self.out)
-
-    def _run(self, console: Console, out: Path) -> dict[str, Any]:
         from sym2real.cli.sweep_progress import sweep_progress
         from sym2real.experiments.study.catalogue import experiment
+        from sym2real.experiments.study.effort import FULL, QUICK
         from sym2real.experiments.study.sweep import run_sweep
 
-        chosen, effort = experiment(self.name, self.cases, self.contestants), self._effort()
+        chosen, effort = experiment(self.name, self.cases, self.contestants), FULL if self.full else QUICK
+        effort = replace(effort, seeds=self.seeds or effort.seeds)
         console.print(f"preparing {self.name}", style="dim", markup=False)
         jobs = chosen.jobs(effort)
-        with sweep_progress(console, out) as on_progress:
-            answers = run_sweep(jobs, out, workers=self.jobs, cluster=self.cluster, on_progress=on_progress)
-        return _show(chosen.outcome(effort, answers), out, console)
-
-    def _effort(self) -> Effort:
-        from dataclasses import replace
-
-        from sym2real.experiments.study.effort import FULL, QUICK
-
-        effort = FULL if self.full else QUICK
-        return replace(effort, seeds=self.seeds) if self.seeds else effort
+        with sweep_progress(console, self.out) as on_progress:
+            answers = run_sweep(jobs, self.out, workers=self.jobs, cluster=self.cluster, on_progress=on_progress)
+        return _show(chosen.outcome(effort, answers), self.out, console)
 
 
 def _show(outcome: Outcome, out: Path, console: Console) -> dict[str, Any]:
@@ -104,18 +94,12 @@ def _show(outcome: Outcome, out: Path, console: Console) -> dict[str, Any]:
 
 def _list(console: Console) -> dict[str, Any]:
     """What can be run, and who can be asked."""
-    from rich.table import Table
-
     from sym2real.experiments.study.catalogue import experiment, experiment_names
     from sym2real.experiments.study.contestants import CONTESTANTS
+    from sym2real.report.tables import compact_table
 
     about = {name: experiment(name).about for name in experiment_names()}
-    for title, rows in (
-        ("experiments", about),
-        ("contestants", {key: contestant.title for key, contestant in CONTESTANTS.items()}),
-    ):
-        table = Table(title=title, title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
-        for name, text in rows.items():
-            table.add_row(name, text)
-        console.print(table)
+    titles = {key: contestant.title for key, contestant in CONTESTANTS.items()}
+    for kind, rows in (("experiment", about), ("contestant", titles)):
+        console.print(compact_table("", (kind, ""), rows.items(), left=(kind, "")))
     return {"experiments": about, "contestants": {key: asdict(contestant) for key, contestant in CONTESTANTS.items()}}

@@ -15,9 +15,7 @@ from sym2real.cli.positionals import JsonFile, RobotName
 from sym2real.errors import ModelError, UnknownNameError
 
 if TYPE_CHECKING:
-    from sym2real.adaptation import StageOne
     from sym2real.experiments.learning import Learned
-    from sym2real.robots import Robot
 
 
 @dataclass(frozen=True)
@@ -62,19 +60,11 @@ class Learn(OfLogs):
 
     def run(self, console: Console) -> dict[str, Any]:
         """Learn, print the tables, write the model."""
-        from sym2real.cli.progress import stages_progress
-        from sym2real.experiments.learning import learn_from_logs
-        from sym2real.experiments.measured import measured
         from sym2real.report.tables import dependence_table, episode_table, equation_table
 
-        numbers = self._numbers()
-        if self.data:
-            with stages_progress() as on_progress:
-                learned = learn_from_logs(
-                    measured(self.robot), self.data, self.naming, self.engine, numbers=numbers, on_progress=on_progress
-                )
-        else:
-            learned = self._from(self._simulated(), console)
+        if self.numbers and not self.data:
+            raise ModelError("--numbers: expected --data with it, found none: the plain simulator has its own numbers")
+        learned = self._from_logs() if self.data else self._in_simulation(console)
         learned.save(self.out)
         if learned.reports:
             console.print(episode_table(learned.reports))
@@ -82,9 +72,14 @@ class Learn(OfLogs):
         console.print(f"model in {self.out}", markup=False)
         missing = [f"{row.action} → {row.state}" for row in learned.dependence if not row.holds]
         if missing:
+            instead = (
+                "learn from the plain simulator instead of recorded logs"
+                if learned.equations.robot
+                else f"logs with more varied commands, or `sym2real nominal {self.robot} --help` from numbers alone"
+            )
             raise ModelError(
                 f"the model in {self.out} cannot fly: expected every action to reach its states, found nothing of "
-                f"{', '.join(missing)} in the equations; {self._instead()}"
+                f"{', '.join(missing)} in the equations; {instead}"
             )
         return {
             "model": self.out,
@@ -93,24 +88,38 @@ class Learn(OfLogs):
             "dependence": [asdict(row) for row in learned.dependence],
         }
 
-    def _from(self, robot: Robot, console: Console) -> Learned:
-        """The base of a robot that has a simulator."""
-        from sym2real.cli.progress import stage_one_progress
-        from sym2real.experiments.learning import from_description, learn_in_simulation
+    def _from_logs(self) -> Learned:
+        """Equations fitted to the logs of a robot, with the numbers that were typed.
 
-        if robot.recipe.base == "nominal" and self.episodes is None:
-            console.print("its base is its first-principles equations; --episodes N learns one by regression instead")
-            return from_description(robot)
-        with stage_one_progress() as on_progress:
-            return learn_in_simulation(robot, self.engine, self._settings(robot), self.out / "episodes", on_progress)
+        Raises:
+            UnknownNameError: for a number that such a robot does not have.
+            ModelError: for what is not NAME=VALUE with a finite value.
+        """
+        from sym2real.cli.progress import stages_progress
+        from sym2real.experiments.learning import learn_from_logs
+        from sym2real.experiments.measured import measured
 
-    def _simulated(self) -> Robot:
-        """The robot that has a simulator.
+        robot, numbers = measured(self.robot), {}
+        for typed in self.numbers:
+            name, _, value = typed.partition("=")
+            if name not in robot.like.numbers:
+                raise UnknownNameError(f"number of {self.robot}", name, robot.like.numbers)
+            numbers[name] = number_of(value)
+            if not math.isfinite(numbers[name]):
+                raise ModelError(f"--numbers: expected {name}=VALUE with a finite number, found {typed!r}")
+        with stages_progress() as on_progress:
+            return learn_from_logs(robot, self.data, self.naming, self.engine, numbers=numbers, on_progress=on_progress)
+
+    def _in_simulation(self, console: Console) -> Learned:
+        """The base of a robot that has a simulator.
 
         Raises:
             ModelError: when it is known by its logs alone.
             UnknownNameError: when there is none of that name.
         """
+        from sym2real.adaptation import StageOne
+        from sym2real.cli.progress import stage_one_progress
+        from sym2real.experiments.learning import from_description, learn_in_simulation
         from sym2real.experiments.measured import LIKE
         from sym2real.robots import ROBOTS
 
@@ -119,40 +128,11 @@ class Learn(OfLogs):
                 f"any {self.robot} has no simulator: expected --data LOGS with it, or a robot that has one "
                 f"({', '.join(ROBOTS)}); `sym2real nominal {self.robot} --help` starts from numbers alone"
             )
-        return ROBOTS[self.robot]
-
-    def _instead(self) -> str:
-        from sym2real.robots import ROBOTS
-
-        if self.robot in ROBOTS:
-            return "learn from the plain simulator instead of recorded logs"
-        return f"logs with more varied commands, or `sym2real nominal {self.robot} --help` from numbers alone"
-
-    def _numbers(self) -> dict[str, float]:
-        """The numbers that were typed, by name.
-
-        Raises:
-            UnknownNameError: for a number that such a robot does not have.
-            ModelError: for what is not NAME=VALUE with a finite value.
-        """
-        from sym2real.experiments.measured import measured
-
-        if self.numbers and not self.data:
-            raise ModelError("--numbers: expected --data with it, found none: the plain simulator has its own numbers")
-        found = {}
-        for typed in self.numbers:
-            name, _, value = typed.partition("=")
-            if name not in (names := measured(self.robot).like.numbers):
-                raise UnknownNameError(f"number of {self.robot}", name, names)
-            if not math.isfinite(number_of(value)):
-                raise ModelError(f"--numbers: expected {name}=VALUE with a finite number, found {typed!r}")
-            found[name] = float(value)
-        return found
-
-    def _settings(self, robot: Robot) -> StageOne:
-        from sym2real.adaptation import StageOne
-
-        return StageOne(
+        robot = ROBOTS[self.robot]
+        if robot.recipe.base == "nominal" and self.episodes is None:
+            console.print("its base is its first-principles equations; --episodes N learns one by regression instead")
+            return from_description(robot)
+        settings = StageOne(
             episodes=self.episodes or robot.recipe.most_episodes,
             steps=self.steps,
             samples=self.samples,
@@ -160,3 +140,5 @@ class Learn(OfLogs):
             until_settled=self.episodes is None,
             seed=self.seed,
         )
+        with stage_one_progress() as on_progress:
+            return learn_in_simulation(robot, self.engine, settings, self.out / "episodes", on_progress)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 
@@ -66,11 +65,6 @@ def columns_of(model: str) -> tuple[Layouts, dict[str, str]]:
     joints = {rate: joint for joint, rate in layouts.state.rates.items()}
     moving = () if robot is None else robot.recipe.dependencies
     return layouts, {action: joints[rate] for rate, action in moving if rate in joints}
-
-
-def said_of(notes: Sequence[str], result: Mapping[str, Any]) -> dict[str, list[str]]:
-    """Notes on the model ahead of those that a result has, for JSON; nothing where there are none."""
-    return {"notes": [*notes, *result.get("notes", ())]} if notes else {}
 
 
 def folder_of(name: str) -> Path:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from rich.console import Console
+from rich.console import Console, RenderableType
 
 from sym2real.cli.numbers import NotNegative, OptionalPositive, OptionalThreePositive, Positive
 from sym2real.cli.of_logs import OfLogs
@@ -84,7 +84,7 @@ class NominalQuadrotor(OfLogs):
             attitude_time_constant=self.attitude_time_constant,
             motors=motors,
         )
-        # Without motors they are numbers of the robot: what a weak rotor does to it needs them.
+        # Without commands of motors these are numbers of the robot: what a weak rotor does to it needs them.
         numbers = equations.numbers if self.interface == "motors" else {**equations.numbers, **self._rotors}
         return save_nominal(replace(equations, numbers=numbers), self.out, console)
 
@@ -106,8 +106,6 @@ class NominalQuadrotor(OfLogs):
             raise ModelError("--torque-per-thrust, --arm and --spin need --motor-thrust or --fit-thrust")
         if thrust == [None, None] and self.motor_unit == "rad/s":
             raise ModelError("--motor-unit rad/s needs --motor-thrust or --fit-thrust: half of full speed is unknown")
-        if (self.spec is not None or self.columns) and self.fit_thrust is None and not self.log:
-            raise ModelError("--spec and --columns name the columns of --log or --fit-thrust, found neither")
 
     def _motors(self, console: Console) -> tuple[Motors | None, float]:
         """The rotors, None for those that hover at half command, and the time step in s."""
@@ -115,7 +113,7 @@ class NominalQuadrotor(OfLogs):
         from sym2real.experiments.thrust_of_log import thrust_of_log
         from sym2real.robots import Motors
 
-        naming = self.naming
+        naming = self.naming_of(self.fit_thrust or self.log, "--log or --fit-thrust")
         asked = step_of_logs(self.log, naming) if self.dt is None and self.log else self.dt
         dt = asked or DT
         if self.motor_thrust is not None:
@@ -160,21 +158,19 @@ class NominalCar(OfLogs):
         from sym2real.experiments.measured import step_of_logs
         from sym2real.robots import car
 
-        if (self.spec is not None or self.columns) and not self.log:
-            raise ModelError("--spec and --columns name the columns of --log, found no --log")
-        dt = self.dt or (step_of_logs(self.log, self.naming) if self.log else CAR_DT)
+        naming = self.naming_of(self.log, "--log")
+        dt = self.dt or (step_of_logs(self.log, naming) if self.log else CAR_DT)
         equations = car(self.wheelbase, time_constant=self.time_constant, mass=self.mass, dt=dt)
         return save_nominal(equations, self.out, console)
 
 
-def save_nominal(equations: Equations, out: Path, console: Console) -> dict[str, Any]:
-    """Write equations, print what they are of; what ``--json`` says of them."""
+def save_nominal(equations: Equations, out: Path, console: Console, about: RenderableType = "") -> dict[str, Any]:
+    """Write equations, print what they are of, their interface by default; what ``--json`` says of them."""
     from sym2real.report.tables import interface_lines
     from sym2real.symbolic import save_model
 
     save_model(equations, out)
-    for line in interface_lines(equations):
-        console.print(line, markup=False)
+    console.print(about or "\n".join(interface_lines(equations)), markup=False)
     for note in equations.notes:
         console.print(f"note: {note}", markup=False)
     console.print(f"model in {out}; `sym2real show {out}` prints its equations", markup=False)

@@ -16,6 +16,7 @@ OF_JOINTS = (
     "is it of a robot of joints? `sym2real nominal mjcf ROBOT.xml --out runs/robot` makes its model, and "
     "`sym2real inspect LOG --model runs/robot` finds its columns"
 )
+AXLES = "METRES is the distance between the axles: measure it"
 THRUST_AND_RATES = {THRUST_COLUMN, *RATE_COMMAND.columns}
 DRIVEN = {STEER_COLUMN, SPEED_COLUMN}
 
@@ -40,37 +41,23 @@ def nominal_line(inspection: Inspection, spec: Path | None) -> NominalLine:
         inspection: of the logs.
         spec: where the proposed specification was written; None where it was not.
     """
-    line = _car(inspection.spec) if DRIVEN & inspection.spec.columns.keys() else _quadrotor(inspection, spec)
-    placed = {*POSITION.columns} & inspection.spec.columns.keys()
-    return line if line.command or placed else NominalLine("", (*line.remarks, OF_JOINTS))
-
-
-def _step(spec: LogSpec) -> list[str]:
-    period = spec.time.dt or (1.0 / spec.time.rate if spec.time.rate else None)
-    return ["--dt", f"{period:g}"] if period else []
-
-
-def _car(spec: LogSpec) -> NominalLine:
-    if missing := _missing({*POSITION.columns[:2], *DRIVEN}, spec.columns):
-        return NominalLine("", (f"no `nominal` line for this log: {missing}",))
-    command = ["sym2real", "nominal", "car", "--wheelbase", "METRES", *_step(spec), "--out", OUT]
-    return NominalLine(" ".join(command), ("METRES is the distance between the axles: measure it",))
-
-
-def _quadrotor(inspection: Inspection, spec: Path | None) -> NominalLine:
-    log_spec = inspection.spec
-    columns = {*log_spec.columns} | ({"attitude"} if log_spec.attitude.sources else set())
-    options, remarks = _interface(inspection, columns)
-    needed = {*POSITION.columns} | {"attitude"} | (set() if options else {"thrust, or four motors"})
-    if missing := _missing(needed, columns):
-        return NominalLine("", (f"no `nominal` line for this log: {missing}",))
-    command = ["sym2real", "nominal", "quadrotor", *options, *_step(log_spec)]
+    of_log = inspection.spec
+    columns = {*of_log.columns} | ({"attitude"} if of_log.attitude.sources else set())
+    if DRIVEN & columns:
+        kind, options, remarks = "car", ["--wheelbase", "METRES"], [AXLES]
+        needed = {*POSITION.columns[:2], *DRIVEN}
+    else:
+        kind, (options, remarks) = "quadrotor", _interface(inspection, columns)
+        needed = {*POSITION.columns, "attitude"} | (set() if options else {"thrust, or four motors"})
+    if missing := sorted(needed - columns):
+        lacks = f"no `nominal` line for this log: it lacks {', '.join(missing)} in a known unit"
+        return NominalLine("", (lacks,) if {*POSITION.columns} & columns else (lacks, OF_JOINTS))
+    if period := of_log.time.dt or (1.0 / of_log.time.rate if of_log.time.rate else None):
+        options += ["--dt", f"{period:g}"]
     if "motors" in options:
-        log, file = str(inspection.paths[0]), str(spec) if spec else "SPEC.toml"
-        command += ["--fit-thrust", shlex.quote(log), "--spec", shlex.quote(file)]
-        if spec is None:
-            remarks.append("SPEC.toml is the specification above: --out SPEC.toml writes it")
-    return NominalLine(" ".join([*command, "--out", OUT]), tuple(remarks))
+        options += ["--fit-thrust", str(inspection.paths[0]), "--spec", str(spec or "SPEC.toml")]
+        remarks += [] if spec else ["SPEC.toml is the specification above: --out SPEC.toml writes it"]
+    return NominalLine(shlex.join(["sym2real", "nominal", kind, *options, "--out", OUT]), tuple(remarks))
 
 
 def _interface(inspection: Inspection, columns: Collection[str]) -> tuple[list[str], list[str]]:
@@ -110,8 +97,3 @@ def _motor_unit(inspection: Inspection) -> tuple[str, list[str]]:
         "UNIT is what the motors are counted in, which the log cannot tell: rad/s for speeds; commands of 0 to 1 need "
         "a scale in the specification"
     ]
-
-
-def _missing(needed: Collection[str], columns: Collection[str]) -> str:
-    missing = sorted({*needed} - {*columns})
-    return f"it lacks {', '.join(missing)} in a known unit" if missing else ""

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from rich.console import Console
 
+from sym2real.cli.nominal import save_nominal
 from sym2real.cli.numbers import OptionalPositive
 from sym2real.cli.of_logs import OfLogs
 from sym2real.cli.positionals import DescriptionFile, JsonFile, LogsOfModel
-from sym2real.errors import DataError, ModelError
+from sym2real.errors import DataError
 from sym2real.files import require_file
 
 if TYPE_CHECKING:
+    from sym2real.logs import LogSpec
     from sym2real.robots import Robot
 
 
@@ -54,44 +57,36 @@ class NominalMjcf(OfLogs):
         """Make the equations, print what the robot measures and takes, write the model."""
         from sym2real.report.tables import columns_table
         from sym2real.robots.own import robot_of
-        from sym2real.symbolic import save_model
 
         robot = self._robot()
-        equations = robot.nominal()
-        save_model(equations, self.out)
         console.print(f"a log of it holds the time in s, in steps of about {robot.dt:g} s, and")
-        console.print(columns_table(robot))
-        for note in equations.notes:
-            console.print(f"note: {note}", markup=False)
+        equations = robot.nominal()
+        result = save_nominal(equations, self.out, console, columns_table(robot))
         if robot_of(equations) is None:
             console.print(
                 "note: the file needs others beside it (a field of heights), so no simulator goes with the model"
             )
-        console.print(f"model in {self.out}; `sym2real show {self.out}` prints its equations", markup=False)
         console.print(f"what it may lack: sym2real effects --robot {self.out}", markup=False)
-        units = {**robot.layouts.state.units, **robot.layouts.action.units}
-        return {"model": self.out, "nodes": equations.complexity(), "dt": robot.dt, "columns": units}
+        return {**result, "dt": robot.dt, "columns": {**robot.layouts.state.units, **robot.layouts.action.units}}
 
     def _robot(self) -> Robot:
         from sym2real.robots import Robot
 
-        if (self.spec is not None or self.columns) and not self.log:
-            raise ModelError("--spec and --columns name the columns of --log, found no --log")
+        naming = self.naming_of(self.log, "--log")
         require_file(self.file)
         parts = (text.partition("=") for text in self.actions)
         actions = {actuator: column or actuator for actuator, _, column in parts}
-        robot = Robot.from_mjcf(self.file, actions=actions or None, state=self.state or None, dt=self.dt)
-        if not self.log or self.dt is not None:
-            return robot
-        return Robot.from_mjcf(self.file, actions=actions or None, state=self.state or None, dt=self._step(robot))
+        made = partial(Robot.from_mjcf, self.file, actions=actions or None, state=self.state or None)
+        robot = made(dt=self.dt)
+        return made(dt=self._step(robot, naming)) if self.log and self.dt is None else robot
 
-    def _step(self, robot: Robot) -> float:
+    def _step(self, robot: Robot, naming: LogSpec | None) -> float:
         """Time step of the logs in s; without a specification by the column that holds their stamps."""
         from sym2real.experiments.measured import step_of_logs
         from sym2real.logs import inspect_logs
 
         if self.spec is not None:
-            return step_of_logs(self.log, self.naming, robot.layouts)
+            return step_of_logs(self.log, naming, robot.layouts)
         step = inspect_logs(self.log, self.columns).spec.time.dt
         if step is None:
             raise DataError(self.log[0], "a column of stamps, or --dt", "neither")

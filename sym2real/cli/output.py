@@ -6,10 +6,15 @@ import json
 import math
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
 
 from sym2real.cli.terminal import Report, encoding_of, put
 from sym2real.files import write_text
+
+if TYPE_CHECKING:
+    from sym2real.report.html.page import Page
 
 STANDARD_OUTPUT = Path("-")
 
@@ -28,6 +33,20 @@ def write_json(result: dict[str, Any], json_file: Path | None) -> None:
 def show_json(result: dict[str, Any]) -> None:
     """Write a verb's result to standard output."""
     put(sys.stdout, _text(result, encoding_of(sys.stdout)) + "\n")
+
+
+def title_of(place: object, done: str) -> str:
+    """A page's heading: the last part of what a user named, and what was done with it."""
+    return f"{Path(str(place)).name or place}, {done}"
+
+
+def write_report(page: Page, file: Path, console: Console) -> Path:
+    """Write the page of ``--report``, say where it is."""
+    from sym2real.report.html.render import write_page
+
+    write_page(page, file)
+    console.print(f"report in {file}", markup=False)
+    return file
 
 
 def _text(result: dict[str, Any], encoding: str) -> str:

@@ -16,7 +16,7 @@ import tyro
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
 from sym2real.cli.numbers import option
-from sym2real.cli.terminal import put, say_error
+from sym2real.cli.terminal import Held, put, say_error
 
 WIDTH = 80
 BOX = "╭│╰"  # what tyro wraps itself
@@ -41,7 +41,7 @@ def parse(verbs: Any, prog: str, description: str, arguments: Sequence[str]) -> 
     Raises:
         SystemExit: with 2 and a message for what cannot be read, with 0 after help.
     """
-    help_text, error_text = _Captured(sys.stdout), io.StringIO()
+    help_text, error_text = Held(sys.stdout), io.StringIO()
     try:
         with _registry(), contextlib.redirect_stdout(help_text), contextlib.redirect_stderr(error_text):
             return tyro.cli(verbs, prog=prog, description=description, args=arguments)
@@ -80,21 +80,6 @@ def _wrapped(line: str, width: int) -> list[str]:
         parts = [part.replace("\N{NO-BREAK SPACE}", " ") for part in parts]
         return [f"{part} \\" for part in parts[:-1]] + parts[-1:]
     return textwrap.wrap(line, width, break_on_hyphens=False, break_long_words=False)
-
-
-class _Captured(io.StringIO):
-    """Text for the terminal, held back; tyro asks whether it may use colours and lines of boxes."""
-
-    def __init__(self, stream: Any) -> None:
-        super().__init__()
-        self._stream = stream
-
-    @property
-    def encoding(self) -> str:  # type: ignore[override]
-        return str(self._stream.encoding)
-
-    def isatty(self) -> bool:
-        return bool(self._stream.isatty())
 
 
 def _registry() -> ConstructorRegistry:

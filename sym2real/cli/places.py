@@ -70,30 +70,24 @@ def there(path: Path) -> bool:
 
 
 def _require_places(verb: Any) -> None:
-    named = {f"--{name}": getattr(verb, name, None) for name in WRITTEN if name != "out"}
+    out, is_file = getattr(verb, "out", None), getattr(verb, "OUT_IS_FILE", False)
+    named = {f"--{name}": getattr(verb, name, None) for name in WRITTEN if is_file or name != "out"}
     files = {option: file for option, file in named.items() if file not in (None, STANDARD_OUTPUT)}
-    out = getattr(verb, "out", None)
-    if out is not None and getattr(verb, "OUT_IS_FILE", False):
-        files["--out"] = out
-    elif out is not None:
+    if out is not None and not is_file:
         require_place(out, folder=True)
-        for inside in getattr(verb, "FOLDERS", ()):
-            _require_unread("--out", out / inside)
-        _require_unread("--out", out)
+        for place in (*(out / inside for inside in getattr(verb, "FOLDERS", ())), out):
+            _require_unread("--out", place)
         if getattr(verb, "OUT_IS_NEW", False):
             _require_empty(out)
     for option, file in files.items():
         require_place(file, folder=False)
         _require_unread(option, file)
-        if file.exists():
-            _require_no_log(option, file, verb)
-            _require_no_part_of_a_model(option, file)
+        _require_nothing_is_lost(option, file, log_for_log=option == "--out" and getattr(verb, "OUT_IS_LOG", False))
+        if option != "--out" and out is not None and same_place(file.parent, out):
+            _require_no_name_of_a_model(option, file)
     for (option, file), (other, place) in combinations(files.items(), 2):
         if same_place(file, place):
             raise DataError(file, f"a file of its own for {option}", f"the file that {other} names")
-    for option, file in files.items():
-        if option != "--out" and out is not None and same_place(file.parent, out):
-            _require_no_name_of_a_model(option, file)
 
 
 def _require_unread(option: str, place: Path) -> None:
@@ -111,15 +105,14 @@ def _require_empty(folder: Path) -> None:
         raise DataError(folder, "a new or empty folder for --out", f"{held} in it; name another, or delete it first")
 
 
-def _require_no_log(option: str, file: Path, verb: Any) -> None:
-    """A measurement cannot be made again: only another log takes its place."""
-    if file.suffix.lower() in LOG_ENDINGS and not (option == "--out" and getattr(verb, "OUT_IS_LOG", False)):
-        raise DataError(file, f"a place for {option} that is no log's", "a log, which would be lost")
-
-
-def _require_no_part_of_a_model(option: str, file: Path) -> None:
+def _require_nothing_is_lost(option: str, file: Path, *, log_for_log: bool) -> None:
+    """A measurement cannot be made again: only another log takes its place; nor may a model lose a part."""
+    if not file.exists():
+        return
     from sym2real.symbolic.storage import is_part_of_model
 
+    if file.suffix.lower() in LOG_ENDINGS and not log_for_log:
+        raise DataError(file, f"a place for {option} that is no log's", "a log, which would be lost")
     if is_part_of_model(file):
         raise ModelError(f"{option}: {file} is a part of a model, which would be lost; name another file")
 

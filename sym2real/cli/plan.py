@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -18,10 +17,8 @@ from sym2real.errors import ModelError
 
 if TYPE_CHECKING:
     from sym2real.dataset import Dataset
-    from sym2real.diagnosis import AssumedNoise, Plan
+    from sym2real.diagnosis import AssumedNoise
     from sym2real.robots import Robot
-    from sym2real.symbolic import Equations
-    from sym2real.tasks.standard_paths import Manoeuvre
 
 
 @dataclass(frozen=True)
@@ -61,76 +58,47 @@ class PlanFlight(OfLogs):
 
     def run(self, console: Console) -> dict[str, Any]:
         """Simulate or read, print the table."""
-        from sym2real.report.plan import plan_report
-
-        outcome = self._planned(console)
-        console.print(plan_report(outcome))
-        return outcome.to_dict()
-
-    def _planned(self, console: Console) -> Plan:
+        from sym2real.cli.model import equations_below, logs_for
+        from sym2real.cli.progress import stages_progress
+        from sym2real.diagnosis import plan
         from sym2real.effects.catalogue import require_patterns
+        from sym2real.effects.visible import visible_state
         from sym2real.experiments.models import robot_called
+        from sym2real.report.plan import plan_report
+        from sym2real.robots import ROBOTS
 
         require_patterns(self.exclude)
         first = Path(self.what[0]) if self.what else Path()
-        if self.what and (there(first) or first.suffix.lower() in LOG_ENDINGS):
-            return self._of_logs(console)
-        return self._of_robot(robot_called(self.model), console)
-
-    def _equations(self, console: Console) -> tuple[Equations, tuple[str, ...]]:
-        """The model's, and what to say of it."""
-        from sym2real.cli.model import equations_below
-        from sym2real.robots import ROBOTS
-
+        of_logs = bool(self.what) and (there(first) or first.suffix.lower() in LOG_ENDINGS)
+        robot = None if of_logs else robot_called(self.model)
         named = self.model in ROBOTS and not Path(self.model).is_dir()
-        return (ROBOTS[self.model].nominal(), ()) if named else equations_below(self.model, console)
-
-    def _of_robot(self, robot: Robot, console: Console) -> Plan:
-        from sym2real.cli.progress import stages_progress
-        from sym2real.diagnosis import plan
-        from sym2real.effects.visible import visible_state
-
-        equations, notes = self._equations(console)
-        if (visible_state(equations), equations.layouts.action) != (robot.layouts.state, robot.layouts.action):
+        equations, notes = (ROBOTS[self.model].nominal(), ()) if named else equations_below(self.model, console)
+        columns = (visible_state(equations), equations.layouts.action)
+        if robot is not None and columns != (robot.layouts.state, robot.layouts.action):
             other = f"one of a {equations.robot}" if equations.robot not in ("", robot.name) else "other columns"
             raise ModelError(f"{self.model}: expected a model with the columns of a {robot.name}, found {other}")
-        steps_in(self.seconds, robot.dt)
         with stages_progress() as on_progress:
-            on_progress("flying in the plain simulator")
-            runs, noise = self._simulated(robot)
+            if robot is None:
+                runs, noise = logs_for(equations, [Path(name) for name in self.what], self.naming), None
+            else:
+                on_progress("flying in the plain simulator")
+                runs, noise = self._simulated(robot)
             on_progress("computing the Fisher information of every effect")
             found = plan(equations, runs, noise, self.exclude)
-        return replace(found, notes=(*notes, *found.notes))
+        found = replace(found, notes=(*notes, *found.notes))
+        console.print(plan_report(found))
+        return found.to_dict()
 
     def _simulated(self, robot: Robot) -> tuple[Dataset, AssumedNoise | None]:
         """Runs of a robot, and the noise that they lack."""
         from sym2real.cli.chosen_effects import with_values
-        from sym2real.experiments.planned import goals_of, planned_moves, planned_runs, usual_noise
+        from sym2real.experiments.planned import manoeuvre, planned_moves, planned_runs, usual_noise
         from sym2real.tasks.task import follows_paths
 
+        steps_in(self.seconds, robot.dt)
+        typed = with_values(self.what, "a manoeuvre")
         if not follows_paths(robot):
-            goals = goals_of(robot, with_values(self.what, "a manoeuvre"))
-            return planned_moves(robot, goals, seconds=self.seconds, dither=self.dither), None
-        chosen = manoeuvres_of(self.what, robot)
+            return planned_moves(robot, typed, seconds=self.seconds, dither=self.dither), None
+        chosen = [manoeuvre(robot, shape, options) for shape, options in typed]
         runs = planned_runs(robot, chosen, seconds=self.seconds, yaw_rate=self.yaw_rate, dither=self.dither)
         return runs, usual_noise(robot)
-
-    def _of_logs(self, console: Console) -> Plan:
-        from sym2real.cli.model import logs_for
-        from sym2real.cli.progress import stages_progress
-        from sym2real.diagnosis import plan
-
-        equations, notes = self._equations(console)
-        data = logs_for(equations, [Path(name) for name in self.what], self.naming)
-        with stages_progress() as on_progress:
-            on_progress("estimating the covariance of errors")
-            found = plan(equations, data, exclude=self.exclude)
-        return replace(found, notes=(*notes, *found.notes))
-
-
-def manoeuvres_of(texts: Sequence[str], robot: Robot) -> list[Manoeuvre]:
-    """Manoeuvres as a user types them: each shape, then its OPTION=VALUE."""
-    from sym2real.cli.chosen_effects import with_values
-    from sym2real.experiments.planned import manoeuvre
-
-    return [manoeuvre(robot, shape, options) for shape, options in with_values(texts, "a manoeuvre")]

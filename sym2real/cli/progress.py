@@ -10,6 +10,7 @@ from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
     Progress,
+    ProgressColumn,
     SpinnerColumn,
     TextColumn,
     TimeElapsedColumn,
@@ -25,7 +26,7 @@ SECONDS_BETWEEN_LINES = 10.0  # where there is no terminal
 @contextmanager
 def stage_one_progress() -> Iterator[Callable[[adaptation.Progress], None]]:
     """A callback for :func:`sym2real.adaptation.learn_base`."""
-    with _bar() as bar:
+    with _bar(BarColumn(), MofNCompleteColumn()) as bar:
         task = bar.add_task("starting", total=None)
 
         def show(progress: adaptation.Progress) -> None:
@@ -40,13 +41,9 @@ def stage_one_progress() -> Iterator[Callable[[adaptation.Progress], None]]:
 @contextmanager
 def stages_progress() -> Iterator[Callable[[str], None]]:
     """A callback that is told what is being done, with the time that has passed."""
-    if not progress_console().is_terminal:
-        yield _lines()
-        return
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, console=progress_console(), transient=True) as bar:
+    with _bar() as bar:
         task = bar.add_task("starting", total=None)
-        yield lambda what: bar.update(task, description=what)
+        yield (lambda what: bar.update(task, description=what)) if progress_console().is_terminal else _lines()
 
 
 def finished_line(report: adaptation.EpisodeReport | adaptation.RoundReport) -> str:
@@ -92,18 +89,12 @@ def episode_line(report: adaptation.EpisodeReport) -> str:
 @contextmanager
 def steps_progress(what: str, steps: int) -> Iterator[Callable[[int], None]]:
     """A callback that takes the number of steps done."""
-    with _bar() as bar:
+    with _bar(BarColumn(), MofNCompleteColumn()) as bar:
         task = bar.add_task(what, total=steps)
         yield lambda done: bar.update(task, completed=done)
 
 
-def _bar() -> Progress:
-    columns = (
-        SpinnerColumn(),
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
+def _bar(*counted: ProgressColumn) -> Progress:
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), *counted, TimeElapsedColumn())
     console = progress_console()
     return Progress(*columns, console=console, transient=True, disable=not console.is_terminal)

@@ -14,8 +14,7 @@ from sym2real.cli.positionals import JsonFile, ModelPlace, TaskName
 from sym2real.errors import ModelError, UnknownNameError
 
 if TYPE_CHECKING:
-    from sym2real.neural import Composed, Ensemble, Model
-    from sym2real.neural.composed import Base
+    from sym2real.neural import Model
     from sym2real.plants import EquationsPlant, ModelPlant, MujocoPlant
     from sym2real.robots import Robot
 
@@ -63,11 +62,10 @@ class Run:
 
         model = open_with_progress(self.model)
         robot = flown_robot(below(model), self.model)
-        self._require_inputs(below(model), robot)
+        plant = self._plant(model, robot)
         task = make_task(self.task, robot)
         period = robot.dt if self.realtime else None
         controller = mppi_controller(model, robot, task, samples=self.samples, seed=self.seed, period=period)
-        plant = self._plant(model, robot)
         steps = steps_in(self.seconds or task.duration, robot.dt)
         with steps_progress(f"{self.task} with {controller.samples} samples", steps) as on_step:
             flight = fly(plant, controller, task, seconds=self.seconds, seed=self.seed, on_step=on_step, name=self.task)
@@ -82,35 +80,36 @@ class Run:
             console.print(f"log in {log}, path in {result['figure']}", markup=False)
         return result
 
-    def _require_inputs(self, base: Base, robot: Robot) -> None:
-        from sym2real.effects.inputs import TIME
+    def _plant(self, model: Model, robot: Robot) -> MujocoPlant | EquationsPlant | ModelPlant:
+        """What is flown.
 
+        Raises:
+            ModelError: for another robot's, or for one that cannot give what the model needs.
+            UnknownNameError: when there is none of that name.
+        """
+        from sym2real.effects.inputs import TIME
+        from sym2real.neural.model_folder import below
+        from sym2real.plants import EquationsPlant, ModelPlant, MujocoPlant, load_plant
+        from sym2real.symbolic import Equations
+
+        base = below(model)
         missing = [name for name in base.layouts.inputs if name != TIME and name not in robot.layouts.inputs]
         if missing:
             raise ModelError(f"{self.model}: no simulator gives {', '.join(missing)}, which the model uses as an input")
-
-    def _plant(self, model: Model, robot: Robot) -> MujocoPlant | EquationsPlant | ModelPlant:
-        from sym2real.plants import EquationsPlant, MujocoPlant, load_plant
-        from sym2real.symbolic import Equations
-
         if self.plant == "simulator":
             return MujocoPlant(robot)
         if self.plant == "model":
-            return EquationsPlant(model, robot) if isinstance(model, Equations) else self._whole_plant(model, robot)
+            if isinstance(model, Equations):
+                return EquationsPlant(model, robot)
+            if isinstance(base, Equations) and (base.filters or base.output or base.start):
+                raise ModelError(
+                    f"--plant model: {self.model} has a residual, and delays, sensors or hidden states below it that a "
+                    "model as a plant would start anew with every step; fly it in the simulator"
+                )
+            return ModelPlant(model, robot)
         if not Path(self.plant).is_dir():
             raise UnknownNameError("plant: neither a folder nor", self.plant, PLAIN)
         plant = load_plant(self.plant)
         if plant.robot is not robot:
             raise ModelError(f"{self.plant} is a {plant.robot.name}; the model is of a {robot.name}")
         return plant
-
-    def _whole_plant(self, model: Composed | Ensemble, robot: Robot) -> ModelPlant:
-        from sym2real.plants import ModelPlant
-
-        equations = getattr(model, "equations", None)
-        if equations is not None and (equations.filters or equations.output or equations.start):
-            raise ModelError(
-                f"--plant model: {self.model} has a residual, and delays, sensors or hidden states below it that a "
-                "model as a plant would start anew with every step; fly it in the simulator"
-            )
-        return ModelPlant(model, robot)

@@ -37,7 +37,7 @@ class Report(PlainConsole):
     """
 
     def __init__(self, stream: TextIO | None) -> None:
-        self._held = _Held(stream)
+        self._held = Held(stream)
         super().__init__(file=self._held, highlight=False, emoji=False)
 
     def release(self) -> None:
@@ -46,11 +46,11 @@ class Report(PlainConsole):
         Raises:
             DataError: when the stream takes nothing for another reason than that its reader has gone.
         """
-        put(self._held.stream, self._held.taken())
+        put(self._held.stream, self._held.getvalue())
 
 
-class _Held(io.StringIO):
-    """Text on its way to a stream; rich asks it what the stream could show."""
+class Held(io.StringIO):
+    """Text on its way to a stream; rich and tyro ask it what the stream could show."""
 
     def __init__(self, stream: TextIO | None) -> None:
         super().__init__()
@@ -58,17 +58,12 @@ class _Held(io.StringIO):
 
     @property
     def encoding(self) -> str:  # type: ignore[override]
+        """Of the stream."""
         return encoding_of(self.stream)
 
     def isatty(self) -> bool:
+        """Whether the stream is a terminal."""
         return self.stream is not None and self.stream.isatty()
-
-    def taken(self) -> str:
-        """The text so far, which is gone then."""
-        text = self.getvalue()
-        self.seek(0)
-        self.truncate()
-        return text
 
 
 def encoding_of(stream: TextIO | None) -> str:

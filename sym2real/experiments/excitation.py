@@ -17,7 +17,6 @@ from sym2real.trajectory import Array
 DITHER_TIME = 0.1  # s
 
 
-@dataclass
 class ColouredNoise:
     """An Ornstein–Uhlenbeck process, started in its stationary distribution.
 
@@ -28,31 +27,24 @@ class ColouredNoise:
         rng: where the numbers come from.
     """
 
-    deviation: Array
-    correlation: float
-    dt: float
-    rng: np.random.Generator
-    value: Array = field(init=False)
+    def __init__(self, deviation: Array, correlation: float, dt: float, rng: np.random.Generator) -> None:
+        self._deviation, self._kept, self._rng = deviation, float(np.exp(-dt / correlation)), rng
+        self._value = self._drawn()
 
-    def __post_init__(self) -> None:
-        self.value = self.deviation * self.rng.standard_normal(self.deviation.shape)
+    def _drawn(self) -> Array:
+        return self._deviation * self._rng.standard_normal(self._deviation.shape)
 
-    def next(self) -> Array:
-        """The present value ``# (columns,)``; then the process goes on."""
-        present, kept = self.value, np.exp(-self.dt / self.correlation)
-        fresh = self.deviation * self.rng.standard_normal(self.deviation.shape)
-        self.value = kept * present + np.sqrt(1.0 - kept**2) * fresh
+    def next(self, _: int = 0) -> Array:
+        """The present value ``# (columns,)``, whatever the step that a caller counts; then the process goes on."""
+        present = self._value
+        self._value = self._kept * present + np.sqrt(1.0 - self._kept**2) * self._drawn()
         return present
-
-    def of_step(self, _: int) -> Array:
-        """The same for whoever counts steps ``# (columns,)``."""
-        return self.next()
 
 
 def dithered(controller: Controller, robot: Robot, rng: np.random.Generator, factor: float = 1.0) -> Disturbed:
     """A controller with the dither of a robot's recipe on its commands, by a factor."""
     noise = ColouredNoise(factor * np.array(robot.recipe.dither), DITHER_TIME, robot.dt, rng)
-    return Disturbed(controller, noise.of_step, robot.low, robot.high)
+    return Disturbed(controller, noise.next, robot.low, robot.high)
 
 
 @dataclass

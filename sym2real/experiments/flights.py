@@ -129,7 +129,7 @@ def _track(robot: Robot, rng: np.random.Generator, task: str, style: Style, **op
     tracking = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference, yaw_rate=turning)
     coloured = ColouredNoise(style.noise * NOISE, NOISE_CORRELATION, robot.dt, rng)
     position = reference(torch.zeros((), dtype=torch.float64)).numpy()[:3]
-    return Disturbed(tracking, coloured.of_step, robot.low, robot.high), tilted(robot, rng, style.tilt, position)
+    return Disturbed(tracking, coloured.next, robot.low, robot.high), tilted(robot, rng, style.tilt, position)
 
 
 def _hover(robot: Robot, rng: np.random.Generator) -> Setting:

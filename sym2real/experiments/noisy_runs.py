@@ -1,10 +1,14 @@
-"""Noisy runs of any robot in its simulator: its controller, dither on the commands, noise on what is measured."""
+"""Noisy runs of any robot in its simulator: its controller, dither on the commands, noise on what is measured.
+
+A noisy plant has the noise of an episode's seed: the same seed flies the same way.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset
@@ -15,6 +19,7 @@ from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Plant
 from sym2real.robots import Robot
 from sym2real.tasks.task import Task
+from sym2real.trajectory import Array
 
 Effects = Sequence[tuple[str, Mapping[str, float]]]
 
@@ -49,3 +54,21 @@ def noisy_runs(
         target = plant(rng) if plant else MujocoPlant(robot, (sensors(robot, rng), *changes))
         runs.append(run_episode(target, sent, task, seed=number, steps=rows, name=f"run_{number + 1}"))
     return Dataset(runs)
+
+
+class NoisyPlant(MujocoPlant):
+    """Position 0.5 mm, attitude 0.3°, rates 0.02 rad/s, velocity by differences.
+
+    Args:
+        plant: without noise. Its own sensor effects act on what is measured.
+    """
+
+    def __init__(self, plant: MujocoPlant) -> None:
+        self._rng = np.random.default_rng(0)
+        changes = (sensors(plant.robot, self._rng), *plant.changes)
+        super().__init__(plant.robot, changes, description=plant.description)
+
+    def reset(self, state: ArrayLike | None = None, seed: int | None = None) -> Array:
+        """Start an episode with the noise of this seed; the measured state ``# (state,)``."""
+        self._rng.bit_generator.state = np.random.default_rng(seed or 0).bit_generator.state
+        return super().reset(state)

@@ -23,7 +23,7 @@ from sym2real.protocols import Controller
 from sym2real.robots import Robot
 from sym2real.tasks.regulate import regulate
 from sym2real.tasks.standard_paths import Manoeuvre, path_of
-from sym2real.tasks.task import Task, flies, motion
+from sym2real.tasks.task import flies, motion
 from sym2real.trajectory import Trajectory
 from sym2real.vocabulary import STEER_COLUMN, THRUST_COLUMN, WRENCH
 
@@ -112,38 +112,30 @@ def planned_runs(
     return Dataset(runs)
 
 
-def goals_of(robot: Robot, texts: Sequence[tuple[str, Mapping[str, float]]]) -> list[Task]:
-    """Where a robot of joints is to go: each ``regulate`` with the joints' goals, m and rad; its start for the others.
+def planned_moves(
+    robot: Robot, texts: Sequence[tuple[str, Mapping[str, float]]], *, seconds: float = 8.0, dither: float = 1.0
+) -> Dataset:
+    """Noisy runs of a robot of joints in the plain simulator, to one goal after the other.
 
-    By default there and back: all joints that an actuator moves by :data:`REACH` to either side of the start.
+    Args:
+        robot: of joints.
+        texts: each ``regulate`` with the joints' goals, m and rad; its start for the others. By default there and back:
+            all joints that an actuator moves by :data:`REACH` to either side of the start.
+        seconds: of each.
+        dither: factor on the robot's own, a fiftieth of its commands' range.
 
     Raises:
         UnknownNameError: for another name, or a column that the robot does not have.
+        ModelError: for a goal on the way to which a joint leaves its range.
     """
-    layout = robot.layouts.state
+    layout, steps = robot.layouts.state, round(seconds / robot.dt)
     for name, _ in texts:
         if name != "regulate":
             raise UnknownNameError(f"manoeuvre of a {robot.title}", name, ["regulate"])
     moved = {rate for rate, _ in robot.recipe.dependencies}
     start = {joint: float(robot.start[layout.index(joint)]) for joint in layout.joints if layout.rates[joint] in moved}
     usual = [{joint: place + side * REACH for joint, place in start.items()} for side in (1.0, -1.0)]
-    goals = [goal for _, goal in texts] or usual
-    return [regulate(robot, goal) for goal in goals]
-
-
-def planned_moves(robot: Robot, goals: Sequence[Task], *, seconds: float = 8.0, dither: float = 1.0) -> Dataset:
-    """Noisy runs to each goal in the plain simulator.
-
-    Args:
-        robot: of joints.
-        goals: as of :func:`goals_of`.
-        seconds: of each.
-        dither: factor on the robot's own, a fiftieth of its commands' range.
-
-    Raises:
-        ModelError: for a goal on the way to which a joint leaves its range.
-    """
-    steps = round(seconds / robot.dt)
+    goals = [regulate(robot, goal) for goal in [goal for _, goal in texts] or usual]
     runs = noisy_runs(robot, goals, count=len(goals), rows=steps, dither=dither)
     for number, run in enumerate(runs, 1):
         _require_whole(robot, f"goal {number}", run, steps, "plan a nearer one")

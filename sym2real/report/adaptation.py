@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
 from matplotlib.figure import Figure
 from rich.console import Group
 from rich.text import Text
 
 from sym2real.adaptation import Improvement, RoundReport
-from sym2real.report.style import INFORMED, PREDICTED, legend_below, logarithmic
+from sym2real.report.charts import Chart, Line
+from sym2real.report.figures import charts_figure
 from sym2real.report.tables import compact_table, number
 
 
@@ -24,9 +26,7 @@ def rounds_table(reports: Sequence[RoundReport], on_top: int, settled: bool) -> 
     """
     ahead, best = f"{reports[0].horizon:.3g} s", reports[on_top]
     title = "rounds: the model of each has learned from the logs of those before"
-    table = compact_table(title, *rounds_headings(reports), left=("",))
-    for cells in rounds_rows(reports, on_top):
-        table.add_row(*cells)
+    table = compact_table(title, rounds_headings(reports), rounds_rows(reports, on_top), left=("",))
     lines = [
         f"error: mean distance from the reference; {ahead}: error of the position predicted that far ahead, on the "
         "round's own log, which its model has not seen",
@@ -80,17 +80,31 @@ def _percent(gain: Improvement) -> str:
     return f"{100 * gain.value:.0f} ({100 * gain.low:.0f}…{100 * gain.high:.0f})"
 
 
+def rounds_charts(reports: Sequence[RoundReport]) -> list[Chart]:
+    """Position error of the episodes, where something flew, and of the predictions, by round."""
+    rounds, charts = np.array([float(report.number) for report in reports]), []
+    about = {
+        "error": ("position error of the episodes", "mean distance from the reference"),
+        "prediction": (
+            f"prediction error {reports[0].horizon:.3g} s ahead",
+            "on the round's own log, which is unseen",
+        ),
+    }
+    for name, (title, label) in about.items():
+        values = np.array([getattr(report, name) for report in reports])
+        if np.isfinite(values).any():
+            first, last = (number(float(value), 2) for value in values[np.isfinite(values)][[0, -1]])
+            reading = f"{first} m in the first round, {last} m in the last."
+            labels = ("trajectories learned from", "error in m")
+            lines = [Line(label, "model", values)]
+            charts.append(Chart(title, reading, *labels, rounds, lines, zero=True, points=True))
+    return charts
+
+
 def rounds_figure(reports: Sequence[RoundReport], on_top: int) -> Figure:
     """Position error of the episodes and of the predictions, by round; the model on top is marked."""
-    figure = Figure(figsize=(6.4, 4.0), layout="constrained")
-    axis = figure.subplots()
-    rounds = [report.number for report in reports]
-    flown, predicted = ([getattr(report, name) for report in reports] for name in ("error", "prediction"))
-    if not all(math.isnan(error) for error in flown):
-        axis.plot(rounds, flown, "o-", color=INFORMED, label="mean distance from the reference")
-    axis.plot(rounds, predicted, "s--", color=PREDICTED, label=f"prediction {reports[0].horizon:.3g} s ahead")
-    axis.axvline(on_top, color="0.8", zorder=0, label="on top")
-    axis.set(xlabel="trajectories learned from", ylabel="position error in m", xticks=rounds)
-    logarithmic(axis)
-    legend_below(figure)
+    figure = charts_figure(rounds_charts(reports))
+    for axis in figure.axes:
+        axis.axvline(on_top, color="0.8", zorder=0, label="on top")
+        axis.set_xticks([report.number for report in reports])
     return figure

@@ -9,8 +9,7 @@ from rich.table import Table
 from sym2real.diagnosis import Comparison
 from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.report.diagnosis import where_lines
-from sym2real.report.sparkline import sparkline
-from sym2real.report.tables import compact_table, decimals, number
+from sym2real.report.tables import compact_table, decimals, number, sparkline
 
 
 def comparison_report(comparison: Comparison) -> RenderableType:
@@ -28,15 +27,12 @@ def comparison_report(comparison: Comparison) -> RenderableType:
 
 def comparison_table(comparison: Comparison) -> Table:
     """Errors per channel over the horizon, in the channel's unit, beside "hold"."""
-    table = compact_table("error at the end of windows, and that of holding the start")
-    table.add_column("ahead\ns", justify="right", no_wrap=True)
-    table.add_column("windows", justify="right", no_wrap=True)
-    for channel, error in comparison.one_step.errors.items():
-        table.add_column(f"{channel}\n{error.unit}", justify="right", no_wrap=True)
+    headings = ["ahead\ns", "windows", *(f"{name}\n{one.unit}" for name, one in comparison.one_step.errors.items())]
+    rows = []
     for errors in (comparison.one_step, *comparison.horizons, comparison.free_run):
         cells = [f"{number(entry.value, 2)} [dim]{number(entry.hold, 2)}[/]" for entry in errors.errors.values()]
-        table.add_row(number(errors.horizon), str(errors.windows), *cells)
-    return table
+        rows.append((number(errors.horizon), str(errors.windows), *cells))
+    return compact_table("error at the end of windows, and that of holding the start", headings, rows)
 
 
 def floor_table(comparison: Comparison) -> Table:
@@ -46,14 +42,13 @@ def floor_table(comparison: Comparison) -> Table:
     """
     shown = comparison.horizons or (comparison.one_step,)
     errors = min(shown, key=lambda at: abs(at.horizon - JUDGED_AT))
-    table = compact_table(f"{errors.horizon:.3g} s ahead, beside what the sensors' noise alone makes")
-    table.add_column("channel")
-    for heading in ("error", "sensor\nnoise", "excess", "fit %", "skill\nhold", "skill\nmean"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    table.add_column(f"to {max(at.horizon for at in shown):g} s", no_wrap=True)
+    over = f"to {max(at.horizon for at in shown):g} s"
+    headings = ("channel", "error", "sensor\nnoise", "excess", "fit %", "skill\nhold", "skill\nmean", over)
+    rows = []
     for channel, error in errors.errors.items():
-        over = sparkline([at.errors[channel].value for at in (comparison.one_step, *comparison.horizons)])
         sizes = [number(value) for value in (error.value, error.floor, error.excess)]
         skills = (decimals(error.fit, 0), decimals(error.skill, 2), decimals(error.skill_mean, 2))
-        table.add_row(f"{channel} {error.unit}", *sizes, *skills, over)
-    return table
+        growth = sparkline([at.errors[channel].value for at in (comparison.one_step, *comparison.horizons)])
+        rows.append((f"{channel} {error.unit}", *sizes, *skills, growth))
+    title = f"{errors.horizon:.3g} s ahead, beside what the sensors' noise alone makes"
+    return compact_table(title, headings, rows, left=("channel", over))

@@ -158,11 +158,11 @@ def known_of(finding: Finding) -> list[tuple[str, str]]:
 
 def rivals_table(tried: Tried) -> Table:
     """What other effects would do in the place of each of the hypothesis."""
-    table = table_of("in its place", "effect", "lowers the held-out loss by", "", left=("effect", ""))
-    hypothesis = "the hypothesis" if len(tried.findings) == 1 else "the hypothesis, beside the others"
+    rows, hypothesis = [], "the hypothesis" if len(tried.findings) == 1 else "the hypothesis, beside the others"
     for finding in tried.findings:
-        table.add_row(finding.effect, f"{100 * tried.beside[finding.effect]:.1f} %", hypothesis, style="bold")
+        own = (finding.effect, f"{100 * tried.beside[finding.effect]:.1f} %", hypothesis)
+        rows.append(tuple(f"[bold]{escape(cell)}[/]" for cell in own))
         for rival in (rival for rival in tried.rivals if rival.instead_of == finding.effect):
             remark = "cannot be told from it" if rival.as_good else ""
-            table.add_row(rival.effect, f"{100 * rival.gain:.1f} %", remark)
-    return table
+            rows.append((escape(rival.effect), f"{100 * rival.gain:.1f} %", remark))
+    return table_of("in its place", ("effect", "lowers the held-out loss by", ""), rows, left=("effect", ""))

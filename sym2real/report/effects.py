@@ -18,10 +18,8 @@ from sym2real.report.tables import table_of
 def catalogue_table(kinds: Sequence[Kind], title: str) -> Table:
     """One row per kind of effect."""
     headings = ("effect", "acts on", "what it is")
-    table = table_of(f"physical effects: {title}", *headings, left=headings)
-    for kind in kinds:
-        table.add_row(f"{kind.name}:" if kind.columns else kind.name, kind.stage, escape(kind.summary))
-    return table
+    rows = ((f"{kind.name}:" if kind.columns else kind.name, kind.stage, escape(kind.summary)) for kind in kinds)
+    return table_of(f"physical effects: {title}", headings, rows, left=headings)
 
 
 def effect_page(effect: Effect) -> RenderableType:
@@ -45,11 +43,8 @@ def effect_page(effect: Effect) -> RenderableType:
 
 def _parameters(title: str, parameters: Sequence[Parameter]) -> Table:
     headings = ("name", "unit", "null", "lowest", "highest", "expected size")
-    table = table_of(title, *headings, left=headings[:2])
-    for parameter in parameters:
-        numbers = (parameter.null, parameter.low, parameter.high, parameter.scale)
-        table.add_row(parameter.name, parameter.unit, *(_number(value) for value in numbers))
-    return table
+    rows = ((one.name, one.unit, *map(_number, (one.null, one.low, one.high, one.scale))) for one in parameters)
+    return table_of(title, headings, rows, left=headings[:2])
 
 
 def _number(value: float) -> str:

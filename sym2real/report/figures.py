@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import cycle
+from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis import ROWS, Comparison, Windows, predict_windows
-from sym2real.diagnosis.data.preparation import prepared
-from sym2real.diagnosis.data.start import Start
+from sym2real.diagnosis import ROWS, Comparison, Diagnosis, Floor, Tried
 from sym2real.diagnosis.data.windows import JUDGED_AT
-from sym2real.protocols import DynamicsModel
-from sym2real.report.style import MEASURED, MODELS, PREDICTED, REFERENCE, grid, legend_below, logarithmic, small
-from sym2real.symbolic import Equations
-from sym2real.trajectory import Array, Trajectory
+from sym2real.diagnosis.errors.rungs import Stage
+from sym2real.files import safe_name
+from sym2real.report.charts import Chart
+from sym2real.report.horizons import comparison_charts, ladder_charts
+from sym2real.report.html.added import curves
+from sym2real.report.html.observed import observe
+from sym2real.report.html.variants import Given, Predicting, Switch
+from sym2real.report.style import LOOKS, MEASURED, REFERENCE, SERIES, grid, legend_below, logarithmic, save, small
+from sym2real.trajectory import Trajectory
 
-WINDOWS_DRAWN = 12
+SIGNALS_A_ROW = 3
+MOST_PREDICTED = 4  # logs that get a figure of their own
 
 
 def path_figure(trajectory: Trajectory) -> Figure:
@@ -54,74 +59,102 @@ def _from_above(above: Axes, trajectory: Trajectory) -> None:
     above.set_title(trajectory.name, parse_math=False)
 
 
-def comparison_figure(comparison: Comparison) -> Figure:
-    """Error of every channel over the horizon, beside "hold" and what the sensors' noise alone makes."""
-    channels = comparison.one_step.errors
-    points = [comparison.one_step, *comparison.horizons]
-    figure, axes = grid(len(channels), len(channels), 3.4, 2.9)
-    for axis, (channel, first) in zip(axes, channels.items(), strict=True):
-        horizons = [errors.horizon for errors in points]
-        axis.plot(horizons, [errors.errors[channel].value for errors in points], "o-", color=PREDICTED, label="model")
-        axis.plot(horizons, [errors.errors[channel].hold for errors in points], "s--", color=REFERENCE, label="hold")
-        floor = [(at.horizon, at.errors[channel][0]) for at in comparison.floor]
-        if floor:
-            axis.plot(*zip(*floor, strict=True), ":", color=MEASURED, label="sensor noise alone")
-        axis.set(xlabel="horizon in s", ylabel=f"error in {first.unit}", title=channel)
-        logarithmic(axis)
-    legend_below(figure)
-    return figure
-
-
-def prediction_figure(trajectory: Trajectory, windows: dict[str, Windows]) -> Figure:
-    """Every state column over time: measured, and what models predicted from a few starts along the log.
+def charts_figure(charts: Sequence[Chart], title: str = "", *, beside: int | None = None) -> Figure:
+    """Charts beside each other, errors on logarithmic axes; lines show what holds with all switches or without.
 
     Args:
-        trajectory: the log.
-        windows: predictions by what the model is called: at most two.
+        charts: of lines of numbers; those over time get little room each, as there are many.
+        title: of the whole.
+        beside: how many stand in a row; all by default.
     """
-    columns = trajectory.layouts.state.columns
-    figure, axes = grid(len(columns), 3, 3.4, 2.0)
-    for position, (axis, column) in enumerate(zip(axes, columns, strict=True)):
-        axis.plot(trajectory.time, trajectory.state[:, position], color=MEASURED, linewidth=1, label="measured")
-        for style, (label, predictions) in zip(MODELS, windows.items(), strict=False):
-            times, values = _pieces(trajectory, predictions, position)
-            axis.plot(times, values, **style, linewidth=1.2, label=label)
-        axis.set(title=f"{column} in {trajectory.layouts.state.units[column]}")
-    small(axes)
+    over_time = charts[0].kind == "time"
+    figure, axes = grid(len(charts), beside or len(charts), *((3.4, 2.0) if over_time else (3.6, 3.1)))
+    for axis, chart in zip(axes, charts, strict=True):
+        for line in chart.lines:
+            along = np.asarray(chart.along if line.x is None else line.x)
+            look = LOOKS[line.role] if isinstance(line.role, str) else {"color": SERIES[line.role % len(SERIES)]}
+            values = np.atleast_2d(np.asarray(line.values))[-1 if line.switched else 0]
+            axis.plot(along, values, **{"marker": "o" if chart.points else "", **look}, label=line.label)
+            if line.low is not None and line.high is not None:
+                band = np.asarray(line.low), np.asarray(line.high)
+                axis.fill_between(along, *band, color=look["color"], alpha=0.15, linewidth=0)
+        if over_time:
+            axis.set(title=chart.y)
+        else:
+            axis.set(xlabel=chart.x, ylabel=chart.y, title=chart.title)
+            logarithmic(axis)
+    if over_time:
+        small(axes)
     legend_below(figure)
-    figure.suptitle(f"{trajectory.name}: measured, and predicted {JUDGED_AT:g} s ahead", parse_math=False)
+    if title:
+        figure.suptitle(title, parse_math=False)
     return figure
 
 
-def _pieces(trajectory: Trajectory, predictions: Windows, position: int) -> tuple[Array, Array]:
-    """Times and values of a few predictions along a log, each from its measured start, as one line with gaps."""
-    every = max(1, len(predictions.rows) // WINDOWS_DRAWN)
-    times, values = list[ArrayLike](), list[ArrayLike]()
-    for start, predicted in zip(predictions.rows[::every], predictions.predicted[::every], strict=True):
-        times += [trajectory.time[start : start + len(predicted) + 1], [np.nan]]
-        values += [trajectory.state[start : start + 1, position], predicted[:, position].numpy(), [np.nan]]
-    return np.concatenate(times), np.concatenate(values)
+def comparison_figure(comparison: Comparison) -> Figure:
+    """Error of every channel over the horizon, beside "hold", the mean and what the sensors' noise alone makes."""
+    return charts_figure(comparison_charts(comparison))
 
 
-def predictions_of(
-    models: Mapping[str, Equations | DynamicsModel], data: Dataset, start: Start = "smoothed"
-) -> dict[str, Figure]:
-    """One figure of predictions for every log that is long enough, by its name.
+def ladder_figure(stages: Sequence[Stage], floor: Sequence[Floor]) -> Figure:
+    """Error of every channel over the horizon for every stage with its 95 % band, down to noise and disturbances."""
+    return charts_figure(ladder_charts(stages, floor), "held-out error, one effect after the other")
+
+
+def predictions_of(models: Mapping[str, Predicting], data: Dataset) -> dict[str, Figure]:
+    """For every log that is long enough, by its name, every signal: measured, and predicted in pieces of 0.8 s.
 
     Args:
         models: at most two, by what they are called.
         data: logs with the models' columns.
-        start: how start states are found.
     """
-    prepared_models = {label: prepared(equations, data) for label, equations in models.items()}
+    logs = [log for log in data if len(log) > ROWS]
+    if not logs:
+        return {}
+    variants = Given(tuple(models.values()), tuple(Switch(name, "") for name in [*models][1:]))
+    charts = curves(observe(variants, Dataset(logs))).charts
+    names = ("measured", *models)
     figures = {}
-    for index, trajectory in enumerate(data):
-        steps = min(round(JUDGED_AT / trajectory.dt), len(trajectory) - ROWS)
-        if steps < 1:
-            continue
-        windows = {
-            label: predict_windows(predictor, logs[index], steps, start)
-            for label, (predictor, logs) in prepared_models.items()
-        }
-        figures[trajectory.name] = prediction_figure(trajectory, windows)
+    for place, log in enumerate(logs):
+        own = [_of_log(chart, place, names) for chart in charts]
+        title = f"{log.name}: measured, and predicted {JUDGED_AT:g} s ahead"
+        figures[log.name] = charts_figure(own, title, beside=SIGNALS_A_ROW)
     return figures
+
+
+def _of_log(chart: Chart, place: int, names: Sequence[str]) -> Chart:
+    """A chart of one of its logs, its lines under these names."""
+    pairs = zip(chart.lines, names, strict=True)
+    lines = [replace(line, label=name, values=line.values[place]) for line, name in pairs]
+    return replace(chart, along=chart.along[place], lines=lines)
+
+
+def draw_comparison(model: Predicting, data: Dataset, comparison: Comparison, folder: Path) -> list[Path]:
+    """Write the figures of a comparison; one of predictions for each of the first logs."""
+    figures = {"error_over_horizon": comparison_figure(comparison)}
+    return list(_save(figures | _predictions({"model": model}, data), folder))
+
+
+def draw_found(
+    models: Mapping[str, Predicting], data: Dataset, found: Diagnosis | Tried, folder: Path
+) -> Iterator[Path]:
+    """Write the figures of a diagnosis or of the test of an effect, one after the other.
+
+    Args:
+        models: the base and, where something was found, the informed model, by what they are called.
+        data: logs without the faults that were found.
+        found: its ladder and floor are drawn.
+        folder: is made where it is missing.
+    """
+    figures = {"ladder": ladder_figure(found.ladder, found.floor)} if found.ladder else {}
+    yield from _save(figures | _predictions(models, data), folder)
+
+
+def _predictions(models: Mapping[str, Predicting], data: Dataset) -> dict[str, Figure]:
+    predicted = predictions_of(models, Dataset(list(data)[:MOST_PREDICTED]))
+    return {f"{name}_predicted": figure for name, figure in predicted.items()}
+
+
+def _save(figures: Mapping[str, Figure], folder: Path) -> Iterator[Path]:
+    for name, figure in figures.items():
+        yield save(figure, folder, safe_name(name))

@@ -16,12 +16,12 @@ STYLE = {"certain": "green", "likely": "cyan", "guess": "yellow", "unknown": "re
 def inspection_table(inspection: Inspection) -> Table:
     """A row for neighbouring columns that share unit and evidence, and rows on the whole."""
     headings = ("column", "what it seems to be", "unit", "evidence", "confidence")
-    title = ", ".join(path.name for path in inspection.paths)
-    table = table_of(title, *headings, left=headings, show_lines=True)
+    rows = []
     for (unit, evidence, confidence), same in groupby(
         inspection.rows, lambda row: (row.unit, row.evidence, row.confidence)
     ):
         columns, meanings = zip(*((row.column, row.meaning) for row in same), strict=True)
         texts = (", ".join(columns), ", ".join(dict.fromkeys(meanings)), unit, evidence)
-        table.add_row(*map(escape, texts), f"[{STYLE[confidence]}]{confidence}[/]")
-    return table
+        rows.append((*map(escape, texts), f"[{STYLE[confidence]}]{confidence}[/]"))
+    title = ", ".join(path.name for path in inspection.paths)
+    return table_of(title, headings, rows, left=headings, show_lines=True)

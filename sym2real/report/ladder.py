@@ -12,8 +12,7 @@ from rich.table import Table
 from sym2real.diagnosis import Floor
 from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.diagnosis.errors.rungs import Stage
-from sym2real.report.sparkline import sparkline
-from sym2real.report.tables import compact_table, number
+from sym2real.report.tables import compact_table, number, sparkline
 
 # What a model that misses nothing would leave; a comparison's lowest error is that of the sensors alone.
 LOWEST = "noise and\ndisturbances"

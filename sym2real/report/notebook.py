@@ -17,9 +17,8 @@ from sym2real.logs.equal_steps import equal_steps
 from sym2real.report.adaptation import rounds_figure
 from sym2real.report.comparison import comparison_report
 from sym2real.report.diagnosis import diagnosis_in_short, diagnosis_report, tried_report
-from sym2real.report.drawing import Predicting
-from sym2real.report.figures import comparison_figure, path_figure, predictions_of
-from sym2real.report.ladder_figure import ladder_figure
+from sym2real.report.figures import comparison_figure, ladder_figure, path_figure, predictions_of
+from sym2real.report.html.variants import Predicting
 from sym2real.report.plan import plan_report
 from sym2real.trajectory import Trajectory
 

@@ -9,7 +9,6 @@ from sym2real.diagnosis import Plan
 from sym2real.report.tables import compact_table, number
 
 SOLE = "value"  # name of the one parameter that most effects have, which goes without saying
-LONGEST = 7  # letters of a number with two digits
 SIZES = (
     "found from: beyond chance in these manoeuvres; matters from: a tenth of the error of predictions goes with it. "
     "Where it matters before it is found, fly more."
@@ -18,16 +17,14 @@ SIZES = (
 
 def plan_report(plan: Plan) -> RenderableType:
     """The smallest effect of each kind that would be found, and what these manoeuvres leave open."""
-    table = compact_table(f"the smallest effect that {plan.seconds:.0f} s of these manoeuvres would show")
-    table.add_column("effect", no_wrap=True)
-    for heading in ("found from", "matters from"):
-        table.add_column(heading, justify="right", min_width=LONGEST)
-    table.add_column("unit", no_wrap=True)
+    rows = []
     for row in plan.visible:
         smallest = "[red]unseen[/]" if row.smallest is None else number(row.smallest, 2)
         matters = "–" if row.matters is None else number(row.matters, 2)
         name = row.effect if row.parameter == SOLE else f"{row.effect} {row.parameter}"
-        table.add_row(escape(name), smallest, matters, row.unit)
+        rows.append((escape(name), smallest, matters, row.unit))
+    title = f"the smallest effect that {plan.seconds:.0f} s of these manoeuvres would show"
+    table = compact_table(title, ("effect", "found from", "matters from", "unit"), rows, left=("effect", "unit"))
     parts: list[RenderableType] = [table, SIZES]
     alike = {row.effect: [*row.like, *(f"{key} (never)" for key in row.always)] for row in plan.visible}
     if any(alike.values()):

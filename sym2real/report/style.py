@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,15 @@ from sym2real.files import whole
 
 MEASURED, PREDICTED, INFORMED, REFERENCE = "#1a1d21", "#d55e00", "#0072b2", "#7a8390"
 SERIES = (PREDICTED, INFORMED, "#009e73", "#b58900", "#cc79a7", "#56b4e9", "#5f6670", "#7a3e00", MEASURED)
-MODELS: tuple[dict[str, Any], ...] = ({"color": PREDICTED, "linestyle": "--"}, {"color": INFORMED, "linestyle": "-"})
+# Of a chart's lines, by what they are.
+LOOKS: dict[str, dict[str, Any]] = {
+    "measured": {"color": MEASURED, "linewidth": 1.0},
+    "base": {"color": PREDICTED, "linestyle": "--"},
+    "model": {"color": INFORMED},
+    "hold": {"color": REFERENCE, "linestyle": "--", "marker": "s"},
+    "mean": {"color": REFERENCE, "linestyle": "-.", "marker": ""},
+    "floor": {"color": MEASURED, "linestyle": ":", "marker": ""},
+}
 MOST_BESIDE = 5  # names in a line of a legend
 FEW_TICKS, DPI = 4, 120
 
@@ -65,20 +72,6 @@ def small(axes: Iterable[Axes]) -> None:
 def save(figure: Figure, folder: Path, name: str) -> Path:
     """Write a figure into a folder, as matplotlib's ``savefig.format`` says: PNG by default."""
     path = folder / f"{name}.{rcParams['savefig.format']}"
-    with whole(path) as beside, _laid_out(figure):
+    with whole(path) as beside:
         figure.savefig(beside, dpi=DPI)
     return path
-
-
-@contextmanager
-def _laid_out(figure: Figure) -> Iterator[None]:
-    """Inside, its axes stay where a layout has put them: ``savefig`` would draw all once more to lay it out."""
-    figure.set_dpi(DPI)
-    layout = figure.get_layout_engine()
-    if layout is not None:
-        layout.execute(figure)
-        figure.set_layout_engine(None)
-    try:
-        yield
-    finally:
-        figure.set_layout_engine(layout)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
+import numpy as np
 import sympy
+from numpy.typing import ArrayLike
 from rich import box
 from rich.markup import escape
 from rich.table import Column, Table
@@ -17,6 +19,8 @@ from sym2real.layout import unit_of_place
 from sym2real.regression import Dependence
 from sym2real.robots import Robot
 from sym2real.symbolic import Equations
+
+BLOCKS = "▁▂▃▄▅▆▇█"
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -29,28 +33,31 @@ def decimals(value: float, places: int) -> str:
     return "–" if math.isnan(value) else f"{value:.{places}f}"
 
 
-def table_of(title: str, *headings: str, left: Collection[str] = (), **options: Any) -> Table:
+def table_of(
+    title: str, headings: Sequence[str], rows: Iterable[Sequence[str]], left: Collection[str] = (), **options: Any
+) -> Table:
     """A table of figures, but for the columns of words, which stand on the left; options as of rich's own."""
     columns = (Column(heading, justify="left" if heading in left else "right", overflow="fold") for heading in headings)
-    return Table(*columns, title=title, title_justify="left", **options)
+    table = Table(*columns, title=title, title_justify="left", **options)
+    for row in rows:
+        table.add_row(*row)
+    return table
 
 
-def compact_table(title: str, *headings: str, left: Collection[str] = ()) -> Table:
+def compact_table(
+    title: str, headings: Sequence[str] = (), rows: Iterable[Sequence[str]] = (), left: Collection[str] = ()
+) -> Table:
     """Without rules between columns: four channels with two figures each stay within 80 columns."""
-    compact = {"box": box.SIMPLE_HEAD, "pad_edge": False, "padding": (0, 1, 0, 0)}
-    return table_of(title, *headings, left=left, **compact)
+    return table_of(title, headings, rows, left, box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
 
 
 def equation_table(equations: Equations) -> Table:
     """One row per next-state component: its nodes, and its text with numbers to four digits."""
-    nodes = equations.complexity()
+    nodes, headings = equations.complexity(), ("state", "nodes", "equation")
+    rows = [(name, "", readable(expression)) for name, expression in equations.quantities.items()]
+    rows += [(f"{name}′", str(nodes[name]), readable(expression)) for name, expression in equations.next.items()]
     title = f"next state after {equations.dt:g} s"
-    table = table_of(title, "state", "nodes", "equation", left=("state", "equation"), show_lines=True)
-    for name, expression in equations.quantities.items():
-        table.add_row(name, "", readable(expression))
-    for name, expression in equations.next.items():
-        table.add_row(f"{name}′", str(nodes[name]), readable(expression))
-    return table
+    return table_of(title, headings, rows, left=("state", "equation"), show_lines=True)
 
 
 def interface_lines(equations: Equations) -> list[str]:
@@ -65,12 +72,10 @@ def interface_lines(equations: Equations) -> list[str]:
 
 def columns_table(robot: Robot) -> Table:
     """What a log of a robot holds beside the time, and the limits of its commands."""
-    table = compact_table("", "column", "unit", "", left=("column", "unit", ""))
-    for column, unit in robot.layouts.state.units.items():
-        table.add_row(column, unit, "measured")
+    rows = [(column, unit, "measured") for column, unit in robot.layouts.state.units.items()]
     for (column, unit), low, high in zip(robot.layouts.action.units.items(), robot.low, robot.high, strict=True):
-        table.add_row(column, unit, f"commanded, from {number(low)} to {number(high)}")
-    return table
+        rows.append((column, unit, f"commanded, from {number(low)} to {number(high)}"))
+    return compact_table("", ("column", "unit", ""), rows, left=("column", "unit", ""))
 
 
 def rounded(expression: sympy.Expr) -> sympy.Expr:
@@ -87,45 +92,52 @@ def readable(expression: sympy.Expr) -> str:
 
 def dependence_table(rows: Sequence[Dependence]) -> Table:
     """How strongly each action reaches the states that it must reach."""
-    title, headings = "does each action reach the states it must?", ("action", "state", "strength", "bar", "")
-    table = table_of(title, *headings, "strength is", left=("action", "state", "", "strength is"))
+    headings = ("action", "state", "strength", "bar", "", "strength is")
+    cells = []
     for row in rows:
         verdict = "[green]yes[/]" if row.holds else "[red]no[/]"
         names = (escape(row.action), f"{escape(row.state)}′")
-        table.add_row(*names, number(row.score), number(row.bar), verdict, escape(row.meaning))
-    return table
+        cells.append((*names, number(row.score), number(row.bar), verdict, escape(row.meaning)))
+    title = "does each action reach the states it must?"
+    return table_of(title, headings, cells, left=("action", "state", "", "strength is"))
 
 
 def episode_table(reports: Sequence[EpisodeReport]) -> Table:
     """One row per episode of Stage I."""
     headings = ("episode", "flown", "rows", "crashes", "tracking m", "one-step error", "after fit", "fit s")
-    table = table_of("episodes in the plain simulator", *headings, left=("flown",))
+    rows = []
     for report in reports:
-        table.add_row(
-            str(report.number + 1),
-            report.task,
-            str(report.rows),
-            str(report.crashes),
-            number(report.tracking),
-            number(report.prediction),
-            number(report.fitted),
-            number(report.seconds),
-        )
-    return table
+        sizes = (report.tracking, report.prediction, report.fitted, report.seconds)
+        rows.append((str(report.number + 1), report.task, str(report.rows), str(report.crashes), *map(number, sizes)))
+    return table_of("episodes in the plain simulator", headings, rows, left=("flown",))
 
 
 def flight_table(flights: Sequence[Flight], plant: str = "simulator") -> Table:
     """One row per flight or drive in a plant: how well it tracked, and how long choosing an action took."""
     unit = unit_of_place(flights[0].trajectory.layouts.state) if flights else "m"
     headings = ("task", "ended", f"mean error {unit}", f"last second {unit}", "action median ms", "p99 ms")
-    table = table_of(f"flown in the {plant}", *headings, left=("task", "ended"))
+    rows = []
     for flight in flights:
-        table.add_row(
-            flight.trajectory.name,
-            "by a crash" if flight.crashed else "in time",
-            number(flight.tracking),
-            number(flight.final),
-            number(1e3 * flight.act_median),
-            number(1e3 * flight.act_p99),
-        )
-    return table
+        sizes = (flight.tracking, flight.final, 1e3 * flight.act_median, 1e3 * flight.act_p99)
+        rows.append((flight.trajectory.name, "by a crash" if flight.crashed else "in time", *map(number, sizes)))
+    return table_of(f"flown in the {plant}", headings, rows, left=("task", "ended"))
+
+
+def sparkline(values: ArrayLike, highest: float | None = None) -> str:
+    """A series as one word of blocks, ▁▂▅█, from zero to the largest value; a space where a value is not finite.
+
+    Args:
+        values: not negative ``# (n,)``.
+        highest: of the scale; the largest value by default.
+    """
+    series = np.asarray(values, dtype=np.float64)
+    top = float(series[np.isfinite(series)].max(initial=0.0)) if highest is None else highest
+    return "".join(_block(value, top) for value in series)
+
+
+def _block(value: float, top: float) -> str:
+    if not np.isfinite(value):
+        return " "
+    if not top > 0.0:
+        return BLOCKS[0]
+    return BLOCKS[min(len(BLOCKS) - 1, int(value / top * len(BLOCKS)))]

@@ -24,7 +24,7 @@ from figures import Figure, report
 
 from sym2real.experiments.study.case import load_suite
 from sym2real.experiments.study.effort import FULL, QUICK, Effort
-from sym2real.experiments.study.reference import REFERENCE, Reference
+from sym2real.experiments.study.judged import REFERENCE, Reference
 from sym2real.experiments.study.scratch import scratch_jobs
 from sym2real.experiments.study.suites import suite_jobs
 from sym2real.experiments.study.sweep import Job, Progress, kept, run_sweep

@@ -23,8 +23,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare
 from sym2real.experiments.learners import make_learner
 from sym2real.experiments.models import base_folder, cached_base
-from sym2real.experiments.study.contestants import CONTESTANTS, Contestant
-from sym2real.experiments.study.effects_first import informing
+from sym2real.experiments.study.contestants import CONTESTANTS, Contestant, informing
 from sym2real.logs import read_logs
 from sym2real.neural.composed import in_double
 from sym2real.neural.model_folder import Model

@@ -11,8 +11,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from sym2real.experiments.study.judged import FIRST_SEED
-from sym2real.experiments.study.reference import Reference, planning_with_mujoco
+from sym2real.experiments.study.judged import FIRST_SEED, Reference, planning_with_mujoco
 from sym2real.experiments.study.sweep import Job, Record, answer_file
 from sym2real.files import read_object, write_text
 from sym2real.plants import run_episode

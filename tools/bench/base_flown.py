@@ -16,7 +16,7 @@ from sym2real.control import MPPI, mppi_controller
 from sym2real.experiments.flights import quadrotor_flights
 from sym2real.experiments.flying import fly
 from sym2real.experiments.learning import training_tasks
-from sym2real.experiments.study.reference import MujocoModel
+from sym2real.experiments.study.judged import MujocoModel
 from sym2real.plants import MujocoPlant
 from sym2real.regression import BeamSearch
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot

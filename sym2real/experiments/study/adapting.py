@@ -11,8 +11,7 @@ from torch import nn
 from sym2real.adaptation import Adaptation, Adapting, Progress, adapt
 from sym2real.experiments.learners import make_learner
 from sym2real.experiments.study.case import Case
-from sym2real.experiments.study.contestants import CONTESTANTS
-from sym2real.experiments.study.effects_first import informing
+from sym2real.experiments.study.contestants import CONTESTANTS, informing
 from sym2real.experiments.study.effort import Effort, OfStudy
 from sym2real.experiments.study.judged import Judged, judge, planning_with
 from sym2real.experiments.study.neural_base import cached_ensemble
@@ -32,16 +31,13 @@ class Adapted(OfStudy):
         base: the equations that it begins with, as JSON, so that all begin alike wherever they run.
     """
 
+    NAME = "{case.name}_{contestant}_{seed}"
+
     case: Case
     contestant: str
     seed: int
     effort: Effort
     base: str
-
-    @property
-    def name(self) -> str:
-        """Of its file."""
-        return f"{self.case.name}_{self.contestant}_{self.seed}"
 
     def run(self, tell: Tell) -> Record:
         """``rounds``, one row each: how it was judged, and how its model came about."""
@@ -51,7 +47,7 @@ class Adapted(OfStudy):
         judged = self._judged(adaptation, tell)
         rounds = [
             {
-                **outcome.to_dict(),
+                **outcome._asdict(),
                 "flown": report.error,
                 "crashed": report.crashed,
                 "prediction": report.prediction,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,13 @@ class Effort:
 class OfStudy:
     """A job of a study: its answer depends on all that it holds, but for the base, which goes with the version."""
 
+    NAME: ClassVar[str]  # of its file, with the names of its fields in braces
     effort: Effort
+
+    @property
+    def name(self) -> str:
+        """Of its file."""
+        return self.NAME.format_map(vars(self))
 
     @property
     def asked(self) -> dict[str, Any]:

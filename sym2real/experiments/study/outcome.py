@@ -64,15 +64,11 @@ class Outcome:
     def curves(self) -> dict[str, Any]:
         """What the panels show, for JSON."""
         panels = [
-            {
-                "title": panel.title,
-                "level": panel.level,
-                "paper": panel.paper,
-                "lines": {
-                    name: {end: getattr(line, end).tolist() for end in ("x", "mean", "spread")}
-                    for name, line in panel.lines.items()
-                },
-            }
+            {**vars(panel), "lines": {name: _listed(line) for name, line in panel.lines.items()}}
             for panel in self.panels
         ]
         return {"x": self.x, "y": self.y, "panels": panels}
+
+
+def _listed(line: Line) -> dict[str, list[float]]:
+    return {end: values.tolist() for end, values in vars(line).items()}

@@ -57,14 +57,11 @@ class PolicyJob(OfStudy):
         base: equations that MPPI flies beside it, as JSON.
     """
 
+    NAME = "policy_ppo_{seed}"
+
     seed: int
     effort: Effort
     base: str
-
-    @property
-    def name(self) -> str:
-        """Of its file."""
-        return f"policy_ppo_{self.seed}"
 
     def run(self, tell: Tell) -> Record:
         """Errors and crashes by target, of the policy and of MPPI with the base."""
@@ -74,7 +71,7 @@ class PolicyJob(OfStudy):
         for case in targets():
             tell(f"flying {case.title}")
             ours, theirs = judge(case, planner, self.effort), judge(case, lambda *_: policy, self.effort)
-            answer[case.name] = {"mppi": ours.to_dict(), "policy": theirs.to_dict()}
+            answer[case.name] = {"mppi": ours._asdict(), "policy": theirs._asdict()}
         return {"targets": answer}
 
 
@@ -93,14 +90,13 @@ def trained(task: Task, steps: int, seed: int, tell: Tell) -> Policy:
     """
     with needing("PPO needs stable-baselines3", "rl"):
         from stable_baselines3 import PPO  # noqa: PLC0415 — an extra
-        from stable_baselines3.common.callbacks import BaseCallback  # noqa: PLC0415
     from sym2real.plants.gymnasium_view import TaskEnvironment  # noqa: PLC0415 — loads Gymnasium
 
-    class Told(BaseCallback):  # type: ignore[misc]
-        def _on_step(self) -> bool:
-            if self.num_timesteps % TOLD_EVERY == 0:
-                tell(f"PPO: step {self.num_timesteps} of {steps}")
-            return True
+    def told(scope: Mapping[str, Any], _: Mapping[str, Any]) -> bool:
+        """After every step; to go on."""
+        if scope["self"].num_timesteps % TOLD_EVERY == 0:
+            tell(f"PPO: step {scope['self'].num_timesteps} of {steps}")
+        return True
 
     plant = MujocoPlant(CRAZYFLIE)
     cost = running_cost(task, plant.layouts)
@@ -110,7 +106,7 @@ def trained(task: Task, steps: int, seed: int, tell: Tell) -> Policy:
         return 1.0 - float(cost(*parts))
 
     agent = PPO("MlpPolicy", TaskEnvironment(plant, task, reward), seed=seed, device="cpu")
-    agent.learn(steps, callback=Told())
+    agent.learn(steps, callback=told)
     return Policy(agent.predict)
 
 

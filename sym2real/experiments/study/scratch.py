@@ -42,10 +42,7 @@ EVALUATIONS = 2  # on each of three tasks
 class FromScratch(OfBase):
     """A base model from nothing, as a job of the sweep."""
 
-    @property
-    def name(self) -> str:
-        """Of its file."""
-        return f"scratch-{self.robot}_{self.model}_{self.seed}"
+    NAME = "scratch-{robot}_{model}_{seed}"
 
     def run(self, tell: Tell) -> Record:
         """``errors`` after every trajectory, of all evaluation episodes."""

@@ -12,8 +12,8 @@ from sym2real.experiments.study.case import Case, Suite
 from sym2real.experiments.study.contestants import CONTESTANTS, Contestant
 from sym2real.experiments.study.curves import Curve, Ratio, curve_of, ratio
 from sym2real.experiments.study.effort import Effort
+from sym2real.experiments.study.judged import Reference, has_reference
 from sym2real.experiments.study.outcome import Line, Outcome, Panel
-from sym2real.experiments.study.reference import Reference, has_reference
 from sym2real.experiments.study.sweep import Job, Record
 
 COLUMNS = (

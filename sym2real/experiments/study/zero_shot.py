@@ -37,10 +37,7 @@ PAPER = {
 class ZeroShot(OfBase):
     """One row of the table, as a job of the sweep."""
 
-    @property
-    def name(self) -> str:
-        """Of its file."""
-        return f"zero-shot-{self.robot}_{self.model}"
+    NAME = "zero-shot-{robot}_{model}"
 
     def run(self, tell: Tell) -> Record:
         """Percent of the runs that reached their goal, in distribution (``seen``) and out of it (``unseen``)."""

@@ -15,53 +15,40 @@ GAP, LEVELS = -32768, 32767  # what stands for no number, and the largest step
 
 
 class Arrays:
-    """Named arrays; a chart names the one that it draws."""
+    """Arrays by their number; ``directory`` says of each where it begins, and the scale and middle of its rows."""
 
     def __init__(self) -> None:
-        self._directory: dict[str, dict[str, Any]] = {}
+        self.directory: list[dict[str, Any]] = []
         self._parts: list[NDArray[np.int16]] = []
-        self._size = 0
+        self._known: dict[int, tuple[int, Array]] = {}  # the arrays too: no other may get the address of one
 
-    def add(self, name: str, values: Array) -> str:
-        """Put in an array whose last axis is drawn; the name it has.
+    def add(self, values: Array) -> int:
+        """Put in an array, once; its number.
 
-        Resolution is a 65 000th of the range of a row of the last but one axis, over all others.
+        Resolution is a 65 000th of the range of a row.
 
         Args:
-            name: anything.
-            values: ``# (..., n)``; a script sees no number as a gap.
+            values: ``# (n,)`` or ``# (rows, n)``; a script sees no number as a gap.
         """
+        if id(values) in self._known:
+            return self._known[id(values)][0]
         rows = np.atleast_2d(np.asarray(values, dtype=np.float64))
-        over = tuple(axis for axis in range(rows.ndim) if axis != rows.ndim - 2)
         finite = np.where(np.isfinite(rows), rows, np.nan)
-        low, high = _extremes(finite, over)
+        low, high = (np.nan_to_num(end.reduce(finite, axis=1, initial=np.nan)) for end in (np.fmin, np.fmax))
         scale = np.where(high > low, (high - low) / (2 * LEVELS), 1.0)
         middle = (high + low) / 2
         levels = np.round((finite - middle[:, None]) / scale[:, None])
-        steps = np.where(np.isnan(levels), GAP, levels).astype(np.int16).ravel()
-        directory = {"at": self._size, "shape": rows.shape, "scale": scale.tolist(), "middle": middle.tolist()}
-        self._directory[name] = directory
-        self._parts.append(steps)
-        self._size += len(steps)
-        return name
-
-    @property
-    def directory(self) -> dict[str, dict[str, Any]]:
-        """By name: where an array begins, its shape, and per row the scale and the middle of its numbers."""
-        return self._directory
+        begin = sum(map(len, self._parts))
+        about = {"at": begin, "length": rows.shape[1], "scale": scale.tolist(), "middle": middle.tolist()}
+        self._parts.append(np.where(np.isnan(levels), GAP, levels).astype(np.int16).ravel())
+        self.directory.append(about)
+        self._known[id(values)] = len(self.directory) - 1, values
+        return len(self.directory) - 1
 
     @property
     def text(self) -> str:
         """All arrays: base64 of the zlib stream of differences, low bytes first, then high bytes."""
-        steps = np.concatenate(self._parts) if self._parts else np.zeros(0, dtype=np.int16)
+        steps = np.concatenate([np.zeros(0, dtype=np.int16), *self._parts])
         changes = np.diff(steps, prepend=np.int16(0)).astype("<i2")  # wraps around, and back in the script
         planes = changes.view(np.uint8).reshape(-1, 2).T.tobytes()
         return base64.b64encode(zlib.compress(planes, 6)).decode("ascii")
-
-
-def _extremes(values: Array, over: tuple[int, ...]) -> tuple[Array, Array]:
-    """Smallest and largest number along axes; zeros where there is none."""
-    none = np.isnan(values).all(axis=over)
-    low = np.where(np.isnan(values), np.inf, values).min(axis=over)
-    high = np.where(np.isnan(values), -np.inf, values).max(axis=over)
-    return np.where(none, 0.0, low), np.where(none, 0.0, high)

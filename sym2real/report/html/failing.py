@@ -9,11 +9,10 @@ import numpy as np
 
 from sym2real.diagnosis import Comparison, Segment
 from sym2real.diagnosis.data.windows import channel_units, judged
-from sym2real.report.html.arrays import Arrays
-from sym2real.report.html.charts import Chart, Line, of_model
+from sym2real.report.charts import Chart, Line, Role, of_model
 from sym2real.report.html.observed import Observed
 from sym2real.report.html.page import Figures, Lines, Part, Section
-from sym2real.report.html.regions import Region, regions
+from sym2real.report.html.regions import regions
 from sym2real.report.html.sentences import sentence
 from sym2real.report.html.signals import EULER, signal_units, signals, unwrapped
 from sym2real.report.tables import number
@@ -22,52 +21,44 @@ from sym2real.trajectory import Array
 QUESTION = "Where does it fail?"
 # Ends of the classes of excess error, as parts of nearly the largest (its 95 % quantile).
 CLASSES = (1 / 8, 1 / 4, 1 / 2)
+EXCESS: tuple[Role, ...] = ("excess0", "excess1", "excess2", "excess3")  # of these classes and what is beyond
 PLANE = ("x", "y")
 SIGNALS = {"z": ("z",), "xy": ("x", "y"), "position": ("x", "y", "z"), "yaw": ("yaw",)}  # of a channel
 
 
-def failing(comparison: Comparison, observed: Observed, arrays: Arrays, *, switched: bool) -> Section:
+def failing(comparison: Comparison, observed: Observed) -> Section:
     """Section of a model on its logs; arguments as of :func:`~sym2real.report.html.accuracy.accuracy`."""
     parts: list[Part] = []
     if comparison.where:
         parts.append(Lines("", [f"{sentence(where.statement)}." for where in comparison.where]))
-    parts.append(Figures("Along a log", _along(comparison, observed, arrays, switched)))
-    found = regions(observed, comparison.where)
-    if found:
+    parts.append(Figures("Along a log", _along(comparison, observed)))
+    if found := regions(observed, comparison.where):
         reading = "Bands are 95 % intervals over blocks of a second."
-        parts.append(Figures("Error against what happens", _features(found, observed, arrays, switched), reading))
+        parts.append(Figures("Error against what happens", found, reading))
     if comparison.worst:
-        parts.append(Figures("The worst seconds", _worst(comparison.worst, observed, arrays, switched)))
+        parts.append(Figures("The worst seconds", _worst(comparison.worst, observed)))
     return Section("failing", QUESTION, parts)
 
 
-def _along(comparison: Comparison, observed: Observed, arrays: Arrays, switched: bool) -> list[Chart]:
+def _along(comparison: Comparison, observed: Observed) -> list[Chart]:
     """Charts of one log: its path, and errors over time."""
     starts, units = observed.starts, channel_units(observed.layout)
-    for index, log in enumerate(starts.data):
-        arrays.add(f"starts/{index}", log.time[starts.row[starts.log == index]] - log.time[0])
+    times = [log.time[starts.row[starts.log == index]] - log.time[0] for index, log in enumerate(starts.data)]
     charts = []
     if all(column in observed.layout for column in PLANE):
-        charts.append(_path(comparison, observed, arrays))
+        charts.append(_path(comparison, observed, times))
+    reading = "Each point is the error at the end of a window that starts there; the slider moves the cursor."
     for channel in judged(observed.by_window):
-        for index in range(len(starts.data)):
-            arrays.add(f"window-{channel}/{index}", observed.by_window[channel][:, starts.log == index])
-        lines = of_model(f"window-{channel}", switched=switched)
-        charts.append(
-            Chart(
-                f"{channel} error {observed.ahead:g} s ahead",
-                "Each point is the error at the end of a window that starts there; the slider moves the cursor.",
-                *("start of the window in s", f"error in {units[channel]}", "starts"),
-                lines,
-                kind="time",
-                of_log=True,
-                zero=True,
-            )
+        title, labels = (
+            f"{channel} error {observed.ahead:g} s ahead",
+            ("start of the window in s", f"error in {units[channel]}"),
         )
+        lines = of_model([observed.by_window[channel][:, starts.log == index] for index in range(len(times))])
+        charts.append(Chart(title, reading, *labels, times, lines, kind="time", zero=True))
     return charts
 
 
-def _path(comparison: Comparison, observed: Observed, arrays: Arrays) -> Chart:
+def _path(comparison: Comparison, observed: Observed, times: list[Array]) -> Chart:
     """The path from above in classes of excess error, which switches move."""
     starts = observed.starts
     floor = min(comparison.horizons or (comparison.one_step,), key=lambda at: abs(at.horizon - observed.ahead))
@@ -75,25 +66,19 @@ def _path(comparison: Comparison, observed: Observed, arrays: Arrays) -> Chart:
     excess = np.sqrt(np.maximum(np.square(observed.by_window["position"]) - lowest**2, 0.0))
     ends = [part * float(np.nanquantile(excess[0], 0.95)) for part in CLASSES]
     places = np.where(np.isnan(excess), -1, np.digitize(excess, ends))  # (B, W)
-    for index, log in enumerate(starts.data):
-        mine = starts.log == index
-        across, up = (log.column(column)[starts.row[mine]] for column in PLANE)
-        arrays.add(f"across/{index}", across)
-        arrays.add(
-            f"up/{index}", np.stack([_in_class(places[:, mine], up, number) for number in range(len(ends) + 1)], 1)
-        )
-        arrays.add(f"measured-up/{index}", up)
+    mine = [starts.log == index for index in range(len(times))]
+    across, up = (
+        [log.column(column)[starts.row[own]] for log, own in zip(starts.data, mine, strict=True)] for column in PLANE
+    )
     names = [f"below {number(ends[0], 2)} m"]
     names += [f"{number(low, 2)} to {number(high, 2)} m" for low, high in pairwise(ends)]
     names.append(f"over {number(ends[-1], 2)} m")
-    lines = [Line("measured", "measured", "measured-up", x="across")]
-    roles = ("excess0", "excess1", "excess2", "excess3")
-    lines += [
-        Line(name, role, "up", row, switched=True, x="across")  # type: ignore[arg-type]
-        for row, (name, role) in enumerate(zip(names, roles, strict=True))
-    ]
+    lines = [Line("measured", "measured", up, x=across)]
+    for name, role in zip(names, EXCESS, strict=True):
+        heights = [_in_class(places[:, own], own_up, len(lines) - 1) for own, own_up in zip(mine, up, strict=True)]
+        lines.append(Line(name, role, heights, x=across, switched=True))
     reading = f"The thicker, the larger the position error {observed.ahead:g} s ahead, beyond the sensors' noise."
-    return Chart("path from above", reading, "x in m", "y in m", "starts", lines, kind="path", of_log=True)
+    return Chart("path from above", reading, "x in m", "y in m", times, lines, kind="path")
 
 
 def _in_class(places: Array, up: Array, number: int) -> Array:
@@ -103,46 +88,18 @@ def _in_class(places: Array, up: Array, number: int) -> Array:
     return np.where(inside, up, np.nan)
 
 
-def _features(found: Sequence[Region], observed: Observed, arrays: Arrays, switched: bool) -> list[Chart]:
-    units, charts = channel_units(observed.layout), []
-    for place, region in enumerate(found):
-        middle = arrays.add(f"feature-{place}", region.middle)
-        names = [
-            arrays.add(f"feature-{place}-{end}", values)
-            for end, values in (("value", region.value), ("low", region.low), ("high", region.high))
-        ]
-        lines = of_model(names[0], switched=switched, low=names[1], high=names[2])
-        unit = units.get(region.channel, "m")
-        spread = (
-            f"Between {number(region.value[0].min(), 2)} and {number(region.value[0].max(), 2)} {unit} over its range."
-        )
-        reading = f"{sentence(region.statement)}." if region.statement else spread
-        labels = (f"{region.feature} in {region.unit}", f"error in {unit}")
-        title = f"{region.channel} error against {region.feature}"
-        charts.append(Chart(title, reading, *labels, middle, lines, zero=True, points=True))
-    return charts
-
-
-def _worst(worst: Sequence[Segment], observed: Observed, arrays: Arrays, switched: bool) -> list[Chart]:
+def _worst(worst: Sequence[Segment], observed: Observed) -> list[Chart]:
     """Measured and predicted in the worst windows, of the signal that is farthest off."""
     starts, units, charts = observed.starts, signal_units(observed.layout), []
-    for rank, (segment, (place, predicted)) in enumerate(zip(worst, observed.windows.items(), strict=False)):
+    for segment, (place, predicted) in zip(worst, observed.windows.items(), strict=False):
         log = starts.data[int(starts.log[place])]
         rows = np.arange(starts.row[place] + 1, min(starts.row[place] + 1 + starts.steps, len(log)))
         true, shown = unwrapped(observed.layout, signals(observed.layout, log.state[rows]), predicted[:, : len(rows)])
         signal = _farthest(segment, observed, true, shown[0])
-        time = arrays.add(f"worst-{rank}-time", log.time[rows] - log.time[0])
-        measured = arrays.add(f"worst-{rank}-measured", true[:, signal])
-        values = arrays.add(f"worst-{rank}", shown[..., signal])
         name, unit = list(units.items())[signal]
-        lines = [
-            Line("measured", "measured", measured),
-            Line("model as it stands" if switched else "model", "base", values),
-        ]
-        if switched:
-            lines.append(Line("with the switches", "model", values, switched=True))
+        lines = [Line("measured", "measured", true[:, signal]), *of_model(shown[..., signal])]
         statement = segment.statement.removeprefix(f"{segment.log} ")
-        title = f"{segment.log}, {segment.start:.1f} s"
+        title, time = f"{segment.log}, {segment.start:.1f} s", log.time[rows] - log.time[0]
         charts.append(Chart(title, f"{sentence(statement)}.", "time in s", f"{name} in {unit}", time, lines))
     return charts
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from markupsafe import Markup
 from sympy import Expr, Symbol
 
+from sym2real.diagnosis import Finding
+from sym2real.diagnosis.predict.library import shielded
+from sym2real.effects import Effect, compose, effect
 from sym2real.effects.body import Body
 from sym2real.effects.frames import axes
 from sym2real.effects.thrust import ACTING
 from sym2real.report.html.mathml import mathml
 from sym2real.report.html.page import Formula, Formulas
-from sym2real.report.html.variants import WithFindings
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import names_in
 
@@ -23,11 +25,18 @@ READING = (
 )
 
 
-def formulas(variants: WithFindings) -> list[Formulas]:
-    """What findings change, and all equations before and after."""
-    after, before = variants.equations, variants.shielded
+def formulas(base: Equations, findings: Sequence[Finding]) -> list[Formulas]:
+    """What findings change in a base, and all equations before and after."""
+    for finding in findings:
+        base = finding.bound(base)
+    effects = {finding.effect: effect(finding.effect, base) for finding in findings}
+    # What an effect may change gets a name of its own before it acts; what a fit has varied stays a symbol.
+    before = shielded(base)
+    after = compose(
+        before, [(effects[finding.effect], _symbols(effects[finding.effect], finding)) for finding in findings]
+    )
     new = {symbol(name) for name in after.parameters if name not in before.parameters}
-    names, attitude = _names(variants), _attitude(before)
+    names, attitude = _names(after, effects), _attitude(before)
     changed = {name: value for name, value in after.quantities.items() if before.quantities.get(name) != value}
 
     def shown(expression: Expr, marked: Collection[Symbol] = ()) -> Markup:
@@ -78,12 +87,16 @@ def _shown(name: str) -> str:
     return f"{name.removeprefix(ACTING)} that acts" if name.startswith(ACTING) else name
 
 
-def _names(variants: WithFindings) -> dict[str, str]:
+def _symbols(of: Effect, finding: Finding) -> dict[str, Expr | float]:
+    """A symbol for every parameter of a finding that a fit can vary, the value of the others."""
+    fitted = {parameter.name for parameter in of.parameters if parameter.fitted}
+    return {name: of.symbols()[name] if name in fitted else value for name, value in finding.values.items()}
+
+
+def _names(equations: Equations, effects: Mapping[str, Effect]) -> dict[str, str]:
     """What symbols are called: parameters after their effect, what acts after what was commanded."""
-    names = {
-        name: f"{name.removeprefix(ACTING)}|acting" for name in variants.equations.quantities if name.startswith(ACTING)
-    }
-    for key, effect in variants.effects.items():
-        for name, parameter in effect.symbols().items():
+    names = {name: f"{name.removeprefix(ACTING)}|acting" for name in equations.quantities if name.startswith(ACTING)}
+    for key, chosen in effects.items():
+        for name, parameter in chosen.symbols().items():
             names[parameter.name] = key if name == "value" else f"{key}|{name}"
     return names

@@ -47,36 +47,24 @@ class _Printer(MathMLPresentationPrinter):  # type: ignore[misc]
     def _print_Symbol(self, sym: Symbol, style: str = "plain") -> Any:  # noqa: N802 — as SymPy names it
         del style
         name, _, below = self._names.get(sym.name, sym.name).partition("|")
-        element = self.dom.createElement("mi")
-        element.appendChild(self.dom.createTextNode(name))
+        element = self._element("mi", name)
         if below:
-            whole, small = self.dom.createElement("msub"), self.dom.createElement("mtext")
-            small.appendChild(self.dom.createTextNode(below))
-            whole.appendChild(element)
-            whole.appendChild(small)
-            element = whole
+            element = self._element("msub", element, self._element("mtext", below))
         if sym in self.marked:
             element.setAttribute("class", "symbol")
         return element
 
     def _print_Piecewise(self, expr: Piecewise) -> Any:  # noqa: N802 — as SymPy names it
-        whole, table = self.dom.createElement("mrow"), self.dom.createElement("mtable")
-        brace = self.dom.createElement("mo")
-        brace.appendChild(self.dom.createTextNode("{"))
-        whole.appendChild(brace)
-        whole.appendChild(table)
+        rows = []
         for value, condition in expr.args:
-            row = self.dom.createElement("mtr")
-            for part in (self._print(value), self._condition(condition)):
-                cell = self.dom.createElement("mtd")
-                cell.appendChild(part)
-                row.appendChild(cell)
-            table.appendChild(row)
-        return whole
+            when = self._element("mtext", "otherwise") if condition == sympy.true else self._print(condition)
+            cells = (self._element("mtd", part) for part in (self._print(value), when))
+            rows.append(self._element("mtr", *cells))
+        return self._element("mrow", self._element("mo", "{"), self._element("mtable", *rows))
 
-    def _condition(self, condition: Any) -> Any:
-        if condition != sympy.true:
-            return self._print(condition)
-        text = self.dom.createElement("mtext")
-        text.appendChild(self.dom.createTextNode("otherwise"))
-        return text
+    def _element(self, tag: str, *inside: Any) -> Any:
+        """An element with texts or other elements inside."""
+        element = self.dom.createElement(tag)
+        for part in inside:
+            element.appendChild(self.dom.createTextNode(part) if isinstance(part, str) else part)
+        return element

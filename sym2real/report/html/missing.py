@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from sym2real.diagnosis import Fault, Finding
+from sym2real.diagnosis import Diagnosis, Finding
 from sym2real.effects import effect
 from sym2real.report.diagnosis import known_of
 from sym2real.report.html.page import Card, Cards, Lines, Part, Section
@@ -14,15 +12,15 @@ from sym2real.symbolic import Equations
 QUESTION = "What is missing?"
 
 
-def missing(base: Equations, findings: Sequence[Finding], faults: Sequence[Fault]) -> Section:
+def missing(base: Equations, found: Diagnosis) -> Section:
     """Section of what was found in a base's logs."""
     parts: list[Part] = []
-    if findings:
-        parts.append(Cards("Effects that the model lacks", [_card(base, finding) for finding in findings]))
+    if found.findings:
+        parts.append(Cards("Effects that the model lacks", [_card(base, finding) for finding in found.findings]))
     else:
         parts.append(Lines("", ["No effect was found that the model lacks."]))
-    if faults:
-        sentences = [f"{fault.evidence}; fix: {fault.fix}" if fault.fix else fault.evidence for fault in faults]
+    if found.faults:
+        sentences = [f"{fault.evidence}; fix: {fault.fix}" if fault.fix else fault.evidence for fault in found.faults]
         parts.append(Lines("Wrong with the data, and undone where the logs tell how", sentences))
     return Section("missing", QUESTION, parts)
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from torch import Tensor
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import ROWS
@@ -17,7 +16,7 @@ from sym2real.diagnosis.errors.by_window import HORIZON, named_channels
 from sym2real.layout import Layout
 from sym2real.report.html.predictions import Starts
 from sym2real.report.html.signals import signals, unwrapped
-from sym2real.report.html.variants import Variants, subsets
+from sym2real.report.html.variants import Given, WithFindings, subsets
 from sym2real.trajectory import Array
 
 
@@ -56,7 +55,7 @@ class Observed:
 
 
 def observe(
-    variants: Variants, data: Dataset, method: Start = "smoothed", single: Sequence[tuple[int, float]] = ()
+    variants: Given | WithFindings, data: Dataset, method: Start = "smoothed", single: Sequence[tuple[int, float]] = ()
 ) -> Observed:
     """Predict with every combination of switches.
 
@@ -66,30 +65,30 @@ def observe(
         method: how start states are estimated.
         single: windows that are wanted whole: log and time of the start, in s from the log's start.
     """
-    longest = max(len(step) for step in data) - ROWS
-    steps = sorted(
-        {step for horizon in horizons_in_rows(data.dt) if 1 <= (step := round(horizon / data.dt)) <= longest} | {1}
-    )
+    longest = max(len(log) for log in data) - ROWS
+    wanted_rows = {round(horizon / data.dt) for horizon in horizons_in_rows(data.dt)}
+    steps = sorted({row for row in wanted_rows if 1 <= row <= longest} | {1})
     starts, shown = Starts.of(data, steps[-1], method), min(round(HORIZON / data.dt), steps[-1])
-    layout, measured = data.layouts.state, starts.measured
+    layout, ends = data.layouts.state, np.array([*steps, shown]) - 1
+    measured = starts.measured[:, ends]
+    channels = dict(zip(channel_units(layout), map(list, layout.tangent_places), strict=True)) | named_channels(layout)
     wanted = [_place(starts, log, seconds) for log, seconds in single]
-    by_horizon, by_window, curves, windows = [], [], [], []
+    sizes: dict[str, list[Array]] = {name: [] for name in channels}  # norms # (W, horizons and the shown one)
+    curves, windows = [], []
     for on in subsets(len(variants.switches)):
         predicted = starts.predicted(*variants.prepared(on, data))
-        away = layout.difference(predicted, measured)
-        by_horizon.append([_sizes(layout, away[:, step - 1]) for step in steps])
-        by_window.append(_sizes(layout, away[:, shown - 1]))
+        away = layout.difference(predicted[:, ends], measured)
+        for name, places in channels.items():
+            sizes[name].append(away[..., places].norm(dim=-1).numpy())
         curves.append([signals(layout, states) for states in starts.along(predicted)])
         windows.append(signals(layout, predicted[wanted].numpy()))
-    channels = list(by_window[0])
+    by_channel = {name: np.array(made) for name, made in sizes.items()}  # (B, W, …)
     return Observed(
         starts=starts,
         horizons=np.array(steps) * data.dt,
         ahead=shown * data.dt,
-        by_horizon={
-            name: np.array([[_rms(errors[name]) for errors in row] for row in by_horizon]) for name in channels
-        },
-        by_window={name: np.array([row[name] for row in by_window]) for name in channels},
+        by_horizon={name: np.sqrt(np.nanmean(made[..., :-1] ** 2, axis=1)) for name, made in by_channel.items()},
+        by_window={name: made[..., -1] for name, made in by_channel.items()},
         curves=tuple(
             unwrapped(layout, signals(layout, log.state), np.array([row[index] for row in curves]))
             for index, log in enumerate(data)
@@ -103,16 +102,3 @@ def _place(starts: Starts, log: int, seconds: float) -> int:
     time = starts.data[log].time - starts.data[log].time[0]
     away = np.where(starts.log == log, np.abs(time[np.minimum(starts.row, len(time) - 1)] - seconds), np.inf)
     return int(np.argmin(away))
-
-
-def _sizes(layout: Layout, away: Tensor) -> dict[str, Array]:
-    """Norms of tangents ``# (W, tangent)`` by channel: those of reports, and the vertical and horizontal position."""
-    parts = away.split([field.tangent_size for field in layout.fields], dim=-1)
-    sizes: dict[str, Array] = {
-        name: part.norm(dim=-1).numpy() for name, part in zip(channel_units(layout), parts, strict=True)
-    }
-    return sizes | {name: away[:, places].norm(dim=-1).numpy() for name, places in named_channels(layout).items()}
-
-
-def _rms(errors: Array) -> float:
-    return float(np.sqrt(np.nanmean(np.square(errors))))

@@ -1,15 +1,15 @@
-"""A page as data: sections of parts, and the arrays that its charts draw."""
+"""A page as data: sections of parts."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from sym2real.report.html.arrays import Arrays
-from sym2real.report.html.charts import Chart
+from sym2real.report.charts import Chart
 from sym2real.report.html.variants import Switch
+from sym2real.trajectory import Array
 
 
 @dataclass(frozen=True)
@@ -24,11 +24,14 @@ class Table:
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors of the switched model, which the page's script fills in: by channel, unit, base, floor and "hold"."""
+    """Errors of the switched model, which the page's script fills in: channel, unit, its own, floor and "hold".
+
+    Its own are those of every combination of switches ``# (B, horizons)``, of which one horizon is shown.
+    """
 
     title: str
     reading: str
-    rows: Sequence[tuple[str, str, float, float, float]]
+    rows: Sequence[tuple[str, str, Array, float, float]]
     horizon: int
 
 
@@ -108,9 +111,8 @@ class Page:
         summary: the answer in a sentence.
         facts: label and text of what was looked at.
         sections: in the order in which people ask.
-        arrays: what charts draw.
         switches: what can be added.
-        logs: names, where charts are of one log.
+        logs: names and lengths in s, where charts are of one log.
     """
 
     title: str
@@ -118,6 +120,5 @@ class Page:
     sections: Sequence[Section]
     verdict: str = ""
     facts: Sequence[tuple[str, str]] = ()
-    arrays: Arrays = field(default_factory=Arrays)
     switches: Sequence[Switch] = ()
-    logs: Sequence[str] = ()
+    logs: Sequence[tuple[str, float]] = ()

@@ -1,4 +1,4 @@
-"""The pages of a comparison and of a diagnosis."""
+"""The pages of a comparison, of a diagnosis and of an adaptation."""
 
 from __future__ import annotations
 
@@ -8,24 +8,28 @@ from pathlib import Path
 
 from rich.text import Text
 
+from sym2real.adaptation import Adaptation
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis import Comparison, Diagnosis, compare
 from sym2real.diagnosis.data.preparation import long_enough
 from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.diagnosis.faults.sanity import check
+from sym2real.neural.composed import in_double
+from sym2real.report.adaptation import rounds_charts, rounds_headings, rounds_rows
 from sym2real.report.diagnosis import gate_line
+from sym2real.report.horizons import ladder_charts
 from sym2real.report.html.accuracy import accuracy
-from sym2real.report.html.added import curves, ladder_charts, ladder_rows
-from sym2real.report.html.arrays import Arrays
+from sym2real.report.html.added import curves, ladder_rows
 from sym2real.report.html.failing import failing
 from sym2real.report.html.formulas import formulas
 from sym2real.report.html.missing import missing
 from sym2real.report.html.observed import Observed, observe
-from sym2real.report.html.page import Figures, Formulas, Lines, Page, Part, Section
+from sym2real.report.html.page import Figures, Lines, Page, Part, Section, Table
 from sym2real.report.html.remaining import remaining
 from sym2real.report.html.render import write_page
 from sym2real.report.html.sentences import sentence
-from sym2real.report.html.variants import Given, Predicting, Variants, WithFindings
+from sym2real.report.html.variants import Given, Predicting, Switch, WithFindings
+from sym2real.report.tables import number
 from sym2real.symbolic import Equations
 
 ADDED = "What happens when it is added?"
@@ -40,52 +44,10 @@ def comparison_page(model: Predicting, data: Dataset, comparison: Comparison, ti
         comparison: what was found.
         title: of the page.
     """
-    return model_page(Given((model,)), data, title, comparison=comparison)
+    return model_page(Given((model,)), data, title, comparison)
 
 
-def model_page(
-    models: Given,
-    data: Dataset,
-    title: str,
-    *,
-    comparison: Comparison | None = None,
-    summary: str = "",
-    added: Section | None = None,
-    arrays: Arrays | None = None,
-) -> Page:
-    """A model on logs and, where there is one, what it has become.
-
-    Args:
-        models: predict in float64.
-        data: logs.
-        title, summary: of the page.
-        comparison: of the first model; made where it is none.
-        added: section of what was added, which gets the curves.
-        arrays: those that ``added`` draws.
-    """
-    arrays = arrays or Arrays()
-    comparison = comparison or compare(models.models[0], data)
-    observed, switched = _observed(models, data, comparison), bool(models.switches)
-    drawn = curves(observed, arrays, switched=switched)
-    good = accuracy(comparison, observed, arrays, switched=switched)
-    sections = [
-        good if added else replace(good, parts=(*good.parts, drawn)),
-        failing(comparison, observed, arrays, switched=switched),
-        *([replace(added, parts=(*added.parts, drawn))] if added else []),
-        remaining(comparison, None),
-    ]
-    return Page(
-        title,
-        summary or _said(comparison),
-        sections,
-        facts=_facts(data),
-        arrays=arrays,
-        switches=models.switches,
-        logs=_names(data),
-    )
-
-
-def diagnosis_page(base: Equations, data: Dataset, found: Diagnosis, title: str, notes: Sequence[str] = ()) -> Page:
+def diagnosis_page(base: Equations, data: Dataset, found: Diagnosis, title: str) -> Page:
     """All five questions.
 
     Args:
@@ -93,30 +55,71 @@ def diagnosis_page(base: Equations, data: Dataset, found: Diagnosis, title: str,
         data: logs, the faults that were found undone.
         found: the diagnosis.
         title: of the page.
-        notes: further remarks.
     """
-    arrays, comparison = Arrays(), compare(base, data)
+    variants = WithFindings(base, found.findings) if found.findings else Given((base,))
+    comparison = compare(base, data)
     if found.where:
         comparison = replace(comparison, where=found.where)
-    variants: Variants = WithFindings(base, found.findings) if found.findings else Given((base,))
-    observed, switched = _observed(variants, data, comparison), bool(found.findings)
-    sections = [
-        accuracy(comparison, observed, arrays, switched=switched),
-        failing(comparison, observed, arrays, switched=switched),
-        missing(base, found.findings, found.faults),
-        Section("added", ADDED, _added(variants, found, observed, arrays)),
-        remaining(comparison, found, notes),
-    ]
-    facts = [*_facts(data), ("hypotheses", str(found.tried)), ("time taken", f"{found.seconds:.0f} s")]
+    lacks = missing(base, found)
+    return model_page(variants, data, title, comparison, found.summary, added=_scored(found), lacks=lacks, found=found)
+
+
+def adaptation_page(adaptation: Adaptation, title: str) -> Page:
+    """The model that was given and the adapted one on logs that neither has learned from, and every round."""
+    reports, on_top = adaptation.reports, adaptation.best
+    models = tuple(in_double(adaptation.models[number]) for number in (0, on_top))
+    data = Dataset(log for logs in adaptation.logs[on_top:] for log in logs)
+    best, switch = reports[on_top], Switch("what was learned", f"the model of round {on_top}")
+    learned = f"from {best.learned.rows} rows" if on_top else "nothing: the model that was given is the best"
+    horizon = f"{best.horizon:.3g} s ahead"
+    summary = f"Learned {learned}; {horizon} its position is {number(best.prediction, 2)} m off on an unseen log."
+    better = "Better than the best model before, with its 95 % interval."
+    table = Table("Rounds", rounds_headings(reports), rounds_rows(reports, on_top), better)
+    added = (Figures("Every round", rounds_charts(reports)), table)
+    return model_page(Given(models, (switch,)), data, title, compare(models[0], data), summary, added=added)
+
+
+def model_page(
+    variants: Given | WithFindings,
+    data: Dataset,
+    title: str,
+    comparison: Comparison,
+    summary: str = "",
+    *,
+    added: Sequence[Part] | None = None,
+    lacks: Section | None = None,
+    found: Diagnosis | None = None,
+) -> Page:
+    """A model on logs and, where there is one, what it has become.
+
+    Args:
+        variants: predict in float64.
+        data: logs.
+        title: of the page.
+        comparison: of the model that is given.
+        summary: of the page; the comparison's by default.
+        lacks: section of what is missing.
+        added: what stands ahead of the curves where something was added; None where nothing was to be.
+        found: its diagnosis, if there is one.
+    """
+    observed = _observed(variants, data, comparison)
+    drawn, good, facts = curves(observed), accuracy(comparison, observed), _facts(data)
+    sections = [good if added is not None else replace(good, parts=(*good.parts, drawn)), failing(comparison, observed)]
+    if lacks is not None:
+        sections.append(lacks)
+    if found is not None:
+        facts += [("hypotheses", str(found.tried)), ("time taken", f"{found.seconds:.0f} s")]
+    if added is not None:
+        equations = formulas(variants.base, variants.findings) if isinstance(variants, WithFindings) else []
+        sections.append(Section("added", ADDED, (*added, drawn, *equations)))
     return Page(
         title,
-        found.summary,
-        sections,
-        verdict=found.verdict.replace("_", " ").lower(),
+        summary or _said(comparison),
+        [*sections, remaining(comparison, found)],
+        verdict="" if found is None else found.verdict.replace("_", " ").lower(),
         facts=facts,
-        arrays=arrays,
         switches=variants.switches,
-        logs=_names(data),
+        logs=[(log.name or f"log {place}", log.time[-1] - log.time[0]) for place, log in enumerate(data, start=1)],
     )
 
 
@@ -134,20 +137,18 @@ def write_diagnosis_page(found: Diagnosis, base: Equations, logs: Logs, file: st
     return write_page(diagnosis_page(base, check(base, data).data, found, title), Path(file))
 
 
-def _added(variants: Variants, found: Diagnosis, observed: Observed, arrays: Arrays) -> list[Part]:
+def _scored(found: Diagnosis) -> list[Part]:
+    """What held-out data say of the findings."""
     parts: list[Part] = []
     if found.ladder:
-        charts = ladder_charts(found.ladder, found.floor, arrays)
-        parts.append(Figures("One effect after the other, on held-out data", charts))
+        parts.append(Figures("One effect after the other, on held-out data", ladder_charts(found.ladder, found.floor)))
         parts.append(ladder_rows(found.ladder, found.held_out, apart=found.apart))
     if found.gate.best is not None:
         parts.append(Lines("", [sentence(Text.from_markup(gate_line(found.gate, found.gate.best)).plain)]))
-    parts.append(curves(observed, arrays, switched=bool(found.findings)))
-    equations: list[Formulas] = formulas(variants) if isinstance(variants, WithFindings) else []
-    return [*parts, *equations]
+    return parts
 
 
-def _observed(variants: Variants, data: Dataset, comparison: Comparison) -> Observed:
+def _observed(variants: Given | WithFindings, data: Dataset, comparison: Comparison) -> Observed:
     places = {log.name: index for index, log in enumerate(data)}
     single = [(places[segment.log], segment.start) for segment in comparison.worst if segment.log in places]
     return observe(variants, data, comparison.start, single)
@@ -156,10 +157,6 @@ def _observed(variants: Variants, data: Dataset, comparison: Comparison) -> Obse
 def _facts(data: Dataset) -> list[tuple[str, str]]:
     rows, seconds = sum(map(len, data)), sum(len(log) * log.dt for log in data)
     return [("logs", str(len(data))), ("rows", str(rows)), ("length", f"{seconds:.0f} s"), ("step", f"{data.dt:.4g} s")]
-
-
-def _names(data: Dataset) -> list[str]:
-    return [log.name or f"log {place}" for place, log in enumerate(data, start=1)]
 
 
 def _said(comparison: Comparison) -> str:

@@ -56,12 +56,12 @@ class Starts:
     @property
     def left(self) -> NDArray[np.int64]:
         """Rows that each window's log has behind its start ``# (W,)``."""
-        return np.array([len(log) for log in self.data])[self.log] - 1 - self.row
+        return self._lengths[self.log] - 1 - self.row
 
     @property
     def measured(self) -> Tensor:
         """``# (W, steps, state)``; behind a log's end its last row."""
-        return torch.as_tensor(self._rows([log.state for log in self.data], 1))
+        return self._ahead([log.state for log in self.data], 1)
 
     def predicted(self, model: DynamicsModel, logs: Dataset) -> Tensor:
         """What a model predicts ``# (W, steps, state)``; behind a log's end not a number.
@@ -70,12 +70,11 @@ class Starts:
             model: in float64.
             logs: the data as the model takes them: with its inputs, and the commands that reach the robot.
         """
-        actions, inputs = (
-            torch.as_tensor(self._rows(columns, 0))
-            for columns in ([log.action for log in logs], [log.inputs for log in logs])
-        )
+        actions, inputs = self._ahead([log.action for log in logs]), self._ahead([log.inputs for log in logs])
+        seen = past_rows(model)
+        past = torch.as_tensor(np.concatenate([log.past(*seen) for log in logs])[self._place]) if any(seen) else None
         with torch.no_grad():
-            states = rollout(model, self.state, actions, inputs, past=self._past(model, logs))
+            states = rollout(model, self.state, actions, inputs, past=past)
         states[torch.as_tensor(np.arange(self.steps) >= self.left[:, None])] = torch.nan
         return states
 
@@ -98,18 +97,16 @@ class Starts:
             found.append(states)
         return found
 
-    def _rows(self, columns: Sequence[NDArray[np.float64]], offset: int) -> NDArray[np.float64]:
-        """Rows of every window ``# (W, steps, columns)``, from so many behind its start."""
-        ahead = self.row[:, None] + np.arange(self.steps) + offset
-        found = np.empty((*ahead.shape, columns[0].shape[1]))
-        for index, values in enumerate(columns):
-            mine = self.log == index
-            found[mine] = values[np.minimum(ahead[mine], len(values) - 1)]
-        return found
+    @property
+    def _lengths(self) -> NDArray[np.int64]:
+        return np.array([len(log) for log in self.data])
 
-    def _past(self, model: DynamicsModel, logs: Dataset) -> Tensor | None:
-        seen = past_rows(model)
-        if not any(seen):
-            return None
-        parts = [log.past(*seen)[self.row[self.log == index]] for index, log in enumerate(logs)]
-        return torch.as_tensor(np.concatenate(parts))
+    @property
+    def _place(self) -> NDArray[np.int64]:
+        """Where each window starts among the rows of all logs, one behind the other ``# (W,)``."""
+        return (np.cumsum(self._lengths) - self._lengths)[self.log] + self.row
+
+    def _ahead(self, columns: Sequence[NDArray[np.float64]], first: int = 0) -> Tensor:
+        """Rows of every window ``# (W, steps, columns)``, from so many behind its start; its log's last one beyond."""
+        ahead = np.minimum(first + np.arange(self.steps), self.left[:, None])
+        return torch.as_tensor(np.concatenate(columns)[self._place[:, None] + ahead])

@@ -3,59 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sym2real.diagnosis import Where
 from sym2real.diagnosis.data.conditions import features, over_windows, units_of
+from sym2real.diagnosis.data.windows import channel_units
+from sym2real.diagnosis.errors.rungs import error_of
+from sym2real.report.charts import Chart, of_model
 from sym2real.report.html.observed import Observed
+from sym2real.report.html.sentences import sentence
+from sym2real.report.tables import number
 from sym2real.trajectory import Array
 
 BINS, MOST = 8, 6
 FEWEST = 4  # windows in a bin: fewer say nothing of a root mean square
-RESAMPLES, BLOCK = 200, 10  # of blocks of so many windows, which overlap and hang together
+BLOCK = 10  # windows that overlap and hang together
 
 
-@dataclass(frozen=True, eq=False)
-class Region:
-    """Errors of a channel over a feature, in bins of equally many windows.
-
-    Args:
-        feature, unit, channel: what is shown.
-        middle: mean of the feature in each bin ``# (bins,)``.
-        value, low, high: root mean square errors with a 95 % interval ``# (B, bins)``.
-        statement: what was said of it; "" where nothing was.
-    """
-
-    feature: str
-    unit: str
-    channel: str
-    middle: Array
-    value: Array
-    low: Array
-    high: Array
-    statement: str = ""
-
-
-def regions(observed: Observed, where: Sequence[Where]) -> tuple[Region, ...]:
-    """The features of statements first, then others with the first channel."""
-    judged, by_feature = observed.judged, {region.feature: region for region in where}
-    known = {name: values[judged] for name, values in _features(observed).items()}
-    names = [*(name for name in by_feature if name in known), *(name for name in known if name not in by_feature)]
-    first = next(iter(observed.by_window))
-    return tuple(
-        _region(
-            observed, name, known[name], by_feature.get(name), by_feature[name].channel if name in by_feature else first
-        )
-        for name in names
-        if np.ptp(known[name]) > 0
-    )[:MOST]
+def regions(observed: Observed, where: Sequence[Where]) -> list[Chart]:
+    """Errors over the features of statements first, then over others with the first channel."""
+    known, said = _features(observed), {region.feature: region for region in where}
+    names = [*(name for name in said if name in known), *(name for name in known if name not in said)]
+    varied = [name for name in names if np.ptp(known[name]) > 0]
+    return [_chart(observed, name, known[name], said.get(name)) for name in varied[:MOST]]
 
 
 def _features(observed: Observed) -> dict[str, Array]:
-    """Mean of every feature over the windows that have an error; not a number for others ``# (W,)``."""
+    """Mean of every feature over the windows that have an error ``# (windows,)``."""
     starts, steps = observed.starts, round(observed.ahead / observed.starts.data.dt)
     by_log = [features(log) for log in starts.data]
     found = {}
@@ -64,30 +39,29 @@ def _features(observed: Observed) -> dict[str, Array]:
         for index, means in enumerate(by_log):
             mine = (starts.log == index) & (starts.left >= steps)
             values[mine] = over_windows(means[name], starts.row[mine], steps)
-        found[name] = values
+        found[name] = values[observed.judged]
     return found
 
 
-def _region(observed: Observed, name: str, values: Array, where: Where | None, channel: str) -> Region:
-    squares = np.square(observed.by_window[channel][:, observed.judged])
-    log = observed.starts.log[observed.judged]
+def _chart(observed: Observed, feature: str, values: Array, where: Where | None) -> Chart:
+    """Root mean square errors in bins of equally many windows, with 95 % intervals over blocks of windows."""
+    layout, judged = observed.layout, observed.judged
+    channel = where.channel if where else next(iter(observed.by_window))
+    unit = channel_units(layout).get(channel, "m")
+    log = observed.starts.log[judged]
     blocks = np.unique(log * 10_000 + np.arange(len(log)) // BLOCK, return_inverse=True)[1]
-    order = np.argsort(values, kind="stable")
-    groups = np.array_split(order, max(1, min(BINS, len(order) // FEWEST)))
-    ends = [_interval(squares[:, group], blocks[group]) for group in groups]
-    value, low, high = (np.stack(part, axis=1) for part in zip(*ends, strict=True))
-    middle = np.array([values[group].mean() for group in groups])
-    unit = units_of(observed.starts.data.layouts.state)[name]
-    return Region(name, unit, channel, middle, value, low, high, where.statement if where else "")
-
-
-def _interval(squares: Array, blocks: NDArray[np.int64]) -> tuple[Array, Array, Array]:
-    """Root mean square ``# (B,)`` of ``# (B, windows)`` and its 95 % interval from resampled blocks."""
-    places = np.unique(blocks, return_inverse=True)[1]
-    count = places.max() + 1
-    member = np.eye(count)[places]  # (windows, blocks)
-    sums, sizes = squares @ member, member.sum(0)
-    draws = np.random.default_rng(0).integers(0, count, (RESAMPLES, count))
-    resampled = sums[:, draws].sum(-1) / sizes[draws].sum(-1)  # (B, RESAMPLES)
-    low, high = np.quantile(np.sqrt(resampled), (0.025, 0.975), axis=1)
-    return np.sqrt(squares.mean(1)), low, high
+    count = max(1, min(BINS, len(values) // FEWEST))
+    bins = [np.sort(members) for members in np.array_split(np.argsort(values, kind="stable"), count)]
+    errors = [
+        [error_of(own[members], blocks[members], unit) for members in bins]
+        for own in observed.by_window[channel][:, judged]
+    ]
+    middle = np.array([values[members].mean() for members in bins])
+    value, low, high = np.array([[[at.value, at.low, at.high] for at in own] for own in errors]).transpose(2, 0, 1)
+    spread = f"Between {number(value[0].min(), 2)} and {number(value[0].max(), 2)} {unit} over its range."
+    reading = f"{sentence(where.statement)}." if where else spread
+    title, labels = (
+        f"{channel} error against {feature}",
+        (f"{feature} in {units_of(layout)[feature]}", f"error in {unit}"),
+    )
+    return Chart(title, reading, *labels, middle, of_model(value, low, high), zero=True, points=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 from sym2real.diagnosis import Comparison, Diagnosis
 from sym2real.diagnosis.predict.competitors import not_tried_said
@@ -14,20 +13,19 @@ from sym2real.report.tables import number
 QUESTION = "What remains?"
 
 
-def remaining(comparison: Comparison, found: Diagnosis | None, notes: Sequence[str] = ()) -> Section:
+def remaining(comparison: Comparison, found: Diagnosis | None) -> Section:
     """Section of what nobody has explained, and of what to know about the data.
 
     Args:
         comparison: of the model that is given.
         found: its diagnosis, if there is one.
-        notes: further remarks.
     """
     parts: list[Part] = [] if found is None else _left_over(found)
     if comparison.residuals is not None and comparison.residuals.lines():
         parts.append(Lines("One step ahead", sentences(comparison.residuals.lines())))
     if comparison.data is not None:
         parts.append(Lines("The data", sentences(comparison.data.lines())))
-    remarks = list(dict.fromkeys([*notes, *(found.notes if found else ()), *comparison.notes]))
+    remarks = list(dict.fromkeys([*(found.notes if found else ()), *comparison.notes]))
     if remarks:
         parts.append(Lines("Remarks", sentences(remarks)))
     if found is not None and found.not_tried:

@@ -15,13 +15,15 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
 from sym2real import __version__
 from sym2real.files import write_text
-from sym2real.report.html.charts import Chart
-from sym2real.report.html.page import Figures, Page
+from sym2real.report.charts import Chart, Line
+from sym2real.report.html.arrays import Arrays
+from sym2real.report.html.page import Page
 from sym2real.report.tables import number
 
 STYLES, CHART_SCRIPTS, SCRIPTS = (
@@ -39,35 +41,48 @@ def write_page(page: Page, file: Path) -> Path:
 
 def render(page: Page) -> str:
     """HTML of a page."""
-    charts = [chart for section in page.sections for part in section.parts for chart in _charts(part)]
-    places = {id(chart): place for place, chart in enumerate(charts)}
+    arrays, charts = Arrays(), list[Any]()
     assets = {"style": _text(STYLES), "chart": _text(CHART_SCRIPTS), "page": _module(SCRIPTS)}
-    data = {
-        "charts": [chart.to_dict() for chart in charts],
-        "arrays": {"directory": page.arrays.directory, "text": page.arrays.text},
-    }
+
+    def numbered(chart: Chart) -> int:
+        charts.append(_packed(chart, arrays))
+        return len(charts) - 1
+
+    def data() -> Markup:
+        """All that the script reads; last of all, because the template asks for numbers on its way."""
+        numbers = {"directory": arrays.directory, "text": arrays.text}
+        return Markup(in_script({"charts": charts, "arrays": numbers, "seconds": [log[1] for log in page.logs]}))
+
     return (
         _environment()
         .from_string(_text(("page.html",)))
         .render(
             page=page,
-            number_of=lambda chart: places[id(chart)],
+            number_of=numbered,
+            array_of=arrays.add,
             assets={name: Markup(text) for name, text in assets.items()},
             hashes={name: Markup(f"'sha256-{_digest(text)}'") for name, text in assets.items()},
-            data=Markup(in_script(data)),
+            data=data,
             version=__version__,
         )
     )
+
+
+def _packed(about: Any, arrays: Arrays) -> Any:
+    """A chart, a line or what they hold, with the number of every array in its place."""
+    if isinstance(about, np.ndarray):
+        return arrays.add(about)
+    if isinstance(about, list | tuple):
+        return [_packed(part, arrays) for part in about]
+    if isinstance(about, Chart | Line):
+        return {name: _packed(part, arrays) for name, part in vars(about).items()}
+    return about
 
 
 def in_script(data: Any) -> str:
     """JSON that may stand inside a script element: no sign in it can end the element or begin a comment."""
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)
     return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
-
-
-def _charts(part: object) -> list[Chart]:
-    return list(part.charts) if isinstance(part, Figures) else []
 
 
 def _environment() -> Environment:

@@ -49,24 +49,21 @@ export class Chart {
     this.outputs = [...figure.querySelectorAll(".legend output")];
   }
 
-  array(name, state) {
-    return this.about.of_log ? `${name}/${state.log}` : name;
+  // Of a chart of one log there is an array for each.
+  row(array, state, combination = 0) {
+    return this.arrays.row(Array.isArray(array) ? array[state.log] : array, combination);
   }
 
-  values(line, name, state) {
-    return this.arrays.row(this.array(name, state), line.switched ? state.on : 0, line.row);
-  }
-
-  along(state) {
-    return this.arrays.row(this.array(this.about.array, state), 0, 0);
+  values(line, array, state) {
+    return this.row(array, state, line.switched ? state.on : 0);
   }
 
   // Every line, with the ends of its interval where it has one.
   data(state) {
     const columns = this.about.lines.flatMap((line) =>
-      [line.array, line.low, line.high].filter(Boolean).map((name) => this.values(line, name, state)),
+      [line.values, line.low, line.high].filter((array) => array !== null).map((array) => this.values(line, array, state)),
     );
-    return [this.along(state), ...columns];
+    return [this.row(this.about.along, state), ...columns];
   }
 
   series() {
@@ -76,7 +73,7 @@ export class Chart {
     this.about.lines.forEach((line, place) => {
       const own = look(this.swatches[place]);
       series.push({ ...own, points, spanGaps: false });
-      if (line.low) {
+      if (line.low !== null) {
         bands.push({ series: [series.length + 1, series.length], fill: faded(own.stroke) });
         series.push({ points: { show: false } }, { points: { show: false } });
       }
@@ -108,7 +105,7 @@ export class Chart {
     this.about.lines.forEach((line, index) => {
       const value = at == null ? null : u.data[place][at];
       this.outputs[index].textContent = value == null ? "" : figures(value);
-      place += line.low ? 3 : 1;
+      place += line.low === null ? 1 : 3;
     });
   }
 
@@ -141,18 +138,18 @@ export class Chart {
 export class Path extends Chart {
   data(state) {
     const lines = this.about.lines.map((line) => [
-      this.arrays.row(this.array(line.x, state), 0, 0),
-      this.values(line, line.array, state),
+      this.row(line.x, state),
+      this.values(line, line.values, state),
     ]);
     return [null, ...lines];
   }
 
   now(state) {
-    const time = this.along(state);
+    const time = this.row(this.about.along, state);
     const after = time.findIndex((one) => one >= state.time);
     const place = after < 0 ? time.length - 1 : after;
     const [line] = this.about.lines;
-    return [this.arrays.row(this.array(line.x, state), 0, 0)[place], this.values(line, line.array, state)[place]];
+    return [this.row(line.x, state)[place], this.values(line, line.values, state)[place]];
   }
 
   circle(u) {

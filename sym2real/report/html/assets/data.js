@@ -35,16 +35,14 @@ export class Arrays {
     this.steps = steps;
   }
 
-  // One row: of a combination of switches and a row of it, or of either where there are two axes.
-  row(name, combination, row) {
-    const { at, shape, scale, middle } = this.directory[name];
-    const length = shape.at(-1);
-    const inner = shape.length === 3 ? row : combination || row;
-    const place = shape.length === 3 ? combination * shape[1] + row : inner;
+  // The row of a combination of switches, or the only one.
+  row(number, combination) {
+    const { at, length, scale, middle } = this.directory[number];
+    const row = combination < scale.length ? combination : 0;
     const found = new Array(length);
     for (let i = 0; i < length; i++) {
-      const step = this.steps[at + place * length + i];
-      found[i] = step === GAP ? null : middle[inner] + scale[inner] * step;
+      const step = this.steps[at + row * length + i];
+      found[i] = step === GAP ? null : middle[row] + scale[row] * step;
     }
     return found;
   }

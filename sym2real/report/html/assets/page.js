@@ -13,22 +13,17 @@ const inView = new Set();
 function fillErrors() {
   for (const table of document.querySelectorAll("table.errors")) {
     for (const cell of table.querySelectorAll("td.now")) {
-      const row = arrays.row(`errors/${cell.dataset.channel}`, state.on, 0);
+      const row = arrays.row(cell.dataset.array, state.on);
       cell.textContent = figures(row[table.dataset.horizon]);
     }
   }
-}
-
-function duration() {
-  const name = [`time/${state.log}`, `starts/${state.log}`].find((one) => one in report.arrays.directory);
-  return name ? arrays.row(name, 0, 0).at(-1) : 1;
 }
 
 function read() {
   const given = new FormData(form);
   state.on = given.getAll("switch").reduce((sum, place) => sum | (1 << place), 0);
   state.log = Number(given.get("log"));
-  state.time = Number(given.get("time")) * duration();
+  state.time = Number(given.get("time")) * (report.seconds[state.log] ?? 1);
   if (form.elements.now) form.elements.now.textContent = `${state.time.toFixed(2)} s`;
 }
 

@@ -2,7 +2,7 @@
 
 A source is *theory* (a level or a count of statistics, a convention of what is worth saying), *sensor* (what honest
 sensors and loggers are) or *tuned*: set by looking at development data, which are then named. What makes a computation
-exact or quick stays where it is used.
+exact or quick (lengths of segments and windows, how many sets are looked at) stays where it is used.
 """
 
 from __future__ import annotations

@@ -21,13 +21,10 @@ from sym2real.effects.visible import VisibleModel, visible_in_double, visible_st
 from sym2real.errors import ShapeError
 from sym2real.logs.dropouts import LEFT_OUT
 from sym2real.logs.equal_steps import equal_steps
-from sym2real.logs.resample import SAME_CLOCK
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
 from sym2real.symbolic.period import at_period, steps_within
 from sym2real.trajectory import Array, Trajectory
-
-FEW_TELL = 5.0 * SAME_CLOCK  # part of a step that rounded stamps of a piece of few rows leave open
 
 
 def with_columns(log: Trajectory, columns: dict[str, Array]) -> Trajectory:
@@ -107,7 +104,7 @@ def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[Dynami
         raise ShapeError(f"the model's columns are {wanted}, the log's are {dataset.layouts}")
     whole = None if isinstance(model, Equations) else model
     longer = dataset.dt / equations.dt - 1.0
-    if longer < -FEW_TELL or (whole is not None and longer > SETTINGS.same):
+    if longer < -SETTINGS.negligible or (whole is not None and longer > SETTINGS.same):
         raise ShapeError(
             f"the model's time step is {equations.dt:g} s, the log's is {dataset.dt:g} s: read it with "
             f"dt={equations.dt:g}{', upsample=True' if longer > 0.0 else ''}"

@@ -44,6 +44,8 @@ PERIODS, FASTEST = 3.0, 0.25
 # Steps of a frequency in units of 1/duration, and finer ones about the peak.
 OVERSAMPLED, FINE = 3, 10
 QUARTERS = 4
+# Frequencies that are held in memory at a time, each with a matrix per segment: all of a long flight take gigabytes.
+AT_A_TIME = 64
 
 
 @dataclass(frozen=True)
@@ -165,7 +167,12 @@ def _frequencies(problem: Problem) -> Array:
 
 def _falls(rows: _Rows, omegas: Array) -> Array:
     """Of the whitened squares by sine and cosine beyond constant and trend, over all logs ``# (F,)``."""
-    gradient, curvature = rows.by_log(omegas.tolist())
+    parts = np.split(omegas, range(AT_A_TIME, len(omegas), AT_A_TIME))
+    return np.concatenate([_falls_of_some(rows, part.tolist()) for part in parts])
+
+
+def _falls_of_some(rows: _Rows, omegas: Sequence[float]) -> Array:
+    gradient, curvature = rows.by_log(omegas)
     half = gradient.shape[-1] // 2
     rest, inner = gradient[..., half:], curvature[..., half:, half:]
     falls = (gradient * solve(curvature, gradient)).sum((1, 2)) - (rest * solve(inner, rest)).sum((1, 2))

@@ -107,7 +107,7 @@ def test_commands_are_no_speeds(tmp_path: Path, capsys: pytest.CaptureFixture[st
         (["--motor-unit", "rad/s"], "--motor-unit rad/s needs"),
         (["--interface", "thrust_rates", "--motor-unit", "rad/s"], "need --interface motors"),
         (["--motor-thrust", "2", "--fit-thrust", "{log}"], "found both"),
-        (["--spec", "crazyflie_battery_drag"], "--log or --fit-thrust, found none"),
+        (["--spec", "crazyflie_battery_drag"], "found no --log or --fit-thrust"),
         (["--fit-thrust", "{folder}"], "one log to fit the thrust on"),
     ],
 )

@@ -40,7 +40,7 @@ class OfLogs:
             ModelError: for names of the columns of none.
         """
         if not given and (self.spec is not None or self.columns):
-            raise ModelError(f"--spec and --columns name the columns of {options}, found none")
+            raise ModelError(f"--spec and --columns name the columns of {options}, found no {options}")
         return self.naming
 
 

@@ -9,6 +9,7 @@ from sym2real.diagnosis import Plan
 from sym2real.report.tables import compact_table, number
 
 SOLE = "value"  # name of the one parameter that most effects have, which goes without saying
+LONGEST = 7  # letters of a number with two digits
 SIZES = (
     "found from: beyond chance in these manoeuvres; matters from: a tenth of the error of predictions goes with it. "
     "Where it matters before it is found, fly more."
@@ -25,6 +26,8 @@ def plan_report(plan: Plan) -> RenderableType:
         rows.append((escape(name), smallest, matters, row.unit))
     title = f"the smallest effect that {plan.seconds:.0f} s of these manoeuvres would show"
     table = compact_table(title, ("effect", "found from", "matters from", "unit"), rows, left=("effect", "unit"))
+    for column in table.columns:
+        column.no_wrap, column.min_width = column.justify == "left", LONGEST if column.justify == "right" else None
     parts: list[RenderableType] = [table, SIZES]
     alike = {row.effect: [*row.like, *(f"{key} (never)" for key in row.always)] for row in plan.visible}
     if any(alike.values()):

@@ -50,7 +50,7 @@ def rows_ahead(horizon: float, dt: float) -> int:
     """
     rows = round(horizon / dt)
     if rows < 1:
-        raise ShapeError(f"expected a horizon of at least one time step, {dt:g} s, found {horizon:g} s")
+        raise ShapeError(f"expected a horizon of at least one time step, {dt:.4g} s, found {horizon:g} s")
     return rows
 
 

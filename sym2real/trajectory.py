@@ -39,6 +39,15 @@ def check_shape(name: str, values: Array, rows: int, layout: Layout) -> None:
         )
 
 
+def require_finite(log: Trajectory) -> None:
+    """Refuse states and commands that are no finite number, by a ShapeError that names log, row and column."""
+    for group in ("state", "action"):
+        values, columns = getattr(log, group), getattr(log.layouts, group).columns
+        for row, column in np.argwhere(~np.isfinite(values))[:1]:
+            place = f"column {columns[column]}, row {row + 1} of {log.name or 'a log'}"
+            raise ShapeError(f"expected finite numbers, found {values[row, column]} in {place}")
+
+
 def usual_interval(intervals: Array) -> float:
     """Mean of the usual ones of intervals between rows ``# (rows,)``: rounding of their stamps averages out."""
     if not len(intervals):

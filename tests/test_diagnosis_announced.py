@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import torch
 from noisy_flights import flights_with
 
 from sym2real.diagnosis import Gate, diagnose
+from sym2real.diagnosis.data.windows import finite_errors
 from sym2real.diagnosis.errors.rungs import SHORTEST_BLOCK, Stage, StageError, error_of
 from sym2real.diagnosis.score.finding import shares_of
 from sym2real.diagnosis.search.needed import largest_rise
 from sym2real.effects import applicable
+from sym2real.layout import Layout
 from sym2real.robots import CRAZYFLIE
 
 
@@ -50,6 +53,19 @@ def test_an_interval_holds_the_error_of_windows_that_overlap(ahead: int) -> None
         interval = error_of(errors, log, "m", max(SHORTEST_BLOCK, ahead))
         held += interval.low <= (2 * ahead) ** 0.5 <= interval.high
     assert held >= 80  # of the 95 that it promises: few blocks, from which an interval is drawn
+
+
+def test_a_prediction_that_is_no_number_is_the_worst() -> None:
+    layout, windows = Layout.of(["x"]), torch.zeros(30, 1, dtype=torch.float64)
+    lost = windows.clone()
+    lost[::20], lost[5::10] = float("nan"), float("inf")
+    log = np.repeat(np.arange(3), 10)
+    stages = [
+        Stage("", {0.8: {name: error_of(values, log, "m") for name, values in errors.items()}})
+        for errors in (finite_errors(layout, windows + 0.1, windows), finite_errors(layout, lost, windows))
+    ]
+    assert largest_rise(*stages) > 1.0
+    assert Gate(*stages).worse
 
 
 def test_no_finding_removes_more_than_there_is() -> None:

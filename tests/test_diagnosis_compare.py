@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -297,3 +298,13 @@ def test_rows_that_stamps_say_are_missing_make_no_errors() -> None:
     ]
     assert compare(FALLING, some, horizons=(0.2,)).at(0.2).errors["position"].value < 1e-9
     assert {log.name for log in long_enough(some[0], FALLING)} == {f"{some[0].name}#1", f"{some[0].name}#2"}
+
+
+@pytest.mark.parametrize(("group", "column"), [("state", "vx"), ("action", "thrust")])
+@pytest.mark.parametrize("judge", [compare, diagnose])
+def test_what_is_no_number_is_refused_by_its_place(judge: Callable[..., object], group: str, column: str) -> None:
+    base, log = ROBOTS["crazyflie"].nominal(), flights()[0]
+    values = getattr(log, group).copy()
+    values[41, getattr(log.layouts, group).index(column)] = np.nan
+    with pytest.raises(ShapeError, match=f"nan in column {column}, row 42 of {log.name}"):
+        judge(base, replace(log, **{group: values}))

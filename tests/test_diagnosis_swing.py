@@ -10,6 +10,7 @@ from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
+from sym2real.diagnosis.estimate import swing
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.swing import Swing, find_swing
 from sym2real.diagnosis.estimate.weighing import whiten
@@ -77,3 +78,13 @@ def test_a_swing_that_moves_a_car_more_than_all_else_is_no_disturbance() -> None
     assert first.effect == "periodic_force"
     assert first.values["omega"] == pytest.approx(size["omega"], rel=0.005)
     assert np.hypot(first.values["fx"], first.values["fy"]) == pytest.approx(np.hypot(size["fx"], size["fy"]), rel=0.1)
+
+
+def test_frequencies_are_tried_alike_however_many_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    data = flights_with("periodic_force", FORCE, steps=400)
+    found = []
+    for count in (7, 10_000):
+        monkeypatch.setattr(swing, "AT_A_TIME", count)
+        found.append(found_in(data))
+    assert found[0] is not None
+    assert found[0] == found[1]

@@ -14,14 +14,13 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from sym2real.control.backend import equations_of
 from sym2real.effects.filters import filter_commands
 from sym2real.effects.inputs import inputs_along
 from sym2real.effects.sensors import Sensors
 from sym2real.effects.visible import hidden_rows, visible_in_double
 from sym2real.neural.model_folder import Model
 from sym2real.past import past_rows
-from sym2real.symbolic import Equations, rollout
+from sym2real.symbolic import Equations, equations_of, rollout
 from sym2real.trajectory import Array, Trajectory
 
 STRIDE = 0.1  # s between the starts of windows

@@ -23,7 +23,7 @@ from sym2real.errors import CompilationError, MissingDependencyError, ModelError
 from sym2real.native import find_compiler
 from sym2real.protocols import DynamicsModel
 from sym2real.robots.robot import Robot
-from sym2real.symbolic import Equations, read_back
+from sym2real.symbolic import equations_of
 from sym2real.tasks import Task
 
 LOGGER = logging.getLogger(__name__)
@@ -59,16 +59,6 @@ def device_of(device: str | torch.device) -> torch.device:
         here = ["cpu", *(f"cuda:{number}" for number in range(torch.cuda.device_count()))]
         raise ModelError(f"device: expected one that torch has here ({', '.join(here)}), found {device!r}") from None
     return found
-
-
-def equations_of(model: object) -> Equations | None:
-    """The equations that a compiled model was made of, with the values that it has now; None for other models."""
-    equations = getattr(model, "equations", None)
-    if not isinstance(equations, Equations):
-        return None
-    if isinstance(model, torch.jit.ScriptModule) and equations.parameters:
-        return read_back(model, equations)
-    return equations
 
 
 def planned_with(model: DynamicsModel | Callable[[Tensor, Tensor], Tensor], dtype: torch.dtype) -> DynamicsModel:

@@ -8,7 +8,6 @@ import numpy as np
 import torch
 from numpy.typing import ArrayLike
 
-from sym2real.control.backend import equations_of
 from sym2real.control.mppi import MPPI
 from sym2real.effects.filters import FilterState, command_filters, measurement_filters
 from sym2real.effects.inputs import TIME
@@ -17,7 +16,7 @@ from sym2real.effects.visible import VisibleModel
 from sym2real.errors import ModelError
 from sym2real.protocols import DynamicsModel
 from sym2real.robots.robot import Robot
-from sym2real.symbolic import Equations
+from sym2real.symbolic import Equations, equations_of
 from sym2real.tasks import Task
 from sym2real.trajectory import Array
 

@@ -7,12 +7,12 @@ import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
-from sym2real.control.backend import equations_of
 from sym2real.control.fused_arguments import copy_of, single
 from sym2real.control.fused_filters import memory_of
 from sym2real.control.hidden_states import HiddenStates
 from sym2real.effects.filters import FilterState
 from sym2real.past import Past, past_rows
+from sym2real.symbolic import equations_of
 
 
 class GoneBy:
@@ -51,14 +51,12 @@ class GoneBy:
             sent = self._filters.remember(command).cpu().numpy()
         if self._past is None and self._hidden is None:
             return
-        reaching, state = (
-            copy_of(sent, np.float64),
-            None if self._measured is None else copy_of(self._measured, np.float64),
-        )
+        reaching = copy_of(sent, np.float64)
+        state, inputs = (None if seen is None else copy_of(seen, np.float64) for seen in (self._measured, self._inputs))
         if self._past is not None:
             self._past.remember(reaching, state)
         if self._hidden is not None and state is not None:
-            self._hidden.advance(state, reaching, None if self._inputs is None else copy_of(self._inputs, np.float64))
+            self._hidden.advance(state, reaching, inputs)
 
     def memory(self) -> Tensor | None:
         """Of the filters as the kernel takes it; None before anything was sent."""

@@ -11,7 +11,6 @@ import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
-from sym2real.control.backend import equations_of
 from sym2real.control.fused_arguments import copy_of
 from sym2real.control.plan import Plan
 from sym2real.control.weights import weigh
@@ -19,7 +18,7 @@ from sym2real.effects.filters import FilterState
 from sym2real.errors import ShapeError
 from sym2real.protocols import DynamicsModel
 from sym2real.robots.robot import MPPISettings, Robot
-from sym2real.symbolic import rollout
+from sym2real.symbolic import equations_of, rollout
 from sym2real.symbolic.native_choice import torch_alone
 from sym2real.symbolic.source import measured_inputs
 from sym2real.tasks import Task

@@ -31,7 +31,6 @@ class VisibleModel:
         self.equations = equations
         self.columns = visible_state(equations).size
         self.compiled = compile_model(equations, dtype=dtype)
-        self.values: Tensor | None = None
 
     def __call__(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
         """State ``# (..., visible)`` after one action ``# (..., action)``."""
@@ -46,7 +45,7 @@ class VisibleModel:
         return hidden_along(self.equations, self._step, states, actions, inputs)
 
     def _step(self, state: Tensor, action: Tensor, inputs: Tensor | None) -> Tensor:
-        return rollout(self.compiled, state, action[..., None, :], inputs, self.values)[..., 0, :]
+        return rollout(self.compiled, state, action[..., None, :], inputs)[..., 0, :]
 
     def rollout(
         self, state: Tensor, actions: Tensor, inputs: Tensor | None = None, parameters: Tensor | None = None
@@ -59,8 +58,7 @@ class VisibleModel:
         if inputs is not None and inputs.dim() >= actions.dim():
             first = inputs[..., 0, :]
         start = with_hidden_start(self.equations, state, actions[..., 0, :], first)
-        values = self.values if parameters is None else parameters
-        return rollout(self.compiled, start, actions, inputs, values)[..., : self.columns]
+        return rollout(self.compiled, start, actions, inputs, parameters)[..., : self.columns]
 
 
 def hidden_rows(model: object, states: Tensor, actions: Tensor, inputs: Tensor | None = None) -> Tensor:

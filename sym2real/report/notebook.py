@@ -9,11 +9,9 @@ from matplotlib.figure import Figure
 from rich.console import Console, RenderableType
 
 from sym2real.adaptation.adapt import Adaptation
-from sym2real.dataset import Dataset
-from sym2real.diagnosis import ROWS, Comparison, Diagnosis, Plan, Tried
-from sym2real.diagnosis.data.preparation import step_of
-from sym2real.errors import ModelError, ShapeError
-from sym2real.logs.equal_steps import equal_steps
+from sym2real.diagnosis import Comparison, Diagnosis, Plan, Tried
+from sym2real.diagnosis.data.preparation import long_enough
+from sym2real.errors import ModelError
 from sym2real.report.adaptation import rounds_figure
 from sym2real.report.comparison import comparison_report
 from sym2real.report.diagnosis import diagnosis_in_short, diagnosis_report, tried_report
@@ -34,10 +32,7 @@ def log_plot(log: Trajectory, models: Mapping[str, Predicting]) -> Figure:
     """
     if not models:
         return _shown(path_figure(log))
-    step = step_of(next(iter(models.values())))
-    figures = predictions_of(models, Dataset(equal_steps(log, step)))
-    if not figures:
-        raise ShapeError(f"expected a log of more than {ROWS} rows to predict along, found {len(log)}")
+    figures = predictions_of(models, long_enough(log, next(iter(models.values()))))
     return _shown(next(iter(figures.values())))
 
 

@@ -1,6 +1,6 @@
 """Equations as SymPy expressions, and their way to fast torch modules."""
 
-from sym2real.symbolic.compile import build_module, compile_function, compile_model, read_back, rollout
+from sym2real.symbolic.compile import build_module, compile_function, compile_model, equations_of, read_back, rollout
 from sym2real.symbolic.complexity import complexity
 from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.exporting import EXPORTS, export, exported_program
@@ -17,6 +17,7 @@ __all__ = [
     "compile_function",
     "compile_model",
     "complexity",
+    "equations_of",
     "export",
     "exported_program",
     "factor_horner",

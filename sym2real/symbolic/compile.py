@@ -171,6 +171,15 @@ def _require_fit(model: object, state: Tensor, actions: Tensor) -> None:
         require_broadcast(state.shape[:-1], actions.shape[:-2])
 
 
+def equations_of(model: object) -> Equations | None:
+    """The equations that a model is, or was made of, with the values that it has now; None for other models."""
+    equations = model if isinstance(model, Equations) else getattr(model, "equations", None)
+    if not isinstance(equations, Equations):
+        return None
+    compiled = isinstance(model, torch.jit.ScriptModule) and bool(equations.parameters)
+    return read_back(model, equations) if compiled else equations  # type: ignore[arg-type]
+
+
 def read_back(module: nn.Module, equations: Equations) -> Equations:
     """The equations with the parameter values that a trained module has.
 

@@ -22,9 +22,9 @@ from sym2real.errors import ShapeError
 from sym2real.logs.dropouts import LEFT_OUT
 from sym2real.logs.equal_steps import equal_steps
 from sym2real.protocols import DynamicsModel
-from sym2real.symbolic import Equations
+from sym2real.symbolic import Equations, equations_of
 from sym2real.symbolic.period import at_period, steps_within
-from sym2real.trajectory import Array, Trajectory
+from sym2real.trajectory import Array, Trajectory, require_finite
 
 
 def with_columns(log: Trajectory, columns: dict[str, Array]) -> Trajectory:
@@ -55,12 +55,14 @@ def long_enough(data: Logs, model: Equations | DynamicsModel | None = None) -> D
             them at their stamps.
 
     Raises:
-        ShapeError: naming the logs, when none is long enough.
+        ShapeError: naming the logs, when none is long enough; naming log, row and column, for what is no finite number.
     """
     logs = [data] if isinstance(data, Trajectory) else list(data)
+    for log in logs:
+        require_finite(log)
     if model is not None:
-        step = step_of(model)
-        logs = [piece for log in logs for piece in equal_steps(log, step)]
+        equations = equations_of(model)
+        logs = [piece for log in logs for piece in equal_steps(log, equations.dt if equations else None)]
     kept, short = [log for log in logs if len(log) > ROWS], [log for log in logs if len(log) <= ROWS]
     if not kept:
         raise ShapeError(f"expected a log of more than {ROWS} rows without a gap, found {rows_of(short)}")
@@ -111,18 +113,6 @@ def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[Dynami
         )
     slow, logs = in_parts(equations, dataset)
     return MeasuredModel(slow, model=whole), logs
-
-
-def equations_of(model: Equations | DynamicsModel) -> Equations | None:
-    """The model, or what lies below its residual, where that is equations."""
-    equations = model if isinstance(model, Equations) else getattr(model, "equations", None)
-    return equations if isinstance(equations, Equations) else None
-
-
-def step_of(model: Equations | DynamicsModel) -> float | None:
-    """Of a model's equations in s; None where it has none."""
-    equations = equations_of(model)
-    return None if equations is None else equations.dt
 
 
 def from_row_to_row(model: Equations, data: Dataset) -> tuple[VisibleModel, Dataset] | None:

@@ -27,6 +27,8 @@ STRIDE = 0.1
 HORIZONS = (0.1, 0.2, 0.5, 0.8, 1.0)
 # Free run in s: a car drifts slowly, a quadrotor with a wrong model is upside down after two seconds.
 FREE_RUN = {"heading": 5.0, "otherwise": 2.0}
+# Error of a prediction that is no number; its square is one.
+LARGEST = float(np.finfo(np.float32).max)
 # Channels by which predictions are judged: what a user sees, and what logs do not have by differencing.
 # The horizon (s) that a finding is judged at: about as long as a controller's.
 JUDGED_AT = 0.8
@@ -52,6 +54,11 @@ def rows_ahead(horizon: float, dt: float) -> int:
     if rows < 1:
         raise ShapeError(f"expected a horizon of at least one time step, {dt:.4g} s, found {horizon:g} s")
     return rows
+
+
+def stride_of(dt: float) -> int:
+    """Rows of ``dt`` s between the starts of windows."""
+    return max(1, round(STRIDE / dt))
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +112,12 @@ def channel_errors(layout: Layout, predicted: Tensor, measured: Tensor) -> dict[
     return {channel_name(field): part.norm(dim=-1).numpy() for field, part in zip(layout.fields, parts, strict=True)}
 
 
+def finite_errors(layout: Layout, predicted: Tensor, measured: Tensor) -> dict[str, Array]:
+    """The same, and a large number where a model diverges: not a number would be neither larger nor smaller."""
+    errors = channel_errors(layout, predicted, measured)
+    return {name: np.fmin(values, LARGEST) for name, values in errors.items()}
+
+
 def predict_windows(
     model: DynamicsModel, trajectory: Trajectory, steps: int, start: Start = "smoothed", stride: int | None = None
 ) -> Windows:
@@ -121,7 +134,7 @@ def predict_windows(
     Raises:
         ShapeError: when the log is too short for one window.
     """
-    stride = stride or max(1, round(STRIDE / trajectory.dt))
+    stride = stride or stride_of(trajectory.dt)
     rows = np.arange(ROWS - 1, len(trajectory) - steps, stride)
     if not len(rows):
         raise ShapeError(

@@ -12,7 +12,7 @@ from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.conditions import features, over_windows, units_of
 from sym2real.diagnosis.data.preparation import long_enough, prepared
 from sym2real.diagnosis.data.start import ROWS, noise_of
-from sym2real.diagnosis.data.windows import channel_name, judged, predict_windows
+from sym2real.diagnosis.data.windows import LARGEST, channel_name, judged, predict_windows
 from sym2real.layout import Layout
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
@@ -20,7 +20,6 @@ from sym2real.trajectory import Array
 from sym2real.vocabulary import HEIGHT
 
 HORIZON = 0.5  # s
-LARGEST = float(np.finfo(np.float32).max)  # error of a prediction that is no number
 BLOCK = 2.0  # s: pieces of a single log that stand for logs in the cross-validation
 
 

@@ -22,7 +22,7 @@ from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
 from sym2real.diagnosis.faults.report import DataReport, data_report
 from sym2real.diagnosis.json_objects import fields_of
 from sym2real.protocols import DynamicsModel
-from sym2real.symbolic import Equations
+from sym2real.symbolic import Equations, equations_of
 from sym2real.threads import one_thread
 from sym2real.upward import upward
 
@@ -119,8 +119,7 @@ def compare(
     steps = sorted({1, free, *(count for count in rows.values() if count <= longest)})
     floor = floor_of_noise(predictor, dataset, steps, start)
     table = dict(zip(steps, prediction_errors(predictor, dataset, steps, start, floor), strict=True))
-    equations = model if isinstance(model, Equations) else getattr(model, "equations", None)
-    about = data_report(data, equations if isinstance(equations, Equations) else None)
+    about = data_report(data, equations_of(model))
     errors = window_errors(predictor, dataset)
     return Comparison(
         one_step=table[1],

@@ -15,7 +15,7 @@ from torch import Tensor
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import WARM_UP, Segments, segments_at
 from sym2real.diagnosis.data.start import ROWS
-from sym2real.diagnosis.data.windows import STRIDE, channel_errors, channel_units, horizons_in_rows, judged
+from sym2real.diagnosis.data.windows import channel_units, finite_errors, horizons_in_rows, judged, stride_of
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.trajectory import Array
@@ -85,7 +85,7 @@ def windows_of(data: Dataset, steps: int, after: float = 0.0) -> Segments | None
         steps: rows from a window's start to its end.
         after: part of every log behind which windows start.
     """
-    stride, names = max(1, round(STRIDE / data.dt)), [field.name for field in data.layouts.state.fields]
+    stride, names = stride_of(data.dt), [field.name for field in data.layouts.state.fields]
     rows = [np.arange(_first_start(len(log), after), len(log) - steps, stride) for log in data]
     log, row = np.repeat(np.arange(len(data)), [len(own) for own in rows]), np.concatenate(rows)
     return segments_at(data, log, row, steps + 1, names) if len(row) else None
@@ -147,8 +147,7 @@ def ladder(
     folds = torch.zeros(len(windows), dtype=torch.long)
     if fold_of is not None:
         folds = torch.as_tensor(fold_of)[torch.as_tensor(windows.log)].long()
-    stride = max(1, round(STRIDE / data.dt))
-    blocks = {count: max(SHORTEST_BLOCK, ceil(count / stride)) for count in steps.values()}
+    blocks = {count: max(SHORTEST_BLOCK, ceil(count / stride_of(data.dt))) for count in steps.values()}
     found, unchanged = [], [_errors(windows.start, windows, *block) for block in blocks.items()]
     for name, sets in stages:
         mine = problem.states_by_segment(sets, folds if len(sets) > 1 else torch.zeros_like(folds))
@@ -161,7 +160,7 @@ def ladder(
 
 def _errors(predicted: Tensor, windows: Segments, step: int, block: int) -> dict[str, StageError]:
     units = channel_units(windows.layout)
-    errors = channel_errors(windows.layout, predicted, windows.measured[:, step])
+    errors = finite_errors(windows.layout, predicted, windows.measured[:, step])
     return {channel: error_of(values, windows.log, units[channel], block) for channel, values in errors.items()}
 
 

@@ -205,12 +205,13 @@ class Question:
 
     def __post_init__(self) -> None:
         require_patterns(self.exclude)
-        horizon, dt = (
-            self.horizon,
-            max(self.model.dt, 0.0 if self.horizon is None else long_enough(self.data, self.model).dt),
-        )
-        if horizon is not None and not (isfinite(horizon) and round(horizon / dt) >= 1):
-            raise ShapeError(f"horizon: expected at least one time step, {dt:g} s, and finite, found {horizon:g} s")
+        if self.horizon is None:
+            return
+        dt = max(self.model.dt, long_enough(self.data, self.model).dt)
+        if not (isfinite(self.horizon) and round(self.horizon / dt) >= 1):
+            raise ShapeError(
+                f"horizon: expected at least one time step, {dt:.4g} s, and finite, found {self.horizon:g} s"
+            )
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,11 +13,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import torch
 
 from sym2real.diagnosis.data.segments import WARM_UP
 from sym2real.diagnosis.data.start import ROWS
-from sym2real.diagnosis.data.windows import channel_errors, free_run_seconds, judged
+from sym2real.diagnosis.data.windows import finite_errors, free_run_seconds, judged
 from sym2real.diagnosis.errors.rungs import windows_of
 from sym2real.diagnosis.estimate.fit import REFIT_STEPS
 from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
@@ -91,11 +90,10 @@ def _windows(selection: Selection) -> Problem:
     return Problem(problem.library, problem.data, windows_of(problem.data, steps))
 
 
-@np.errstate(over="ignore")  # with some effects alone a prediction may run away: none is as bad
 def _score(selection: Selection, windows: Problem, kept: Sequence[Candidate]) -> float:
     """Sum of the logarithms of the errors at the windows' end with some effects at their values among all."""
     values = parameter_set(selection, kept, selection.fit.values)
     predicted = windows.states(values[None])[0, :, -1]
-    errors = channel_errors(windows.segments.layout, predicted, windows.segments.measured[:, -1])
+    errors = finite_errors(windows.segments.layout, predicted, windows.segments.measured[:, -1])
     squares = [float((errors[name] ** 2).mean()) for name in judged(errors)]
-    return float(torch.tensor(squares).clamp_min(LEAST).log().sum())
+    return float(np.log(np.maximum(squares, LEAST)).sum())

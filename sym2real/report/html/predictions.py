@@ -13,7 +13,7 @@ from torch import Tensor
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import ROWS
 from sym2real.diagnosis.data.start import Start, start_states
-from sym2real.diagnosis.data.windows import JUDGED_AT, STRIDE
+from sym2real.diagnosis.data.windows import JUDGED_AT, stride_of
 from sym2real.past import past_rows
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import rollout
@@ -45,7 +45,7 @@ class Starts:
             steps: length of a window.
             method: how start states are estimated.
         """
-        stride, parts = max(1, round(STRIDE / data.dt)), []
+        stride, parts = stride_of(data.dt), []
         for index, trajectory in enumerate(data):
             rows = np.arange(ROWS - 1, len(trajectory) - 1, stride)
             if len(rows):

@@ -223,7 +223,7 @@ def test_time_of_the_reference_is_the_step() -> None:
     np.testing.assert_allclose(later, shifted, atol=1e-9)
     seen: list[Tensor] = []
     cart_mppi(task=cart_task(lambda at: (seen.append(at), wave(at))[1])).act(CART.start, 5)
-    np.testing.assert_allclose(seen[0].numpy(), 0.1 * np.arange(6, 18))
+    np.testing.assert_allclose(seen[0][:12].numpy(), 0.1 * np.arange(6, 18))
 
 
 def test_a_model_with_a_rollout_of_its_own_is_rolled_out_by_it() -> None:

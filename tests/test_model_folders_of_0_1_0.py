@@ -14,7 +14,7 @@ from sym2real.experiments.models import open_model
 from sym2real.neural import Composed, ResidualMLP, load_residual
 from sym2real.neural import open_model as open_whole
 from sym2real.neural import save_model as save_whole
-from sym2real.neural.storage import write_residual
+from sym2real.neural.storage import network_file
 from sym2real.robots import MUSHR
 from sym2real.symbolic import compile_model, load_model, save_model
 
@@ -48,7 +48,7 @@ def test_equations_open_and_predict_what_they_did(tmp_path: Path) -> None:
 
 def test_a_residual_without_a_list_of_files_says_how_to_make_its_model_anew(tmp_path: Path) -> None:
     equations = save_model(MUSHR.nominal(), tmp_path)
-    write_residual(ResidualMLP(MUSHR.layouts, (4,)), tmp_path / "residual.safetensors")
+    (tmp_path / "residual.safetensors").write_bytes(network_file(ResidualMLP(MUSHR.layouts, (4,))))
     with pytest.raises(ModelError, match=r"Composed\(load_model\(FOLDER, below=True\), load_residual\(FOLDER\)\)"):
         open_whole(tmp_path)
     save_whole(Composed(load_model(equations, below=True), load_residual(tmp_path)), tmp_path)

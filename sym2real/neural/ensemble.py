@@ -12,7 +12,7 @@ models" (PETS), NeurIPS 2018, appendix A.1.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import torch
 from torch import Tensor, nn
@@ -59,7 +59,7 @@ class Ensemble(nn.Module):
         super().__init__()
         if min((members, *widths)) < 1:
             raise ShapeError(f"expected members and hidden layers of at least one unit, found {members}, {(*widths,)}")
-        self.layouts, self.dt, self.robot = layouts, dt, robot
+        self.layouts, self.dt, self.robot = layouts, float(dt), str(robot)
         self.columns = (layouts.state.columns, layouts.action.columns)
         self.widths, self.probabilistic = tuple(int(width) for width in widths), probabilistic
         self.size, self.manifold = len(layouts.state), manifold_of(layouts.state)
@@ -71,6 +71,11 @@ class Ensemble(nn.Module):
         if probabilistic:  # of the logarithm of variances in units of output_scale²
             self.lowest = nn.Parameter(torch.full((self.size,), -10.0))
             self.highest = nn.Parameter(torch.full((self.size,), 0.5))
+
+    def about(self) -> dict[str, Any]:
+        """Arguments, beside its columns, that make an ensemble of this shape."""
+        sizes = {"members": self.networks.count, "widths": self.widths, "probabilistic": self.probabilistic}
+        return {**sizes, "dt": self.dt, "robot": self.robot}
 
     def members(self, state: Tensor, action: Tensor) -> Tensor:
         """Change of the state that each member predicts ``# (members, ..., n)``."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -10,14 +9,14 @@ import torch
 from torch.export import Dim
 
 from sym2real.errors import ModelError
-from sym2real.files import whole
 from sym2real.neural.composed import Composed
 from sym2real.neural.ensemble import Ensemble
 from sym2real.neural.model_folder import Model, as_composed
 from sym2real.symbolic import Equations
 from sym2real.symbolic import export as export_equations
-from sym2real.symbolic.exporting import interface_of, require_free
+from sym2real.symbolic.exporting import program_file, write_export
 from sym2real.symbolic.interface import columns_of, interface
+from sym2real.symbolic.storage import script_file
 
 
 def export(model: Model, format: str, path: str | Path) -> Path:
@@ -32,15 +31,9 @@ def export(model: Model, format: str, path: str | Path) -> Path:
         return export_equations(model, format, path)
     if format not in ("torchscript", "torch-export"):
         raise ModelError(f"{format} holds equations; a model with networks is exported as torchscript or torch-export")
-    composed, path = as_composed(model), Path(path)
-    require_free(path)
-    with whole(path) as beside, whole(interface_of(path)) as about:
-        if format == "torchscript":
-            torch.jit.save(composed.scripted, str(beside))
-        else:
-            torch.export.save(_program(composed), beside)
-        about.write_text(json.dumps(_interface(composed), indent=1) + "\n", encoding="utf-8")
-    return path
+    composed = as_composed(model)
+    content = script_file(composed.scripted) if format == "torchscript" else program_file(_program(composed))
+    return write_export(Path(path), content, _interface(composed))
 
 
 def _interface(model: Composed) -> dict[str, Any]:

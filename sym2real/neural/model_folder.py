@@ -17,14 +17,7 @@ from sym2real.files import read_object
 from sym2real.neural.composed import Base, Composed
 from sym2real.neural.ensemble import Ensemble
 from sym2real.neural.residual_mlp import ResidualMLP
-from sym2real.neural.storage import (
-    load_ensemble,
-    load_residual,
-    load_symbolic,
-    write_ensemble,
-    write_residual,
-    write_symbolic,
-)
+from sym2real.neural.storage import expressions_file, load_ensemble, load_residual, load_symbolic, network_file
 from sym2real.neural.symbolic_residual import SymbolicResidual
 from sym2real.symbolic import Equations, load_model
 from sym2real.symbolic import save_model as save_equations
@@ -36,11 +29,10 @@ from sym2real.symbolic.storage import (
     NEURAL,
     PARAMETERS,
     RESIDUALS,
-    Writer,
     equation_files,
     remove_all,
+    script_file,
     write_files,
-    write_script,
 )
 
 Model = Equations | Composed | Ensemble
@@ -64,19 +56,9 @@ def save_model(model: Model, folder: str | Path) -> Path:
     if isinstance(model, Equations):
         return save_equations(model, folder)
     files = _files(model)
-    digests: dict[str, str] = {}
-
-    def noted(name: str, write: Writer) -> Writer:
-        def both(path: Path) -> None:
-            write(path)
-            digests[name] = _digest(path)
-
-        return both
-
-    def inventory(path: Path) -> None:
-        path.write_text(json.dumps({"files": digests}, indent=1) + "\n", encoding="utf-8")
-
-    write_files(folder, {**{name: noted(name, write) for name, write in files.items()}, INVENTORY: inventory})
+    digests = {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
+    listed = json.dumps({"files": digests}, indent=1) + "\n"
+    write_files(folder, {**files, INVENTORY: listed.encode()})
     remove_all(folder, ({EQUATIONS, PARAMETERS, *NEURAL} - {INVENTORY}) - files.keys())
     return folder
 
@@ -86,21 +68,18 @@ def as_composed(model: Composed | Ensemble) -> Composed:
     return model if isinstance(model, Composed) else Composed(model, SymbolicResidual(model.layouts, {}))
 
 
-def _files(model: Composed | Ensemble) -> dict[str, Writer]:
+def _files(model: Composed | Ensemble) -> dict[str, bytes]:
     composed = as_composed(model)
     below, residual = composed.below, composed.residual
     if isinstance(below, Equations):
         files = equation_files(below, composed.scripted)
     else:
-        files = {
-            MODULE: lambda path: write_script(composed.scripted, path),
-            ENSEMBLE: lambda path: write_ensemble(below, path),
-        }
+        files = {MODULE: script_file(composed.scripted), ENSEMBLE: network_file(below)}
     if isinstance(model, Ensemble):
         return files
     if isinstance(residual, ResidualMLP):
-        return files | {NETWORK: lambda path: write_residual(residual, path)}
-    return files | {EXPRESSIONS: lambda path: write_symbolic(residual, path)}
+        return files | {NETWORK: network_file(residual)}
+    return files | {EXPRESSIONS: expressions_file(residual)}
 
 
 def open_model(folder: str | Path) -> Model:

@@ -11,7 +11,7 @@ paper's sees no past; a delay of several periods or a state that is not measured
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import torch
 from torch import Tensor, nn
@@ -65,6 +65,10 @@ class ResidualMLP(nn.Module):
         self.register_buffer("output_scale", torch.ones(size))
         self.linears = nn.Sequential(*(nn.Linear(i, o) for i, o in zip((seen, *widths), (*widths, size), strict=True)))
         self._begin(seed)
+
+    def about(self) -> dict[str, Any]:
+        """Arguments, beside its columns, that make a residual of this shape."""
+        return {"widths": self.widths, "commands": self.commands, "states": self.states}
 
     def _begin(self, seed: int) -> None:
         generator = torch.Generator().manual_seed(seed)

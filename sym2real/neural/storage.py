@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
-from torch import Tensor, nn
 
 from sym2real.errors import DataError, Sym2RealError, reason
 from sym2real.files import read_object, refuse_pipe
@@ -21,14 +20,16 @@ from sym2real.neural.residual_mlp import ResidualMLP
 from sym2real.neural.symbolic_residual import SymbolicResidual
 from sym2real.symbolic import parse_expression, text
 
+Network = TypeVar("Network", ResidualMLP, Ensemble)
 FILE = "residual.safetensors"
 BROKEN = (OSError, SafetensorError, AttributeError, KeyError, TypeError, ValueError, RuntimeError, Sym2RealError)
 
 
-def write_residual(residual: ResidualMLP, path: Path) -> None:
-    """Write the weights of a residual."""
-    past = {"commands": residual.commands, "states": residual.states}
-    _write(residual, path, {**_columns(residual.columns), "widths": residual.widths, **past})
+def network_file(network: ResidualMLP | Ensemble) -> bytes:
+    """The weights of a network, with what makes it again in the header."""
+    weights = {name: tensor.contiguous() for name, tensor in network.state_dict().items()}
+    content: bytes = save(weights, {"about": json.dumps({**_columns(network.columns), **network.about()})})
+    return content
 
 
 def load_residual(folder: str | Path) -> ResidualMLP:
@@ -37,21 +38,7 @@ def load_residual(folder: str | Path) -> ResidualMLP:
     Raises:
         DataError: when the file is missing or cannot be read.
     """
-    file = Path(folder) / FILE
-    try:
-        about, weights = _read(file)
-        past = {"commands": about.get("commands", 0), "states": about.get("states", 0)}
-        residual = ResidualMLP(_layouts(about), about["widths"], **past)
-        residual.load_state_dict(weights)
-    except BROKEN as error:
-        raise DataError(file, "the weights of a residual", reason(error)) from error
-    return residual
-
-
-def write_ensemble(ensemble: Ensemble, path: Path) -> None:
-    """Write the weights of an ensemble."""
-    sizes = {"members": ensemble.networks.count, "widths": ensemble.widths, "probabilistic": ensemble.probabilistic}
-    _write(ensemble, path, {**_columns(ensemble.columns), **sizes, "dt": ensemble.dt, "robot": ensemble.robot})
+    return _network(Path(folder) / FILE, ResidualMLP, "the weights of a residual")
 
 
 def load_ensemble(file: Path) -> Ensemble:
@@ -60,26 +47,27 @@ def load_ensemble(file: Path) -> Ensemble:
     Raises:
         DataError: when it is missing or cannot be read.
     """
+    return _network(file, Ensemble, "the weights of an ensemble")
+
+
+def _network(file: Path, kind: type[Network], what: str) -> Network:
     try:
-        about, weights = _read(file)
-        ensemble = Ensemble(
-            _layouts(about),
-            about["members"],
-            about["widths"],
-            probabilistic=about["probabilistic"],
-            dt=float(about["dt"]),
-            robot=str(about["robot"]),
-        )
-        ensemble.load_state_dict(weights)
+        refuse_pipe(file)
+        with safe_open(file, framework="pt") as opened:
+            about = json.loads((opened.metadata() or {})["about"])
+            weights = {name: opened.get_tensor(name) for name in opened.keys()}  # noqa: SIM118 — no mapping
+        layouts = _layouts({group: about.pop(group) for group in ("state", "action")})
+        network = kind(layouts, **about)
+        network.load_state_dict(weights)
     except BROKEN as error:
-        raise DataError(file, "the weights of an ensemble", reason(error)) from error
-    return ensemble
+        raise DataError(file, what, reason(error)) from error
+    return network
 
 
-def write_symbolic(residual: SymbolicResidual, path: Path) -> None:
-    """Write the expressions of a residual."""
+def expressions_file(residual: SymbolicResidual) -> bytes:
+    """The expressions of a residual."""
     about = {**_columns(residual.columns), "residual": {c: text(e) for c, e in residual.expressions.items()}}
-    path.write_text(json.dumps(about, indent=1) + "\n", encoding="utf-8")
+    return (json.dumps(about, indent=1) + "\n").encode()
 
 
 def load_symbolic(file: Path) -> SymbolicResidual:
@@ -103,15 +91,3 @@ def _columns(columns: tuple[tuple[str, ...], tuple[str, ...]]) -> dict[str, tupl
 
 def _layouts(about: dict[str, Any]) -> Layouts:
     return Layouts(Layout.of(about["state"]), Layout.of(about["action"]))
-
-
-def _write(module: nn.Module, path: Path, about: dict[str, Any]) -> None:
-    weights = {name: tensor.contiguous() for name, tensor in module.state_dict().items()}
-    path.write_bytes(save(weights, {"about": json.dumps(about)}))
-
-
-def _read(file: Path) -> tuple[dict[str, Any], dict[str, Tensor]]:
-    refuse_pipe(file)
-    with safe_open(file, framework="pt") as opened:
-        about = json.loads((opened.metadata() or {})["about"])
-        return about, {name: opened.get_tensor(name) for name in opened.keys()}  # noqa: SIM118 — no mapping

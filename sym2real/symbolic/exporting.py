@@ -6,6 +6,7 @@ import io
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import torch
 from torch.export import Dim, ExportedProgram
@@ -17,7 +18,7 @@ from sym2real.symbolic.compile import build_module, compile_model
 from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.interface import interface
 from sym2real.symbolic.source import model_source
-from sym2real.symbolic.storage import is_part_of_model, write_script
+from sym2real.symbolic.storage import is_part_of_model, script_file
 
 
 def exported_program(equations: Equations) -> ExportedProgram:
@@ -45,27 +46,21 @@ def _name(column: str) -> str:
     return r"\mathrm{" + column.replace("_", r"\_") + "}"
 
 
-def _save_script(equations: Equations, path: Path) -> None:
-    write_script(compile_model(equations), path)
+def program_file(program: ExportedProgram) -> bytes:
+    """A file for ``torch.export.load``."""
+    memory = io.BytesIO()  # as of script_file
+    torch.export.save(program, memory)
+    return memory.getvalue()
 
 
-def _save_program(equations: Equations, path: Path) -> None:
-    memory = io.BytesIO()  # as of write_script
-    torch.export.save(exported_program(equations), memory)
-    path.write_bytes(memory.getbuffer())
-
-
-def _save_source(equations: Equations, path: Path) -> None:
-    path.write_text(model_source(equations), encoding="utf-8")
-
-
-def _save_latex(equations: Equations, path: Path) -> None:
-    path.write_text(latex_document(equations), encoding="utf-8")
-
-
-EXPORTS: Registry[Callable[[Equations, Path], None]] = Registry(
+EXPORTS: Registry[Callable[[Equations], bytes]] = Registry(
     "export format",
-    {"torchscript": _save_script, "torch-export": _save_program, "python": _save_source, "latex": _save_latex},
+    {
+        "torchscript": lambda equations: script_file(compile_model(equations)),
+        "torch-export": lambda equations: program_file(exported_program(equations)),
+        "python": lambda equations: model_source(equations).encode(),
+        "latex": lambda equations: latex_document(equations).encode(),
+    },
 )
 
 
@@ -79,11 +74,15 @@ def export(equations: Equations, format: str, path: str | Path) -> Path:
         ModelError: when the equations cannot be compiled, or a file of a saved model would be written over.
         DataError: when there is no writing there.
     """
-    write, path = EXPORTS[format], Path(path)
+    return write_export(Path(path), EXPORTS[format](equations), interface(equations))
+
+
+def write_export(path: Path, content: bytes, about: dict[str, Any]) -> Path:
+    """Write a model and its interface beside it; errors as of :func:`export`."""
     require_free(path)
-    with whole(path) as beside, whole(interface_of(path)) as about:
-        write(equations, beside)
-        about.write_text(json.dumps(interface(equations), indent=1) + "\n", encoding="utf-8")
+    with whole(path) as beside, whole(interface_of(path)) as told:
+        beside.write_bytes(content)
+        told.write_text(json.dumps(about, indent=1) + "\n", encoding="utf-8")
     return path
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import io
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -27,7 +27,6 @@ PARTS = (EQUATIONS, PARAMETERS, MODULE)
 # Of a model with more than equations (sym2real.neural): what belongs together, what learned, an ensemble as base.
 INVENTORY, RESIDUALS, ENSEMBLE = "model.json", ("residual.safetensors", "residual.json"), "ensemble.safetensors"
 NEURAL = (INVENTORY, *RESIDUALS, ENSEMBLE)
-Writer = Callable[[Path], None]
 TRAINING = "training.json"  # what a learned model was learned from, beside it
 MOST_PROPOSED = 5  # models that an error names
 
@@ -52,28 +51,22 @@ def save_model(equations: Equations, folder: str | Path) -> Path:
     return folder
 
 
-def equation_files(equations: Equations, module: torch.jit.ScriptModule) -> dict[str, Writer]:
-    """Name of every file of a model, with what writes it; ``module`` is the model that other programs open."""
+def equation_files(equations: Equations, module: torch.jit.ScriptModule) -> dict[str, bytes]:
+    """Name of every file of a model, with what it holds; ``module`` is the model that other programs open."""
     source = equations.to_json()
     values = torch.tensor(list(equations.parameters.values()), dtype=torch.float64)
-
-    def weights(path: Path) -> None:
-        path.write_bytes(save({"parameters": values}, {"equations": _digest(source)}))
-
-    def text(path: Path) -> None:
-        path.write_text(source, encoding="utf-8")
-
-    return {MODULE: lambda path: write_script(module, path), PARAMETERS: weights, EQUATIONS: text}
+    weights = save({"parameters": values}, {"equations": _digest(source)})
+    return {MODULE: script_file(module), PARAMETERS: weights, EQUATIONS: source.encode()}
 
 
-def write_script(module: torch.jit.ScriptModule, path: Path) -> None:
-    """Write a module for ``torch.jit.load``; torch's own writing to a path ends the process where the disk is full."""
+def script_file(module: torch.jit.ScriptModule) -> bytes:
+    """A file for ``torch.jit.load``; torch's own writing to a path ends the process where the disk is full."""
     memory = io.BytesIO()
     torch.jit.save(module, memory)
-    path.write_bytes(memory.getbuffer())
+    return memory.getvalue()
 
 
-def write_files(folder: Path, files: Mapping[str, Writer]) -> None:
+def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
     """Write every file before the first one takes its place; the last one does so last.
 
     Raises:
@@ -81,8 +74,8 @@ def write_files(folder: Path, files: Mapping[str, Writer]) -> None:
     """
     with ExitStack() as stack:
         places = {name: stack.enter_context(whole(folder / name)) for name in reversed([*files])}
-        for name, write in files.items():
-            write(places[name])
+        for name, content in files.items():
+            places[name].write_bytes(content)
 
 
 def remove_all(folder: Path, names: Iterable[str]) -> None:

@@ -1,40 +1,41 @@
-"""Equations → C text of a whole rollout: any broadcast of states, actions, inputs and parameter sets."""
+"""Equations → C text of a whole rollout of many samples, each with parameters of its own."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from string import Template
 
-from sym2real.symbolic.c_functions import header, preamble
+from sym2real.symbolic.c_functions import preamble
 from sym2real.symbolic.c_source import CLines
 from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.source import TIME, step_program
 
 KERNEL = Template("""
-static void roll_block(const struct batch *b, long long first) {
-    long long in_state[WIDTH], in_actions[WIDTH], in_inputs[WIDTH], in_parameters[WIDTH];
-    find_offsets(b, &b->state, first, in_state);
-    find_offsets(b, &b->actions, first, in_actions);
-    find_offsets(b, &b->inputs, first, in_inputs);
-    find_offsets(b, &b->parameters, first, in_parameters);
+INLINE v load(const real *from) {
+    v r;
+    __builtin_memcpy(&r, from, sizeof r);
+    return r;
+}
+EXPORTED int width(void) { return WIDTH; }
+
+/* Columns lie one after the other, each over all samples, whose count is a multiple of the width. */
+EXPORTED void roll_out(const real *state, const real *actions, const real *inputs, const real *parameters, real *out,
+                       long long count, long long horizon, long long per_step) {
+    for (long long first = 0; first < count; first += WIDTH) {
 $state
 $parameters
 $inputs
 $hoisted
-    for (long long h = 0; h < b->horizon; h++) {
-        if (h && b->per_step) {
+        for (long long h = 0; h < horizon; h++) {
+            if (h && per_step) {
 $next_inputs
-        }
+            }
 $time
 $actions
 $step
 $following
-$stored
+        }
     }
-}
-
-EXPORTED void roll_out(const struct batch *b) {
-    for (long long first = 0; first < b->count; first += WIDTH) roll_block(b, first);
 }
 """)
 
@@ -45,40 +46,31 @@ def rollout_text(equations: Equations, single: bool) -> str:
     program = step_program(equations)
     lines = CLines(program, single)
     moving = program.reached_by({*layouts.state, *layouts.action, *layouts.inputs})
-    hoisted = [value for value in program.computed if value not in moving]
+    size, known = len(layouts.state), [f"start_{TIME}" if c == TIME else f"x_{c}" for c in layouts.inputs]
     following = [f"const v next_{i} = {lines.vector(value)};" for i, value in enumerate(program.outputs)]
     following += [f"x_{column} = next_{i};" for i, column in enumerate(layouts.state)]
-    time = f"const v x_{TIME} = start_{TIME} + (b->per_step ? R(0.0) : h * {lines.number(equations.dt)});"
-    kernel = KERNEL.substitute(
-        state=_indented(_loads("state", layouts.state.columns), 4),
-        parameters=_indented(_loads("parameters", parameters), 4),
-        inputs=_indented(
-            [line.replace(f"x_{TIME} ", f"start_{TIME} ") for line in _loads("inputs", layouts.inputs.columns)], 4
-        ),
-        hoisted=_indented(lines.lines(set(hoisted)), 4),
-        next_inputs=_indented([_reload(i, column) for i, column in enumerate(layouts.inputs)], 12),
-        time=_indented([time] if TIME in layouts.inputs else [], 8),
-        actions=_indented(_loads("actions", layouts.action.columns, "h * b->actions.step"), 8),
-        step=_indented(lines.lines(moving), 8),
-        following=_indented(following, 8),
-        stored=_indented(
-            [f"scatter(b, h * {len(layouts.state)} + {i}, first, x_{c});" for i, c in enumerate(layouts.state)], 8
-        ),
-    )
-    return "\n".join([preamble(single), header("batch.h"), kernel])
-
-
-def _loads(operand: str, columns: Sequence[str], offset: str = "0") -> list[str]:
-    return [
-        f"v x_{column} = gather(b->{operand}.data + {offset} + {i} * b->{operand}.column, in_{operand});"
-        for i, column in enumerate(columns)
+    following += [
+        f"__builtin_memcpy(out + (h * {size} + {i}) * count + first, &x_{column}, sizeof x_{column});"
+        for i, column in enumerate(layouts.state)
     ]
+    time = f"const v x_{TIME} = start_{TIME} + (per_step ? R(0.0) : h * {lines.number(equations.dt)});"
+    parts = {
+        "state": _loads("v ", [f"x_{column}" for column in layouts.state], "state"),
+        "parameters": _loads("v ", [f"x_{name}" for name in parameters], "parameters"),
+        "inputs": _loads("v ", known, "inputs"),
+        "hoisted": lines.lines({value for value in program.computed if value not in moving}),
+        "next_inputs": _loads("", known, "inputs", "h"),
+        "time": [time] if TIME in layouts.inputs else [],
+        "actions": _loads("v ", [f"x_{column}" for column in layouts.action], "actions", "h"),
+        "step": lines.lines(moving),
+        "following": following,
+    }
+    return "\n".join([preamble(single), KERNEL.substitute({name: "\n".join(text) for name, text in parts.items()})])
 
 
-def _reload(place: int, column: str) -> str:
-    name = f"start_{TIME}" if column == TIME else f"x_{column}"
-    return f"{name} = gather(b->inputs.data + h * b->inputs.step + {place} * b->inputs.column, in_inputs);"
-
-
-def _indented(lines: Sequence[str], spaces: int) -> str:
-    return "\n".join(" " * spaces + line for line in lines)
+def _loads(kind: str, names: Sequence[str], operand: str, step: str = "0") -> list[str]:
+    """Variables of a step from the columns of an operand."""
+    return [
+        f"{kind}{name} = load({operand} + ({step} * {len(names)} + {i}) * count + first);"
+        for i, name in enumerate(names)
+    ]

@@ -21,7 +21,7 @@ from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.expressions import canonical
 from sym2real.symbolic.native_choice import native_rollout
 from sym2real.symbolic.native_rollout import require_broadcast
-from sym2real.symbolic.source import function_source, model_source
+from sym2real.symbolic.source import function_source, measured_inputs, model_source
 
 
 @lru_cache(maxsize=256)
@@ -135,7 +135,7 @@ def rollout(
         >>> rollout(compile_model(car(wheelbase=0.3)), state, actions).shape
         torch.Size([16, 7])
     """
-    _require_fit(model, state, actions)
+    _require_fit(model, state, actions, inputs, parameters)
     whole = getattr(model, "rollout", None)
     if whole is not None:
         native = native_rollout(model, state, actions, (inputs, parameters))
@@ -147,10 +147,7 @@ def rollout(
         return result
     if parameters is not None:
         raise ShapeError("this model has no rollout of its own and takes no parameters")
-    per_step = inputs is not None and inputs.dim() >= actions.dim()
-    if per_step and inputs is not None and inputs.shape[-2] != actions.shape[-2]:
-        raise ShapeError(f"expected inputs for {actions.shape[-2]} steps, found {inputs.shape[-2]}")
-    states = []
+    per_step, states = inputs is not None and inputs.dim() >= actions.dim(), []
     for step in range(actions.shape[-2]):
         given = () if inputs is None else (inputs[..., step, :] if per_step else inputs,)
         state = model(state, actions[..., step, :], *given)
@@ -159,15 +156,24 @@ def rollout(
     return torch.stack(states, dim=-2)
 
 
-def _require_fit(model: object, state: Tensor, actions: Tensor) -> None:
+def _require_fit(
+    model: object, state: Tensor, actions: Tensor, inputs: Tensor | None, parameters: Tensor | None
+) -> None:
     if actions.dim() < 2 or not actions.shape[-2]:
         raise ShapeError(f"expected actions (..., H, m) of at least one step, found the shape {tuple(actions.shape)}")
+    if inputs is not None and inputs.dim() >= actions.dim() and inputs.shape[-2] != actions.shape[-2]:
+        raise ShapeError(f"expected inputs for {actions.shape[-2]} steps, found {inputs.shape[-2]}")
     equations = getattr(model, "equations", None)
     if isinstance(model, torch.jit.ScriptModule) and isinstance(equations, Equations):
         layouts = equations.layouts
-        for tensor, layout, name in ((state, layouts.state, "state"), (actions, layouts.action, "action")):
-            if tensor.shape[-1] != len(layout):
-                raise ShapeError(f"expected the {name} columns {' '.join(layout)}, found {tensor.shape[-1]} columns")
+        groups = (layouts.state, layouts.action, layouts.inputs)
+        wanted = dict(zip(("state", "action", "input"), (group.columns for group in groups), strict=True))
+        wanted["parameter"] = tuple(equations.parameters)
+        for (name, columns), tensor in zip(wanted.items(), (state, actions, inputs, parameters), strict=True):
+            if tensor is not None and tensor.shape[-1] != len(columns):
+                raise ShapeError(f"expected the {name} columns {' '.join(columns)}, found {tensor.shape[-1]} columns")
+        if inputs is None and measured_inputs(equations):
+            raise ShapeError(f"the equations need their inputs: {', '.join(measured_inputs(equations))}")
         require_broadcast(state.shape[:-1], actions.shape[:-2])
 
 

@@ -23,6 +23,7 @@ from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.native_rollout import NativeRollout
 
 LOGGER = logging.getLogger(__name__)
+KINDS = ({torch.float32}, {torch.float64})
 MANY = 500_000  # steps of single samples
 
 
@@ -63,16 +64,13 @@ def native_rollout(
     if not _allowed.get():
         return None
     equations = getattr(model, "equations", None)
-    operands = [state, actions, *(tensor for tensor in others if tensor is not None)]
     if not isinstance(model, torch.jit.ScriptModule) or not isinstance(equations, Equations):
         return None
-    if state.dtype not in (torch.float32, torch.float64):
+    operands = [state, actions, *(tensor for tensor in others if tensor is not None)]
+    tensors = [*operands, model.values]
+    if any(tensor.device.type != "cpu" for tensor in tensors) or {tensor.dtype for tensor in operands} not in KINDS:
         return None
-    values: Tensor = model.values
-    elsewhere = any(tensor.device.type != "cpu" for tensor in (*operands, values))
-    if elsewhere or any(tensor.dtype != state.dtype for tensor in operands):
-        return None
-    if torch.is_grad_enabled() and any(tensor.requires_grad for tensor in (*operands, values)):
+    if torch.is_grad_enabled() and any(tensor.requires_grad for tensor in tensors):
         return None
     use = _uses.setdefault(model, _Use())
     batches = [state.shape[:-1], actions.shape[:-2]]

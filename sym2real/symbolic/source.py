@@ -10,6 +10,7 @@ import math
 import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from sympy import Expr
 
@@ -157,6 +158,7 @@ def model_source(equations: Equations) -> str:
     )
 
 
+@lru_cache(maxsize=64)
 def measured_inputs(equations: Equations) -> tuple[str, ...]:
     """Inputs that equations use and that cannot be taken for zero: all but pushes and the time."""
     used = (c for c in equations.layouts.inputs if any(equations.depends(s, c) for s in equations.layouts.state))

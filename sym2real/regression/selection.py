@@ -1,13 +1,13 @@
-"""One table of candidate terms, searched for many targets: split, Gram matrix, choice of size, growth."""
+"""A pool of candidate terms, from which a few are chosen: their Gram matrix, and how many are worth it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
-from sym2real.regression.monomials import Monomials, Powers
+from sym2real.regression.monomials import Monomials
 from sym2real.regression.refit import refit
 from sym2real.regression.search import beam_search
 from sym2real.regression.windows import Mask, Values
@@ -15,12 +15,8 @@ from sym2real.trajectory import Array
 
 # Validation errors below this share of the target's spread are rounding; they justify no further term.
 FLOOR = 1e-9
-# Rows further off than so many median errors weigh less in the second choice.
-FAR_OFF = 3.0
 # Noisy rows that a term needs at least.
 ROWS_A_TERM = 4
-# No row weighs less: the few rows that leave the calm region are what shows the terms that act there.
-LEAST_WEIGHT = 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +25,7 @@ class Choice:
 
     Args:
         terms: the products.
-        error: validation error, in the unit of the target.
+        error: validation error, in units of the target.
         score: what the choice was made by; lower is better.
     """
 
@@ -126,7 +122,7 @@ class Pool:
         )
 
     def choose(self, target: Array, settings: SearchSettings, *, noisy: bool) -> Choice:
-        """The best set of terms for a target ``# (rows,)`` whose spread is 1; ``noisy`` as a :class:`Table` says."""
+        """The best set of terms for a target ``# (rows,)`` whose spread is 1; ``noisy`` as a ``Stage`` says."""
         found = _supports(self.columns, self.gram, target, settings, noisy=noisy)
         errors: Iterable[float] = (
             self._errors_of_size(target, settings)
@@ -169,77 +165,3 @@ def _supports(
         limit=min(settings.terms, len(target) // ROWS_A_TERM) if noisy else settings.terms,
         together=noisy,
     )
-
-
-class Table:
-    """Rows, candidates and their split, for the targets of one kind of equation.
-
-    Args:
-        values: scaled values of the variables.
-        candidates: the products to choose from.
-        signs: sign pattern of products' powers (see ``Variables.signs``).
-        multipliers: products that chosen terms may be multiplied by.
-        held: the half of the rows that validates the other ``# (rows,)``.
-        noisy: where rows are, terms that explain only together are looked for too, as noise hides them one by one, and
-            their number is judged by windows that begin among rows which had no part in choosing them.
-    """
-
-    def __init__(
-        self,
-        values: Values,
-        candidates: Monomials,
-        *,
-        signs: Callable[[Powers], Powers],
-        multipliers: Monomials,
-        held: Mask,
-        settings: SearchSettings,
-        noisy: bool = False,
-    ) -> None:
-        self.values, self.candidates, self.signs = values, candidates, signs
-        self.multipliers, self.held, self.settings, self.noisy = multipliers, held, settings, noisy
-        self._pools: dict[bytes, Pool] = {}
-
-    def _of_sign(self, terms: Monomials, sign: Powers) -> Monomials:
-        return terms.where((self.signs(terms.powers) == sign).all(axis=1))
-
-    def _pool(self, sign: Powers) -> Pool:
-        """The candidates with this sign pattern, rows of equal weight; built once."""
-        key = sign.tobytes()
-        if key not in self._pools:
-            terms, weights = self._of_sign(self.candidates, sign), np.ones(len(self.values))
-            self._pools[key] = Pool.of(terms, self.values, weights, self.held)
-        return self._pools[key]
-
-    def choose(self, target: Array, sign: Powers) -> Choice:
-        """Terms for a target ``# (rows,)``.
-
-        Chosen twice: rows that the first choice leaves far off weigh less in the second (Huber's weights), so that a
-        few rows of another regime, such as wheels that slip, do not hide what the many obey.
-        """
-        spread = float(target.std())
-        if spread <= 1e-14 * float(np.abs(target).max(initial=0.0)) or spread == 0.0:
-            spread = 1.0
-        target, pool = target / spread, self._pool(sign)
-        choice = self._grown(pool, target, np.ones(len(target)), sign)
-        if choice.error > FLOOR:
-            columns = self.values.of(choice.terms)
-            wrong = np.abs(target - columns @ refit(columns, target, "l1"))
-            share = FAR_OFF * np.median(wrong) / np.maximum(wrong, np.finfo(float).tiny)
-            weights = np.sqrt(np.clip(share, LEAST_WEIGHT, 1.0))
-            weighted = Pool.of(pool.terms, self.values, weights, self.held)
-            choice = self._grown(weighted, target * weights, weights, sign)
-        return Choice(choice.terms, choice.error * spread, choice.score)
-
-    def _grown(self, pool: Pool, target: Array, weights: Array, sign: Powers) -> Choice:
-        """Terms for a weighted target: what is chosen is multiplied by further factors and chosen from again."""
-        choice = pool.choose(target, self.settings, noisy=self.noisy)
-        for _ in range(self.settings.rounds):
-            fresh = self._of_sign(choice.terms.times(self.multipliers), sign).without(pool.terms, self.settings.growth)
-            if not len(fresh):
-                break
-            pool = pool.grown(fresh, self.values, weights)
-            better = pool.choose(target, self.settings, noisy=self.noisy)
-            if better.score >= choice.score:
-                break
-            choice = better
-        return choice
